@@ -1,0 +1,208 @@
+#include "base/image_codec.h"
+
+#include <zlib.h>
+
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/stb_bridge.h"
+
+namespace tessera {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::uint8_t kPngSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+
+std::uint32_t big_endian32(Bytes bytes, std::size_t at) {
+  return (std::uint32_t{bytes[at]} << 24) | (std::uint32_t{bytes[at + 1]} << 16) |
+         (std::uint32_t{bytes[at + 2]} << 8) | std::uint32_t{bytes[at + 3]};
+}
+
+// Walks the chunks of a PNG: lengths inside the file, CRCs right, IHDR first, IDAT present, IEND last.
+bool check_png(Bytes bytes, std::string& fault) {
+  std::size_t at = sizeof kPngSignature;
+  bool first = true, data = false;
+  while (true) {
+    if (bytes.size() - at < 12) return fault = fmt::format("PNG ends inside a chunk at byte {}", at), false;
+    const std::size_t length = big_endian32(bytes, at);
+    if (length > bytes.size() - at - 12)
+      return fault = fmt::format("PNG chunk at byte {} is longer than the file", at), false;
+    const char* type = reinterpret_cast<const char*>(bytes.data() + at + 4);
+    const auto crc = static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), bytes.data() + at + 4,
+                                                      static_cast<uInt>(length + 4)));
+    if (crc != big_endian32(bytes, at + 8 + length))
+      return fault = fmt::format("PNG chunk at byte {} has a wrong checksum", at), false;
+    if (first && std::memcmp(type, "IHDR", 4) != 0) return fault = "PNG does not begin with IHDR", false;
+    first = false;
+    if (std::memcmp(type, "IDAT", 4) == 0) data = true;
+    at += length + 12;
+    if (std::memcmp(type, "IEND", 4) == 0) break;
+  }
+  if (!data) return fault = "PNG holds no pixels", false;
+  return true;
+}
+
+// Walks the marker segments of a JPEG up to the end marker; entropy-coded data is skipped.
+bool check_jpeg(Bytes bytes, std::string& fault) {
+  std::size_t at = 2;
+  bool scan = false;
+  while (true) {
+    // A marker: 0xFF, any number of fill bytes 0xFF, then its code.
+    if (at + 2 > bytes.size()) return fault = "JPEG ends before its end marker", false;
+    if (bytes[at] != 0xFF) return fault = fmt::format("JPEG has no marker at byte {}", at), false;
+    while (at + 1 < bytes.size() && bytes[at + 1] == 0xFF) ++at;
+    if (at + 2 > bytes.size()) return fault = "JPEG ends before its end marker", false;
+    const std::uint8_t marker = bytes[at + 1];
+    at += 2;
+    if (marker == 0xD9) break;                                            // EOI
+    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7)) continue;   // no length
+    if (at + 2 > bytes.size()) return fault = "JPEG ends inside a segment", false;
+    const std::size_t length = (std::size_t{bytes[at]} << 8) | bytes[at + 1];
+    if (length < 2 || length > bytes.size() - at)
+      return fault = fmt::format("JPEG segment at byte {} is longer than the file", at), false;
+    at += length;
+    if (marker != 0xDA) continue;
+    scan = true;  // after SOS: data up to a marker that is neither a stuffed zero nor a restart
+    while (at + 1 < bytes.size() &&
+           (bytes[at] != 0xFF || bytes[at + 1] == 0 || (bytes[at + 1] >= 0xD0 && bytes[at + 1] <= 0xD7)))
+      ++at;
+  }
+  if (!scan) return fault = "JPEG holds no pixels", false;
+  return true;
+}
+
+struct FreeStb {
+  void operator()(void* memory) const { tessera_stb_free(memory); }
+};
+
+template <class T>
+ImageOf<T> copy_pixels(const T* pixels, int width, int height, int channels) {
+  ImageOf<T> image(width, height, channels);
+  std::memcpy(image.values.data(), pixels, image.values.size() * sizeof(T));
+  return image;
+}
+
+void append_bytes(void* context, void* data, int size) {
+  static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+}
+
+void append_big_endian32(std::string& out, std::uint32_t value) {
+  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>((value >> shift) & 0xFF));
+}
+
+void append_png_chunk(std::string& out, const char* type, std::string_view data) {
+  append_big_endian32(out, static_cast<std::uint32_t>(data.size()));
+  const std::size_t start = out.size();
+  out.append(type, 4);
+  out.append(data);
+  append_big_endian32(out, static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0),
+                                                            reinterpret_cast<const Bytef*>(out.data() + start),
+                                                            static_cast<uInt>(out.size() - start))));
+}
+
+}  // namespace
+
+float DecodedImage::unorm(int x, int y, int channel) const {
+  const auto c = static_cast<std::size_t>(channel);
+  if (const auto* bytes = std::get_if<Image8>(&pixels)) return static_cast<float>(bytes->at(x, y)[c]) / 255.0f;
+  return static_cast<float>(std::get<Image16>(pixels).at(x, y)[c]) / 65535.0f;
+}
+
+ImageFormat image_format(Bytes bytes) {
+  if (bytes.size() >= sizeof kPngSignature && std::memcmp(bytes.data(), kPngSignature, sizeof kPngSignature) == 0)
+    return ImageFormat::kPng;
+  if (bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF) return ImageFormat::kJpeg;
+  return ImageFormat::kUnknown;
+}
+
+bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault) {
+  const ImageFormat format = image_format(bytes);
+  if (format == ImageFormat::kUnknown) return fault = "is neither PNG nor JPEG", false;
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    return fault = "is larger than 2 GiB", false;
+  if (!(format == ImageFormat::kPng ? check_png(bytes, fault) : check_jpeg(bytes, fault))) return false;
+
+  const int size = static_cast<int>(bytes.size());
+  int width = 0, height = 0, channels = 0;
+  if (!tessera_stb_info(bytes.data(), size, &width, &height, &channels))
+    return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
+  if (width > limits.max_side || height > limits.max_side ||
+      static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
+    throw LimitError(fmt::format("image of {}x{} pixels exceeds the limit of {} a side and {} in all", width, height,
+                                 limits.max_side, limits.max_pixels));
+
+  if (format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size)) {
+    const std::unique_ptr<unsigned short, FreeStb> pixels(
+        tessera_stb_load_16(bytes.data(), size, &width, &height, &channels));
+    if (!pixels) return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
+    image.pixels = copy_pixels<std::uint16_t>(pixels.get(), width, height, channels);
+  } else {
+    const std::unique_ptr<unsigned char, FreeStb> pixels(
+        tessera_stb_load(bytes.data(), size, &width, &height, &channels));
+    if (!pixels) return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
+    image.pixels = copy_pixels<std::uint8_t>(pixels.get(), width, height, channels);
+  }
+  return true;
+}
+
+std::string encode_png(const Image8& image) {
+  std::string out;
+  if (!tessera_stb_write_png(append_bytes, &out, image.width, image.height, image.channels, image.values.data()))
+    throw SystemError("out of memory while packing a PNG");
+  return out;
+}
+
+std::string encode_jpeg(const Image8& image, int quality) {
+  std::string out;
+  if (!tessera_stb_write_jpeg(append_bytes, &out, image.width, image.height, image.channels, image.values.data(), quality))
+    throw SystemError("out of memory while packing a JPEG");
+  return out;
+}
+
+std::string encode_png(const Image16& image) {
+  // stb writes 8 bits only. Sub-filter every row: height maps are smooth, differences compress well.
+  const std::size_t bytes_per_pixel = 2 * static_cast<std::size_t>(image.channels);
+  const std::size_t row_bytes = bytes_per_pixel * static_cast<std::size_t>(image.width);
+  std::string raw;
+  raw.reserve((row_bytes + 1) * static_cast<std::size_t>(image.height));
+  std::string row(row_bytes, '\0');
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint16_t* values = image.values.data() + image.index(0, y);
+    for (std::size_t i = 0; i < row_bytes / 2; ++i) {
+      row[2 * i] = static_cast<char>(values[i] >> 8);
+      row[2 * i + 1] = static_cast<char>(values[i] & 0xFF);
+    }
+    raw.push_back(1);  // filter type: Sub
+    for (std::size_t i = 0; i < row_bytes; ++i)
+      raw.push_back(static_cast<char>(row[i] - (i >= bytes_per_pixel ? row[i - bytes_per_pixel] : 0)));
+  }
+  uLongf packed_size = compressBound(static_cast<uLong>(raw.size()));
+  std::string packed(packed_size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &packed_size, reinterpret_cast<const Bytef*>(raw.data()),
+                static_cast<uLong>(raw.size()), 9) != Z_OK)
+    throw SystemError("out of memory while packing a PNG");
+  packed.resize(packed_size);
+
+  static constexpr char kColorType[] = {0, 0, 4, 2, 6};  // by number of channels
+  std::string header;
+  append_big_endian32(header, static_cast<std::uint32_t>(image.width));
+  append_big_endian32(header, static_cast<std::uint32_t>(image.height));
+  header += {16, kColorType[image.channels], 0, 0, 0};
+  std::string out(reinterpret_cast<const char*>(kPngSignature), sizeof kPngSignature);
+  append_png_chunk(out, "IHDR", header);
+  append_png_chunk(out, "IDAT", packed);
+  append_png_chunk(out, "IEND", "");
+  return out;
+}
+
+void write_png(const std::filesystem::path& target, const Image8& image) {
+  write_file_atomically(target, encode_png(image));
+}
+
+}  // namespace tessera

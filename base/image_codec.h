@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "base/image.h"
+
+namespace tessera {
+
+// Bounds on what a compressed image may unpack to; checked before its pixels are allocated.
+struct ImageLimits {
+  int max_side = 16384;                    // pixels
+  std::uint64_t max_pixels = 1ull << 27;   // 128 Mi pixels, 512 MiB as RGBA8
+};
+
+// An unpacked PNG or JPEG with 1 to 4 channels (grey, grey+alpha, RGB, RGBA); 16 bits a channel only from PNG.
+struct DecodedImage {
+  std::variant<Image8, Image16> pixels;
+
+  int width() const {
+    return std::visit([](const auto& image) { return image.width; }, pixels);
+  }
+  int height() const {
+    return std::visit([](const auto& image) { return image.height; }, pixels);
+  }
+  int channels() const {
+    return std::visit([](const auto& image) { return image.channels; }, pixels);
+  }
+  // Channel value in [0, 1] as stored (no transfer function).
+  float unorm(int x, int y, int channel) const;
+};
+
+// What the bytes of an image file say it is, from the signature alone.
+enum class ImageFormat { kUnknown, kPng, kJpeg };
+ImageFormat image_format(std::span<const std::uint8_t> bytes);
+
+// Unpacks a PNG or JPEG. The container is checked first (chunk lengths and CRCs of PNG, marker segments and the
+// end marker of JPEG), because the decoder behind it accepts damaged files.
+// Returns the fault in words in `fault` and false when the bytes are not a whole image; throws LimitError when the
+// picture is larger than the limits.
+bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,
+                  std::string& fault);
+
+// PNG bytes of an 8-bit or 16-bit picture with 1 to 4 channels.
+std::string encode_png(const Image8& image);
+std::string encode_png(const Image16& image);
+
+// JPEG bytes of an 8-bit picture with 1 or 3 channels; quality 1 to 100.
+std::string encode_jpeg(const Image8& image, int quality);
+
+// Writes a PNG, whole or not at all. Throws SystemError.
+void write_png(const std::filesystem::path& target, const Image8& image);
+
+}  // namespace tessera

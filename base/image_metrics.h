@@ -1,0 +1,31 @@
+#pragma once
+
+#include "base/image.h"
+
+namespace tessera {
+
+// Differences between two pictures of the same size, 3 channels, display-referred sRGB values in [0, 1].
+// All functions are symmetric but for FLIP's maps, deterministic, and expect equal shapes (checked).
+
+// Peak signal-to-noise ratio in dB over all channels; infinity for equal pictures.
+double psnr(const Image& a, const Image& b);
+
+// Largest absolute difference of any channel.
+double max_difference(const Image& a, const Image& b);
+
+// Mean structural similarity of the luma (Wang et al. 2004: Gaussian window of 11x11, sigma 1.5, K1 = 0.01,
+// K2 = 0.03). At the border the window reads the nearest pixel, so that every pixel counts.
+double mssim(const Image& a, const Image& b);
+
+// Pixels per degree of visual angle at which the published FLIP figures are stated: 0.7 m from a screen 0.7 m and
+// 3840 pixels wide.
+inline constexpr double kFlipPixelsPerDegree = 67.0206432766;
+
+// Per-pixel perceived difference of flipping between a reference and a test picture, in [0, 1]
+// (Andersson et al. 2020, "FLIP: a difference evaluator for alternating images", LDR variant). One channel.
+Image flip_map(const Image& reference, const Image& test, double pixels_per_degree = kFlipPixelsPerDegree);
+
+// Mean of a one-channel map.
+double mean_value(const Image& map);
+
+}  // namespace tessera

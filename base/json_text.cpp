@@ -1,0 +1,48 @@
+#include "base/json_text.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+
+namespace tessera {
+namespace {
+
+// Checked before parsing: the parser copes with any depth, but code that walks its result recursively may not.
+void check_depth(std::string_view text, const std::string& file, int max_depth) {
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      else if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > max_depth)
+        throw InputError(file, fmt::format("byte {}", i), fmt::format("JSON nests deeper than {} levels", max_depth));
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+}
+
+}  // namespace
+
+nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth) {
+  check_depth(text, file, max_depth);
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    // "[json.exception.parse_error.101] parse error at line 1, column 5: syntax error ..."
+    std::string reason = error.what();
+    const std::size_t colon = reason.find(": ");
+    if (colon != std::string::npos) reason = reason.substr(colon + 2);
+    throw InputError(file, fmt::format("byte {}", error.byte), "is not JSON: " + reason);
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(file, "", fmt::format("is not JSON: {}", error.what()));
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace tessera {
+
+// Parses JSON from an untrusted file. Refuses (InputError with the byte offset) what is not JSON, what nests deeper
+// than `max_depth` and numbers that overflow a double.
+nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth = 64);
+
+}  // namespace tessera

@@ -1,0 +1,114 @@
+#include "base/key_table.h"
+
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace tessera {
+namespace {
+
+using nlohmann::json;
+
+[[noreturn]] void refuse(const KeyInfo& key, const json& value, const std::string& expected) {
+  const std::string found = value.is_string() ? value.get<std::string>() : value.dump();
+  throw UsageError(fmt::format("{}: '{}' is not {}", key.name, escape_control(found, 80), expected));
+}
+
+std::string range_text(const KeyInfo& key) {
+  return fmt::format("from {:.15g} to {:.15g}{}{}", key.min, key.max, key.unit.empty() ? "" : " ", key.unit);
+}
+
+std::int64_t parse_integer(const KeyInfo& key, const json& value) {
+  const std::string expected = "a whole number " + range_text(key);
+  std::int64_t number = 0;
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size()) refuse(key, value, expected);
+  } else if (value.is_number_integer() && !(value.is_number_unsigned() && value.get<std::uint64_t>() > INT64_MAX)) {
+    number = value.get<std::int64_t>();
+  } else {
+    refuse(key, value, expected);
+  }
+  if (static_cast<double>(number) < key.min || static_cast<double>(number) > key.max) refuse(key, value, expected);
+  return number;
+}
+
+double parse_double(const KeyInfo& key, const json& value) {
+  const std::string expected = "a number " + range_text(key);
+  double number = 0;
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size()) refuse(key, value, expected);
+  } else if (value.is_number()) {
+    number = value.get<double>();
+  } else {
+    refuse(key, value, expected);
+  }
+  if (!(number >= key.min && number <= key.max)) refuse(key, value, expected);
+  return number;
+}
+
+bool parse_bool(const KeyInfo& key, const json& value) {
+  if (value.is_boolean()) return value.get<bool>();
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
+    if (text == "true" || text == "on" || text == "1") return true;
+    if (text == "false" || text == "off" || text == "0") return false;
+  }
+  refuse(key, value, "true or false");
+}
+
+std::string parse_choice(const KeyInfo& key, const json& value) {
+  if (value.is_string())
+    for (const std::string_view choice : key.choices)
+      if (value.get_ref<const std::string&>() == choice) return std::string(choice);
+  refuse(key, value, fmt::format("one of {}", fmt::join(key.choices, ", ")));
+}
+
+}  // namespace
+
+KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const json& value) {
+  switch (like.index()) {
+    case 0: return parse_integer(key, value);
+    case 1: return parse_double(key, value);
+    case 2: return parse_bool(key, value);
+    default: return parse_choice(key, value);
+  }
+}
+
+json key_value_json(const KeyValue& value) {
+  return std::visit([](const auto& v) { return json(v); }, value);
+}
+
+json describe_key(const KeyInfo& key, const KeyValue& default_value) {
+  static constexpr const char* kTypes[] = {"integer", "number", "boolean", "choice"};
+  json row = {{"key", key.name},
+              {"type", kTypes[default_value.index()]},
+              {"unit", key.unit},
+              {"default", key_value_json(default_value)},
+              {"meaning", key.meaning}};
+  if (default_value.index() < 2) {
+    row["min"] = key.min;
+    row["max"] = key.max;
+  }
+  if (!key.choices.empty()) row["choices"] = key.choices;
+  if (!key.source.empty()) row["source"] = key.source;
+  return row;
+}
+
+std::string unknown_key_message(std::string_view key, std::span<const std::string> known) {
+  const std::string nearest = nearest_name(key, known);
+  std::string message = fmt::format("unknown key '{}'", escape_control(key, 80));
+  if (!nearest.empty()) message += fmt::format("; did you mean '{}'?", nearest);
+  return message;
+}
+
+}  // namespace tessera

@@ -1,0 +1,7 @@
+#pragma once
+
+namespace tessera {
+
+#include "base/vector3.inc"
+
+}  // namespace tessera
