@@ -1,0 +1,156 @@
+#include "hardware/configuration.h"
+
+#include <fstream>
+#include <functional>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/json_text.h"
+
+namespace tessera::hardware {
+namespace {
+
+using nlohmann::json;
+using Gpu = GpuConfiguration;
+
+// What a preset changes against the defaults of GpuConfiguration.
+struct Preset {
+  const char* name;
+  std::vector<std::pair<std::string_view, json>> values;
+};
+
+const std::vector<Preset>& presets() {
+  static const std::vector<Preset> kPresets = {
+      // [spec] Entry-level mobile parts bin 16x16 pixels; [spec] 2 MiB is where PowerVR's driver starts.
+      {"small",
+       {{"tile.width", 16},
+        {"tile.height", 16},
+        {"parameter_buffer.bytes", 2 << 20},
+        {"binner.combining_bursts", 64},
+        {"memory.burst_bytes", 32},
+        {"tessellator.sub_patch_cells", 8}}},
+      {"middle", {}},
+      // [spec] The largest mobile parts render 64x64 pixels; [spec] 128 MiB is where Mali's tiler heap ends.
+      {"large",
+       {{"tile.width", 64},
+        {"tile.height", 64},
+        {"parameter_buffer.bytes", 128 << 20},
+        {"parameter_buffer.chunk_bytes", 4096},
+        {"binner.combining_bursts", 1024}}},
+  };
+  return kPresets;
+}
+
+std::vector<std::string> key_names() {
+  std::vector<std::string> names;
+  for (const auto& key : gpu_keys().keys()) names.emplace_back(key.name);
+  return names;
+}
+
+Gpu preset(const std::string& name) {
+  for (const Preset& p : presets()) {
+    if (p.name != name) continue;
+    Gpu gpu;
+    gpu.preset = name;
+    for (const auto& [key, value] : p.values) gpu_keys().set(gpu, *gpu_keys().find(key), value);
+    return gpu;
+  }
+  throw UsageError(fmt::format("unknown GPU preset '{}' and no such file; presets: {}", name,
+                               fmt::join(preset_names(), ", ")));
+}
+
+Gpu from_json(const std::string& file, const json& root) {
+  if (!root.is_object()) throw InputError(file, "", "a GPU configuration is a JSON object");
+  const auto base = root.find("preset");
+  if (base != root.end() && !base->is_string()) throw InputError(file, "/preset", "is not a text");
+  Gpu gpu = preset(base == root.end() ? "middle" : base->get<std::string>());
+  const std::vector<std::string> names = key_names();
+  std::function<void(const json&, const std::string&)> visit = [&](const json& object, const std::string& prefix) {
+    for (const auto& [name, value] : object.items()) {
+      const std::string key = prefix.empty() ? name : prefix + "." + name;
+      if (key == "preset") continue;
+      if (value.is_object()) {
+        visit(value, key);
+      } else if (const auto* row = gpu_keys().find(key)) {
+        gpu_keys().set(gpu, *row, value);
+      } else {
+        throw UsageError(unknown_key_message(key, names));
+      }
+    }
+  };
+  visit(root, "");
+  return gpu;
+}
+
+}  // namespace
+
+const KeyTable<GpuConfiguration>& gpu_keys() {
+  static const KeyTable<Gpu> table({
+      {"tile.width", &Gpu::tile_width, "pixels", 8, 256, "Width of the on-chip render area of one tile core.",
+       "[spec] 16 on Mali-G31, 32 on classic PowerVR and Mali-G715, 64 on Immortalis-G720"},
+      {"tile.height", &Gpu::tile_height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",
+       "[spec] as tile.width"},
+      {"parameter_buffer.bytes", &Gpu::parameter_buffer_bytes, "bytes", 256, 4294967296.0,
+       "Memory that holds the tile queues: list heads and chunks.",
+       "[spec] PowerVR drivers start at 2 MiB, Mali's at 10 MiB (up to 128 MiB)"},
+      {"parameter_buffer.chunk_bytes", &Gpu::parameter_buffer_chunk_bytes, "bytes", 32, 2097152,
+       "Size of the pieces in which the parameter buffer is handed out to tiles.",
+       "[spec] Broadcom V3D: 64-byte first lists, 4 KiB chunks; [assumed] 256"},
+      {"parameter_buffer.full_policy", &Gpu::parameter_buffer_full_policy, {"partial_render", "spill"},
+       "What a full parameter buffer leads to: render what is queued and go on, or continue in an overflow area.",
+       "[spec] PowerVR, Mali and Apple render partially; V3D takes overflow memory"},
+      {"binner.combining_bursts", &Gpu::binner_combining_bursts, "bursts", 1, 65536,
+       "Bursts that the binner keeps open on chip to combine the writes of neighbouring queue entries.", "[assumed]"},
+      {"memory.burst_bytes", &Gpu::memory_burst_bytes, "bytes", 16, 256,
+       "Smallest amount the external memory interface moves.", "[spec] LPDDR4 x16, burst length 16 = 32; two channels = 64"},
+      {"tessellator.max_factor", &Gpu::tessellator_max_factor, "cells", 1, 64,
+       "Largest number of cells along an edge of a base patch.", "[spec] 64 in Direct3D 11 and Vulkan"},
+      {"tessellator.sub_patch_cells", &Gpu::tessellator_sub_patch_cells, "cells", 4, 64,
+       "Largest side of the sub-patches that the front end sends to the binner.", "[assumed]"},
+  });
+  return table;
+}
+
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  for (const Preset& p : presets()) names.emplace_back(p.name);
+  return names;
+}
+
+GpuConfiguration load_gpu(const std::string& preset_or_file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
+  std::ifstream stream(preset_or_file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  try {
+    return from_json(preset_or_file, parse_json(text, preset_or_file));
+  } catch (const UsageError& error) {
+    throw InputError(preset_or_file, "", error.what());
+  }
+}
+
+void check_gpu(const GpuConfiguration& gpu) {
+  if (gpu.tile_width % 8 != 0 || gpu.tile_height % 8 != 0)
+    throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
+  if ((gpu.memory_burst_bytes & (gpu.memory_burst_bytes - 1)) != 0)
+    throw UsageError("memory.burst_bytes must be a power of two");
+  if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)
+    throw UsageError("parameter_buffer.chunk_bytes must be a multiple of memory.burst_bytes");
+}
+
+nlohmann::json gpu_json(const GpuConfiguration& gpu) {
+  json root = {{"preset", gpu.preset}};
+  for (const auto& key : gpu_keys().keys()) {
+    const std::string_view name = key.name;
+    const std::size_t dot = name.find('.');
+    root[std::string(name.substr(0, dot))][std::string(name.substr(dot + 1))] =
+        key_value_json(gpu_keys().value(gpu, key));
+  }
+  return root;
+}
+
+}  // namespace tessera::hardware

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "base/key_table.h"
+
+namespace tessera::hardware {
+
+// The described machine. Every number is a key of gpu_keys(), which gives unit, range, meaning and source; the
+// values here are those of the preset "middle".
+struct GpuConfiguration {
+  std::string preset = "middle";
+
+  std::int64_t tile_width = 32;   // pixels, multiple of 8
+  std::int64_t tile_height = 32;  // pixels, multiple of 8
+
+  std::int64_t parameter_buffer_bytes = 10 << 20;
+  std::int64_t parameter_buffer_chunk_bytes = 256;
+  std::string parameter_buffer_full_policy = "partial_render";
+
+  std::int64_t binner_combining_bursts = 256;  // write-combining lines in front of the parameter buffer
+  std::int64_t memory_burst_bytes = 64;
+
+  std::int64_t tessellator_max_factor = 64;
+  std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
+};
+
+const KeyTable<GpuConfiguration>& gpu_keys();
+
+// Names of the built-in presets.
+std::vector<std::string> preset_names();
+
+// A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
+// file leaves out keep the value of its "preset" member (default "middle").
+// Throws UsageError for an unknown preset, InputError for a file that is not such a configuration.
+GpuConfiguration load_gpu(const std::string& preset_or_file);
+
+// Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, ...).
+// Throws UsageError naming the keys.
+void check_gpu(const GpuConfiguration& gpu);
+
+// The whole configuration, nested by the dots of the keys.
+nlohmann::json gpu_json(const GpuConfiguration& gpu);
+
+}  // namespace tessera::hardware
