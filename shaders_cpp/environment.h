@@ -1,0 +1,27 @@
+#pragma once
+
+#include "base/vec.h"
+
+namespace tessera::shaders {
+
+// The light that every scene has unless its capture turns it off: a studio of a bright ceiling, a darker floor and
+// two soft boxes, analytic so that it needs no picture and can be blurred exactly as much as a rough surface asks.
+// World directions, +y up. Radiance in linear light; 1 is the brightness of a white diffuse surface in full light.
+class Environment {
+ public:
+  explicit Environment(float intensity = 1.0f) : intensity_(intensity) {}
+
+  // Light arriving at a surface with normal n, divided by pi (multiply by albedo).
+  Vec3 diffuse(Vec3 normal) const;
+
+  // Mirror direction seen through a lobe of the given perceptual roughness in [0, 1].
+  Vec3 specular(Vec3 direction, float roughness) const;
+
+  // What the camera sees behind everything.
+  Vec3 background(Vec3 direction) const;
+
+ private:
+  float intensity_;
+};
+
+}  // namespace tessera::shaders

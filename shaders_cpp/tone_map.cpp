@@ -1,0 +1,41 @@
+#include "shaders_cpp/tone_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/color.h"
+#include "base/parallel.h"
+
+namespace tessera::shaders {
+
+Vec3 tone_map(Vec3 color) {
+  constexpr float kStartCompression = 0.8f - 0.04f, kDesaturation = 0.15f;
+  // Infinite light would make infinity minus infinity below; anything this bright is white.
+  for (int i = 0; i < 3; ++i) color[i] = color[i] > 0.0f ? std::min(color[i], 1e6f) : 0.0f;
+  const float smallest = std::min({color.x, color.y, color.z});
+  const float offset = smallest < 0.08f ? smallest - 6.25f * smallest * smallest : 0.04f;
+  color -= Vec3(offset);
+  const float peak = std::max({color.x, color.y, color.z});
+  if (peak < kStartCompression) return color;
+  const float d = 1.0f - kStartCompression;
+  const float new_peak = 1.0f - d * d / (peak + d - kStartCompression);
+  color *= new_peak / peak;
+  const float g = 1.0f - 1.0f / (kDesaturation * (peak - new_peak) + 1.0f);
+  return color * (1.0f - g) + Vec3(new_peak) * g;
+}
+
+Image8 to_display(const Image& linear, float exposure) {
+  Image8 out(linear.width, linear.height, 3);
+  parallel_for(static_cast<std::size_t>(linear.height), [&](std::size_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < linear.width; ++x) {
+      const auto in = linear.at(x, y);
+      const Vec3 mapped = tone_map(Vec3(in[0], in[1], in[2]) * exposure);
+      const auto pixel = out.at(x, y);
+      for (int c = 0; c < 3; ++c) pixel[static_cast<std::size_t>(c)] = to_unorm8(linear_to_srgb(mapped[c]));
+    }
+  });
+  return out;
+}
+
+}  // namespace tessera::shaders
