@@ -1,0 +1,123 @@
+#include "frontend/bounds/minmax_pyramid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::frontend {
+namespace {
+
+// Pieces of one axis, in texels of level 0, inclusive; up to two after wrapping.
+struct Pieces {
+  int count = 0;
+  int first[2] = {}, last[2] = {};
+  void add(int a, int b) {
+    first[count] = a;
+    last[count] = b;
+    ++count;
+  }
+};
+
+Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
+  Pieces pieces;
+  // Also true for NaN and for numbers that no integer holds.
+  const bool everything = !(high - low < size) || !(std::abs(low) < 1e15) || !(std::abs(high) < 1e15);
+  const auto a = everything ? std::int64_t{0} : static_cast<std::int64_t>(std::floor(low));
+  const auto b = everything ? std::int64_t{0} : static_cast<std::int64_t>(std::floor(high));
+  if (wrap == shaders::Wrap::kClampToEdge && !everything) {
+    pieces.add(shaders::wrap_texel(wrap, a, size), shaders::wrap_texel(wrap, b, size));
+    return pieces;
+  }
+  if (everything || b - a + 1 >= size) {
+    pieces.add(0, size - 1);
+    return pieces;
+  }
+  const int first = shaders::wrap_texel(wrap, a, size), last = shaders::wrap_texel(wrap, b, size);
+  if (wrap == shaders::Wrap::kRepeat) {
+    if (first <= last) {
+      pieces.add(first, last);
+    } else {
+      pieces.add(first, size - 1);
+      pieces.add(0, last);
+    }
+    return pieces;
+  }
+  // Mirrored: within one period the footprint turns at most once, at an end of the texture, or lies in one direction.
+  const auto period_of = [&](std::int64_t i) { return i >= 0 ? i / size : (i - size + 1) / size; };
+  const int low_texel = std::min(first, last), high_texel = std::max(first, last);
+  if (period_of(a) == period_of(b)) {
+    pieces.add(low_texel, high_texel);
+  } else {
+    // It turns between two periods: at the high end when leaving an even one.
+    const bool at_high_end = (period_of(a) & 1) == 0;
+    pieces.add(at_high_end ? low_texel : 0, at_high_end ? size - 1 : high_texel);
+  }
+  return pieces;
+}
+
+// To [0, 1], but NaN and infinities stay what they are.
+float clamp_finite(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : x; }
+
+// A filtered value is a convex combination of texels up to rounding: at most 4 + 4 products and sums per level pair,
+// and as many for each mip level it was averaged from; 16 levels of 2 x 16 operations at u = 2^-24 stay below 2^-15.
+ValueRange widen_for_rounding(const ValueRange& r) {
+  const float slack = std::max(std::abs(r.low), std::abs(r.high)) * 0x1p-15f;
+  return {r.low - slack, r.high + slack};
+}
+
+}  // namespace
+
+MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
+  for (const auto& level : texture.levels()) texture_sizes_.emplace_back(level.width, level.height);
+  const auto& base = texture.levels().front();
+  Level level{base.width, base.height, {}};
+  for (const float value : base.values) level.entries.push_back({value, value});
+  levels_.push_back(std::move(level));
+  while (levels_.back().width > 1 || levels_.back().height > 1) {
+    const Level& last = levels_.back();
+    Level next{(last.width + 1) / 2, (last.height + 1) / 2, {}};
+    for (int y = 0; y < next.height; ++y)
+      for (int x = 0; x < next.width; ++x) {
+        ValueRange range = last.entries[static_cast<std::size_t>(2 * y * last.width + 2 * x)];
+        for (int dy = 0; dy < 2; ++dy)
+          for (int dx = 0; dx < 2; ++dx)
+            if (2 * x + dx < last.width && 2 * y + dy < last.height)
+              range = range.hull(last.entries[static_cast<std::size_t>((2 * y + dy) * last.width + 2 * x + dx)]);
+        next.entries.push_back(range);
+      }
+    levels_.push_back(std::move(next));
+  }
+}
+
+ValueRange MinMaxPyramid::whole() const { return widen_for_rounding(levels_.back().entries.front()); }
+
+ValueRange MinMaxPyramid::texels(int x0, int y0, int x1, int y1) const {
+  // The finest level at which the box touches at most two entries along each axis.
+  std::size_t level = 0;
+  while ((x1 >> level) - (x0 >> level) > 1 || (y1 >> level) - (y0 >> level) > 1) ++level;
+  const Level& l = levels_[level];
+  const auto at = [&](int x, int y) { return l.entries[static_cast<std::size_t>((y >> level) * l.width + (x >> level))]; };
+  return at(x0, y0).hull(at(x1, y0)).hull(at(x0, y1)).hull(at(x1, y1));
+}
+
+ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
+  const int width = levels_.front().width, height = levels_.front().height;
+  const auto level = static_cast<std::size_t>(
+      std::clamp(std::ceil(max_lod), 0.0f, static_cast<float>(texture_sizes_.size() - 1)));
+  // Bilinear filtering reaches 1.5 texels of the coarser level to each side; one texel of level 0 more covers the
+  // rounding of the coordinate's own arithmetic.
+  const auto pieces = [&](shaders::Wrap wrap, float a, float b, int size, int level_size) {
+    const double margin = 1.5 * size / level_size + 1.0;
+    // A coordinate outside a clamped texture reads the edge texel of its level, which covers several of level 0.
+    if (wrap == shaders::Wrap::kClampToEdge) a = clamp_finite(a), b = clamp_finite(b);
+    return wrapped_pieces(wrap, static_cast<double>(a) * size - margin, static_cast<double>(b) * size + margin, size);
+  };
+  const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, width, texture_sizes_[level].first);
+  const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, height, texture_sizes_[level].second);
+  ValueRange range = texels(columns.first[0], rows.first[0], columns.last[0], rows.last[0]);
+  for (int j = 0; j < rows.count; ++j)
+    for (int i = 0; i < columns.count; ++i)
+      range = range.hull(texels(columns.first[i], rows.first[j], columns.last[i], rows.last[j]));
+  return widen_for_rounding(range);
+}
+
+}  // namespace tessera::frontend

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "base/vec.h"
+#include "frontend/view.h"
+
+namespace tessera::frontend {
+
+// Where a moving, defocused convex body may appear on screen, over the whole shutter and the whole lens.
+struct ScreenBounds {
+  float x0, y0, x1, y1;     // pixels, closed
+  float near_z, far_z;      // depth range of the part that is drawn
+  bool crosses_near;        // some of it lies nearer than the near plane at some time
+};
+
+// Corners of a linearly moving box in raster space (xh, yh, depth, w): eight at key 0, then eight at key 1.
+using MovingCorners = std::array<DVec4, 16>;
+
+// Bounds of the hull of all points (the corners of a body at both keys), cut at the near plane. A point that moves
+// linearly between a point of the body at key 0 and one at key 1 projects, at any time, into the hull of the two ends'
+// projections, so the bounds hold at every time (screen-space motion itself is not linear).
+//
+// Nothing when the body is nowhere inside the depth range. NaN anywhere yields bounds of the whole plane.
+//
+// The margin is what the caller knows of rounding in the vertices: absolute errors of xh and yh, of w and of depth, and
+// pixels on top. Where the error of w could exceed a quarter of w the bounds are those of the whole plane.
+struct RoundingMargin {
+  double position = 0, w = 0, depth = 0, pixels = 0;
+};
+std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection, const RoundingMargin& margin);
+
+// Circle-of-confusion radius in pixels of a point at `depth` (> 0 unless orthographic).
+double defocus_radius(const Projection& projection, double depth);
+
+}  // namespace tessera::frontend

@@ -1,0 +1,47 @@
+#include "frontend/capture_reader.h"
+
+#include <utility>
+
+#include "base/json_text.h"
+#include "frontend/gltf/builders.h"
+#include "frontend/gltf/container.h"
+#include "frontend/gltf/schema.h"
+#include "frontend/gltf/validation.h"
+
+namespace tessera::frontend {
+
+Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
+  const std::string name = file.string();
+  std::vector<std::uint8_t> bytes = gltf::read_whole_file(file, limits.max_file_bytes, name);
+  const std::uint64_t file_bytes = bytes.size();
+  MemoryBudget budget(limits.max_bytes);
+  budget.charge(file_bytes, 2, name);
+  gltf::Container container = gltf::open_container(std::move(bytes), name);
+
+  // The parsed tree takes about 20 bytes per byte of text.
+  budget.charge(container.json.size(), 20, name);
+  nlohmann::json json = parse_json(container.json, name);
+  const gltf::Place root(name);
+  gltf::check_schema(json, root);
+  gltf::validate_links(json, root);
+
+  gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget);
+  Capture capture;
+  capture.file = file;
+  capture.materials = gltf::build_materials(document);
+  capture.meshes = gltf::build_meshes(document);
+  gltf::build_scene(document, capture);
+  capture.extensions_used = document.model.extensionsUsed;
+  capture.notices = std::move(document.notices);
+  capture.file_bytes = file_bytes + document.resources.bytes_read();
+  return capture;
+}
+
+float Animation::duration() const {
+  float last = 0;
+  for (const AnimationChannel& channel : channels)
+    if (!channel.times.empty()) last = std::max(last, channel.times.back());
+  return last;
+}
+
+}  // namespace tessera::frontend

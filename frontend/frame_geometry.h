@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "frontend/assembly.h"
+#include "frontend/deform.h"
+#include "frontend/tessellation_pattern.h"
+#include "frontend/view.h"
+
+namespace tessera::frontend {
+
+// What one frame is made of: where and when.
+struct FrameRequest {
+  int width = 1280, height = 720;
+  double open_time = 0, close_time = 0;  // seconds; equal: no motion blur
+  TessellationSettings tessellation;
+  int max_factor = 64;
+};
+
+// A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
+// are the capture's own.
+struct PosedDrawable {
+  const Drawable* drawable = nullptr;
+  const Primitive* primitive = nullptr;
+  const Material* material = nullptr;
+  bool moving = false;      // anything differs between the keys, camera included
+  bool deforming = false;   // the vertices themselves differ
+  bool mirrored = false;    // the transform turns triangles inside out
+  std::array<Mat4, 2> to_raster;  // object space to (xh, yh, depth, w)
+  std::array<Mat4, 2> to_world;
+  std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
+  std::array<std::span<const Vec3>, 2> positions, normals;
+  std::array<std::span<const Vec4>, 2> tangents;
+
+  std::array<Deformed, 2> storage;  // what the spans point at when the pose deforms
+};
+
+// The scene of one frame, read by all later units. Immutable once posed.
+struct FrameGeometry {
+  const Assembly* assembly = nullptr;
+  FrameRequest request;
+  Projection projection;
+  std::array<View, 2> views;
+  std::vector<PosedDrawable> drawables;      // as Assembly::drawables
+  std::vector<TessellationPattern> patterns; // per base patch; clusters keep the default
+  std::vector<float> displacement_lod;       // per base patch: level of detail of its heights; 0 where nothing displaces
+  std::vector<shaders::Light> lights;        // in world space, at shutter open
+  bool any_motion = false;
+
+  const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
+
+  // Control points of a Bezier patch at a key, in object space.
+  std::span<const Vec3, 16> control_points(const PosedDrawable& drawable, std::uint32_t patch, int key) const {
+    return drawable.positions[static_cast<std::size_t>(key)].subspan(std::size_t{16} * (patch - drawable.drawable->first_patch)).first<16>();
+  }
+};
+
+// Poses the scene at both keys and fixes every patch's tessellation pattern. Runs on all threads.
+std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera, const FrameRequest& request);
+
+}  // namespace tessera::frontend

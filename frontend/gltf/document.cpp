@@ -1,0 +1,53 @@
+#include "frontend/gltf/document.h"
+
+#include <utility>
+
+namespace tessera::frontend::gltf {
+namespace {
+
+using nlohmann::json;
+
+// What tinygltf gets to see: no buffers and images (it would fetch them), no index accessors (it insists that each has
+// a buffer view, which Draco's need not), and no extras (it walks them recursively).
+json structure_only(json document) {
+  document.erase("buffers");
+  document.erase("images");
+  document.erase("extensionsRequired");
+  if (const auto meshes = document.find("meshes"); meshes != document.end())
+    for (json& mesh : *meshes)
+      for (json& primitive : mesh["primitives"]) primitive.erase("indices");
+  const auto erase_extras = [](auto& self, json& value) -> void {
+    if (value.is_object()) value.erase("extras");
+    if (value.is_structured())
+      for (json& inner : value) self(self, inner);
+  };
+  erase_extras(erase_extras, document);
+  return document;
+}
+
+}  // namespace
+
+Document::Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
+                   const CaptureLimits& limits_in, MemoryBudget& budget_in)
+    : json(std::move(checked)),
+      resources(json, file, std::move(binary), has_binary, limits_in, budget_in),
+      root(file.string()),
+      limits(limits_in),
+      budget(budget_in) {
+  const std::string text = structure_only(json).dump();
+  tinygltf::TinyGLTF loader;
+  std::string error, warning;
+  if (!loader.LoadASCIIFromString(&model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "")) {
+    while (!error.empty() && error.back() == '\n') error.pop_back();
+    root.refuse("{}", error);
+  }
+}
+
+const json* find_extension(const json& object, const char* name) {
+  const auto extensions = object.find("extensions");
+  if (extensions == object.end()) return nullptr;
+  const auto found = extensions->find(name);
+  return found == extensions->end() ? nullptr : &*found;
+}
+
+}  // namespace tessera::frontend::gltf
