@@ -1,0 +1,118 @@
+#include "binner/parameter_buffer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "base/check.h"
+#include "base/error.h"
+
+namespace tessera::binner {
+namespace {
+
+constexpr std::uint64_t kHeadBytes = 16, kLinkBytes = 8;
+
+std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+}  // namespace
+
+ParameterBuffer::ParameterBuffer(const hardware::GpuConfiguration& gpu, TileIndex tile_count)
+    : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
+      chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
+      burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
+      entries_per_chunk_((chunk_bytes_ - kLinkBytes) / kQueueEntryBytes),
+      heads_bytes_(round_up(tile_count * kHeadBytes, burst_bytes_)),
+      spill_(gpu.parameter_buffer_full_policy == "spill"),
+      combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {
+  if (heads_bytes_ + chunk_bytes_ > capacity_)
+    throw UsageError(fmt::format(
+        "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} tiles ({} bytes) and one chunk of {} bytes", capacity_,
+        tile_count, heads_bytes_, chunk_bytes_));
+  reset();
+}
+
+void ParameterBuffer::reset() {
+  memory_.assign(heads_bytes_, 0);
+  chunks_in_use_ = 0;
+}
+
+std::uint64_t ParameterBuffer::bytes_in_use() const { return chunk_address(chunks_in_use_); }
+
+ParameterBuffer::Head ParameterBuffer::load_head(TileIndex tile) const {
+  Head head;
+  std::memcpy(&head, &memory_[tile * kHeadBytes], sizeof head);
+  return head;
+}
+
+void ParameterBuffer::store_head(TileIndex tile, const Head& head) {
+  std::memcpy(&memory_[tile * kHeadBytes], &head, sizeof head);
+  combiner_.write(tile * kHeadBytes, kHeadBytes);
+}
+
+bool ParameterBuffer::add_chunk(Head& head) {
+  if (chunk_address(chunks_in_use_ + 1) > capacity_) {
+    if (!spill_) return false;
+    ++counters_.spilled_chunks;
+  }
+  TESSERA_CHECK(chunks_in_use_ < std::numeric_limits<std::uint32_t>::max(), "chunk numbers fit 32 bits");
+  const auto chunk = static_cast<std::uint32_t>(chunks_in_use_++);
+  memory_.resize(chunk_address(chunks_in_use_));
+  if (head.entries == 0) {
+    head.first_chunk = chunk;
+  } else {
+    // Link from the chunk before.
+    std::memcpy(&memory_[chunk_address(head.last_chunk)], &chunk, sizeof chunk);
+    combiner_.write(chunk_address(head.last_chunk), kLinkBytes);
+    counters_.queue_bytes_written += kLinkBytes;
+  }
+  head.last_chunk = chunk;
+  counters_.queue_bytes_peak = std::max(counters_.queue_bytes_peak, bytes_in_use());
+  return true;
+}
+
+bool ParameterBuffer::append(TileIndex tile, const QueueEntry& entry) {
+  Head head = load_head(tile);
+  const std::uint64_t slot = head.entries % entries_per_chunk_;
+  if (slot == 0 && !add_chunk(head)) return false;
+  // The head of a tile that has entries already is read before it is changed; a fresh one is known to be empty.
+  if (head.entries > 0) combiner_.read(tile * kHeadBytes, kHeadBytes);
+  const auto bytes = pack(entry);
+  const std::uint64_t address = chunk_address(head.last_chunk) + kLinkBytes + slot * kQueueEntryBytes;
+  std::memcpy(&memory_[address], bytes.data(), bytes.size());
+  combiner_.write(address, kQueueEntryBytes);
+  TESSERA_CHECK(head.entries < std::numeric_limits<std::uint32_t>::max(), "a queue's length fits 32 bits");
+  // A head is one record of the queue however often it changes; the bursts of its updates are in the ledger.
+  counters_.queue_bytes_written += kQueueEntryBytes + (head.entries == 0 ? kHeadBytes : 0);
+  ++head.entries;
+  store_head(tile, head);
+  ++counters_.entries;
+  return true;
+}
+
+void ParameterBuffer::finish() { combiner_.flush(); }
+
+std::vector<QueueEntry> ParameterBuffer::read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const {
+  const auto charge = [&](std::uint64_t address, std::uint64_t bytes) {
+    ledger.read(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue, hardware::burst_bytes(address, bytes, burst_bytes_));
+    bytes_read += bytes;
+  };
+  const Head head = load_head(tile);
+  charge(tile * kHeadBytes, kHeadBytes);
+  std::vector<QueueEntry> entries;
+  entries.reserve(head.entries);
+  std::uint32_t chunk = head.first_chunk;
+  while (entries.size() < head.entries) {
+    const std::uint64_t here = std::min<std::uint64_t>(entries_per_chunk_, head.entries - entries.size());
+    const std::uint64_t address = chunk_address(chunk);
+    charge(address, kLinkBytes + here * kQueueEntryBytes);
+    for (std::uint64_t e = 0; e < here; ++e)
+      entries.push_back(unpack(std::span<const std::uint8_t, kQueueEntryBytes>(
+          &memory_[address + kLinkBytes + e * kQueueEntryBytes], kQueueEntryBytes)));
+    std::memcpy(&chunk, &memory_[address], sizeof chunk);
+  }
+  return entries;
+}
+
+}  // namespace tessera::binner

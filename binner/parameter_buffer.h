@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "binner/queue_entry.h"
+#include "binner/tile_grid.h"
+#include "binner/write_combiner.h"
+#include "hardware/configuration.h"
+#include "hardware/counter.h"
+#include "hardware/ledger.h"
+
+namespace tessera::binner {
+
+struct BinnerCounters {
+  std::uint64_t entries = 0;
+  std::uint64_t tile_overlaps = 0;
+  std::uint64_t queue_bytes_written = 0;
+  std::uint64_t queue_bytes_read = 0;
+  std::uint64_t queue_bytes_peak = 0;
+  std::uint64_t partial_renders = 0;
+  std::uint64_t spilled_chunks = 0;
+};
+
+// Per-tile queues of sub-patch references inside one parameter buffer of fixed size.
+//
+// Memory layout: one 16-byte list head per tile (number of the first chunk, of the last, entries in all, zero), then
+// chunks of parameter_buffer.chunk_bytes, each an 8-byte link (number of the next chunk) and as many entries as fit.
+// The bytes are really there: what a tile core reads is decoded from them.
+//
+// Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
+// Invariants (cited by the tests):
+//   P1  bytes_in_use() <= capacity unless the policy is to spill: a full buffer refuses, it never drops an entry.
+//   P2  A tile's entries come back in the order in which they were appended.
+//   P3  Every burst that moves is in the ledger once, under tile_queue.
+class ParameterBuffer {
+ public:
+  // Throws UsageError when not even the list heads and one chunk fit.
+  ParameterBuffer(const hardware::GpuConfiguration& gpu, TileIndex tile_count);
+
+  // False: full, nothing was written; the caller renders what is there and calls reset().
+  [[nodiscard]] bool append(TileIndex tile, const QueueEntry& entry);
+
+  // Writes back what is still on chip. Between this and the next append tiles may be read.
+  void finish();
+
+  // The tile's queue, in order. Bursts read are charged to `ledger` as tilecore / tile_queue, payload bytes to
+  // `bytes_read`. May be called by many threads at once.
+  std::vector<QueueEntry> read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const;
+
+  // Empties all queues.
+  void reset();
+
+  std::uint64_t bytes_in_use() const;
+  const BinnerCounters& counters() const { return counters_; }
+  BinnerCounters& counters() { return counters_; }
+  const hardware::Ledger& ledger() const { return ledger_; }
+
+ private:
+  struct Head {
+    std::uint32_t first_chunk = 0, last_chunk = 0, entries = 0;
+  };
+  std::uint64_t chunk_address(std::uint64_t chunk) const { return heads_bytes_ + chunk * chunk_bytes_; }
+  bool add_chunk(Head& head);
+  void store_head(TileIndex tile, const Head& head);
+  Head load_head(TileIndex tile) const;
+
+  std::uint64_t capacity_, chunk_bytes_, burst_bytes_, entries_per_chunk_, heads_bytes_;
+  bool spill_;
+  std::vector<std::uint8_t> memory_;  // grows with the chunks in use
+  std::uint64_t chunks_in_use_ = 0;
+  BinnerCounters counters_;
+  hardware::Ledger ledger_;
+  WriteCombiner combiner_;
+};
+
+}  // namespace tessera::binner
+
+namespace tessera::hardware {
+
+template <>
+inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
+    {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
+     "Entries written to tile queues. A sub-patch counts once for every queue it is in.", "MaliFragRdPrim (FRAG_PRIMITIVES_OUT)"},
+    {"binner.tile_overlaps", &binner::BinnerCounters::tile_overlaps, Combine::kSum, "tiles",
+     "Pairs of a sub-patch and a tile that its bound covers.", "PowerVR Tiles per Triangle (times primitives)"},
+    {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
+     "Bytes of entries, chunk links and list heads written by the binner, before rounding to bursts.",
+     "MaliTilerWrBt; V3D PTB-memory-words-writes"},
+    {"binner.queue_bytes_read", &binner::BinnerCounters::queue_bytes_read, Combine::kSum, "bytes",
+     "Bytes of entries, chunk links and list heads read by tile cores, before rounding to bursts.", "MaliTilerRdBt"},
+    {"binner.queue_bytes_peak", &binner::BinnerCounters::queue_bytes_peak, Combine::kPeak, "bytes",
+     "Most parameter-buffer memory in use at any time: list heads and whole chunks.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
+    {"binner.partial_renders", &binner::BinnerCounters::partial_renders, Combine::kSum, "renders",
+     "Times that a full parameter buffer made all tiles render what they had.", "PowerVR SPM; Apple partial render; Mali incremental render"},
+    {"binner.spilled_chunks", &binner::BinnerCounters::spilled_chunks, Combine::kSum, "chunks",
+     "Chunks taken from the overflow area because the parameter buffer was full.", "V3D binner out-of-memory interrupt"},
+});
+TESSERA_COUNTERS_COVER(binner::BinnerCounters);
+
+}  // namespace tessera::hardware
