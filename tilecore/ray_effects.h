@@ -1,0 +1,10 @@
+#pragma once
+
+namespace tessera::tilecore {
+
+// Which effects visibility must handle for a mesh; each combination has kernels of its own.
+struct RayEffects {
+  bool motion = false, lens = false;
+};
+
+}  // namespace tessera::tilecore

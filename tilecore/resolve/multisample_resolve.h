@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/image.h"
+#include "base/rect.h"
+#include "base/vec.h"
+#include "hardware/counter.h"
+#include "hardware/ledger.h"
+
+namespace tessera::tilecore {
+
+struct ResolveCounters {
+  std::uint64_t pixels_shaded = 0;
+};
+
+// Multisample resolve: the colour of a pixel is the mean of its samples in linear light, its coverage the share of them
+// that see something. Writes the tile's pixels and charges the frame buffer for them.
+//
+// `color` and `coverage` hold spp values per pixel, row by row; `pixels` is the tile, `target` the picture of `region`.
+struct ResolveInput {
+  std::span<const Vec3> color;
+  std::span<const float> coverage;
+  int spp;
+  IntRect pixels, region;
+  std::uint64_t burst_bytes;
+};
+void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, hardware::Ledger& ledger);
+
+// Bytes per pixel of the finished frame in memory: RGBA, half float.
+inline constexpr std::uint64_t kFramePixelBytes = 8;
+
+}  // namespace tessera::tilecore
+
+namespace tessera::hardware {
+
+template <>
+inline constexpr auto kCounterFields<tilecore::ResolveCounters> = std::to_array<CounterField<tilecore::ResolveCounters>>({
+    {"resolve.pixels_shaded", &tilecore::ResolveCounters::pixels_shaded, Combine::kSum, "pixels",
+     "Pixels resolved from samples that were shaded for them.", "PowerVR Pixels Out; V3D TLB-quads-written-to-color-buffer (times 4)"},
+});
+TESSERA_COUNTERS_COVER(tilecore::ResolveCounters);
+
+}  // namespace tessera::hardware

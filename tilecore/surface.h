@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "frontend/frame_geometry.h"
+
+namespace tessera::tilecore {
+
+// A point on a base patch as visibility reports it: the triangle of the patch's grid or cluster, the weights of its
+// second and third corner, and the time.
+struct SurfaceLocation {
+  std::uint32_t patch = 0, triangle = 0;
+  float b1 = 0, b2 = 0;
+  float t = 0;
+};
+
+// The surface at that point: everything the pixel shader reads. Parameters (p, q) are (u, v) of a Bezier patch or
+// (b1, b2) of a cluster's triangle.
+struct Surface {
+  const frontend::PosedDrawable* drawable = nullptr;
+  Vec3 position;              // world
+  Vec3 geometric_normal;      // world, unit, on the side that is the front
+  Vec3 normal;                // world, unit, interpolated or displaced
+  Vec3 position_p, position_q;  // world derivatives
+  // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on.
+  glm::mat2 parameters_by_pixel{0.0f};
+
+  // Vertices that attributes are interpolated from (numbers within the primitive), with weights and their derivatives.
+  int corner_count = 3;
+  std::array<std::uint32_t, 4> vertex{};
+  std::array<float, 4> weight{}, weight_p{}, weight_q{};
+
+  // An attribute and its derivatives by pixel.
+  struct Texcoord {
+    Vec2 value, by_x, by_y, by_p, by_q;
+  };
+  Texcoord texcoord(int set, const shaders::TextureTransform& transform) const;
+  Vec4 color() const;
+};
+
+Surface evaluate_surface(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
+
+// Interpolated texture coordinate alone, for the alpha test.
+Vec2 surface_texcoord(const frontend::FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform);
+// Interpolated vertex alpha alone.
+float surface_alpha(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
+
+}  // namespace tessera::tilecore

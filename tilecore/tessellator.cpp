@@ -1,0 +1,219 @@
+#include "tilecore/tessellator.h"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "frontend/front_end.h"
+#include "frontend/patch_displacement.h"
+#include "shaders_cpp/bicubic.h"
+#include "tilecore/tessellator_kernel.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using frontend::FrameGeometry;
+using frontend::PatchNeighbours;
+using frontend::PosedDrawable;
+using frontend::TessellationPattern;
+
+constexpr std::size_t kVertexPadding = 64;  // vectors may write past the last vertex
+
+shaders::ControlPoints<float> control_points(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
+  shaders::ControlPoints<float> c;
+  const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
+  for (std::size_t i = 0; i < 16; ++i) c[i] = {points[i].x, points[i].y, points[i].z};
+  return c;
+}
+
+// Domain shader at one parameter: the scalar twin of the row kernels, with their operations in their order.
+Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key) {
+  const auto c = control_points(frame, drawable, patch, key);
+  const shaders::BicubicRow<float> row = shaders::bicubic_row(c, v);
+  const shaders::SurfacePoint<float> p = shaders::bicubic_point<float>(row, u);
+  if (!drawable.material->displacement) return {p.position.x, p.position.y, p.position.z};
+  const Vector3<float> n = shaders::bicubic_normal(c, u, v, p);
+  const float offset = frontend::patch_displacement(frame, drawable, patch).offset(u, v);
+  const Vector3<float> moved = p.position + n * offset;
+  return {moved.x, moved.y, moved.z};
+}
+
+// A vertex on the boundary of a grid, evaluated by the owner of the corner or edge that it lies on.
+struct OwnedVertex {
+  std::uint32_t patch;  // within the drawable
+  float u, v;
+};
+OwnedVertex boundary_vertex(const TessellationPattern& pattern, const PatchNeighbours& neighbours, int i, int j) {
+  // Edge and number of the vertex on it.
+  const bool along_u = j == 0 || j == pattern.nv;
+  const std::size_t edge = along_u ? (j == 0 ? 0u : 1u) : (i == 0 ? 2u : 3u);
+  const int factor = pattern.edge[edge];
+  int k = along_u ? TessellationPattern::edge_vertex(i, pattern.nu, factor) : TessellationPattern::edge_vertex(j, pattern.nv, factor);
+  const PatchNeighbours::EdgeOwner& owner = neighbours.edges[edge];
+  if (k == 0 || k == factor || owner.collapsed) {
+    // Corner c has u = c & 1, v = c >> 1.
+    const bool far = k == factor && !owner.collapsed;
+    const std::size_t corner = along_u ? (far ? 1u : 0u) + (j == 0 ? 0u : 2u) : (far ? 2u : 0u) + (i == 0 ? 0u : 1u);
+    const PatchNeighbours::CornerOwner& at = neighbours.corners[corner];
+    return {at.patch, (at.corner & 1) != 0 ? 1.0f : 0.0f, (at.corner & 2) != 0 ? 1.0f : 0.0f};
+  }
+  if (owner.reversed) k = factor - k;
+  const float s = static_cast<float>(k) / static_cast<float>(factor);
+  switch (owner.edge) {
+    case 0: return {owner.patch, s, 0.0f};
+    case 1: return {owner.patch, s, 1.0f};
+    case 2: return {owner.patch, 0.0f, s};
+    default: return {owner.patch, 1.0f, s};
+  }
+}
+
+void build_grid_cells(const TessellationPattern& pattern, const frontend::CellRange& range, bool moving, MicroMesh& mesh) {
+  constexpr int kLeafSide = 4;  // kLeafCells = 16
+  const int columns = range.i1 - range.i0 + 1;
+  for (int lj = range.j0; lj < range.j1; lj += kLeafSide)
+    for (int li = range.i0; li < range.i1; li += kLeafSide) {
+      mesh.begin_leaf();
+      for (int j = lj; j < std::min<int>(lj + kLeafSide, range.j1); ++j)
+        for (int i = li; i < std::min<int>(li + kLeafSide, range.i1); ++i) {
+          const std::int32_t a = (j - range.j0) * columns + (i - range.i0);
+          mesh.add_cell({a, a + 1, a + 1 + columns, a + columns}, 2u * static_cast<std::uint32_t>(j * pattern.nu + i), moving);
+        }
+    }
+}
+
+void build_cluster_cells(const frontend::MeshClusters& clusters, const frontend::Cluster& cluster, bool moving, MicroMesh& mesh) {
+  for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {
+    if (c % kLeafCells == 0) mesh.begin_leaf();
+    const auto& corner = clusters.cells[cluster.first_cell + c].corner;
+    mesh.add_cell({corner[0], corner[1], corner[2], corner[3]}, 2u * c, moving);
+  }
+}
+
+// Records fetched for a sub-patch: its own, and of each other patch that owns one of its boundary vertices when those
+// are displaced (plain edges are computed from the patch's own control points, which are the same).
+std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, const frontend::CellRange& range) {
+  std::uint64_t bytes = frontend::patch_record_bytes(frame, patch);
+  if (drawable.drawable->kind != frontend::Primitive::Kind::kBezierPatches || !drawable.material->displacement) return bytes;
+  const std::uint32_t first = drawable.drawable->first_patch;
+  const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
+  const TessellationPattern& pattern = frame.patterns[patch];
+  const std::array<bool, 4> touches = {range.j0 == 0, range.j1 == pattern.nv, range.i0 == 0, range.i1 == pattern.nu};
+  std::set<std::uint32_t> others;
+  for (std::size_t e = 0; e < 4; ++e)
+    if (touches[e]) others.insert(neighbours.edges[e].patch + first);
+  for (std::size_t c = 0; c < 4; ++c)
+    if (touches[(c & 1) != 0 ? 3 : 2] && touches[(c & 2) != 0 ? 1 : 0]) others.insert(neighbours.corners[c].patch + first);
+  others.erase(patch);
+  for (const std::uint32_t other : others) bytes += frontend::patch_record_bytes(frame, other);
+  return bytes;
+}
+
+}  // namespace
+
+void Tessellator::resize(std::size_t vertices) {
+  for (Points& points : object_) points.resize(vertices + kVertexPadding);
+  normal_.resize(vertices + kVertexPadding);
+  for (auto* v : {&u_, &offset_, &margin_}) v->resize(vertices + kVertexPadding);
+}
+
+Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key) {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const TessellationPattern& pattern = frame.patterns[patch];
+  const std::uint32_t first = drawable.drawable->first_patch;
+  if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
+    const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
+    const OwnedVertex owned = boundary_vertex(pattern, neighbours, i, j);
+    return domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key));
+  }
+  return domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key));
+}
+
+void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
+                               const frontend::CellRange& range, std::size_t key) {
+  const TessellationPattern& pattern = frame.patterns[patch];
+  const auto c = control_points(frame, drawable, patch, key);
+  const bool displaced = drawable.material->displacement.has_value();
+  frontend::PatchDisplacement displacement;
+  if (displaced) displacement = frontend::patch_displacement(frame, drawable, patch);
+
+  // Rows through the inside of the grid, all lanes at once; boundary vertices are overwritten below.
+  const int columns = range.i1 - range.i0 + 1;
+  const auto count = static_cast<std::size_t>(columns);
+  for (int i = 0; i < columns; ++i) u_[static_cast<std::size_t>(i)] = static_cast<float>(range.i0 + i) / static_cast<float>(pattern.nu);
+  for (int j = range.j0; j <= range.j1; ++j) {
+    const std::size_t first = static_cast<std::size_t>(j - range.j0) * count;
+    const PointArrays position = {&object_[key].x[first], &object_[key].y[first], &object_[key].z[first]};
+    if (j > 0 && j < pattern.nv) {
+      const float v = static_cast<float>(j) / static_cast<float>(pattern.nv);
+      const shaders::BicubicRow<float> row = shaders::bicubic_row(c, v);
+      const PointArrays normal = {normal_.x.data(), normal_.y.data(), normal_.z.data()};
+      evaluate_row(row, u_.data(), count, position, normal, displaced ? margin_.data() : nullptr);
+      for (std::size_t i = 0; displaced && i < count; ++i) {
+        offset_[i] = displacement.offset(u_[i], v);
+        if (margin_[i] > 0.0f) continue;
+        const Vector3<float> n = shaders::limit_normal(c, u_[i], v, shaders::bicubic_point<float>(row, u_[i]));
+        normal_.x[i] = n.x;
+        normal_.y[i] = n.y;
+        normal_.z[i] = n.z;
+      }
+      if (displaced) displace(count, offset_.data(), normal, position);
+    }
+    for (int i = range.i0; i <= range.i1; ++i) {
+      if (i > 0 && i < pattern.nu && j > 0 && j < pattern.nv) continue;
+      const Vec3 p = vertex_position(frame, patch, i, j, static_cast<int>(key));
+      const std::size_t at = first + static_cast<std::size_t>(i - range.i0);
+      object_[key].x[at] = p.x;
+      object_[key].y[at] = p.y;
+      object_[key].z[at] = p.z;
+    }
+  }
+}
+
+void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
+  const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
+  const frontend::Cluster& cluster = clusters.clusters[patch - drawable.drawable->first_patch];
+  for (std::size_t v = 0; v < cluster.vertex_count; ++v) {
+    const Vec3& p = drawable.positions[key][clusters.vertices[cluster.first_vertex + v]];
+    object_[key].x[v] = p.x;
+    object_[key].y[v] = p.y;
+    object_[key].z[v] = p.z;
+  }
+}
+
+Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects,
+                                          MicroMesh& mesh) {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  const bool moving = effects.motion;
+  std::size_t vertices;
+  if (bezier) vertices = static_cast<std::size_t>(range.i1 - range.i0 + 1) * static_cast<std::size_t>(range.j1 - range.j0 + 1);
+  else vertices = frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch].vertex_count;
+  resize(vertices);
+  mesh.resize_vertices(vertices + kVertexPadding, moving);
+  mesh.vertex_count = vertices;
+
+  // A rigid drawable has one object-space surface; only its transform differs between the keys.
+  const std::size_t shaded_keys = drawable.deforming ? 2 : 1;
+  for (std::size_t key = 0; key < shaded_keys; ++key) {
+    if (bezier) shade_bezier(frame, drawable, patch, range, key);
+    else shade_cluster(frame, drawable, patch, key);
+  }
+  const auto arrays = [](Points& p) { return PointArrays{p.x.data(), p.y.data(), p.z.data()}; };
+  mesh.all_projected = project_vertices(
+      vertices, {arrays(object_[0]), arrays(object_[shaded_keys - 1])}, drawable.to_raster, moving,
+      {frame.projection.orthographic, static_cast<float>(frame.projection.near)},
+      {PointArrays{mesh.x0.data(), mesh.y0.data(), mesh.z0.data()}, PointArrays{mesh.x1.data(), mesh.y1.data(), mesh.z1.data()}},
+      mesh.projected.data());
+
+  mesh.clear_cells();
+  if (bezier) {
+    build_grid_cells(frame.patterns[patch], range, moving, mesh);
+  } else {
+    const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
+    build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], moving, mesh);
+  }
+  build_boxes(mesh, {moving, effects.lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)});
+  return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range)};
+}
+
+}  // namespace tessera::tilecore
