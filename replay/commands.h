@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+
+namespace CLI {
+class App;
+}
+
+namespace tessera::replay {
+
+// A sub-command of the program: declares its options on an App, then runs. `run` throws the error types of
+// base/error.h; main turns them into exit statuses.
+class Command {
+ public:
+  virtual ~Command() = default;
+  virtual void run() = 0;
+};
+
+std::unique_ptr<Command> make_replay_command(CLI::App& app);
+std::unique_ptr<Command> make_inspect_command(CLI::App& app);
+std::unique_ptr<Command> make_pack_command(CLI::App& app);
+std::unique_ptr<Command> make_compare_command(CLI::App& app);
+std::unique_ptr<Command> make_describe_command(CLI::App& app);
+
+}  // namespace tessera::replay

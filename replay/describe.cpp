@@ -1,0 +1,174 @@
+#include "replay/describe.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/key_table.h"
+#include "frontend/extensions.h"
+#include "hardware/configuration.h"
+#include "replay/settings.h"
+#include "replay/statistics.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+struct Column {
+  const char* key;
+  const char* title;
+};
+
+// What the pages say above their tables.
+struct Topic {
+  const char* name;
+  const char* title;
+  const char* introduction;
+  std::vector<Column> columns;
+};
+
+const std::vector<Topic>& topics() {
+  static const std::vector<Topic> kTopics = {
+      {"counters", "Counters",
+       "Every counter of stats.json and stats.csv, generated from the declarations beside the code that counts. Counters are raw events, exact, and\n"
+       "the same for any number of host threads and any host instruction set. A counter whose unit did not run is absent, not zero. Over several\n"
+       "frames a counter is summed, or its peak is kept. The last column names what an architect knows from real parts; it says that the quantity is\n"
+       "comparable, not that the numbers agree.",
+       {{"name", "counter"}, {"unit", "unit"}, {"over_frames", "over frames"}, {"meaning", "meaning"}, {"vendor", "comparable to"}}},
+      {"settings", "Settings",
+       "What `--set KEY=VALUE` changes about a replay, generated from the declarations. The numbers of the described machine are keys as well: see\n"
+       "[gpu.md](gpu.md).",
+       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}}},
+      {"gpu", "The described machine",
+       "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset `middle`. In a file the dots nest:\n"
+       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, [assumed] our own choice.",
+       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}, {"source", "source"}}},
+      {"extensions", "glTF extensions",
+       "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset requires them; then it is\n"
+       "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
+       {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
+      {"effects", "Effects",
+       "Effects that a frame may need. `stats.json` says for each frame which ran; a sub-patch that needs none of motion and defocus runs kernels\n"
+       "that hold no code for them.",
+       {{"name", "effect"}, {"meaning", "meaning"}, {"when", "runs when"}, {"setting", "forced by"}}},
+  };
+  return kTopics;
+}
+
+const Topic& topic_named(const std::string& name) {
+  for (const Topic& topic : topics())
+    if (topic.name == name) return topic;
+  std::string known;
+  for (const Topic& topic : topics()) known += std::string(known.empty() ? "" : ", ") + topic.name;
+  throw UsageError(fmt::format("describe {}: topics are {}", name, known));
+}
+
+template <class S>
+json describe_keys(const KeyTable<S>& table) {
+  json rows = json::array();
+  for (const auto& key : table.keys()) rows.push_back(describe_key(key, table.default_value(key)));
+  return rows;
+}
+
+json describe_extensions() {
+  json rows = json::array();
+  for (const frontend::Extension& extension : frontend::supported_extensions()) {
+    json members = json::array();
+    for (const frontend::ExtensionMember& m : extension.members)
+      members.push_back({{"name", m.name}, {"type", m.type}, {"unit", m.unit}, {"default", m.default_value}, {"meaning", m.meaning}});
+    rows.push_back({{"name", extension.name}, {"extends", extension.extends}, {"meaning", extension.meaning}, {"members", members}});
+  }
+  return rows;
+}
+
+json describe_effects() {
+  return json::array(
+      {{{"name", "alpha_test"}, {"meaning", "Hits count only where the material's alpha reaches its cutoff."}, {"when", "a material has alpha mode MASK"}, {"setting", ""}},
+       {{"name", "blending"}, {"meaning", "Surfaces are kept as layers per sample and composed far to near."}, {"when", "a material has alpha mode BLEND"}, {"setting", ""}},
+       {{"name", "defocus"}, {"meaning", "Samples look through points of a thin lens."}, {"when", "the camera has an aperture"}, {"setting", "effects.defocus"}},
+       {{"name", "displacement"}, {"meaning", "Vertices of Bezier patches move along the normal by a texture."}, {"when", "a Bezier patch has a material with TESSERA_displacement"}, {"setting", ""}},
+       {{"name", "motion"}, {"meaning", "Samples see the scene at different times of the shutter."}, {"when", "anything differs between shutter open and close, camera included"}, {"setting", "effects.motion"}}});
+}
+
+std::string range_of(const json& row) {
+  if (row.contains("choices")) {
+    std::string text;
+    for (const json& choice : row["choices"]) text += (text.empty() ? "" : ", ") + choice.get<std::string>();
+    return text;
+  }
+  if (row.contains("min")) return fmt::format("{:.15g} to {:.15g}", row["min"].get<double>(), row["max"].get<double>());
+  return row.contains("type") && row["type"] == "boolean" ? "true, false" : "";
+}
+
+std::string cell_text(const json& row, const std::string& key) {
+  if (key == "range") return range_of(row);
+  if (key == "member_names") {
+    std::string text;
+    for (const json& member : row["members"]) text += (text.empty() ? "" : ", ") + member["name"].get<std::string>();
+    return text;
+  }
+  if (!row.contains(key)) return "";
+  return row[key].is_string() ? row[key].get<std::string>() : row[key].dump();
+}
+
+}  // namespace
+
+const std::vector<std::string>& describe_topics() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> names;
+    for (const Topic& topic : topics()) names.emplace_back(topic.name);
+    return names;
+  }();
+  return kNames;
+}
+
+json describe_json(const std::string& name) {
+  topic_named(name);
+  if (name == "counters") return describe_counters();
+  if (name == "settings") return describe_keys(settings_keys());
+  if (name == "gpu") return describe_keys(hardware::gpu_keys());
+  if (name == "extensions") return describe_extensions();
+  return describe_effects();
+}
+
+std::string describe_text(const std::string& name) {
+  const Topic& topic = topic_named(name);
+  std::string text;
+  for (const json& row : describe_json(name)) {
+    text += cell_text(row, topic.columns[0].key) + "\n";
+    for (std::size_t c = 1; c < topic.columns.size(); ++c) {
+      const std::string value = cell_text(row, topic.columns[c].key);
+      if (!value.empty()) text += fmt::format("    {:<14}{}\n", topic.columns[c].title, value);
+    }
+    if (row.contains("members"))
+      for (const json& member : row["members"])
+        text += fmt::format("      {} ({}{}{}, default {}): {}\n", member["name"].get<std::string>(), member["type"].get<std::string>(),
+                            member["unit"] == "" ? "" : ", ", member["unit"].get<std::string>(), member["default"].get<std::string>(),
+                            member["meaning"].get<std::string>());
+  }
+  return text;
+}
+
+std::string describe_markdown(const std::string& name) {
+  const Topic& topic = topic_named(name);
+  std::string text = fmt::format("# {}\n\n{}\n\nMade by `tessera describe {} --markdown`.\n\n|", topic.title, topic.introduction, name);
+  for (const Column& column : topic.columns) text += fmt::format(" {} |", column.title);
+  text += "\n|";
+  for (std::size_t c = 0; c < topic.columns.size(); ++c) text += "---|";
+  text += "\n";
+  for (const json& row : describe_json(name)) {
+    text += "|";
+    for (std::size_t c = 0; c < topic.columns.size(); ++c) {
+      std::string value = cell_text(row, topic.columns[c].key);
+      for (std::size_t at = 0; (at = value.find('|', at)) != std::string::npos; at += 2) value.insert(at, "\\");
+      text += c == 0 ? fmt::format(" `{}` |", value) : fmt::format(" {} |", value);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,37 @@
+#include "replay/frame_files.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/exr_file.h"
+#include "base/image_codec.h"
+#include "shaders_cpp/tone_map.h"
+
+namespace tessera::replay {
+
+const std::vector<std::string>& auxiliary_layers() {
+  static const std::vector<std::string> kLayers = {"depth", "normal", "patch", "invocations"};
+  return kLayers;
+}
+
+std::string frame_name(int frame) { return fmt::format("frame_{:04d}", frame); }
+
+void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets, const std::vector<std::string>& auxiliary,
+                 float exposure) {
+  std::vector<ExrChannel> channels;
+  for (std::size_t c = 0; c < 4; ++c)
+    channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, targets.color.values.data() + c, 4});
+  const auto wants = [&](const char* layer) { return std::find(auxiliary.begin(), auxiliary.end(), layer) != auxiliary.end(); };
+  if (wants("depth")) channels.push_back({"depth.Z", ExrChannel::Type::kFloat, targets.depth.values.data(), 1});
+  if (wants("normal"))
+    for (std::size_t c = 0; c < 3; ++c)
+      channels.push_back({std::string("normal.") + "XYZ"[c], ExrChannel::Type::kHalf, targets.normal.values.data() + c, 3});
+  if (wants("patch")) channels.push_back({"patch.id", ExrChannel::Type::kUint, targets.patch.values.data(), 1});
+  if (wants("invocations")) channels.push_back({"invocations.count", ExrChannel::Type::kHalf, targets.invocations.values.data(), 1});
+  const std::string name = frame_name(frame);
+  write_exr(folder / (name + ".exr"), targets.color.width, targets.color.height, channels);
+  write_png(folder / (name + ".png"), shaders::to_display(targets.color, exposure));
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tilecore/tile_core.h"
+
+namespace tessera::replay {
+
+// Auxiliary layers that a replay can add to its EXR files.
+const std::vector<std::string>& auxiliary_layers();
+
+// "frame_0007"
+std::string frame_name(int frame);
+
+// Writes frame_NNNN.exr (linear, half float; auxiliary layers as channels of their own) and frame_NNNN.png (exposed,
+// tone mapped, sRGB) into `folder`, each whole or not at all.
+void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets,
+                 const std::vector<std::string>& auxiliary, float exposure);
+
+}  // namespace tessera::replay

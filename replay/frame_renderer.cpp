@@ -1,0 +1,161 @@
+#include "replay/frame_renderer.h"
+
+#include <chrono>
+#include <utility>
+
+#include "base/check.h"
+
+namespace tessera::replay {
+namespace {
+
+// Adds the time since it was made to a stage.
+class StageTimer {
+ public:
+  StageTimer(FrameResult& result, const char* stage) : result_(result), stage_(stage), start_(std::chrono::steady_clock::now()) {}
+  ~StageTimer() { result_.stage_seconds[stage_] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  FrameResult& result_;
+  const char* stage_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+frontend::CameraChoice choose_camera(const frontend::Capture& capture, const RunSettings& settings, const RenderRequest& request) {
+  const frontend::CaptureSettings& own = capture.settings;
+  frontend::CameraChoice choice = frontend::choose_camera(capture, own.first_frame / own.frame_rate, request.width, request.height);
+  if (settings.defocus == "off") choice.camera.lens.aperture_radius = 0;
+  return choice;
+}
+
+}  // namespace
+
+void FrameCounters::accumulate(const FrameCounters& frame) {
+  hardware::accumulate(frontend, frame.frontend);
+  hardware::accumulate(binner, frame.binner);
+  hardware::accumulate(tilecore, frame.tilecore);
+  hardware::accumulate(resolve, frame.resolve);
+  ledger += frame.ledger;
+}
+
+FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+                             const RenderRequest& request)
+    : capture_(capture),
+      gpu_(gpu),
+      settings_(settings),
+      request_(request),
+      assembly_(frontend::assemble(capture)),
+      pyramids_(assembly_),
+      camera_(choose_camera(capture, settings, request)) {}
+
+frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
+  const frontend::CaptureSettings& own = capture_.settings;
+  frontend::FrameRequest request;
+  request.width = request_.width;
+  request.height = request_.height;
+  request.open_time = (frame + own.shutter_open) / own.frame_rate;
+  request.close_time = settings_.motion == "off" ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
+  request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
+  request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
+  return request;
+}
+
+tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const {
+  tilecore::TileJob job;
+  job.frame = &frame;
+  job.grid = &grid;
+  job.pattern = &pattern;
+  // An asset with lights of its own keeps a little of the environment, so that nothing is black.
+  const float environment = capture_.settings.environment.value_or(capture_.lights.empty() ? 1.0f : 0.3f);
+  job.lighting.environment = shaders::Environment(environment);
+  job.has_background = capture_.settings.background.has_value();
+  if (job.has_background) job.background = *capture_.settings.background;
+  job.shading = settings_.shading_rate == "sample" ? tilecore::ShadingRate::kSample : tilecore::ShadingRate::kPixel;
+  job.force_motion = settings_.motion == "on";
+  job.force_lens = settings_.defocus == "on";
+  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
+  return job;
+}
+
+FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) const {
+  FrameEffects effects = {{"motion", frame.any_motion}, {"defocus", frame.projection.lens_scale != 0},
+                          {"displacement", false}, {"alpha_test", false}, {"blending", false}};
+  for (const frontend::PosedDrawable& drawable : frame.drawables) {
+    const frontend::Material& material = *drawable.material;
+    if (material.displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) effects["displacement"] = true;
+    if (material.alpha_mode == frontend::AlphaMode::kMask) effects["alpha_test"] = true;
+    if (material.alpha_mode == frontend::AlphaMode::kBlend) effects["blending"] = true;
+  }
+  return effects;
+}
+
+void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
+                              FrameResult& result) {
+  const binner::TileIndex tile_count = binner.grid().tile_count();
+  std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
+  PerThread<std::uint64_t> queue_bytes_read;
+  binner::Binner::Cursor cursor;
+  bool done = false;
+  while (!done) {
+    {
+      const StageTimer timer(result, "bin");
+      done = binner.run(*job.frame, sub_patches, cursor);
+    }
+    const StageTimer timer(result, "tiles");
+    if (!done) {
+      ++result.counters.binner.partial_renders;
+      unfinished.resize(tile_count);
+    }
+    parallel_for(tile_count, [&](std::size_t t) {
+      const auto tile = static_cast<binner::TileIndex>(t);
+      current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
+      tilecore::TileCore& core = cores_.local();
+      hardware::Ledger ledger;
+      std::vector<binner::QueueEntry> entries = binner.buffer().read_tile(tile, ledger, queue_bytes_read.local());
+      core.charge(ledger);
+      tilecore::TileState fresh;
+      tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
+      if (state.started && (done || !entries.empty())) core.load_state(job, state);
+      if (!done && entries.empty()) return;
+      core.render_entries(job, tile, std::move(entries), state);
+      if (done) core.finish(job, tile, state, result.targets);
+      else core.store_state(job, state);
+    });
+    if (!done) binner.reset();
+  }
+  queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
+  hardware::merge(result.counters.binner, binner.buffer().counters());
+  result.counters.ledger += binner.buffer().ledger();
+  cores_.for_each([&](tilecore::TileCore& core) {
+    hardware::merge(result.counters.tilecore, core.take_counters());
+    hardware::merge(result.counters.resolve, core.take_resolve_counters());
+    result.counters.ledger += core.take_ledger();
+  });
+}
+
+FrameResult FrameRenderer::render(int frame) {
+  const auto start = std::chrono::steady_clock::now();
+  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0};
+  std::unique_ptr<frontend::FrameGeometry> geometry;
+  {
+    const StageTimer timer(result, "pose");
+    geometry = frontend::pose_frame(assembly_, camera_, frame_request(frame));
+  }
+  frontend::FrontEndResult front_end;
+  {
+    const StageTimer timer(result, "bound");
+    front_end = frontend::run_front_end(*geometry, pyramids_, gpu_);
+  }
+  result.counters.frontend = front_end.counters;
+  result.counters.ledger += front_end.ledger;
+  result.effects = effects_of(*geometry);
+
+  binner::Binner binner(gpu_, binner::TileGrid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
+                                               static_cast<int>(gpu_.tile_height), request_.region));
+  const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
+                                         static_cast<std::uint32_t>(frame)});
+  run_tiles(make_job(*geometry, binner.grid(), pattern), binner, front_end.sub_patches, result);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace tessera::replay

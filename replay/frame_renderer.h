@@ -1,0 +1,90 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/parallel.h"
+#include "binner/binner.h"
+#include "frontend/assembly.h"
+#include "frontend/capture.h"
+#include "frontend/front_end.h"
+#include "hardware/configuration.h"
+#include "hardware/ledger.h"
+#include "replay/settings.h"
+#include "tilecore/tile_core.h"
+
+namespace tessera::replay {
+
+// All counters of one frame, or of several.
+struct FrameCounters {
+  frontend::FrontendCounters frontend;
+  binner::BinnerCounters binner;
+  tilecore::TileCoreCounters tilecore;
+  tilecore::ResolveCounters resolve;
+  hardware::Ledger ledger;
+
+  // Joins the counters of a further frame into a total.
+  void accumulate(const FrameCounters& frame);
+};
+
+// Calls visit(struct) for each counter struct.
+template <class Counters, class Visit>
+void for_each_counter_struct(Counters& counters, const Visit& visit) {
+  visit(counters.frontend);
+  visit(counters.binner);
+  visit(counters.tilecore);
+  visit(counters.resolve);
+}
+
+// Which effects a frame needed, in order of their names.
+using FrameEffects = std::map<std::string, bool>;
+
+struct FrameResult {
+  int frame = 0;
+  tilecore::FrameTargets targets;
+  FrameCounters counters;
+  FrameEffects effects;
+  std::map<std::string, double> stage_seconds;  // host time
+  double seconds = 0;
+};
+
+// What to render of a capture.
+struct RenderRequest {
+  int width = 0, height = 0;
+  IntRect region;          // pixels; whole frame by default
+  bool auxiliary = false;
+};
+
+// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Frames are independent of each
+// other and of the number of threads.
+class FrameRenderer {
+ public:
+  // `capture` must outlive the renderer.
+  FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+                const RenderRequest& request);
+
+  FrameResult render(int frame);
+
+  // Whether the camera was made up because the capture has none.
+  bool automatic_camera() const { return camera_.node == frontend::kNone; }
+  const frontend::Assembly& assembly() const { return assembly_; }
+
+ private:
+  frontend::FrameRequest frame_request(int frame) const;
+  tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
+  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches, FrameResult& result);
+  FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
+
+  const frontend::Capture& capture_;
+  hardware::GpuConfiguration gpu_;
+  RunSettings settings_;
+  RenderRequest request_;
+  frontend::Assembly assembly_;
+  frontend::PyramidLibrary pyramids_;
+  frontend::CameraChoice camera_;
+  PerThread<tilecore::TileCore> cores_;
+};
+
+}  // namespace tessera::replay

@@ -1,0 +1,321 @@
+#include "replay/pack/packer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/image_codec.h"
+#include "base/json_text.h"
+#include "frontend/capture_reader.h"
+#include "frontend/gltf/accessor_layout.h"
+#include "frontend/gltf/container.h"
+#include "frontend/gltf/document.h"
+#include "frontend/gltf/schema.h"
+#include "frontend/gltf/validation.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+namespace gltf = frontend::gltf;
+
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
+// The binary chunk under construction: buffer views are appended, four-byte aligned.
+class BinaryChunk {
+ public:
+  std::size_t add(std::span<const std::uint8_t> bytes, const json& like = json::object()) {
+    bytes_.resize((bytes_.size() + 3) / 4 * 4);
+    json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", bytes.size()}};
+    for (const char* key : {"byteStride", "target", "name"})
+      if (like.contains(key)) view[key] = like[key];
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    views_.push_back(std::move(view));
+    return views_.size() - 1;
+  }
+  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  const json& views() const { return views_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+  json views_ = json::array();
+};
+
+// ---- Compressing primitives -------------------------------------------------------------------------------------
+
+// Scalars of an accessor as Draco wants them: normalised integers as the integers they are.
+DracoAttribute read_attribute(gltf::Document& document, const std::string& name, std::size_t accessor) {
+  const gltf::AccessorLayout layout = gltf::accessor_layout(document.json, accessor);
+  DracoAttribute out{name, layout.components, layout.component_type, layout.normalized, gltf::read_floats(document, accessor)};
+  if (layout.normalized)
+    for (float& v : out.values) {
+      const float scale = layout.component_type == gltf::kByte ? 127.0f : layout.component_type == gltf::kUnsignedByte ? 255.0f : layout.component_type == gltf::kShort ? 32767.0f : 65535.0f;
+      v = std::round(v * scale);
+    }
+  return out;
+}
+
+bool compressible(const json& primitive) {
+  return primitive.value("mode", 4) == 4 && primitive["attributes"].contains("POSITION") && gltf::find_extension(primitive, kDraco) == nullptr;
+}
+
+// An accessor without a buffer view, as the Draco extension wants it.
+json described_accessor(const DracoAttribute& attribute, std::size_t count) {
+  static constexpr const char* kTypes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+  json accessor = {{"componentType", attribute.component_type}, {"count", count}, {"type", kTypes[attribute.components]}};
+  if (attribute.normalized) accessor["normalized"] = true;
+  return accessor;
+}
+
+void set_position_range(json& accessor, const std::vector<float>& positions) {
+  std::vector<float> low(positions.begin(), positions.begin() + 3), high = low;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    low[i % 3] = std::min(low[i % 3], positions[i]);
+    high[i % 3] = std::max(high[i % 3], positions[i]);
+  }
+  accessor["min"] = low;
+  accessor["max"] = high;
+}
+
+// Draco drops triangles with two equal corners; sequential order must keep them.
+void compress_primitive(gltf::Document& document, json& out, json& primitive, const PackOptions& options, BinaryChunk& chunk) {
+  DracoInput input;
+  for (const auto& [name, index] : primitive["attributes"].items())
+    if (!name.starts_with("_")) input.attributes.push_back(read_attribute(document, name, index.get<std::size_t>()));
+  // Positions first: Draco predicts the others from them.
+  std::stable_sort(input.attributes.begin(), input.attributes.end(), [](const auto& a, const auto& b) { return a.name == "POSITION" && b.name != "POSITION"; });
+  input.vertex_count = input.attributes[0].values.size() / 3;
+  if (primitive.contains("indices")) {
+    input.indices = gltf::read_unsigned(document, primitive["indices"].get<std::size_t>());
+  } else {
+    for (std::uint32_t v = 0; v < input.vertex_count; ++v) input.indices.push_back(v);
+  }
+  input.indices.resize(input.indices.size() / 3 * 3);
+  if (input.indices.empty()) return;
+
+  const bool ordered = primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr;
+  const bool sequential = options.method == PackMethod::kSequential || (options.method == PackMethod::kAuto && ordered);
+  if (ordered && !sequential)
+    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches and morph targets need sequential order (or auto)");
+  const DracoOutput encoded = encode_draco(input, options.bits, sequential);
+
+  json extension = {{"bufferView", chunk.add(encoded.bytes)}, {"attributes", json::object()}};
+  for (std::size_t a = 0; a < input.attributes.size(); ++a) {
+    primitive["attributes"][input.attributes[a].name] = out["accessors"].size();
+    out["accessors"].push_back(described_accessor(input.attributes[a], input.vertex_count));
+    extension["attributes"][input.attributes[a].name] = encoded.unique_ids[a];
+  }
+  primitive["indices"] = out["accessors"].size();
+  out["accessors"].push_back({{"componentType", 5125}, {"count", input.indices.size()}, {"type", "SCALAR"}});
+  primitive["extensions"][kDraco] = std::move(extension);
+}
+
+// Counts and position ranges as the streams decode: the encoder may renumber, and quantisation moves positions.
+void describe_decoded(gltf::Document& document, json& out) {
+  for (std::size_t m = 0; m < out["meshes"].size(); ++m)
+    for (std::size_t p = 0; p < out["meshes"][m]["primitives"].size(); ++p) {
+      const json& primitive = out["meshes"][m]["primitives"][p];
+      if (gltf::find_extension(primitive, kDraco) == nullptr) continue;
+      const gltf::DracoMesh decoded = gltf::read_draco(document, primitive, document.root.at("meshes").at(m).at("primitives").at(p));
+      for (const auto& [name, id] : gltf::find_extension(primitive, kDraco)->at("attributes").items()) {
+        json& accessor = out["accessors"][primitive["attributes"][name].get<std::size_t>()];
+        accessor["count"] = decoded.vertex_count;
+        if (name == "POSITION") set_position_range(accessor, *decoded.find(name));
+      }
+      json& indices = out["accessors"][primitive["indices"].get<std::size_t>()];
+      indices["count"] = decoded.indices.size();
+      indices["componentType"] = decoded.vertex_count <= 65535 ? 5123 : 5125;
+    }
+}
+
+// ---- The rest of the document -----------------------------------------------------------------------------------
+
+// Calls visit(index) for every place in the document that names an accessor.
+void for_each_accessor_use(json& d, const std::function<void(json&)>& visit) {
+  for (json& mesh : d["meshes"])
+    for (json& primitive : mesh["primitives"]) {
+      for (auto& [name, index] : primitive["attributes"].items()) visit(index);
+      if (primitive.contains("indices")) visit(primitive["indices"]);
+      if (primitive.contains("targets"))
+        for (json& target : primitive["targets"])
+          for (auto& [name, index] : target.items()) visit(index);
+    }
+  if (d.contains("skins"))
+    for (json& skin : d["skins"])
+      if (skin.contains("inverseBindMatrices")) visit(skin["inverseBindMatrices"]);
+  if (d.contains("animations"))
+    for (json& animation : d["animations"])
+      for (json& sampler : animation["samplers"]) {
+        visit(sampler["input"]);
+        visit(sampler["output"]);
+      }
+}
+
+// Drops accessors that nothing names and renumbers the others.
+void compact_accessors(json& d) {
+  std::map<std::size_t, std::size_t> number;
+  json kept = json::array();
+  for_each_accessor_use(d, [&](json& index) {
+    const auto old = index.get<std::size_t>();
+    const auto [at, fresh] = number.try_emplace(old, kept.size());
+    if (fresh) kept.push_back(d["accessors"][old]);
+    index = at->second;
+  });
+  d["accessors"] = std::move(kept);
+  if (d["accessors"].empty()) d.erase("accessors");
+}
+
+// Moves the views that accessors and images still need into the new chunk. Draco's own are there already.
+void move_views(gltf::Document& document, json& d, BinaryChunk& chunk, const std::set<std::size_t>& new_views) {
+  std::map<std::size_t, std::size_t> moved;
+  const auto move = [&](json& view) {
+    const auto old = view.get<std::size_t>();
+    const auto [at, fresh] = moved.try_emplace(old, 0);
+    if (fresh) at->second = chunk.add(document.resources.buffer_view(old), document.json["bufferViews"][old]);
+    view = at->second;
+  };
+  if (d.contains("accessors"))
+    for (json& accessor : d["accessors"]) {
+      if (accessor.contains("bufferView")) move(accessor["bufferView"]);
+      if (accessor.contains("sparse")) {
+        move(accessor["sparse"]["indices"]["bufferView"]);
+        move(accessor["sparse"]["values"]["bufferView"]);
+      }
+    }
+  for (json& mesh : d["meshes"])
+    for (json& primitive : mesh["primitives"]) {
+      if (gltf::find_extension(primitive, kDraco) == nullptr) continue;
+      json& view = primitive["extensions"][kDraco]["bufferView"];
+      if (!new_views.contains(view.get<std::size_t>())) move(view);
+    }
+  std::map<std::string, std::size_t> view_of_uri;
+  if (d.contains("images"))
+    for (std::size_t i = 0; i < d["images"].size(); ++i) {
+      json& image = d["images"][i];
+      const gltf::Bytes bytes = document.resources.image(i);
+      image["mimeType"] = image_format(bytes) == ImageFormat::kJpeg ? "image/jpeg" : "image/png";
+      if (image.contains("bufferView")) {
+        move(image["bufferView"]);
+        continue;
+      }
+      const auto [at, fresh] = view_of_uri.try_emplace(image["uri"].get<std::string>(), 0);
+      if (fresh) at->second = chunk.add(bytes);
+      image["bufferView"] = at->second;
+      image.erase("uri");
+    }
+}
+
+void add_extension(json& d, const char* list, const std::string& name) {
+  json& names = d[list];
+  if (!names.is_array()) names = json::array();
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+void attach_settings(json& d, const PackOptions& options) {
+  if (!options.capture_settings.is_null() && !options.capture_settings.empty()) {
+    json& settings = d["extensions"]["TESSERA_capture"];
+    for (const auto& [key, value] : options.capture_settings.items()) settings[key] = value;
+    add_extension(d, "extensionsUsed", "TESSERA_capture");
+  }
+  if (!options.aperture_radius && !options.focus_distance) return;
+  if (!d.contains("cameras") || d["cameras"].empty()) throw UsageError("--aperture and --focus need an asset with a camera");
+  for (json& camera : d["cameras"]) {
+    json& lens = camera["extensions"]["TESSERA_lens"];
+    if (options.aperture_radius) lens["apertureRadius"] = *options.aperture_radius;
+    if (options.focus_distance) lens["focusDistance"] = *options.focus_distance;
+    if (!lens.contains("apertureRadius")) throw UsageError("--focus needs --aperture, or a camera that has a lens already");
+  }
+  add_extension(d, "extensionsUsed", "TESSERA_lens");
+}
+
+std::string glb_bytes(const json& d, const std::vector<std::uint8_t>& binary) {
+  std::string text = d.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string out;
+  const auto word = [&](std::size_t value) {
+    for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>(value >> shift & 0xFF));
+  };
+  const std::size_t padded = (binary.size() + 3) / 4 * 4;
+  out += "glTF";
+  word(2);
+  word(12 + 8 + text.size() + (padded > 0 ? 8 + padded : 0));
+  word(text.size());
+  out += "JSON" + text;
+  if (padded == 0) return out;
+  word(padded);
+  out += std::string("BIN\0", 4);
+  out.append(binary.begin(), binary.end());
+  out.resize(out.size() + padded - binary.size(), '\0');
+  return out;
+}
+
+// A checked document of a file or of bytes in memory.
+json checked_json(const std::string& text, const std::string& name) {
+  json d = parse_json(text, name);
+  const gltf::Place root(name);
+  gltf::check_schema(d, root);
+  gltf::validate_links(d, root);
+  return d;
+}
+
+}  // namespace
+
+PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target, const PackOptions& options) {
+  PackReport report;
+  // Reading it whole first finds every fault that only shows when values are decoded.
+  report.bytes_in = frontend::read_capture(source).file_bytes;
+
+  const std::string name = source.string();
+  const frontend::CaptureLimits limits;
+  frontend::MemoryBudget budget(limits.max_bytes);
+  gltf::Container container = gltf::open_container(gltf::read_whole_file(source, limits.max_file_bytes, name), name);
+  gltf::Document document(checked_json(container.json, name), source, std::move(container.binary), container.has_binary, limits, budget);
+  json out = document.json;
+  if (!out.contains("meshes")) out["meshes"] = json::array();
+
+  BinaryChunk chunk;
+  for (json& mesh : out["meshes"])
+    for (json& primitive : mesh["primitives"]) {
+      ++report.primitives;
+      if (options.method == PackMethod::kNone || !compressible(primitive)) continue;
+      compress_primitive(document, out, primitive, options, chunk);
+      ++report.compressed;
+    }
+  std::set<std::size_t> new_views;
+  for (std::size_t v = 0; v < chunk.views().size(); ++v) new_views.insert(v);
+  if (report.compressed > 0) {
+    add_extension(out, "extensionsUsed", kDraco);
+    add_extension(out, "extensionsRequired", kDraco);
+  }
+  compact_accessors(out);
+  move_views(document, out, chunk, new_views);
+  attach_settings(out, options);
+  if (out["meshes"].empty()) out.erase("meshes");
+  out.erase("buffers");
+  out.erase("bufferViews");
+  if (!chunk.bytes().empty()) {
+    out["buffers"] = json::array({{{"byteLength", chunk.bytes().size()}}});
+    out["bufferViews"] = chunk.views();
+  }
+
+  if (report.compressed > 0) {
+    frontend::MemoryBudget second_budget(limits.max_bytes);
+    gltf::Document packed(checked_json(out.dump(), target.string()), target, chunk.bytes(), true, limits, second_budget);
+    describe_decoded(packed, out);
+  }
+  const std::string bytes = glb_bytes(out, chunk.bytes());
+  AtomicFile file(target);
+  write_file_atomically(file.temporary(), bytes);
+  frontend::read_capture(file.temporary());
+  file.commit();
+  report.bytes_out = bytes.size();
+  return report;
+}
+
+}  // namespace tessera::replay

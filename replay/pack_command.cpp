@@ -1,0 +1,94 @@
+#include <cstdio>
+#include <map>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "replay/commands.h"
+#include "replay/pack/packer.h"
+
+namespace tessera::replay {
+namespace {
+
+class PackCommand final : public Command {
+ public:
+  explicit PackCommand(CLI::App& app) {
+    app.add_option("IN", source_, "A glTF 2.0 asset (.gltf or .glb)")->required()->type_name("IN.gltf");
+    app.add_option("OUT", target_, "The capture to write, with buffers and images inside")->required()->type_name("OUT.glb");
+    static const std::map<std::string, PackMethod> kMethods = {{"auto", PackMethod::kAuto}, {"edgebreaker", PackMethod::kEdgebreaker},
+                                                               {"sequential", PackMethod::kSequential}, {"none", PackMethod::kNone}};
+    app.add_option("--method", options_.method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches and morph targets)")
+        ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))->type_name("METHOD");
+    const auto bits = [&](const char* option, int& value, const char* what) {
+      app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(1, 30).description(""))->type_name("N")->capture_default_str();
+    };
+    bits("--position-bits", options_.bits.position, "positions");
+    bits("--normal-bits", options_.bits.normal, "normals");
+    bits("--texcoord-bits", options_.bits.texcoord, "texture coordinates");
+    bits("--color-bits", options_.bits.color, "vertex colours");
+    bits("--generic-bits", options_.bits.generic, "tangents and weights");
+    const char* group = "Capture settings";
+    app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->group(group);
+    app.add_option("--frame-rate", frame_rate_, "Frames per second")->type_name("FPS")->group(group);
+    app.add_option("--shutter", shutter_, "When the shutter opens and closes, as fractions of a frame (0:0.5 is half a frame)")->type_name("OPEN:CLOSE")->group(group);
+    app.add_option("--frames", frames_, "Frames that a replay renders, B not included")->type_name("A:B")->group(group);
+    app.add_option("--exposure", exposure_, "Factor on light before the PNG's tone map")->type_name("X")->group(group);
+    app.add_option("--environment", environment_, "Brightness of the built-in environment")->type_name("X")->group(group);
+    app.add_option("--aperture", options_.aperture_radius, "Radius of the lens of every camera, in scene units; 0 is a pinhole")->type_name("R")->group(group);
+    app.add_option("--focus", options_.focus_distance, "Distance in front of the camera that is sharp")->type_name("D")->group(group);
+    app.footer("Example:\n  tessera pack model.gltf captures/model.glb --size 1280x720 --shutter 0:0.5 --frames 0:24");
+  }
+
+  void run() override {
+    nlohmann::json settings = nlohmann::json::object();
+    if (!size_.empty()) {
+      const auto [width, height] = split(size_, 'x', "--size", "WIDTHxHEIGHT");
+      settings["resolution"] = {static_cast<int>(width), static_cast<int>(height)};
+    }
+    if (frame_rate_) settings["frameRate"] = *frame_rate_;
+    if (!shutter_.empty()) {
+      const auto [open, close] = split(shutter_, ':', "--shutter", "OPEN:CLOSE");
+      settings["shutter"] = {open, close};
+    }
+    if (!frames_.empty()) {
+      const auto [first, last] = split(frames_, ':', "--frames", "A:B with A < B");
+      if (!(first < last)) throw UsageError(fmt::format("--frames {}: expected A:B with A < B", frames_));
+      settings["frames"] = {{"first", static_cast<int>(first)}, {"count", static_cast<int>(last - first)}};
+    }
+    if (exposure_) settings["exposure"] = *exposure_;
+    if (environment_) settings["environment"] = *environment_;
+    options_.capture_settings = std::move(settings);
+    const PackReport report = pack_capture(source_, target_, options_);
+    fmt::print("{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed, report.primitives, human_bytes(report.bytes_in),
+               human_bytes(report.bytes_out));
+  }
+
+ private:
+  static std::pair<double, double> split(const std::string& text, char separator, const char* option, const char* form) {
+    const std::size_t at = text.find(separator);
+    try {
+      if (at != std::string::npos) {
+        std::size_t used_a = 0, used_b = 0;
+        const std::string a = text.substr(0, at), b = text.substr(at + 1);
+        const double x = std::stod(a, &used_a), y = std::stod(b, &used_b);
+        if (used_a == a.size() && used_b == b.size()) return {x, y};
+      }
+    } catch (const std::logic_error&) {
+      // not a number: refused below
+    }
+    throw UsageError(fmt::format("{} {}: expected {}", option, escape_control(text, 40), form));
+  }
+
+  std::string source_, target_, size_, shutter_, frames_;
+  std::optional<double> frame_rate_, exposure_, environment_;
+  PackOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_pack_command(CLI::App& app) { return std::make_unique<PackCommand>(app); }
+
+}  // namespace tessera::replay

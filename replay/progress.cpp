@@ -1,0 +1,56 @@
+#include "replay/progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+namespace tessera::replay {
+namespace {
+
+volatile std::sig_atomic_t g_stop_requested = 0;
+
+extern "C" void on_stop_signal(int signal) {
+  if (g_stop_requested) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+  g_stop_requested = 1;
+}
+
+}  // namespace
+
+void install_stop_handler() {
+  std::signal(SIGINT, on_stop_signal);
+  std::signal(SIGTERM, on_stop_signal);
+}
+
+bool stop_requested() { return g_stop_requested != 0; }
+
+Progress::Progress(std::size_t total, bool quiet)
+    : total_(total), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()) {}
+
+Progress::~Progress() {
+  if (line_open_) std::fputc('\n', stderr);
+}
+
+void Progress::update(std::size_t done, const std::string& note) {
+  if (quiet_) return;
+  if (!terminal_) {
+    std::fprintf(stderr, "%s\n", fmt::format("[{}/{}] {}", done, total_, note).c_str());
+    return;
+  }
+  const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double left = done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(total_ - done) : 0;
+  constexpr std::size_t kWidth = 30;
+  const std::size_t filled = total_ > 0 ? std::min(kWidth, done * kWidth / total_) : kWidth;
+  std::fprintf(stderr, "%s", fmt::format("\r\033[K[{}{}] {}/{}  {}  {:.0f} s left", std::string(filled, '#'), std::string(kWidth - filled, '.'),
+                                         done, total_, note, left).c_str());
+  std::fflush(stderr);
+  line_open_ = true;
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "base/parallel.h"
+#include "frontend/capture_reader.h"
+#include "replay/commands.h"
+#include "replay/frame_files.h"
+#include "replay/frame_renderer.h"
+#include "replay/progress.h"
+#include "replay/statistics.h"
+
+namespace tessera::replay {
+namespace {
+
+// Numbers separated by one character: "1280x720", "0:24", "0,0,64,64". Throws UsageError.
+std::vector<long> parse_numbers(const std::string& option, const std::string& text, char separator, std::size_t count, const char* form) {
+  std::vector<long> numbers;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) {
+    char* end = nullptr;
+    const long value = std::strtol(part.c_str(), &end, 10);
+    if (part.empty() || *end != '\0' || value < 0 || value > 100000000) throw UsageError(fmt::format("{} {}: expected {}", option, text, form));
+    numbers.push_back(value);
+  }
+  if (numbers.size() != count || text.empty() || text.back() == separator) throw UsageError(fmt::format("{} {}: expected {}", option, text, form));
+  return numbers;
+}
+
+class ReplayCommand final : public Command {
+ public:
+  explicit ReplayCommand(CLI::App& app) {
+    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
+    app.add_option("--frames", frames_, "Frames to render, counted from 0, B not included (default: the capture's range, else 0:1)")->type_name("A:B");
+    app.add_option("--size", size_, "Size of the picture (default: the capture's, else 1280x720)")->type_name("WxH");
+    app.add_option("--spp", spp_, "Visibility samples per pixel, 1 to 64 (default 4)")->type_name("N");
+    app.add_option("--gpu", gpu_, fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))->type_name("PRESET|FILE")->capture_default_str();
+    app.add_option("--set", sets_, "Change a setting or a number of the machine; repeatable. `tessera describe settings` and `tessera describe gpu` list the keys")->type_name("KEY=VALUE")->allow_extra_args(false);
+    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")->type_name("N");
+    app.add_option("--seed", seed_, "Chooses among equally good sample patterns (default 0)")->type_name("N");
+    app.add_option("--region", region_, "Render only these pixels of the frame")->type_name("X,Y,W,H");
+    app.add_option("--out", out_, "Folder for the results; made when missing")->type_name("DIR")->capture_default_str();
+    app.add_option("--aux", aux_, fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))->type_name("LIST")->delimiter(',');
+    app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
+    app.add_flag("--quiet", quiet_, "No progress, no summary");
+    app.footer(
+        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, stats.json and stats.csv (one row per frame).\n"
+        "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
+        "Examples:\n"
+        "  tessera replay captures/eggs.glb --out out\n"
+        "  tessera replay model.gltf --frames 0:48 --size 640x360 --spp 16 --set tile.width=16 --set tile.height=16");
+  }
+
+  void run() override {
+    RunSettings settings;
+    hardware::GpuConfiguration gpu = hardware::load_gpu(gpu_);
+    for (const std::string& text : sets_) apply_setting(text, settings, gpu);
+    if (spp_) settings_keys().set(settings, *settings_keys().find("sampling.samples_per_pixel"), *spp_);
+    if (seed_) settings_keys().set(settings, *settings_keys().find("sampling.seed"), *seed_);
+    hardware::check_gpu(gpu);
+    for (const std::string& layer : aux_)
+      if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
+        throw UsageError(fmt::format("--aux {}: layers are {}", layer, fmt::join(auxiliary_layers(), ", ")));
+    const ThreadLimit threads(static_cast<std::size_t>(threads_));
+
+    frontend::CaptureLimits limits;
+    limits.max_bytes = static_cast<std::uint64_t>(max_memory_gib_ * 1073741824.0);
+    const frontend::Capture capture = frontend::read_capture(capture_, limits);
+    const RenderRequest request = render_request(capture, limits.max_bytes);
+    const auto [first, last] = frame_range(capture);
+    set_reproduction_command(fmt::format("tessera replay {}", capture_));
+
+    FrameRenderer renderer(capture, gpu, settings, request);
+    say_notices(capture, renderer);
+    Statistics statistics(capture, gpu, settings, request);
+    const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
+    install_stop_handler();
+    {
+      Progress progress(static_cast<std::size_t>(last - first), quiet_);
+      for (int frame = first; frame < last && !stop_requested(); ++frame) {
+        const FrameResult result = renderer.render(frame);
+        write_frame(out_, frame, result.targets, aux_, exposure);
+        statistics.add(result);
+        progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
+      }
+    }
+    statistics.write(out_);
+    if (quiet_) return;
+    if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
+  }
+
+ private:
+  RenderRequest render_request(const frontend::Capture& capture, std::uint64_t max_bytes) const {
+    RenderRequest request;
+    request.width = capture.settings.width;
+    request.height = capture.settings.height;
+    if (!size_.empty()) {
+      const auto size = parse_numbers("--size", size_, 'x', 2, "WIDTHxHEIGHT, 1 to 16384 each");
+      for (const long side : size)
+        if (side < 1 || side > 16384) throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT, 1 to 16384 each", size_));
+      request.width = static_cast<int>(size[0]);
+      request.height = static_cast<int>(size[1]);
+    }
+    request.region = {0, 0, request.width, request.height};
+    if (!region_.empty()) {
+      const auto r = parse_numbers("--region", region_, ',', 4, "X,Y,WIDTH,HEIGHT inside the frame");
+      if (r[2] < 1 || r[3] < 1 || r[0] + r[2] > request.width || r[1] + r[3] > request.height)
+        throw UsageError(fmt::format("--region {}: is not inside the frame of {}x{}", region_, request.width, request.height));
+      request.region = {static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[0] + r[2]), static_cast<int>(r[1] + r[3])};
+    }
+    request.auxiliary = !aux_.empty();
+    // Colour, its encoded copies, auxiliary layers.
+    const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) * (request.auxiliary ? 64 : 32);
+    if (bytes > max_bytes) throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(), request.region.height(), bytes, max_bytes));
+    return request;
+  }
+
+  std::pair<int, int> frame_range(const frontend::Capture& capture) const {
+    if (frames_.empty()) return {capture.settings.first_frame, capture.settings.first_frame + capture.settings.frame_count};
+    const auto range = parse_numbers("--frames", frames_, ':', 2, "A:B with A < B");
+    if (range[0] >= range[1]) throw UsageError(fmt::format("--frames {}: expected A:B with A < B", frames_));
+    return {static_cast<int>(range[0]), static_cast<int>(range[1])};
+  }
+
+  void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {
+    if (quiet_) return;
+    for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
+    if (renderer.automatic_camera()) std::fprintf(stderr, "note: the capture has no camera; the scene is framed automatically\n");
+    if (!capture.settings.declared) std::fprintf(stderr, "note: the capture has no settings of its own; size, frames and shutter are the defaults\n");
+  }
+
+  std::string capture_, frames_, size_, gpu_ = "middle", region_, out_ = "out";
+  std::vector<std::string> sets_, aux_;
+  std::optional<std::string> spp_, seed_;
+  unsigned threads_ = 0;
+  double max_memory_gib_ = 4;
+  bool quiet_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_replay_command(CLI::App& app) { return std::make_unique<ReplayCommand>(app); }
+
+}  // namespace tessera::replay

@@ -1,0 +1,51 @@
+#include "replay/settings.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace tessera::replay {
+
+const KeyTable<RunSettings>& settings_keys() {
+  using S = RunSettings;
+  static const KeyTable<S> table({
+      {"sampling.samples_per_pixel", &S::samples_per_pixel, "samples", 1, 64, "Visibility samples per pixel; the same as --spp."},
+      {"sampling.seed", &S::seed, "", 0, 4294967295.0, "Chooses among equally good sample patterns; the same as --seed."},
+      {"tessellation.target_edge_pixels", &S::target_edge_pixels, "pixels", 0.25, 64,
+       "Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower."},
+      {"shading.rate", &S::shading_rate, {"pixel", "sample"},
+       "Runs of the pixel shader: once per pixel and surface (multisampling), or once per visible sample."},
+      {"effects.motion", &S::motion, {"auto", "on", "off"},
+       "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
+      {"effects.defocus", &S::defocus, {"auto", "on", "off"},
+       "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same picture); none."},
+      {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
+  });
+  return table;
+}
+
+nlohmann::json settings_json(const RunSettings& settings) {
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& key : settings_keys().keys()) out[std::string(key.name)] = key_value_json(settings_keys().value(settings, key));
+  return out;
+}
+
+void apply_setting(const std::string& text, RunSettings& settings, hardware::GpuConfiguration& gpu) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) throw UsageError(fmt::format("--set {}: expected KEY=VALUE", escape_control(text, 80)));
+  const std::string name = text.substr(0, equals), value = text.substr(equals + 1);
+  if (const auto* key = settings_keys().find(name)) {
+    settings_keys().set(settings, *key, value);
+  } else if (const auto* gpu_key = hardware::gpu_keys().find(name)) {
+    hardware::gpu_keys().set(gpu, *gpu_key, value);
+  } else {
+    std::vector<std::string> known;
+    for (const auto& k : settings_keys().keys()) known.emplace_back(k.name);
+    for (const auto& k : hardware::gpu_keys().keys()) known.emplace_back(k.name);
+    throw UsageError(unknown_key_message(name, known));
+  }
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "base/key_table.h"
+#include "hardware/configuration.h"
+
+namespace tessera::replay {
+
+// What a user chooses about a replay, besides the described machine. Every member is a key of settings_keys().
+struct RunSettings {
+  std::int64_t samples_per_pixel = 4;
+  std::int64_t seed = 0;
+  double target_edge_pixels = 3.0;
+  std::string shading_rate = "pixel";
+  std::string motion = "auto";
+  std::string defocus = "auto";
+  double exposure = 0;  // 0: the capture's
+};
+
+const KeyTable<RunSettings>& settings_keys();
+nlohmann::json settings_json(const RunSettings& settings);
+
+// Applies "KEY=VALUE" to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
+// (naming the nearest known one) or a value out of range.
+void apply_setting(const std::string& text, RunSettings& settings, hardware::GpuConfiguration& gpu);
+
+}  // namespace tessera::replay

@@ -1,0 +1,115 @@
+#include "replay/statistics.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/simd_targets.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+json dram_json(const hardware::Ledger& ledger) {
+  json rows = json::array();
+  for (std::size_t u = 0; u < hardware::kUnitCount; ++u)
+    for (std::size_t p = 0; p < hardware::kPurposeCount; ++p) {
+      const auto unit = static_cast<hardware::Unit>(u);
+      const auto purpose = static_cast<hardware::Purpose>(p);
+      const hardware::Traffic& t = ledger.traffic(unit, purpose);
+      if (t.read_bytes == 0 && t.written_bytes == 0) continue;
+      rows.push_back({{"unit", name(unit)}, {"purpose", name(purpose)}, {"read_bytes", t.read_bytes}, {"written_bytes", t.written_bytes}});
+    }
+  return rows;
+}
+
+template <class S>
+json describe_fields() {
+  json rows = json::array();
+  for (const auto& field : hardware::kCounterFields<S>)
+    rows.push_back({{"name", field.name}, {"unit", field.unit}, {"over_frames", field.combine == hardware::Combine::kSum ? "sum" : "peak"},
+                    {"meaning", field.meaning}, {"vendor", field.vendor}});
+  return rows;
+}
+
+}  // namespace
+
+json counters_json(const FrameCounters& counters) {
+  json out = json::object();  // nlohmann sorts the keys
+  for_each_counter_struct(counters, [&](const auto& unit) {
+    using S = std::decay_t<decltype(unit)>;
+    for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
+  });
+  const hardware::Traffic total = counters.ledger.total();
+  out["dram.read_bytes"] = total.read_bytes;
+  out["dram.written_bytes"] = total.written_bytes;
+  return out;
+}
+
+json describe_counters() {
+  json rows = json::array();
+  FrameCounters counters;
+  for_each_counter_struct(counters, [&](const auto& unit) {
+    for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
+  });
+  rows.push_back({{"name", "dram.read_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
+                  {"meaning", "Bytes read over the external memory interface, in whole bursts: the sum of the ledger."},
+                  {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total"}});
+  rows.push_back({{"name", "dram.written_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
+                  {"meaning", "Bytes written over the external memory interface, in whole bursts: the sum of the ledger."},
+                  {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total"}});
+  std::sort(rows.begin(), rows.end(), [](const json& a, const json& b) { return a["name"] < b["name"]; });
+  return rows;
+}
+
+Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+                       const RenderRequest& request) {
+  head_["schema"] = "tessera.stats/1";
+  head_["capture"] = {{"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
+  head_["gpu"] = hardware::gpu_json(gpu);
+  head_["settings"] = settings_json(settings);
+  head_["settings"]["width"] = request.width;
+  head_["settings"]["height"] = request.height;
+  head_["settings"]["region"] = {request.region.x0, request.region.y0, request.region.width(), request.region.height()};
+}
+
+void Statistics::add(const FrameResult& frame) {
+  nlohmann::json stages = nlohmann::json::object();
+  for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
+  frames_.push_back({{"frame", frame.frame},
+                     {"effects", frame.effects},
+                     {"counters", counters_json(frame.counters)},
+                     {"dram", dram_json(frame.counters.ledger)},
+                     {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});
+  total_.accumulate(frame.counters);
+  total_seconds_ += frame.seconds;
+}
+
+json Statistics::json() const {
+  nlohmann::json out = head_;
+  out["frames"] = frames_;
+  out["total"] = {{"frames", frames_.size()}, {"counters", counters_json(total_)}, {"dram", dram_json(total_.ledger)}, {"host", {{"seconds", total_seconds_}}}};
+  return out;
+}
+
+std::string Statistics::csv() const {
+  std::string text = "frame,host_seconds";
+  const nlohmann::json names = counters_json(total_);
+  for (const auto& [counter, value] : names.items()) text += "," + counter;
+  text += "\n";
+  for (const nlohmann::json& frame : frames_) {
+    text += fmt::format("{},{:.6f}", frame["frame"].get<int>(), frame["host"]["seconds"].get<double>());
+    for (const auto& [counter, value] : names.items()) text += fmt::format(",{}", frame["counters"][counter].get<std::uint64_t>());
+    text += "\n";
+  }
+  return text;
+}
+
+void Statistics::write(const std::filesystem::path& folder) const {
+  write_file_atomically(folder / "stats.json", json().dump(1) + "\n");
+  write_file_atomically(folder / "stats.csv", csv());
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "frontend/capture.h"
+#include "replay/frame_renderer.h"
+
+namespace tessera::replay {
+
+// stats.json (schema "tessera.stats/1") and stats.csv of a replay. Counters are raw; ratios belong to reports. A
+// counter whose unit did not run is absent, not zero.
+class Statistics {
+ public:
+  Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request);
+
+  void add(const FrameResult& frame);
+  std::size_t frame_count() const { return frames_.size(); }
+
+  nlohmann::json json() const;
+  std::string csv() const;
+
+  // Writes both files into `folder`, each whole or not at all.
+  void write(const std::filesystem::path& folder) const;
+
+ private:
+  nlohmann::json head_;
+  std::vector<nlohmann::json> frames_;
+  FrameCounters total_;
+  double total_seconds_ = 0;
+};
+
+// {"unit.event": value, ...} of everything that was counted, with the ledger's sums.
+nlohmann::json counters_json(const FrameCounters& counters);
+
+// Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
+nlohmann::json describe_counters();
+
+}  // namespace tessera::replay
