@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Makes the shipped captures from their sources: captures/make.sh [OUTDIR]   (default: the folder of this script)
+# TESSERA_BUILD names the build folder (default: build/release).
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+build=${TESSERA_BUILD:-$here/../build/release}
+out=${1:-$here}
+sources=$(mktemp -d)
+trap 'rm -rf "$sources"' EXIT
+"$build/tessera_make_captures" "$sources"
+for name in eggs vases serpent flyby; do
+  "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb"
+done

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "base/image.h"
+#include "base/vec.h"
+
+namespace tessera::captures {
+
+// A triangle mesh or a set of Bezier patches before it becomes a glTF primitive.
+struct Geometry {
+  std::vector<Vec3> positions, normals;
+  std::vector<Vec2> texcoords;
+  std::vector<std::uint32_t> indices;
+  std::vector<std::array<std::uint16_t, 4>> joints;
+  std::vector<Vec4> weights;
+  bool bezier = false;  // 16 positions per patch; indices are its control cage
+};
+
+// Collects the objects of a glTF asset and writes it as NAME.gltf with NAME.bin and pictures beside it. Every add_
+// function returns the index of what it added.
+class Asset {
+ public:
+  explicit Asset(std::string name);
+
+  // A picture file; colour pictures become JPEG, others PNG.
+  int add_color_texture(const Image8& image, const std::string& file);
+  int add_data_texture(const Image8& image, const std::string& file);
+  int add_height_texture(const Image16& image, const std::string& file);
+
+  int add_material(nlohmann::json material);
+  int add_mesh(const Geometry& geometry, int material);
+  int add_node(nlohmann::json node);  // a root of the scene unless `child` later claims it
+  int add_camera(nlohmann::json camera);
+  int add_light(nlohmann::json light);
+  int add_skin(const std::vector<int>& joints, const std::vector<Mat4>& inverse_bind);
+
+  // Linear keys for one path of a node: 3 or 4 numbers each.
+  void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<Vec3>& values);
+  void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<glm::quat>& values);
+
+  nlohmann::json& node(int index) { return document_["nodes"][static_cast<std::size_t>(index)]; }
+  nlohmann::json& capture_settings() { return document_["extensions"]["TESSERA_capture"]; }
+
+  void write(const std::filesystem::path& folder);
+
+ private:
+  struct Picture {
+    std::string file, bytes;
+  };
+  int add_texture(std::string file, std::string bytes);
+  int add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type, nlohmann::json more = {});
+  void animate_values(int node, const std::string& path, const std::vector<float>& times, std::span<const float> values, const char* type);
+  void use_extension(const std::string& name);
+
+  std::string name_;
+  nlohmann::json document_;
+  std::vector<std::uint8_t> binary_;
+  std::vector<Picture> pictures_;
+};
+
+// {"index": texture} with a texture transform when `repeat` is not 1.
+nlohmann::json texture_info(int texture, Vec2 repeat = Vec2(1.0f));
+
+// "translation", "rotation" members for a camera or light at `eye` that looks at `target`.
+nlohmann::json look_at(Vec3 eye, Vec3 target);
+
+nlohmann::json array_of(const Vec3& v);
+nlohmann::json array_of(const Vec4& v);
+nlohmann::json array_of(const glm::quat& q);
+
+}  // namespace tessera::captures

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+
+namespace tessera::captures {
+
+// Each writes the source of one shipped capture: NAME.gltf and what belongs to it.
+void make_eggs(const std::filesystem::path& folder);     // displaced Bezier patches, moving and defocused
+void make_vases(const std::filesystem::path& folder);    // static, pinhole, undisplaced
+void make_serpent(const std::filesystem::path& folder);  // a skinned mesh with a morph target
+void make_flyby(const std::filesystem::path& folder);    // fast motion across the whole screen
+
+}  // namespace tessera::captures
