@@ -1,0 +1,39 @@
+// Loading, posing and rendering the shipped captures at 640x360.
+#include <benchmark/benchmark.h>
+
+#include "frontend/capture_reader.h"
+#include "replay/frame_renderer.h"
+
+namespace tessera::replay {
+namespace {
+
+std::string capture_file(const std::string& name) { return TESSERA_SOURCE_DIR "/captures/" + name + ".glb"; }
+
+void Load(benchmark::State& state, const std::string& name) {
+  std::uint64_t bytes = 0;
+  for (auto _ : state) bytes += frontend::read_capture(capture_file(name)).file_bytes;
+  state.SetBytesProcessed(static_cast<std::int64_t>(bytes));
+}
+
+void Frame(benchmark::State& state, const std::string& name) {
+  const frontend::Capture capture = frontend::read_capture(capture_file(name));
+  RunSettings settings;
+  settings.samples_per_pixel = state.range(0);
+  FrameRenderer renderer(capture, {}, settings, {640, 360, {0, 0, 640, 360}, false});
+  const FrameResult first = renderer.render(capture.settings.first_frame);
+  if (first.counters.tilecore.samples_visible == 0) state.SkipWithError("the frame is empty");
+  for (auto _ : state) benchmark::DoNotOptimize(renderer.render(capture.settings.first_frame).seconds);
+  state.SetItemsProcessed(state.iterations() * 640 * 360 * state.range(0));
+}
+
+const bool kRegistered = [] {
+  for (const char* name : {"eggs", "vases", "serpent", "flyby"}) {
+    benchmark::RegisterBenchmark((std::string("Load/") + name).c_str(), [name](benchmark::State& s) { Load(s, name); })->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark((std::string("Frame/") + name).c_str(), [name](benchmark::State& s) { Frame(s, name); })
+        ->Unit(benchmark::kMillisecond)->ArgName("spp")->Arg(1)->Arg(4)->UseRealTime();
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace tessera::replay

@@ -1,0 +1,66 @@
+#include "base/exr_file.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "base/error.h"
+#include "tests/support/captures.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera {
+namespace {
+
+TEST(ExrFile, ColourComesBackToHalfPrecisionAndKeepsValuesAboveOne) {
+  const test::TemporaryFolder folder;
+  Image image(5, 3, 4);
+  for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(i) * 0.75f;  // exact in half up to 2048
+  std::vector<ExrChannel> channels;
+  for (std::size_t c = 0; c < 4; ++c) channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, image.values.data() + c, 4});
+  write_exr(folder / "a.exr", 5, 3, channels);
+  const Image back = read_exr(folder / "a.exr");
+  ASSERT_TRUE(back.same_shape(image));
+  EXPECT_EQ(back.values, image.values);
+}
+
+TEST(ExrFile, WritingIsDeterministic) {
+  const test::TemporaryFolder folder;
+  const std::vector<float> values(64, 0.1f);
+  const std::vector<std::uint32_t> ids(64, 77);
+  for (const char* name : {"a.exr", "b.exr"})
+    write_exr(folder / name, 8, 8, {{"depth.Z", ExrChannel::Type::kFloat, values.data(), 1}, {"patch.id", ExrChannel::Type::kUint, ids.data(), 1}});
+  EXPECT_EQ(test::read_text(folder / "a.exr"), test::read_text(folder / "b.exr"));
+}
+
+TEST(ExrFile, WhatIsNotAnExrIsRefused) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "a.exr", "no picture");
+  EXPECT_THROW(read_exr(folder / "a.exr"), InputError);
+  EXPECT_THROW(read_exr(folder / "missing.exr"), InputError);
+  const std::vector<float> values(4, 1.0f);
+  write_exr(folder / "grey.exr", 2, 2, {{"Y", ExrChannel::Type::kHalf, values.data(), 1}});
+  EXPECT_THROW(read_exr(folder / "grey.exr"), InputError);
+}
+
+TEST(ExrFile, EveryTruncationOfAFileIsRefused) {
+  const test::TemporaryFolder folder;
+  const std::vector<float> values(3 * 16, 0.5f);
+  std::vector<ExrChannel> channels;
+  for (std::size_t c = 0; c < 3; ++c) channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kHalf, values.data() + c, 3});
+  write_exr(folder / "a.exr", 4, 4, channels);
+  const std::string whole = test::read_text(folder / "a.exr");
+  for (std::size_t length = 0; length < whole.size(); length += 3) {
+    test::write_text(folder / "b.exr", whole.substr(0, length));
+    EXPECT_THROW(read_exr(folder / "b.exr"), InputError) << length;
+  }
+}
+
+TEST(ExrFile, AFolderThatCannotBeMadeIsReportedAndNothingIsLeft) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "file", "");
+  const std::vector<float> values(4, 1.0f);
+  EXPECT_THROW(write_exr(folder / "file" / "a.exr", 2, 2, {{"Y", ExrChannel::Type::kHalf, values.data(), 1}}), SystemError);
+}
+
+}  // namespace
+}  // namespace tessera

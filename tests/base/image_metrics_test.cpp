@@ -1,0 +1,109 @@
+#include "base/image_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/random.h"
+
+namespace tessera {
+namespace {
+
+Image flat(int width, int height, float r, float g, float b) {
+  Image image(width, height, 3);
+  for (std::size_t i = 0; i < image.values.size(); i += 3) image.values[i] = r, image.values[i + 1] = g, image.values[i + 2] = b;
+  return image;
+}
+
+Image noisy(int width, int height, std::uint32_t seed) {
+  Image image(width, height, 3);
+  for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(hash32(seed, static_cast<std::uint32_t>(i)) >> 8) * 0x1p-24f;
+  return image;
+}
+
+TEST(Psnr, IsMinusTwentyLogOfAUniformDifference) {
+  EXPECT_NEAR(psnr(flat(8, 8, 0.5f, 0.5f, 0.5f), flat(8, 8, 0.4f, 0.4f, 0.4f)), 20.0, 1e-5);
+  EXPECT_NEAR(psnr(flat(8, 8, 0.5f, 0.5f, 0.5f), flat(8, 8, 0.49f, 0.49f, 0.49f)), 40.0, 1e-4);
+  EXPECT_TRUE(std::isinf(psnr(noisy(9, 9, 1), noisy(9, 9, 1))));
+}
+
+TEST(Ssim, OfTwoFlatPicturesIsTheLuminanceTermAlone) {
+  // (2ab + C1) / (a^2 + b^2 + C1): variances vanish.
+  const double a = 0.6, b = 0.3, c1 = 1e-4;
+  EXPECT_NEAR(mssim(flat(16, 16, 0.6f, 0.6f, 0.6f), flat(16, 16, 0.3f, 0.3f, 0.3f)), (2 * a * b + c1) / (a * a + b * b + c1), 1e-6);
+}
+
+TEST(Ssim, IsOneForEqualPicturesAndNegativeForInvertedOnes) {
+  const Image image = noisy(32, 32, 4);
+  EXPECT_NEAR(mssim(image, image), 1.0, 1e-12);
+  Image inverted = image;
+  for (float& v : inverted.values) v = 1.0f - v;
+  EXPECT_LT(mssim(image, inverted), 0.0);
+}
+
+TEST(Ssim, GrowsWorseWithMoreNoise) {
+  const Image image = noisy(32, 32, 7), other = noisy(32, 32, 8);
+  double last = 1.0;
+  for (const float share : {0.05f, 0.2f, 0.5f, 1.0f}) {
+    Image mixed = image;
+    for (std::size_t i = 0; i < mixed.values.size(); ++i) mixed.values[i] += share * (other.values[i] - image.values[i]);
+    const double value = mssim(image, mixed);
+    EXPECT_LT(value, last);
+    last = value;
+  }
+}
+
+TEST(Flip, OfEqualPicturesIsZero) { EXPECT_EQ(mean_value(flip_map(noisy(24, 24, 1), noisy(24, 24, 1))), 0.0); }
+
+TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
+  // Flat pictures have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and 100
+  // to the power 0.7 (published constants), with the largest distance that of green and blue.
+  const double distance = std::pow(100.0, 0.7);
+  // Hunt-adjusted CIELAB of linear green and blue, by hand from the CIE formulas.
+  const auto lab = [](double x, double y, double z) {
+    const double n[3] = {x / 0.95042846, y / 1.0, z / 1.08890037};
+    double f[3];
+    for (int i = 0; i < 3; ++i) f[i] = n[i] > 216.0 / 24389.0 ? std::cbrt(n[i]) : n[i] * 841.0 / 108.0 + 4.0 / 29.0;
+    const double l = 116 * f[1] - 16;
+    return std::array<double, 3>{l, 0.01 * l * 500 * (f[0] - f[1]), 0.01 * l * 200 * (f[1] - f[2])};
+  };
+  const auto green = lab(0.35759149, 0.71518298, 0.11919716), blue = lab(0.18045049, 0.07218020, 0.95037259);
+  const double largest = std::pow(std::abs(green[0] - blue[0]) + std::hypot(green[1] - blue[1], green[2] - blue[2]), 0.7);
+  const double split = 0.4 * largest;
+  const double expected = distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (largest - split) * 0.05;
+  EXPECT_NEAR(mean_value(flip_map(flat(8, 8, 0, 0, 0), flat(8, 8, 1, 1, 1))), expected, 1e-4);
+}
+
+TEST(Flip, IsSymmetricInRangeAndLargerForLargerShifts) {
+  const Image a = flat(24, 24, 0.5f, 0.5f, 0.5f);
+  double last = 0.0;
+  for (const float shift : {0.02f, 0.1f, 0.3f}) {
+    const Image b = flat(24, 24, 0.5f + shift, 0.5f, 0.5f);
+    const double value = mean_value(flip_map(a, b));
+    EXPECT_GT(value, last);
+    EXPECT_LE(value, 1.0);
+    EXPECT_NEAR(value, mean_value(flip_map(b, a)), 1e-12);
+    last = value;
+  }
+}
+
+TEST(Flip, AnEdgeThatDisappearsCountsMoreThanItsColourAlone) {
+  Image edge = flat(32, 32, 0.45f, 0.45f, 0.45f);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 16; x < 32; ++x)
+      for (std::size_t c = 0; c < 3; ++c) edge.at(x, y)[c] = 0.55f;
+  const Image map = flip_map(edge, flat(32, 32, 0.5f, 0.5f, 0.5f));
+  // At the edge itself the filtered colours agree; beside it the colour error is amplified by the lost feature.
+  float beside = 0;
+  for (int x = 12; x < 20; ++x) beside = std::max(beside, map.at(x, 16)[0]);
+  EXPECT_GT(beside, 1.1f * map.at(4, 16)[0]);
+}
+
+TEST(MaxDifference, FindsTheOneWorstChannel) {
+  Image a = flat(4, 4, 0.1f, 0.2f, 0.3f), b = a;
+  b.at(2, 1)[1] = 0.95f;
+  EXPECT_NEAR(max_difference(a, b), 0.75, 1e-6);
+}
+
+}  // namespace
+}  // namespace tessera

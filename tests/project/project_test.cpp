@@ -1,0 +1,209 @@
+// The project's own rules: layout, documents that match the code, captures that their sources make.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "frontend/extensions.h"
+#include "replay/describe.h"
+#include "tests/support/captures.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+using test::read_text;
+
+const fs::path kRoot = TESSERA_SOURCE_DIR;
+// In the order in which they may include each other.
+const std::vector<std::string> kFolders = {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay"};
+
+bool is_source(const fs::path& file) {
+  static const std::set<std::string> kEndings = {".h", ".cpp", ".inc", ".c"};
+  return kEndings.contains(file.extension().string());
+}
+
+std::vector<fs::path> sources_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && is_source(entry.path())) files.push_back(entry.path());
+  return files;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// Folders that a source includes from, of kFolders.
+std::set<std::string> included_folders(const std::string& text) {
+  static const std::regex kInclude("#include \"([a-z_]+)/");
+  std::set<std::string> folders;
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), kInclude); at != std::sregex_iterator(); ++at) folders.insert((*at)[1]);
+  return folders;
+}
+
+bool may_include(std::size_t folder, const std::string& other) {
+  for (std::size_t k = 0; k <= folder; ++k)
+    if (kFolders[k] == other) return true;
+  return false;
+}
+
+TEST(Layout, FoldersIncludeOnlyThoseAboveThem) {
+  for (std::size_t f = 0; f < kFolders.size(); ++f)
+    for (const fs::path& file : sources_in(kRoot / kFolders[f]))
+      for (const std::string& other : included_folders(read_text(file))) EXPECT_TRUE(may_include(f, other)) << file << " includes " << other;
+}
+
+TEST(Layout, AnIncludeAgainstTheDirectionIsCaught) {
+  EXPECT_EQ(included_folders("#include \"tilecore/tile_core.h\"\n#include <vector>\n"), std::set<std::string>{"tilecore"});
+  EXPECT_FALSE(may_include(3, "tilecore"));
+  EXPECT_TRUE(may_include(3, "base"));
+}
+
+TEST(Layout, TopLevelHoldsWhatTheReadmeNames) {
+  const std::set<std::string> allowed = {"CMakeLists.txt", "CMakePresets.json", "README.md", "tessera", "base", "hardware", "shaders_cpp", "frontend", "binner",
+                                         "tilecore", "replay", "tests", "bench", "captures", "docs", "build", "out"};
+  for (const auto& entry : fs::directory_iterator(kRoot)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(".")) {
+      EXPECT_TRUE(allowed.contains(name)) << name;
+    }
+  }
+}
+
+TEST(Layout, NoSourceOutgrowsItsUnit) {
+  for (const char* folder : {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
+    for (const fs::path& file : sources_in(kRoot / folder)) EXPECT_LE(lines_of(read_text(file)).size(), 800u) << file;
+}
+
+TEST(Layout, EveryFolderHasAReadme) {
+  for (const char* folder : {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
+    EXPECT_TRUE(fs::exists(kRoot / folder / "README.md")) << folder;
+}
+
+std::vector<fs::path> documents() {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot)) {
+    const std::string path = fs::relative(entry.path(), kRoot).string();
+    if (entry.path().extension() == ".md" && !path.starts_with("build") && !path.starts_with("out") && !path.starts_with(".")) files.push_back(entry.path());
+  }
+  return files;
+}
+
+TEST(Documents, GeneratedPagesAreCurrent) {
+  for (const std::string& topic : replay::describe_topics())
+    EXPECT_EQ(read_text(kRoot / "docs" / (topic + ".md")), replay::describe_markdown(topic)) << "run: tessera describe " << topic << " --markdown > docs/" << topic << ".md";
+}
+
+TEST(Documents, LinksLeadSomewhere) {
+  static const std::regex kLink("\\]\\(([^)#]+)(#[^)]*)?\\)");
+  for (const fs::path& file : documents()) {
+    const std::string text = read_text(file);
+    for (auto at = std::sregex_iterator(text.begin(), text.end(), kLink); at != std::sregex_iterator(); ++at) {
+      const std::string target = (*at)[1];
+      if (target.find("://") == std::string::npos) {
+        EXPECT_TRUE(fs::exists(file.parent_path() / target)) << file << " links to " << target;
+      }
+    }
+  }
+}
+
+TEST(Documents, PathsInCodeMarksExist) {
+  // `folder/file.ext` and `folder/`: a document that names a file names one that is there.
+  static const std::regex kPath("`((base|hardware|shaders_cpp|frontend|binner|tilecore|replay|tests|bench|captures|docs)/[A-Za-z0-9_./-]*)`");
+  for (const fs::path& file : documents()) {
+    const std::string text = read_text(file);
+    for (auto at = std::sregex_iterator(text.begin(), text.end(), kPath); at != std::sregex_iterator(); ++at)
+      EXPECT_TRUE(fs::exists(kRoot / std::string((*at)[1]))) << file << " names " << (*at)[1];
+  }
+}
+
+TEST(Documents, TesserasExtensionsHaveAPageAndASchemaThatNameEveryMember) {
+  const auto json_of = [](const fs::path& file) { return nlohmann::json::parse(read_text(file)); };
+  for (const frontend::Extension& extension : frontend::supported_extensions()) {
+    if (!extension.name.starts_with("TESSERA_")) continue;
+    const fs::path base = kRoot / "docs" / "extensions" / std::string(extension.name);
+    const std::string page = read_text(base.string() + ".md");
+    const nlohmann::json schema = json_of(base.string() + ".schema.json");
+    std::set<std::string> members, in_schema;
+    for (const frontend::ExtensionMember& member : extension.members) {
+      members.insert(std::string(member.name));
+      EXPECT_THAT(page, testing::HasSubstr(std::string(member.name)));
+    }
+    for (const auto& [name, value] : schema["properties"].items())
+      if (name != "extensions" && name != "extras") in_schema.insert(name);
+    EXPECT_EQ(in_schema, members) << extension.name;
+  }
+}
+
+// Lines of the README's shell blocks.
+std::vector<std::string> readme_commands() {
+  std::vector<std::string> commands;
+  bool shell = false;
+  for (const std::string& line : lines_of(read_text(kRoot / "README.md"))) {
+    if (line.starts_with("```")) shell = line == "```sh";
+    else if (shell) commands.push_back(line.substr(0, line.find(" #")));
+  }
+  return commands;
+}
+
+TEST(Readme, ItsCommandsWork) {
+  const test::TemporaryFolder out;
+  int run = 0;
+  for (const std::string& command : readme_commands()) {
+    std::istringstream words(command);
+    std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};
+    if (arguments.empty() || arguments[0] != "./tessera" || arguments[1] == "test") continue;
+    arguments.erase(arguments.begin());
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+      if (arguments[i].starts_with("captures/")) arguments[i] = (kRoot / arguments[i]).string();
+      if (arguments[i] == "--out") arguments[i + 1] = (out / arguments[i + 1]).string();
+    }
+    const test::ProcessResult r = test::run_tessera(arguments);
+    EXPECT_EQ(r.status, 0) << command << "\n" << r.errors;
+    ++run;
+  }
+  EXPECT_GE(run, 3);
+}
+
+TEST(Readme, ItsFiguresAreThoseOfAReplay) {
+  const test::TemporaryFolder out;
+  ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture("eggs").string(), "--quiet", "--out", out.path().string()}).status, 0);
+  const nlohmann::json counters = nlohmann::json::parse(read_text(out / "stats.json"))["total"]["counters"];
+  static const std::regex kRow("^\\| `([a-z_.]+)` \\| ([0-9 ]+) \\|$");
+  int rows = 0;
+  for (const std::string& line : lines_of(read_text(kRoot / "README.md"))) {
+    std::smatch match;
+    if (!std::regex_match(line, match, kRow) || !counters.contains(match[1])) continue;
+    std::string digits = match[2];
+    digits.erase(std::remove(digits.begin(), digits.end(), ' '), digits.end());
+    EXPECT_EQ(std::stoull(digits), counters[std::string(match[1])].get<std::uint64_t>()) << match[1];
+    ++rows;
+  }
+  EXPECT_GE(rows, 5);
+}
+
+TEST(ShippedCaptures, AreWhatTheirSourcesMakeAndSmall) {
+  const test::TemporaryFolder out;
+  const test::ProcessResult r = test::run_process({"/usr/bin/env", "TESSERA_BUILD=" + fs::path(TESSERA_PROGRAM).parent_path().string(), (kRoot / "captures" / "make.sh").string(), out.path().string()});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  std::uintmax_t bytes = 0;
+  for (const char* name : {"eggs", "vases", "serpent", "flyby"}) {
+    EXPECT_TRUE(read_text(out / (std::string(name) + ".glb")) == read_text(test::shipped_capture(name))) << name << " differs: run captures/make.sh";
+    bytes += fs::file_size(test::shipped_capture(name));
+  }
+  EXPECT_LE(bytes, 2u << 20);
+}
+
+}  // namespace
+}  // namespace tessera

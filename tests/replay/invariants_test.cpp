@@ -1,0 +1,296 @@
+// The invariants of the whole machine, on shipped captures and on scenes made to break it.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "base/simd_targets.h"
+#include "frontend/capture_reader.h"
+#include "replay/frame_renderer.h"
+#include "replay/statistics.h"
+#include "tests/support/captures.h"
+
+namespace tessera::replay {
+namespace {
+
+using frontend::Capture;
+using test::Random;
+
+RenderRequest whole(int width, int height) { return {width, height, {0, 0, width, height}, true}; }
+
+// Everything that a picture consists of, as bytes.
+std::string picture_bytes(const tilecore::FrameTargets& t) {
+  std::string bytes;
+  const auto add = [&](const auto& values) { bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]); };
+  add(t.color.values);
+  add(t.depth.values);
+  add(t.patch.values);
+  add(t.normal.values);
+  return bytes;
+}
+
+struct Variant {
+  std::string name;
+  hardware::GpuConfiguration gpu;
+  RunSettings settings;
+  std::size_t threads = 0;
+  std::string simd;
+};
+
+FrameResult render(const Capture& capture, const Variant& variant, int frame = 0, RenderRequest request = whole(160, 90)) {
+  const ThreadLimit threads(variant.threads);
+  force_simd_target(variant.simd);
+  FrameRenderer renderer(capture, variant.gpu, variant.settings, request);
+  FrameResult result = renderer.render(frame);
+  force_simd_target("");
+  return result;
+}
+
+class ShippedCapture : public testing::TestWithParam<const char*> {
+ protected:
+  Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
+  int frame = capture.settings.first_frame;
+};
+
+// Invariant 1: the picture is a matter of geometry and samples alone.
+TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
+  const FrameResult expected = render(capture, {}, frame);
+  std::vector<Variant> variants;
+  for (const int side : {8, 16, 64, 256}) {
+    Variant v{"tiles of " + std::to_string(side), {}, {}, 0, ""};
+    v.gpu.tile_width = side;
+    v.gpu.tile_height = side == 64 ? 24 : side;
+    variants.push_back(v);
+  }
+  for (const int cells : {4, 9, 64}) {
+    Variant v{"sub-patches of " + std::to_string(cells), {}, {}, 0, ""};
+    v.gpu.tessellator_sub_patch_cells = cells;
+    variants.push_back(v);
+  }
+  for (const char* policy : {"partial_render", "spill"}) {
+    Variant v{std::string("a tiny buffer, ") + policy, {}, {}, 0, ""};
+    v.gpu.parameter_buffer_bytes = 4096;
+    v.gpu.parameter_buffer_full_policy = policy;
+    variants.push_back(v);
+  }
+  for (const Variant& v : variants) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
+}
+
+// Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
+TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
+  const FrameResult expected = render(capture, {}, frame);
+  std::vector<Variant> variants = {{"again", {}, {}, 0, ""}, {"one thread", {}, {}, 1, ""}, {"three threads", {}, {}, 3, ""}};
+  for (const std::string& target : simd_target_names()) variants.push_back({target, {}, {}, 0, target});
+  for (const Variant& v : variants) {
+    const FrameResult result = render(capture, v, frame);
+    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(counters_json(result.counters), counters_json(expected.counters)) << v.name;
+  }
+}
+
+// Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same picture.
+TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {
+  const FrameResult expected = render(capture, {}, frame);
+  for (const auto& [motion, defocus] : {std::pair{"on", "auto"}, {"auto", "on"}, {"on", "on"}}) {
+    Variant v;
+    v.settings.motion = motion;
+    v.settings.defocus = defocus;
+    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << motion << " " << defocus;
+  }
+}
+
+TEST_P(ShippedCapture, ARegionIsACutOutOfTheFrame) {
+  const FrameResult all = render(capture, {}, frame);
+  RenderRequest request = whole(160, 90);
+  request.region = {37, 11, 120, 71};
+  const FrameResult part = render(capture, {}, frame, request);
+  for (int y = 11; y < 71; ++y)
+    for (int x = 37; x < 120; ++x)
+      for (std::size_t c = 0; c < 4; ++c) ASSERT_EQ(part.targets.color.at(x - 37, y - 11)[c], all.targets.color.at(x, y)[c]);
+}
+
+TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
+  FrameRenderer fresh(capture, {}, {}, whole(96, 54)), used(capture, {}, {}, whole(96, 54));
+  used.render(frame + 2);
+  used.render(frame);
+  EXPECT_EQ(picture_bytes(used.render(frame + 1).targets), picture_bytes(fresh.render(frame + 1).targets));
+}
+
+INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vases", "serpent", "flyby"), [](const auto& param_info) { return std::string(param_info.param); });
+
+TEST(PartialRender, IsCountedAndLosesNothing) {
+  const Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  Variant tiny;
+  tiny.gpu.parameter_buffer_bytes = 4096;
+  const FrameResult partial = render(capture, tiny, 14), whole_frame = render(capture, {}, 14);
+  EXPECT_GT(partial.counters.binner.partial_renders, 2u);
+  EXPECT_LE(partial.counters.binner.queue_bytes_peak, 4096u);
+  EXPECT_EQ(partial.counters.binner.entries, whole_frame.counters.binner.entries);
+  EXPECT_EQ(partial.counters.tilecore.entries_fetched, whole_frame.counters.binner.entries);
+  const auto& state = partial.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileState);
+  EXPECT_GT(state.written_bytes, 0u);
+  EXPECT_EQ(state.written_bytes, state.read_bytes);  // what was stored was loaded again
+  tiny.gpu.parameter_buffer_full_policy = "spill";
+  const FrameResult spilled = render(capture, tiny, 14);
+  EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
+  EXPECT_GT(spilled.counters.binner.spilled_chunks, 0u);
+}
+
+TEST(Ledger, EveryByteReadFromTheQueuesWasWrittenBefore) {
+  const Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  const FrameResult r = render(capture, {}, 14);
+  EXPECT_LE(r.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue).read_bytes,
+            r.counters.ledger.traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue).written_bytes + 64 * 16);  // heads of empty tiles are read, too
+  // RGBA half floats: every row of every tile in whole bursts of 64 bytes; 160 x 8 bytes is 20 bursts a row.
+  EXPECT_EQ(r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes, 160u * 90u * 8u);
+}
+
+// ---- Watertightness ---------------------------------------------------------------------------------------------
+
+// From inside a closed surface every sample must see it: static, moving, displaced, defocused, and when the surface
+// passes through the near plane.
+struct ClosedCase {
+  const char* name;
+  bool bezier, displaced, moving, lens;
+};
+
+class ClosedSurface : public testing::TestWithParam<ClosedCase> {};
+
+Capture closed_capture(const ClosedCase& c, Random& random) {
+  Capture capture;
+  frontend::Material material;
+  material.double_sided = true;
+  if (c.displaced) {
+    std::vector<float> heights(64);
+    for (float& h : heights) h = random.uniform(0, 1);
+    material.displacement = test::displacement(8, 8, heights, 0.3f, -0.1f);
+  }
+  const int m = test::add_material(capture, material);
+  frontend::Primitive primitive = test::closed_patches(m);
+  if (!c.bezier) {
+    // A cube of many triangles.
+    std::vector<Vec3> positions;
+    std::vector<std::uint32_t> indices;
+    const int n = 7;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const float side : {-1.0f, 1.0f}) {
+        const auto first = static_cast<std::uint32_t>(positions.size());
+        for (int j = 0; j <= n; ++j)
+          for (int i = 0; i <= n; ++i) {
+            Vec3 p;
+            p[axis] = side;
+            p[(axis + 1) % 3] = -1.0f + 2.0f * static_cast<float>(i) / n;
+            p[(axis + 2) % 3] = -1.0f + 2.0f * static_cast<float>(j) / n;
+            positions.push_back(p);
+          }
+        for (std::uint32_t j = 0; j < n; ++j)
+          for (std::uint32_t i = 0; i < n; ++i) {
+            const std::uint32_t a = first + j * (n + 1) + i;
+            indices.insert(indices.end(), {a, a + 1, a + n + 2, a, a + n + 2, a + n + 1});
+          }
+      }
+    primitive = test::triangles(positions, indices, m);
+  }
+  const int node = test::add_node(capture, primitive);
+  const glm::dquat turn = glm::angleAxis(0.6, glm::normalize(DVec3(1, 2, 3)));
+  capture.nodes[static_cast<std::size_t>(node)].transform.rotation = turn;
+  if (c.moving) {
+    test::add_motion(capture, node, {0.25, -0.2, 0.3});
+    frontend::AnimationChannel spin;
+    spin.node = node;
+    spin.path = frontend::AnimatedPath::kRotation;
+    spin.components = 4;
+    spin.times = {0, 1};
+    const glm::dquat end = glm::angleAxis(0.25, DVec3(0, 0, 1)) * turn;
+    for (const glm::dquat& q : {turn, end})
+      for (const double v : {q.x, q.y, q.z, q.w}) spin.values.push_back(static_cast<float>(v));
+    capture.animations[0].channels.push_back(spin);
+    capture.settings.shutter_close = 30;  // one second at 30 frames per second
+  }
+  frontend::Camera camera;
+  camera.vertical_fov = 1.6f;
+  camera.near = 0.03f;
+  if (c.lens) camera.lens = {0.02f, 0.6f};
+  test::add_camera(capture, {0.1, 0.15, 0.2}, camera);
+  capture.settings.background = Vec3(1, 0, 0);
+  return capture;
+}
+
+TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
+  Random random(3);
+  const Capture capture = closed_capture(GetParam(), random);
+  Variant v;
+  v.settings.samples_per_pixel = 8;
+  v.settings.target_edge_pixels = 5;
+  const FrameResult result = render(capture, v, 0, whole(192, 128));
+  std::size_t open = 0;
+  for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4) open += result.targets.color.values[i] < 1.0f ? 1 : 0;
+  EXPECT_EQ(open, 0u);
+  EXPECT_EQ(result.counters.tilecore.samples_visible, 192u * 128u * 8u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, ClosedSurface,
+                         testing::Values(ClosedCase{"StaticPatches", true, false, false, false}, ClosedCase{"DisplacedPatches", true, true, false, false},
+                                         ClosedCase{"MovingDisplacedPatches", true, true, true, false}, ClosedCase{"DefocusedDisplacedPatches", true, true, false, true},
+                                         ClosedCase{"MovingDefocusedDisplacedPatches", true, true, true, true}, ClosedCase{"StaticTriangles", false, false, false, false},
+                                         ClosedCase{"MovingDefocusedTriangles", false, false, true, true}),
+                         [](const auto& param_info) { return std::string(param_info.param.name); });
+
+TEST(ClosedSurfaceTwin, ASurfaceWithMissingTrianglesShowsTheBackground) {
+  Random random(3);
+  Capture capture = closed_capture({"", false, false, true, true}, random);
+  auto& indices = capture.meshes[0].primitives[0].indices;
+  std::vector<std::uint32_t> rest;
+  for (std::size_t t = 0; t < indices.size(); t += 3)
+    if (t / 3 % 16 != 5) rest.insert(rest.end(), indices.begin() + static_cast<std::ptrdiff_t>(t), indices.begin() + static_cast<std::ptrdiff_t>(t) + 3);
+  indices = rest;
+  const FrameResult result = render(capture, {}, 0, whole(192, 128));
+  EXPECT_LT(result.counters.tilecore.samples_visible, 192u * 128u * 4u);
+}
+
+// ---- Odd frames -------------------------------------------------------------------------------------------------
+
+TEST(OddFrames, OnePixelAndSizesThatNoTileDividesWork) {
+  const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
+  for (const auto& [width, height] : {std::pair{1, 1}, {33, 1}, {1, 65}, {37, 41}}) {
+    const FrameResult result = render(capture, {}, 0, whole(width, height));
+    EXPECT_EQ(result.counters.resolve.pixels_shaded, static_cast<std::uint64_t>(width * height));
+    for (const float v : result.targets.color.values) ASSERT_TRUE(std::isfinite(v));
+  }
+}
+
+TEST(OddFrames, AnEmptySceneIsAllBackground) {
+  Capture capture;
+  capture.settings.background = Vec3(0.25f, 0.5f, 0.75f);
+  const FrameResult result = render(capture, {}, 0, whole(20, 20));
+  EXPECT_EQ(result.counters.frontend.base_patches, 0u);
+  EXPECT_EQ(result.targets.color.at(7, 7)[1], 0.5f);
+  EXPECT_EQ(result.targets.color.at(7, 7)[3], 0.0f);
+}
+
+TEST(OddFrames, DegenerateTransformsAndPatchesDrawNothingAndBreakNothing) {
+  Capture capture;
+  const int flat = test::add_node(capture, test::closed_patches(frontend::kNone));
+  capture.nodes[static_cast<std::size_t>(flat)].transform.scale = DVec3(0.0);
+  test::add_node(capture, test::patches(std::vector<Vec3>(16, Vec3(0.3f))));
+  test::add_node(capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {0, 1, 2, 0, 0, 0}));
+  test::add_camera(capture, {0, 0, 4});
+  const FrameResult result = render(capture, {}, 0, whole(40, 30));
+  EXPECT_EQ(result.counters.tilecore.samples_visible, 0u);
+}
+
+TEST(OddFrames, CoordinatesUpToAMillionKeepTheirPicture) {
+  // The node moves far out and the camera with it: matrices are multiplied in double precision.
+  const auto picture = [](double offset) {
+    Capture capture;
+    test::add_node(capture, test::closed_patches(frontend::kNone), DVec3(offset, -offset, offset * 0.5));
+    test::add_camera(capture, DVec3(offset, -offset, offset * 0.5) + DVec3(0.2, 0.3, 4));
+    return render(capture, {}, 0, whole(96, 64));
+  };
+  const FrameResult near = picture(0), far = picture(1e6);
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < near.targets.patch.values.size(); ++i) differing += near.targets.patch.values[i] != far.targets.patch.values[i] ? 1 : 0;
+  EXPECT_LT(differing, near.targets.patch.values.size() / 500);
+}
+
+}  // namespace
+}  // namespace tessera::replay

@@ -1,0 +1,299 @@
+// The program as its users meet it: exit statuses, messages, files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/exr_file.h"
+#include "base/image_codec.h"
+#include "base/image_metrics.h"
+#include "tests/support/captures.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using test::ProcessResult;
+using test::run_tessera;
+namespace fs = std::filesystem;
+
+std::set<std::string> files_in(const fs::path& folder) {
+  std::set<std::string> names;
+  if (fs::exists(folder))
+    for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  return names;
+}
+
+json stats_of(const fs::path& folder) { return json::parse(test::read_text(folder / "stats.json")); }
+
+std::string capture(const char* name) { return test::shipped_capture(name).string(); }
+
+std::size_t line_count(const std::string& text) { return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')); }
+
+// ---- replay -----------------------------------------------------------------------------------------------------
+
+TEST(ReplayCommand, WritesPicturesAndStatisticsOfEveryFrame) {
+  const test::TemporaryFolder out;
+  const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "64x36", "--frames", "0:3", "--out", out.path().string()});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  EXPECT_EQ(files_in(out.path()), (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png", "frame_0002.exr",
+                                                         "frame_0002.png", "stats.csv", "stats.json"}));
+  const json stats = stats_of(out.path());
+  EXPECT_EQ(stats["schema"], "tessera.stats/1");
+  ASSERT_EQ(stats["frames"].size(), 3u);
+  EXPECT_EQ(stats["frames"][2]["frame"], 2);
+  EXPECT_TRUE(stats["frames"][0]["effects"]["motion"].get<bool>());
+  EXPECT_FALSE(stats["frames"][0]["effects"]["displacement"].get<bool>());
+  EXPECT_EQ(stats["settings"]["width"], 64);
+  EXPECT_EQ(stats["gpu"]["preset"], "middle");
+  std::uint64_t sum = 0, peak = 0;
+  for (const json& frame : stats["frames"]) {
+    sum += frame["counters"]["tilecore.triangles"].get<std::uint64_t>();
+    peak = std::max(peak, frame["counters"]["binner.queue_bytes_peak"].get<std::uint64_t>());
+  }
+  EXPECT_EQ(stats["total"]["counters"]["tilecore.triangles"], sum);
+  EXPECT_EQ(stats["total"]["counters"]["binner.queue_bytes_peak"], peak);
+  EXPECT_EQ(line_count(test::read_text(out / "stats.csv")), 4u);
+}
+
+TEST(ReplayCommand, TheLedgerOfAFrameAddsUpToItsCounters) {
+  const test::TemporaryFolder out;
+  ASSERT_EQ(run_tessera({"replay", capture("eggs"), "--size", "96x54", "--quiet", "--out", out.path().string()}).status, 0);
+  const json frame = stats_of(out.path())["frames"][0];
+  std::uint64_t read = 0, written = 0;
+  for (const json& row : frame["dram"]) read += row["read_bytes"].get<std::uint64_t>(), written += row["written_bytes"].get<std::uint64_t>();
+  EXPECT_EQ(frame["counters"]["dram.read_bytes"], read);
+  EXPECT_EQ(frame["counters"]["dram.written_bytes"], written);
+}
+
+TEST(ReplayCommand, EveryFixedCounterNameOfTheUnitsThatRanIsThere) {
+  const test::TemporaryFolder out;
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "32x32", "--quiet", "--out", out.path().string()}).status, 0);
+  const json counters = stats_of(out.path())["frames"][0]["counters"];
+  for (const char* name : {"frontend.base_patches", "frontend.sub_patches", "frontend.culled_frustum", "binner.entries", "binner.tile_overlaps", "binner.queue_bytes_written",
+                           "binner.queue_bytes_read", "binner.queue_bytes_peak", "binner.partial_renders", "binner.spilled_chunks", "tilecore.tessellated_sub_patches",
+                           "tilecore.domain_evaluations", "tilecore.triangles", "tilecore.box_tests", "tilecore.triangle_tests", "tilecore.sample_hits",
+                           "tilecore.samples_visible", "tilecore.pixel_shader_invocations", "resolve.pixels_shaded", "dram.read_bytes", "dram.written_bytes"})
+    EXPECT_TRUE(counters.contains(name)) << name;
+  // Units that do not exist yet report nothing.
+  for (const char* name : {"frontend.culled_backface", "tilecore.stencil_tests", "resolve.blocks_rate_4", "resolve.pixels_advected"})
+    EXPECT_FALSE(counters.contains(name)) << name;
+}
+
+TEST(ReplayCommand, TheSameInputsGiveTheSameBytes) {
+  const test::TemporaryFolder out;
+  for (const char* run : {"a", "b"})
+    ASSERT_EQ(run_tessera({"replay", capture("serpent"), "--size", "80x45", "--quiet", "--aux", "depth,normal,patch,invocations", "--out", (out / run).string()}).status, 0);
+  for (const char* file : {"frame_0012.exr", "frame_0012.png"}) EXPECT_EQ(test::read_text(out / "a" / file), test::read_text(out / "b" / file));
+  EXPECT_EQ(stats_of(out / "a")["total"]["counters"], stats_of(out / "b")["total"]["counters"]);
+}
+
+TEST(ReplayCommand, SeedAndSamplesChangeTheNoiseNotThePicture) {
+  const test::TemporaryFolder out;
+  const auto picture = [&](const char* name, std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"replay", capture("eggs"), "--size", "128x72", "--quiet", "--out", (out / name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_EQ(run_tessera(arguments).status, 0);
+    return read_exr(out / name / "frame_0014.exr");
+  };
+  const Image many = picture("many", {"--spp", "64"}), one = picture("one", {"--spp", "16", "--seed", "1"}), two = picture("two", {"--spp", "16", "--seed", "2"});
+  EXPECT_NE(one.values, two.values);
+  const auto error = [&](const Image& image) {
+    double sum = 0;
+    for (std::size_t i = 0; i < image.values.size(); ++i) sum += std::pow(static_cast<double>(image.values[i]) - static_cast<double>(many.values[i]), 2);
+    return std::sqrt(sum / static_cast<double>(image.values.size()));
+  };
+  EXPECT_LT(error(one), 0.06);
+  EXPECT_LT(error(two), 0.06);
+}
+
+TEST(ReplayCommand, ARegionIsRenderedAlone) {
+  const test::TemporaryFolder out;
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "120x80", "--region", "20,30,50,40", "--quiet", "--out", out.path().string()}).status, 0);
+  EXPECT_EQ(read_exr(out / "frame_0000.exr").width, 50);
+  EXPECT_EQ(read_exr(out / "frame_0000.exr").height, 40);
+}
+
+TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
+  const test::TemporaryFolder out;
+  const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--out", out.path().string()}, {.interrupt_after_ms = 700});
+  EXPECT_EQ(r.status, 0) << r.errors;
+  EXPECT_THAT(r.errors, HasSubstr("stopped after"));
+  const json stats = stats_of(out.path());
+  const std::size_t frames = stats["frames"].size();
+  EXPECT_GE(frames, 1u);
+  EXPECT_LT(frames, 5000u);
+  // Every frame that the statistics name has its pictures, and nothing else is there.
+  EXPECT_EQ(files_in(out.path()).size(), 2 * frames + 2);
+}
+
+TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) {
+  const test::TemporaryFolder out;
+  test::write_text(out / "file", "x");
+  const ProcessResult r = run_tessera({"replay", capture("vases"), "--size", "16x16", "--quiet", "--out", (out / "file" / "deep").string()});
+  EXPECT_EQ(r.status, 1);
+  EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
+  EXPECT_EQ(files_in(out.path()), std::set<std::string>{"file"});
+}
+
+struct WrongCall {
+  std::vector<std::string> arguments;
+  const char* message;
+};
+
+TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
+  const test::TemporaryFolder out;
+  const std::vector<WrongCall> calls = {
+      {{"--set", "tile.widht=3"}, "did you mean 'tile.width'"},
+      {{"--set", "tile.width=20"}, "multiples of 8"},
+      {{"--set", "tile.width=1000"}, "from 8 to 256"},
+      {{"--set", "shading.rate=often"}, "one of pixel, sample"},
+      {{"--set", "novalue"}, "KEY=VALUE"},
+      {{"--gpu", "enormous"}, "presets: small, middle, large"},
+      {{"--size", "0x10"}, "--size"},
+      {{"--size", "12x"}, "--size"},
+      {{"--size", "99999x10"}, "1 to 16384"},
+      {{"--frames", "5:5"}, "A < B"},
+      {{"--frames", "5"}, "A:B"},
+      {{"--frames=-1:4"}, "A:B"},
+      {{"--region", "0,0,9999,10"}, "not inside the frame"},
+      {{"--spp", "65"}, "from 1 to 64"},
+      {{"--spp", "many"}, "whole number"},
+      {{"--aux", "beauty"}, "layers are"},
+      {{"--set", "parameter_buffer.bytes=256"}, "cannot hold the list heads"},
+      {{"--unknown"}, "--unknown"},
+  };
+  for (const WrongCall& call : calls) {
+    std::vector<std::string> arguments = {"replay", capture("vases"), "--quiet", "--out", (out / "x").string()};
+    arguments.insert(arguments.end(), call.arguments.begin(), call.arguments.end());
+    const ProcessResult r = run_tessera(arguments);
+    EXPECT_EQ(r.status, 2) << call.arguments[0] << ": " << r.errors;
+    EXPECT_THAT(r.errors, HasSubstr(call.message));
+    EXPECT_FALSE(fs::exists(out / "x")) << call.arguments[0];
+  }
+}
+
+TEST(ReplayCommand, PicturesBeyondTheMemoryLimitEndWithStatus4) {
+  const test::TemporaryFolder out;
+  const ProcessResult r = run_tessera({"replay", capture("vases"), "--size", "16384x16384", "--max-memory", "1", "--out", (out / "x").string()});
+  EXPECT_EQ(r.status, 4) << r.errors;
+  EXPECT_FALSE(fs::exists(out / "x"));
+}
+
+TEST(ReplayCommand, MissingCapturesEndWithStatus3) {
+  const ProcessResult r = run_tessera({"replay", "no/such.glb"});
+  EXPECT_EQ(r.status, 3);
+  EXPECT_EQ(r.errors, "tessera: no/such.glb: no such file\n");
+}
+
+// ---- The other commands -----------------------------------------------------------------------------------------
+
+TEST(Program, HelpTeachesEveryCommandAndOptions) {
+  const ProcessResult all = run_tessera({"--help"});
+  EXPECT_EQ(all.status, 0);
+  for (const char* command : {"replay", "inspect", "pack", "compare", "describe"}) {
+    EXPECT_THAT(all.output, HasSubstr(command));
+    const ProcessResult one = run_tessera({command, "--help"});
+    EXPECT_EQ(one.status, 0);
+    EXPECT_THAT(one.output, HasSubstr("Usage: tessera"));
+  }
+  for (const char* option : {"--frames", "--size", "--spp", "--gpu", "--set", "--threads", "--seed", "--region", "--out", "--aux"})
+    EXPECT_THAT(run_tessera({"replay", "--help"}).output, HasSubstr(option));
+  EXPECT_EQ(run_tessera({}).status, 2);
+  EXPECT_EQ(run_tessera({"fly"}).status, 2);
+}
+
+TEST(InspectCommand, SaysWhatIsInACapture) {
+  const ProcessResult table = run_tessera({"inspect", capture("eggs")});
+  EXPECT_EQ(table.status, 0);
+  EXPECT_THAT(table.output, HasSubstr("444 Bezier patches"));
+  EXPECT_THAT(table.output, HasSubstr("lens of radius 0.085 focused at 5.75"));
+  const json report = json::parse(run_tessera({"inspect", capture("serpent"), "--json"}).output);
+  EXPECT_EQ(report["skins"], 1);
+  EXPECT_EQ(report["settings"]["first_frame"], 12);
+  EXPECT_TRUE(report["meshes"][0]["skinned"].get<bool>());
+}
+
+TEST(CompareCommand, MeasuresPicturesAndFolders) {
+  const test::TemporaryFolder out;
+  for (const char* spp : {"1", "4"})
+    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "96x54", "--spp", spp, "--quiet", "--out", (out / spp).string()}).status, 0);
+  const std::string a = (out / "1").string(), b = (out / "4").string();
+  const json same = json::parse(run_tessera({"compare", a + "/frame_0000.png", a + "/frame_0000.png", "--json"}).output);
+  EXPECT_TRUE(same["psnr_db"].is_null());
+  EXPECT_EQ(same["flip"], 0.0);
+  const json folders = json::parse(run_tessera({"compare", a, b, "--json"}).output);
+  EXPECT_GT(folders["frames"][0]["psnr_db"].get<double>(), 20.0);
+  EXPECT_LT(folders["frames"][0]["ssim"].get<double>(), 1.0);
+  EXPECT_FALSE(folders["counters"].empty());
+  const ProcessResult map = run_tessera({"compare", a + "/frame_0000.png", b + "/frame_0000.exr", "--flip-map", (out / "map.png").string()});
+  EXPECT_EQ(map.status, 0) << map.errors;
+  EXPECT_TRUE(fs::exists(out / "map.png"));
+  EXPECT_EQ(run_tessera({"compare", a, b + "/frame_0000.png"}).status, 2);
+  EXPECT_EQ(run_tessera({"compare", a + "/stats.json", b + "/frame_0000.png"}).status, 3);
+}
+
+TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
+  for (const char* topic : {"counters", "settings", "gpu", "extensions", "effects"}) {
+    EXPECT_FALSE(run_tessera({"describe", topic}).output.empty());
+    const json rows = json::parse(run_tessera({"describe", topic, "--json"}).output);
+    EXPECT_GT(rows.size(), 4u);
+    for (const json& row : rows) EXPECT_FALSE(row["meaning"].get<std::string>().empty());
+  }
+  EXPECT_EQ(run_tessera({"describe", "weather"}).status, 2);
+}
+
+TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
+  const test::TemporaryFolder out;
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--quiet", "--out", out.path().string()}).status, 0);
+  std::set<std::string> described, counted;
+  const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), counters = stats_of(out.path())["frames"][0]["counters"];
+  for (const json& row : rows) described.insert(row["name"]);
+  for (const auto& [name, value] : counters.items()) counted.insert(name);
+  EXPECT_EQ(described, counted);
+}
+
+// ---- Real models ------------------------------------------------------------------------------------------------
+
+TEST(SampleModels, EveryModelReplaysAndFillsAGoodPartOfThePicture) {
+  const auto assets = test::assets_folder();
+  if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
+  int models = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(*assets)) {
+    if (entry.path().extension() != ".gltf" && entry.path().extension() != ".glb") continue;
+    const test::TemporaryFolder out;
+    const ProcessResult r = run_tessera({"replay", entry.path().string(), "--size", "160x120", "--quiet", "--out", out.path().string()});
+    ASSERT_EQ(r.status, 0) << r.errors;
+    const Image picture = read_exr(out / "frame_0000.exr");
+    double covered = 0, light = 0;
+    for (std::size_t i = 0; i < picture.values.size(); i += 4) {
+      covered += static_cast<double>(picture.values[i + 3]);
+      light += static_cast<double>(picture.values[i] + picture.values[i + 1] + picture.values[i + 2]) * static_cast<double>(picture.values[i + 3]);
+    }
+    EXPECT_GT(covered / (160 * 120), 0.03) << entry.path();
+    EXPECT_LT(covered / (160 * 120), 0.95) << entry.path();
+    EXPECT_GT(light / covered / 3, 0.02) << entry.path() << " is black";
+    ++models;
+  }
+  EXPECT_GE(models, 8);
+}
+
+TEST(SampleModels, DracoVariantsLookLikeTheirPlainTwins) {
+  const auto assets = test::assets_folder();
+  if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
+  // (The truck's variants stand in different directions.)
+  for (const char* model : {"Avocado", "Fox"}) {
+    const test::TemporaryFolder out;
+    for (const char* variant : {"glTF", "glTF-Draco"})
+      ASSERT_EQ(run_tessera({"replay", (*assets / model / variant / (std::string(model) + ".gltf")).string(), "--size", "160x120", "--quiet", "--out", (out / variant).string()}).status, 0);
+    const json report = json::parse(run_tessera({"compare", (out / "glTF" / "frame_0000.png").string(), (out / "glTF-Draco" / "frame_0000.png").string(), "--json"}).output);
+    EXPECT_GT(report["psnr_db"].is_null() ? 99.0 : report["psnr_db"].get<double>(), 30.0) << model;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::replay

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "frontend/assembly.h"
+#include "frontend/capture.h"
+#include "frontend/frame_geometry.h"
+
+namespace tessera::test {
+
+// ---- Captures made in memory ------------------------------------------------------------------------------------
+
+// Adds a material and returns its number.
+int add_material(frontend::Capture& capture, frontend::Material material = {});
+// Adds a mesh of one primitive and a node that draws it; returns the node.
+int add_node(frontend::Capture& capture, frontend::Primitive primitive, const DVec3& translation = DVec3(0.0));
+// A camera at `eye` that looks along -z.
+void add_camera(frontend::Capture& capture, const DVec3& eye, const frontend::Camera& camera = {});
+// Moves a node linearly from where it is by `way` during the first second.
+void add_motion(frontend::Capture& capture, int node, const DVec3& way);
+
+frontend::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material = frontend::kNone);
+// Bezier patches of 16 control points each.
+frontend::Primitive patches(std::vector<Vec3> control_points, int material = frontend::kNone);
+// 16 control points of the flat patch p(u,v) = origin + u * a + v * b.
+std::vector<Vec3> flat_patch(Vec3 origin, Vec3 a, Vec3 b);
+// A closed surface of six patches: a cube pushed towards a sphere of radius 1; texture coordinates per face.
+frontend::Primitive closed_patches(int material);
+
+// A displacement texture of the given heights.
+frontend::Displacement displacement(int width, int height, std::vector<float> heights, float scale, float bias);
+
+// ---- Randomness -------------------------------------------------------------------------------------------------
+
+// Fixed-seed generator with the few draws that tests need.
+class Random {
+ public:
+  explicit Random(std::uint32_t seed) : engine_(seed) {}
+  float uniform(float low, float high) { return low + (high - low) * static_cast<float>(engine_() >> 8) * 0x1p-24f; }
+  int integer(int low, int high) { return low + static_cast<int>(engine_() % static_cast<std::uint32_t>(high - low + 1)); }
+  bool coin() { return (engine_() & 1) != 0; }
+  Vec3 in_box(float half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
+
+ private:
+  std::mt19937 engine_;
+};
+
+// ---- Files ------------------------------------------------------------------------------------------------------
+
+// A capture that ships with the project, by name without ending.
+std::filesystem::path shipped_capture(const std::string& name);
+// The folder of sample models (environment variable TESSERA_ASSETS, else ../shared/assets beside the project), or
+// nothing: tests that need it then skip.
+std::optional<std::filesystem::path> assets_folder();
+std::string read_text(const std::filesystem::path& file);
+void write_text(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace tessera::test

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <set>
+#include <tuple>
+
+#include "frontend/frame_geometry.h"
+#include "tests/support/captures.h"
+#include "tilecore/tessellator.h"
+#include "tilecore/visibility_kernel.h"
+
+namespace tessera::tilecore {
+
+// A posed frame of a capture made in memory.
+struct TestFrame {
+  std::unique_ptr<frontend::Capture> capture = std::make_unique<frontend::Capture>();
+  std::unique_ptr<frontend::Assembly> assembly;
+  std::unique_ptr<frontend::FrameGeometry> frame;
+
+  void pose(int width = 96, int height = 64, double close_time = 1.0) {
+    assembly = std::make_unique<frontend::Assembly>(frontend::assemble(*capture));
+    frontend::FrameRequest request;
+    request.width = width;
+    request.height = height;
+    request.close_time = close_time;
+    frame = frontend::pose_frame(*assembly, frontend::choose_camera(*capture, 0, width, height), request);
+  }
+};
+
+// Whole grid of a base patch.
+inline frontend::CellRange whole_patch(const frontend::FrameGeometry& frame, std::uint32_t patch) {
+  const auto& drawable = frame.drawable_of(patch);
+  if (drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+  const auto& clusters = frame.assembly->clusters[drawable.drawable->geometry];
+  return {0, 0, static_cast<std::uint8_t>(clusters.clusters[patch - drawable.drawable->first_patch].cell_count), 1};
+}
+
+// Keeps hits in a set that ignores their order.
+class HitSet final : public HitSink {
+ public:
+  using Key = std::tuple<std::uint32_t, std::uint32_t, float, float, float>;  // sample, triangle, z, b1, b2
+  std::set<Key> hits;
+  void take(std::span<const Hit> block) override {
+    for (const Hit& h : block) hits.emplace(h.sample, h.triangle, h.z, h.b1, h.b2);
+  }
+};
+
+}  // namespace tessera::tilecore
