@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Makes the pictures of the README and prints its table of figures: docs/images/make.sh
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$here/../..
+out=$(mktemp -d)
+trap 'rm -rf "$out"' EXIT
+"$root/tessera" replay "$root/captures/eggs.glb" --size 960x540 --spp 64 --quiet --out "$out/eggs"
+cp "$out"/eggs/frame_*.png "$here/eggs.png"
+for name in vases serpent flyby; do
+  "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 64 --quiet --out "$out/$name"
+  cp "$out/$name"/frame_*.png "$here/$name.png"
+done
+"$root/tessera" replay "$root/captures/eggs.glb" --quiet --out "$out/figures"
+grep -hE '"(frontend|binner|tilecore|dram)\.' "$out/figures/stats.json" | sort -u
