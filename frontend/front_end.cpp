@@ -146,7 +146,7 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
           continue;
         }
         ++result.counters.sub_patches;
-        result.sub_patches.push_back({patch, range, *bounds});
+        result.sub_patches.push_back({patch, range, *bounds, body.corners});
       }
     }
   });

@@ -25,7 +25,8 @@ struct FrontendCounters {
 struct BoundedSubPatch {
   std::uint32_t base_patch;
   CellRange range;
-  ScreenBounds bounds;
+  ScreenBounds bounds;    // over the whole shutter and lens
+  MovingCorners corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
 };
 
 // Min-max pyramids of every displacement texture of a capture; built once.

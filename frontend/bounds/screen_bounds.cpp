@@ -68,7 +68,7 @@ std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const P
   const double w_error = margin.w / hull.near_w;
   if (any_nan || hull.unusable || w_error > 0.25) {
     constexpr float kFar = std::numeric_limits<float>::max();
-    return ScreenBounds{-kFar, -kFar, kFar, kFar, static_cast<float>(projection.near), kFar, true};
+    return ScreenBounds{-kFar, -kFar, kFar, kFar, kFar, static_cast<float>(projection.near), kFar, true};
   }
   if (hull.near_z > hull.far_z) return std::nullopt;  // all behind
   if (projection.far > 0 && hull.near_z - margin.depth > projection.far) return std::nullopt;
@@ -85,6 +85,7 @@ std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const P
   bounds.y0 = round_down(hull.y0 - grow);
   bounds.x1 = round_up(hull.x1 + grow);
   bounds.y1 = round_up(hull.y1 + grow);
+  bounds.grow = round_up(grow);
   bounds.near_z = round_down(hull.near_z - margin.depth);
   bounds.far_z = round_up(hull.far_z + margin.depth);
   bounds.crosses_near = crosses;

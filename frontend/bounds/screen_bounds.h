@@ -12,6 +12,7 @@ namespace tessera::frontend {
 // Where a moving, defocused convex body may appear on screen, over the whole shutter and the whole lens.
 struct ScreenBounds {
   float x0, y0, x1, y1;     // pixels, closed
+  float grow;               // pixels by which they exceed the hull of the projected points: lens and rounding
   float near_z, far_z;      // depth range of the part that is drawn
   bool crosses_near;        // some of it lies nearer than the near plane at some time
 };

@@ -38,7 +38,7 @@ TEST(TileGrid, ARegionKeepsOnlyItsTilesAndItsPixels) {
   EXPECT_EQ(grid.pixels(1), (IntRect{64, 40, 70, 64}));
 }
 
-ScreenBounds bounds_at(float x0, float y0, float x1, float y1) { return {x0, y0, x1, y1, 1, 2, false}; }
+ScreenBounds bounds_at(float x0, float y0, float x1, float y1) { return {x0, y0, x1, y1, 0, 1, 2, false}; }
 
 TEST(TileGrid, BoundsThatEndOnATilesEdgeBelongToBothTiles) {
   const TileGrid grid(128, 128, 32, 32);
@@ -305,7 +305,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
   Random random(2);
   for (std::uint32_t n = 0; n < 60; ++n) {
     const float x = random.uniform(-20, 140), y = random.uniform(-20, 140);
-    sub_patches.push_back({n % 6, {static_cast<std::uint8_t>(n), 0, 1, 1}, bounds_at(x, y, x + random.uniform(0, 90), y + random.uniform(0, 90))});
+    sub_patches.push_back({n % 6, {static_cast<std::uint8_t>(n), 0, 1, 1}, bounds_at(x, y, x + random.uniform(0, 90), y + random.uniform(0, 90)), {}});
   }
   // Every (sub-patch, tile) pair arrives once, in order, however small the buffer.
   const auto collect = [&](std::int64_t bytes, std::uint64_t& passes, std::uint64_t& overlaps) {
@@ -352,7 +352,7 @@ TEST(Binner, ASubPatchOverTheWholeFrameIsInEveryTile) {
   hardware::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer_bytes = 1 << 16;
   Binner binner(gpu, TileGrid(128, 128, 16, 16));
-  const std::vector<frontend::BoundedSubPatch> one = {{0, {0, 0, 1, 1}, bounds_at(-1e6f, -1e6f, 1e6f, 1e6f)}};
+  const std::vector<frontend::BoundedSubPatch> one = {{0, {0, 0, 1, 1}, bounds_at(-1e6f, -1e6f, 1e6f, 1e6f), {}}};
   Binner::Cursor cursor;
   ASSERT_TRUE(binner.run(*scene.frame, one, cursor));
   EXPECT_EQ(binner.buffer().counters().entries, 64u);

@@ -157,7 +157,7 @@ int screen_violations(std::uint32_t seed, Twin twin) {
         const auto open = key_bounds(0), close = key_bounds(1);
         if (!open || !close) continue;
         const auto mix = [&](float a, float b) { return static_cast<float>((1 - t) * static_cast<double>(a) + t * static_cast<double>(b)); };
-        bounds = ScreenBounds{mix(open->x0, close->x0), mix(open->y0, close->y0), mix(open->x1, close->x1), mix(open->y1, close->y1),
+        bounds = ScreenBounds{mix(open->x0, close->x0), mix(open->y0, close->y0), mix(open->x1, close->x1), mix(open->y1, close->y1), 0,
                               mix(open->near_z, close->near_z), mix(open->far_z, close->far_z), false};
       }
       if (!bounds || !inside(*bounds, s)) ++violations;
