@@ -90,6 +90,20 @@ Gpu from_json(const std::string& file, const json& root) {
 
 const KeyTable<GpuConfiguration>& gpu_keys() {
   static const KeyTable<Gpu> table({
+      {"frontend.bound_method", &Gpu::frontend_bound_method, {"aabb", "obb", "tpatch", "npatch", "interval"},
+       "How sub-patches are boxed: object axes or the patch's own, displaced in every direction (aabb, obb) or along bounded normals (tpatch, npatch), or "
+       "by interval arithmetic.",
+       "[spec] Munkberg et al. 2010 for obb, tpatch and npatch"},
+      {"frontend.split_criterion", &Gpu::frontend_split_criterion, {"screen_extent", "frustum", "nearest", "normal_spread", "surface_area"},
+       "Which sub-patches are split further, and which first.", "[assumed]"},
+      {"frontend.split_pixels", &Gpu::frontend_split_pixels, "pixels", 1, 65536,
+       "Sub-patches no wider than this on screen are not split further.", "[measured] docs/bounding.md: the side of a tile"},
+      {"frontend.split_depth", &Gpu::frontend_split_depth, "splits", 0, 12,
+       "Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.", "[assumed]"},
+      {"frontend.split_budget", &Gpu::frontend_split_budget, "sub-patches", 1, 4096,
+       "Most sub-patches that the criterion may make of one base patch.", "[assumed]"},
+      {"frontend.backface_culling", &Gpu::frontend_backface_culling, {"on", "off"},
+       "Whether sub-patches that face away are dropped before binning.", "[spec] every GPU culls back faces; before tessellation: Hasselgren et al. 2009"},
       {"tile.width", &Gpu::tile_width, "pixels", 8, 256, "Width of the on-chip render area of one tile core.",
        "[spec] 16 on Mali-G31, 32 on classic PowerVR and Mali-G715, 64 on Immortalis-G720"},
       {"tile.height", &Gpu::tile_height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",

@@ -16,6 +16,13 @@ namespace tessera::hardware {
 struct GpuConfiguration {
   std::string preset = "middle";
 
+  std::string frontend_bound_method = "npatch";
+  std::string frontend_split_criterion = "screen_extent";
+  double frontend_split_pixels = 32;
+  std::int64_t frontend_split_depth = 8;
+  std::int64_t frontend_split_budget = 64;
+  std::string frontend_backface_culling = "on";
+
   std::int64_t tile_width = 32;   // pixels, multiple of 8
   std::int64_t tile_height = 32;  // pixels, multiple of 8
 

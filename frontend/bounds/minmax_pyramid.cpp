@@ -64,6 +64,19 @@ ValueRange widen_for_rounding(const ValueRange& r) {
   return {r.low - slack, r.high + slack};
 }
 
+// Differences of every texel to the next along one axis, by size; the last goes on at the first, as repeating textures
+// do (mirrored and clamped ones go on level).
+shaders::ScalarTexture differences(const shaders::ScalarTexture& texture, int step_x, int step_y) {
+  const auto& base = texture.levels().front();
+  std::vector<float> values;
+  for (int y = 0; y < base.height; ++y)
+    for (int x = 0; x < base.width; ++x) {
+      const int next_x = (x + step_x) % base.width, next_y = (y + step_y) % base.height;
+      values.push_back(std::abs(base.values[static_cast<std::size_t>(next_y * base.width + next_x)] - base.values[static_cast<std::size_t>(y * base.width + x)]));
+    }
+  return shaders::ScalarTexture(base.width, base.height, std::move(values));
+}
+
 }  // namespace
 
 MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
@@ -118,6 +131,18 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
     for (int i = 0; i < columns.count; ++i)
       range = range.hull(texels(columns.first[i], rows.first[j], columns.last[i], rows.last[j]));
   return widen_for_rounding(range);
+}
+
+SlopePyramid::SlopePyramid(const shaders::ScalarTexture& texture)
+    : size_(static_cast<float>(texture.levels().front().width), static_cast<float>(texture.levels().front().height)),
+      along_s_(differences(texture, 1, 0)),
+      along_t_(differences(texture, 0, 1)) {}
+
+Vec2 SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
+  // A difference of a level's texels spans two of its cells: the footprint of one level more holds both. Mirroring
+  // turns a texel's difference to its other side, one texel off, which that covers too.
+  const float lod = std::ceil(std::max(max_lod, 0.0f)) + 1.0f;
+  return size_ * Vec2(along_s_.query(sampler, low, high, lod).high, along_t_.query(sampler, low, high, lod).high);
 }
 
 }  // namespace tessera::frontend
