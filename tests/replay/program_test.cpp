@@ -257,43 +257,5 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   EXPECT_EQ(described, counted);
 }
 
-// ---- Real models ------------------------------------------------------------------------------------------------
-
-TEST(SampleModels, EveryModelReplaysAndFillsAGoodPartOfThePicture) {
-  const auto assets = test::assets_folder();
-  if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
-  int models = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(*assets)) {
-    if (entry.path().extension() != ".gltf" && entry.path().extension() != ".glb") continue;
-    const test::TemporaryFolder out;
-    const ProcessResult r = run_tessera({"replay", entry.path().string(), "--size", "160x120", "--quiet", "--out", out.path().string()});
-    ASSERT_EQ(r.status, 0) << r.errors;
-    const Image picture = read_exr(out / "frame_0000.exr");
-    double covered = 0, light = 0;
-    for (std::size_t i = 0; i < picture.values.size(); i += 4) {
-      covered += static_cast<double>(picture.values[i + 3]);
-      light += static_cast<double>(picture.values[i] + picture.values[i + 1] + picture.values[i + 2]) * static_cast<double>(picture.values[i + 3]);
-    }
-    EXPECT_GT(covered / (160 * 120), 0.03) << entry.path();
-    EXPECT_LT(covered / (160 * 120), 0.95) << entry.path();
-    EXPECT_GT(light / covered / 3, 0.02) << entry.path() << " is black";
-    ++models;
-  }
-  EXPECT_GE(models, 8);
-}
-
-TEST(SampleModels, DracoVariantsLookLikeTheirPlainTwins) {
-  const auto assets = test::assets_folder();
-  if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
-  // (The truck's variants stand in different directions.)
-  for (const char* model : {"Avocado", "Fox"}) {
-    const test::TemporaryFolder out;
-    for (const char* variant : {"glTF", "glTF-Draco"})
-      ASSERT_EQ(run_tessera({"replay", (*assets / model / variant / (std::string(model) + ".gltf")).string(), "--size", "160x120", "--quiet", "--out", (out / variant).string()}).status, 0);
-    const json report = json::parse(run_tessera({"compare", (out / "glTF" / "frame_0000.png").string(), (out / "glTF-Draco" / "frame_0000.png").string(), "--json"}).output);
-    EXPECT_GT(report["psnr_db"].is_null() ? 99.0 : report["psnr_db"].get<double>(), 30.0) << model;
-  }
-}
-
 }  // namespace
 }  // namespace tessera::replay
