@@ -334,6 +334,23 @@ TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
   EXPECT_EQ(after.cameras[0].lens.focus_distance, 3.0f);
 }
 
+TEST(Pack, SettingsThatNoCaptureMayHaveAreRefusedUnderTheTargetsName) {
+  PackOptions options;
+  options.capture_settings = {{"resolution", {0, 0}}};
+  for (const PackMethod method : {PackMethod::kAuto, PackMethod::kNone}) {
+    options.method = method;
+    const TemporaryFolder folder;
+    try {
+      pack_capture(grid().write(folder.path()), folder / "x.glb", options);
+      FAIL();
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.file(), (folder / "x.glb").string());
+      EXPECT_EQ(error.place(), "/extensions/TESSERA_capture/resolution/0");
+    }
+    EXPECT_FALSE(fs::exists(folder / "x.glb"));
+  }
+}
+
 TEST(Pack, NothingIsRequiredThatNoPrimitiveUses) {
   GltfSource lines = grid();
   first_primitive(lines)["mode"] = 1;

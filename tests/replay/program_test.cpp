@@ -218,6 +218,51 @@ TEST(InspectCommand, SaysWhatIsInACapture) {
   EXPECT_TRUE(report["meshes"][0]["skinned"].get<bool>());
 }
 
+TEST(PackCommand, WrongUsageEndsWithStatus2AndOneClearMessageAndNoFile) {
+  const test::TemporaryFolder out;
+  const std::vector<WrongCall> calls = {
+      {{"--size", "0x0"}, "--size 0x0: expected WIDTHxHEIGHT, 1 to 16384 each"},
+      {{"--size", "nanx10"}, "--size nanx10"},
+      {{"--size", "10.5x20"}, "--size 10.5x20"},
+      {{"--frames", "0.5:3"}, "--frames 0.5:3: expected A:B with A < B"},
+      {{"--frames", "0:9e99"}, "--frames 0:9e99"},
+      {{"--frames", "3:1"}, "A < B"},
+      {{"--frame-rate", "0"}, "--frame-rate 0: expected a number in (0, 1000000]"},
+      {{"--frame-rate", "nan"}, "--frame-rate nan"},
+      {{"--shutter", "0.5:0"}, "--shutter 0.5:0: expected OPEN:CLOSE"},
+      {{"--shutter", "0:9"}, "-1 to 2"},
+      {{"--shutter", "0:inf"}, "--shutter 0:inf"},
+      {{"--exposure=-1"}, "--exposure -1"},
+      {{"--environment=-1"}, "--environment -1: expected a number in [0, 1000000]"},
+      {{"--aperture", "nan"}, "--aperture nan"},
+      {{"--aperture", "1", "--focus", "0"}, "--focus 0"},
+      {{"--focus", "3"}, "--focus needs --aperture"},
+      {{"--method", "zip"}, "is not auto, edgebreaker, sequential or none"},
+      {{"--method", "1"}, "is not auto, edgebreaker, sequential or none"},
+      {{"--position-bits", "31"}, "--position-bits"},
+  };
+  for (const WrongCall& call : calls) {
+    std::vector<std::string> arguments = {"pack", capture("vases"), (out / "x.glb").string()};
+    arguments.insert(arguments.end(), call.arguments.begin(), call.arguments.end());
+    const ProcessResult r = run_tessera(arguments);
+    EXPECT_EQ(r.status, 2) << call.arguments[0] << ": " << r.errors;
+    EXPECT_THAT(r.errors, HasSubstr(call.message));
+    EXPECT_TRUE(files_in(out.path()).empty()) << call.arguments[0];
+  }
+}
+
+TEST(PackCommand, SettingsOfTheCommandLineAreThoseOfTheCapture) {
+  const test::TemporaryFolder out;
+  const ProcessResult r = run_tessera({"pack", capture("vases"), (out / "x.glb").string(), "--size", "320x200", "--frames", "3:7", "--shutter", "-0.25:0.5", "--frame-rate", "48"});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  const json settings = json::parse(run_tessera({"inspect", (out / "x.glb").string(), "--json"}).output)["settings"];
+  EXPECT_EQ(settings["resolution"], json({320, 200}));
+  EXPECT_EQ(settings["first_frame"], 3);
+  EXPECT_EQ(settings["frames"], 4);
+  EXPECT_EQ(settings["shutter"], json({-0.25, 0.5}));
+  EXPECT_EQ(settings["frame_rate"], 48.0);
+}
+
 TEST(CompareCommand, MeasuresPicturesAndFolders) {
   const test::TemporaryFolder out;
   for (const char* spp : {"1", "4"})
