@@ -57,7 +57,7 @@ class ReplayCommand final : public Command {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     frontend::CaptureLimits limits;
-    limits.max_bytes = static_cast<std::uint64_t>(max_memory_gib_ * 1073741824.0);
+    limits.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     const frontend::Capture capture = frontend::read_capture(capture_, limits);
     const RenderRequest request = render_request(capture, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
@@ -67,6 +67,7 @@ class ReplayCommand final : public Command {
     say_notices(capture, renderer);
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
+    check_folder(out_);
     install_stop_handler();
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
@@ -78,8 +79,8 @@ class ReplayCommand final : public Command {
       }
     }
     statistics.write(out_);
-    if (quiet_) return;
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    if (quiet_) return;
     fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
   }
 

@@ -331,7 +331,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
   AtomicFile file(target);
-  write_file_atomically(file.temporary(), bytes);
+  file.write(bytes);
   frontend::read_capture(file.temporary());
   file.commit();
   report.bytes_out = bytes.size();

@@ -140,6 +140,22 @@ TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) 
   EXPECT_EQ(files_in(out.path()), std::set<std::string>{"file"});
 }
 
+TEST(ReplayCommand, AFolderThatCannotBeWrittenIsFoundBeforeAnyFrameIsRendered) {
+  const test::TemporaryFolder out;
+  test::write_text(out / "file", "x");
+  const ProcessResult r = run_tessera({"replay", capture("vases"), "--size", "16x16", "--frames", "0:9", "--out", (out / "file").string()});
+  EXPECT_EQ(r.status, 1);
+  EXPECT_THAT(r.errors, testing::Not(HasSubstr("frame 0")));
+  EXPECT_THAT(r.errors, testing::Not(HasSubstr(".part")));
+}
+
+TEST(ReplayCommand, QuietStillSaysThatItStopped) {
+  const test::TemporaryFolder out;
+  const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--quiet", "--out", out.path().string()}, {.interrupt_after_ms = 700});
+  EXPECT_THAT(r.errors, testing::StartsWith("stopped after"));
+  EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
+}
+
 struct WrongCall {
   std::vector<std::string> arguments;
   const char* message;
@@ -165,7 +181,12 @@ TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
       {{"--spp", "many"}, "whole number"},
       {{"--aux", "beauty"}, "layers are"},
       {{"--set", "parameter_buffer.bytes=256"}, "cannot hold the list heads"},
-      {{"--unknown"}, "--unknown"},
+      {{"--max-memory", "nan"}, "--max-memory nan"},
+      {{"--max-memory=-1"}, "--max-memory -1: expected a number in (0, 1048576]"},
+      {{"--unknown"}, "unknown option '--unknown'"},
+      {{"--sizee", "3x3"}, "unknown option '--sizee'; did you mean '--size'?"},
+      {{"--frame=3:4"}, "did you mean '--frames'?"},
+      {{"another.glb"}, "unexpected argument 'another.glb'"},
   };
   for (const WrongCall& call : calls) {
     std::vector<std::string> arguments = {"replay", capture("vases"), "--quiet", "--out", (out / "x").string()};
@@ -205,6 +226,31 @@ TEST(Program, HelpTeachesEveryCommandAndOptions) {
     EXPECT_THAT(run_tessera({"replay", "--help"}).output, HasSubstr(option));
   EXPECT_EQ(run_tessera({}).status, 2);
   EXPECT_EQ(run_tessera({"fly"}).status, 2);
+}
+
+TEST(Program, UnknownCommandsAreAnsweredWithTheNearest) {
+  EXPECT_EQ(run_tessera({"replai", "x.glb"}).errors, "tessera: unknown command 'replai'; did you mean 'replay'?\n");
+  EXPECT_EQ(run_tessera({"fly"}).errors, "tessera: unknown command 'fly'; `tessera --help` lists them\n");
+  for (const std::vector<std::string>& call : std::vector<std::vector<std::string>>{{}, {"fly"}, {"replay"}, {"pack", "a"}, {"compare", "a", "b", "c"}}) {
+    const ProcessResult r = run_tessera(call);
+    EXPECT_EQ(r.status, 2);
+    EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
+    EXPECT_THAT(r.errors, testing::StartsWith("tessera: "));
+  }
+}
+
+TEST(Program, OutputThatCannotBeWrittenIsAFailure) {
+  for (const char* arguments : {"inspect \"$1\"", "inspect --json \"$1\"", "describe counters", "--help", "replay --help"}) {
+    const ProcessResult r = test::run_process({"/bin/sh", "-c", "\"$0\" " + std::string(arguments) + " > /dev/full", TESSERA_PROGRAM, capture("vases")});
+    EXPECT_EQ(r.status, 1) << arguments;
+    EXPECT_THAT(r.errors, HasSubstr("No space left on device")) << arguments;
+  }
+}
+
+TEST(PackCommand, FailuresNameTheTargetNotATemporaryFile) {
+  const ProcessResult r = run_tessera({"pack", capture("vases"), "/proc/x.glb"});
+  EXPECT_EQ(r.status, 1);
+  EXPECT_THAT(r.errors, testing::StartsWith("tessera: cannot write /proc/x.glb: "));
 }
 
 TEST(InspectCommand, SaysWhatIsInACapture) {
