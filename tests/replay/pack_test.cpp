@@ -548,6 +548,10 @@ TEST(Pack, ItMakesFoldersOverwritesFilesAndLeavesNothingElse) {
   EXPECT_EQ(files_in(folder / "a" / "b"), std::set<std::string>{"x.glb"});
 }
 
+TEST(ShippedCaptures, KeepTheRulesOfGltfWriters) {
+  for (const char* name : {"eggs", "vases", "serpent", "flyby"}) EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
+}
+
 // ---- The rules themselves -----------------------------------------------------------------------------------------
 
 TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {
