@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "base/json_text.h"
 #include "frontend/gltf/builders.h"
 #include "frontend/gltf/container.h"
+#include "frontend/gltf/json_reader.h"
 #include "frontend/gltf/schema.h"
 #include "frontend/gltf/validation.h"
 
@@ -18,12 +18,11 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   budget.charge(file_bytes, 2, name);
   gltf::Container container = gltf::open_container(std::move(bytes), name);
 
-  // The parsed tree takes about 20 bytes per byte of text.
-  budget.charge(container.json.size(), 20, name);
-  nlohmann::json json = parse_json(container.json, name);
+  nlohmann::json json = gltf::read_json(container.json, container.json_offset, name, budget);
   const gltf::Place root(name);
   gltf::check_schema(json, root);
   gltf::validate_links(json, root);
+  gltf::charge_objects(json, name, budget);
 
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget);
   Capture capture;

@@ -25,18 +25,19 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
   };
   if (bytes.size() < 12) refuse(bytes.size(), "GLB header is cut off");
   if (little_endian32(bytes, 4) != 2) refuse(4, fmt::format("GLB version {} is not 2", little_endian32(bytes, 4)));
+  // Bytes after the stated length are not part of the asset and are ignored.
   const std::size_t length = little_endian32(bytes, 8);
-  if (length != bytes.size())
+  if (length > bytes.size() || length < 12)
     refuse(8, fmt::format("GLB header says {} bytes, the file has {}", length, bytes.size()));
 
   Container container;
   bool has_json = false;
   std::size_t at = 12;
-  while (at < bytes.size()) {
-    if (bytes.size() - at < 8) refuse(at, "GLB chunk header is cut off");
+  while (at < length) {
+    if (length - at < 8) refuse(at, "GLB chunk header is cut off");
     const std::size_t size = little_endian32(bytes, at);
     const std::uint32_t type = little_endian32(bytes, at + 4);
-    if (size > bytes.size() - at - 8) refuse(at, fmt::format("GLB chunk of {} bytes reaches past the end of the file", size));
+    if (size > length - at - 8) refuse(at, fmt::format("GLB chunk of {} bytes reaches past the end of the file", size));
     if (size % 4 != 0) refuse(at, fmt::format("GLB chunk length {} is not a multiple of 4", size));
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at) + 8;
     const auto end = begin + static_cast<std::ptrdiff_t>(size);

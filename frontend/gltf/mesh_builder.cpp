@@ -3,6 +3,7 @@
 #include <numeric>
 #include <set>
 
+#include "frontend/gltf/accessor_layout.h"
 #include "frontend/gltf/builders.h"
 
 namespace tessera::frontend::gltf {
@@ -65,7 +66,7 @@ std::vector<Vec4> as_vec4(const std::vector<float>& scalars, int components) {
   return out;
 }
 
-std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count) {
+std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count, const Place& place) {
   std::vector<SkinInfluence> influences(count);
   for (std::size_t set = 0; set < 2; ++set) {
     const std::string suffix = std::to_string(set);
@@ -74,7 +75,10 @@ std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t
     for (std::size_t v = 0; v < count; ++v)
       for (std::size_t k = 0; k < 4; ++k) {
         influences[v].joints[4 * set + k] = static_cast<std::uint16_t>(joints[4 * v + k]);
-        influences[v].weights[4 * set + k] = std::max(weights[4 * v + k], 0.0f);
+        const float weight = weights[4 * v + k];
+        // Draco's quantisation may turn a zero into a little less.
+        if (weight < -0.001f) place.at("attributes").at("WEIGHTS_" + suffix).refuse("vertex {} has a negative weight", v);
+        influences[v].weights[4 * set + k] = std::max(weight, 0.0f);
       }
   }
   // Exporters write weights that do not sum to 1; all zero means the first joint.
@@ -119,7 +123,7 @@ Vertices build_vertices(Document& document, const json& primitive, const DracoMe
   for (int set = 0; source.has("TEXCOORD_" + std::to_string(set)); ++set)
     vertices.texcoords.push_back(as_vec2(source.floats("TEXCOORD_" + std::to_string(set))));
   if (source.has("COLOR_0")) vertices.colors = as_vec4(source.floats("COLOR_0"), source.components("COLOR_0"));
-  if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count());
+  if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place);
   vertices.morph_targets = build_targets(document, primitive, vertices.count(), place);
   return vertices;
 }
@@ -149,6 +153,11 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
     const Place at = document.root.at("accessors").at(accessor);
     for (std::size_t i = 0; i < indices.size(); ++i)
       if (indices[i] >= vertex_count) at.refuse("index {} is {}, there are {} vertices", i, indices[i], vertex_count);
+    // The largest value of the type would restart strips on some machines and draw a vertex on others.
+    const std::uint64_t bytes = component_bytes(accessor_layout(document.json, accessor).component_type);
+    const auto restart = static_cast<std::uint32_t>((std::uint64_t{1} << (8 * bytes)) - 1);
+    if (const auto found_restart = std::find(indices.begin(), indices.end(), restart); found_restart != indices.end())
+      at.refuse("index {} is {}, the value that restarts primitives", found_restart - indices.begin(), restart);
   } else {
     document.budget.charge(vertex_count, sizeof(std::uint32_t), place.pointer());
     indices.resize(vertex_count);
