@@ -62,7 +62,7 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
 }  // namespace
 
 std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std::uint64_t max_bytes,
-                                          const std::string& display_name) {
+                                          const std::string& display_name, MemoryBudget* budget) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) throw InputError(display_name, "", "no such file");
@@ -73,6 +73,7 @@ std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std
   if (size > max_bytes)
     throw LimitError(fmt::format("{}: {} exceeds the limit of {} for one file", escape_control(display_name),
                                  human_bytes(size), human_bytes(max_bytes)));
+  if (budget != nullptr) budget->charge(size, 1, escape_control(display_name));
   std::ifstream stream(file, std::ios::binary);
   std::vector<std::uint8_t> bytes(size);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

@@ -169,8 +169,9 @@ std::unique_ptr<draco::Mesh> decode(Bytes stream, std::uint64_t declared_faces, 
   // More points than declared come from attributes that were split at seams: at most one for each corner.
   if (head.points > std::max(3 * head.faces, declared_points))
     place.refuse("Draco stream says {} points for {} triangles", head.points, head.faces);
-  // The decoder's tables of corners and vertices, those of each seam, and tables by the length of the stream.
-  budget.charge(head.faces + head.points, 120 + 40 * head.seams, place.pointer());
+  // Faces and indices; for edgebreaker the tables of corners and vertices and those of each seam. Then tables by the
+  // length of the stream.
+  budget.charge(head.faces + head.points, head.edgebreaker ? 120 + 40 * head.seams : 32, place.pointer());
   budget.charge(stream.size(), 64, place.pointer());
   auto mesh = std::make_unique<draco::Mesh>();
   const draco::Status status = head.edgebreaker ? decode_with<draco::MeshEdgebreakerDecoder>(stream, *mesh, budget, place)

@@ -118,7 +118,7 @@ constexpr ObjectKind kKinds[] = {
     {"cameras", sizeof(tinygltf::Camera) + sizeof(Camera)},
     {"materials", sizeof(tinygltf::Material) + sizeof(Material)},
     {"meshes", sizeof(tinygltf::Mesh) + sizeof(Mesh)},
-    {"nodes", sizeof(tinygltf::Node) + sizeof(Node)},
+    {"nodes", sizeof(tinygltf::Node) + sizeof(Node) + 48},  // and the tables of validation
     {"samplers", sizeof(tinygltf::Sampler)},
     {"scenes", sizeof(tinygltf::Scene)},
     {"skins", sizeof(tinygltf::Skin) + sizeof(Skin)},
@@ -152,13 +152,15 @@ json read_json(const std::string& text, std::size_t first_byte, const std::strin
   json::sax_parse(text, &census);
   // A value is 16 bytes in a vector that doubles, a container 64 more, a key a map node of 96, a text 48; texts too
   // long to lie inside std::string have a block of their own. Two such trees exist at a time: ours and tinygltf's, or
-  // the one that is written as text for it; the text takes up to 24 bytes a number and doubles as it grows.
+  // the one that is written as text for it; the text takes up to 24 bytes a number and doubles as it grows. Then
+  // tinygltf's lists of numbers, its maps of attributes, and names, which the capture keeps once more.
   const std::string what = file + ": JSON";
-  budget.charge(census.values, 2 * 16 * kGrowth + 24 * kGrowth, what);
-  budget.charge(census.containers, 2 * 64, what);
-  budget.charge(census.keys, 2 * 96 + 3 * 6, what);
+  budget.charge(census.values, 2 * 16 * kGrowth + 24 * kGrowth + 8 * kGrowth, what);
+  budget.charge(census.containers, 2 * 64 + 64, what);
+  budget.charge(census.keys, 2 * 96 + 96 + 3 * 6, what);
   budget.charge(census.strings, 2 * 48, what);
   budget.charge(census.keys + census.strings, 2 * 32, what);
+  budget.charge(census.string_bytes, 2, what);
   budget.charge(text.size(), 2 + kGrowth, what);
   return json::parse(text);
 }
@@ -174,10 +176,13 @@ void charge_objects(const json& document, const std::string& file, MemoryBudget&
         budget.charge(list->size(), kGrowth * bytes, fmt::format("{}: /{}/{}/{}", file, outer, i, inner));
   };
   inner_arrays("meshes", "primitives", sizeof(tinygltf::Primitive) + sizeof(Primitive));
-  inner_arrays("animations", "channels", sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);
+  inner_arrays("animations", "channels", sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
   inner_arrays("animations", "samplers", sizeof(tinygltf::AnimationSampler));
   inner_arrays("nodes", "children", 2 * sizeof(int));
-  // Names are kept twice.
+  inner_arrays("skins", "joints", 2 * sizeof(int) + sizeof(DMat4) + 16);
+  inner_arrays("scenes", "nodes", 2 * sizeof(int) + 16);
+  if (const auto materials = document.find("materials"); materials != document.end())
+    budget.charge(count_values(*materials), sizeof(tinygltf::Parameter) + 128, file + ": /materials");
   budget.charge(count_extension_values(document), 2 * kGrowth * sizeof(tinygltf::Value), file + ": /extensions");
 }
 

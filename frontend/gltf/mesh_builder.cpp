@@ -13,38 +13,6 @@ using nlohmann::json;
 
 constexpr int kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;
 
-// Attribute values of one primitive, from its Draco stream where that has them, from accessors otherwise.
-class AttributeSource {
- public:
-  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco, const Place& place)
-      : document_(document), primitive_(primitive), draco_(draco), place_(place) {}
-
-  bool has(const std::string& name) const { return primitive_["attributes"].contains(name); }
-
-  int components(const std::string& name) const {
-    const auto& type = document_.json["accessors"][accessor(name)]["type"].get_ref<const std::string&>();
-    return type.back() - '0';
-  }
-
-  std::vector<float> floats(const std::string& name) {
-    if (draco_ != nullptr)
-      if (const std::vector<float>* values = draco_->find(name)) return *values;
-    std::vector<float> values = read_floats(document_, accessor(name));
-    if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
-      place_.at("attributes").at(name).refuse("has {} elements outside the Draco stream, which has {} points",
-                                              values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
-    return values;
-  }
-
- private:
-  std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
-
-  Document& document_;
-  const json& primitive_;
-  const DracoMesh* draco_;
-  const Place& place_;
-};
-
 std::vector<Vec3> as_vec3(const std::vector<float>& scalars) {
   std::vector<Vec3> out(scalars.size() / 3);
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = {scalars[3 * i], scalars[3 * i + 1], scalars[3 * i + 2]};
@@ -66,7 +34,63 @@ std::vector<Vec4> as_vec4(const std::vector<float>& scalars, int components) {
   return out;
 }
 
+// Attribute values of one primitive, from its Draco stream where that has them, from accessors otherwise.
+class AttributeSource {
+ public:
+  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco, const Place& place)
+      : document_(document), primitive_(primitive), draco_(draco), place_(place) {}
+
+  bool has(const std::string& name) const { return primitive_["attributes"].contains(name); }
+
+  int components(const std::string& name) const {
+    const auto& type = document_.json["accessors"][accessor(name)]["type"].get_ref<const std::string&>();
+    return type.back() - '0';
+  }
+
+  std::vector<float> floats(const std::string& name) {
+    if (draco_ != nullptr)
+      if (const std::vector<float>* values = draco_->find(name)) {
+        charge(values->size(), sizeof(float));
+        return *values;
+      }
+    std::vector<float> values = read_floats(document_, accessor(name));
+    if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
+      place_.at("attributes").at(name).refuse("has {} elements outside the Draco stream, which has {} points",
+                                              values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
+    return values;
+  }
+
+  // For vectors that are made from the scalars.
+  void charge(std::size_t count, std::uint64_t bytes) { document_.budget.charge(count, bytes, place_.pointer()); }
+
+  std::vector<Vec2> vec2(const std::string& name) {
+    const std::vector<float> scalars = floats(name);
+    charge(scalars.size(), sizeof(float));
+    return as_vec2(scalars);
+  }
+  std::vector<Vec3> vec3(const std::string& name) {
+    const std::vector<float> scalars = floats(name);
+    charge(scalars.size(), sizeof(float));
+    return as_vec3(scalars);
+  }
+  std::vector<Vec4> vec4(const std::string& name) {
+    const std::vector<float> scalars = floats(name);
+    const int n = components(name);
+    charge(scalars.size() / static_cast<std::size_t>(n), sizeof(Vec4));
+    return as_vec4(scalars, n);
+  }
+
+ private:
+  std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
+
+  Document& document_;
+  const json& primitive_;
+  const DracoMesh* draco_;
+  const Place& place_;
+};
+
 std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count, const Place& place) {
+  source.charge(count, sizeof(SkinInfluence));
   std::vector<SkinInfluence> influences(count);
   for (std::size_t set = 0; set < 2; ++set) {
     const std::string suffix = std::to_string(set);
@@ -98,12 +122,16 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
   std::vector<MorphTarget> targets;
   const auto list = primitive.find("targets");
   if (list == primitive.end()) return targets;
+  document.budget.charge(list->size(), sizeof(MorphTarget), place.pointer());
+  targets.reserve(list->size());
   for (std::size_t t = 0; t < list->size(); ++t) {
     MorphTarget& target = targets.emplace_back();
     const auto read = [&](const char* name, std::vector<Vec3>& out) {
       const auto found = (*list)[t].find(name);
       if (found == (*list)[t].end()) return;
-      out = as_vec3(read_floats(document, found->get<std::size_t>()));
+      const std::vector<float> scalars = read_floats(document, found->get<std::size_t>());
+      document.budget.charge(scalars.size(), sizeof(float), place.pointer());
+      out = as_vec3(scalars);
       if (out.size() != vertex_count)
         place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(), vertex_count);
     };
@@ -117,12 +145,12 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
 Vertices build_vertices(Document& document, const json& primitive, const DracoMesh* draco, const Place& place) {
   AttributeSource source(document, primitive, draco, place);
   Vertices vertices;
-  vertices.positions = as_vec3(source.floats("POSITION"));
-  if (source.has("NORMAL")) vertices.normals = as_vec3(source.floats("NORMAL"));
-  if (source.has("TANGENT")) vertices.tangents = as_vec4(source.floats("TANGENT"), 4);
+  vertices.positions = source.vec3("POSITION");
+  if (source.has("NORMAL")) vertices.normals = source.vec3("NORMAL");
+  if (source.has("TANGENT")) vertices.tangents = source.vec4("TANGENT");
   for (int set = 0; source.has("TEXCOORD_" + std::to_string(set)); ++set)
-    vertices.texcoords.push_back(as_vec2(source.floats("TEXCOORD_" + std::to_string(set))));
-  if (source.has("COLOR_0")) vertices.colors = as_vec4(source.floats("COLOR_0"), source.components("COLOR_0"));
+    vertices.texcoords.push_back(source.vec2("TEXCOORD_" + std::to_string(set)));
+  if (source.has("COLOR_0")) vertices.colors = source.vec4("COLOR_0");
   if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place);
   vertices.morph_targets = build_targets(document, primitive, vertices.count(), place);
   return vertices;
@@ -134,6 +162,7 @@ std::vector<std::uint32_t> triangle_list(const std::vector<std::uint32_t>& in, i
   if (mode == kTriangles) {
     out.assign(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(in.size() / 3 * 3));
   } else {
+    out.reserve(in.size() < 2 ? 0 : 3 * (in.size() - 2));
     for (std::size_t i = 2; i < in.size(); ++i) {
       // glTF 2.0 section 3.7.2.1: strips alternate, so that all triangles wind alike; fans turn about vertex 0.
       if (mode == kTriangleFan) out.insert(out.end(), {in[i - 1], in[i], in[0]});
