@@ -328,7 +328,7 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
       } else {
         raster_mesh(mesh, samples, settings, sink, work);
       }
-      test_clipped_cells(mesh, samples, {moving, false}, frame.projection, settings, sink, work);
+      test_clipped_cells(mesh, samples, {}, {moving, false}, frame.projection, settings, sink, work);
       sink.flush();
     }
     std::map<std::uint32_t, int> count;
