@@ -1,7 +1,6 @@
 #include "frontend/assembly.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include "base/check.h"
 #include "frontend/pose.h"
+#include "frontend/weld.h"
 
 namespace tessera::frontend {
 namespace {
@@ -51,33 +51,6 @@ void pair_triangles(const std::vector<LocalTriangle>& triangles, std::vector<Clu
 constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {{{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
 constexpr std::array<std::size_t, 4> kCornerPoints = {0, 3, 12, 15};
 
-// Everything that decides where a control point goes, bit by bit: points with equal keys move together for ever.
-using PointKey = std::vector<std::uint32_t>;
-
-PointKey point_key(const Vertices& vertices, std::size_t v) {
-  PointKey key;
-  const auto add = [&](float f) { key.push_back(std::bit_cast<std::uint32_t>(f + 0.0f)); };  // -0 and 0 are one
-  const auto add3 = [&](const Vec3& p) { add(p.x), add(p.y), add(p.z); };
-  add3(vertices.positions[v]);
-  if (!vertices.influences.empty())
-    for (std::size_t k = 0; k < 8; ++k) {
-      key.push_back(vertices.influences[v].weights[k] > 0 ? vertices.influences[v].joints[k] : 0u);
-      add(vertices.influences[v].weights[k]);
-    }
-  for (const MorphTarget& target : vertices.morph_targets)
-    if (!target.positions.empty()) add3(target.positions[v]);
-  return key;
-}
-
-// Numbers distinct control points, so that edges compare as four numbers.
-std::vector<std::uint32_t> point_numbers(const Vertices& vertices) {
-  std::map<PointKey, std::uint32_t> numbers;
-  std::vector<std::uint32_t> out(vertices.count());
-  for (std::size_t v = 0; v < vertices.count(); ++v)
-    out[v] = numbers.emplace(point_key(vertices, v), static_cast<std::uint32_t>(numbers.size())).first->second;
-  return out;
-}
-
 }  // namespace
 
 MeshClusters build_clusters(const Primitive& primitive) {
@@ -111,7 +84,7 @@ MeshClusters build_clusters(const Primitive& primitive) {
 }
 
 std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points) {
-  const std::vector<std::uint32_t> number = point_numbers(control_points);
+  const std::vector<std::uint32_t> number = weld_points(control_points);  // so that edges compare as four numbers
   const std::size_t patch_count = control_points.count() / 16;
   std::vector<PatchNeighbours> out(patch_count);
   std::map<std::array<std::uint32_t, 4>, PatchNeighbours::EdgeOwner> edge_owner;

@@ -35,6 +35,15 @@ const std::vector<Extension>& supported_extensions() {
        "A thin lens, for defocus blur.",
        {{"apertureRadius", "number", "scene units", "required", "Radius of the lens; 0 is a pinhole."},
         {"focusDistance", "number", "scene units", "infinity", "Distance in front of the camera that is sharp."}}},
+      {"TESSERA_subdivision",
+       "mesh primitive",
+       "The primitive is the control mesh of a Catmull-Clark surface, which becomes bicubic Bezier patches.",
+       {{"scheme", "string", "", "catmullClark", "Rules of refinement; there is one choice."},
+        {"levels", "integer", "steps", "1", "Refinements before every face becomes a patch, 0 to 4; 0 needs a cage of quads only."},
+        {"quads", "integer", "faces", "0", "The first 2 quads triangles are pairs (a, b, c), (a, c, d) that stand for the face (a, b, c, d); each further triangle is a face."},
+        {"boundary", "string", "", "edgeAndCorner", "edge: the boundary is a smooth curve; edgeAndCorner: points of a single face are sharp besides."},
+        {"creases", "object[]", "", "none", "Chains of vertices whose edges are sharp: vertices, sharpness (0 to 10; 10, the default, is infinite)."},
+        {"corners", "object[]", "", "none", "Sharp points: vertices, sharpness as for creases."}}},
   };
   return kExtensions;
 }

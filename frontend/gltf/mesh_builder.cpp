@@ -5,6 +5,7 @@
 
 #include "frontend/gltf/accessor_layout.h"
 #include "frontend/gltf/builders.h"
+#include "frontend/gltf/subdivision_builder.h"
 
 namespace tessera::frontend::gltf {
 namespace {
@@ -196,7 +197,8 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
   return triangle_list(indices, mode);
 }
 
-// The primitive, or nothing where there is nothing to draw.
+}  // namespace
+
 std::optional<Primitive> build_primitive(Document& document, const json& json_primitive, const tinygltf::Primitive& model,
                                          const Place& place) {
   const int mode = model.mode == -1 ? kTriangles : model.mode;
@@ -229,8 +231,6 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
   return primitive;
 }
 
-}  // namespace
-
 std::vector<Mesh> build_meshes(Document& document) {
   std::vector<Mesh> meshes;
   for (std::size_t m = 0; m < document.model.meshes.size(); ++m) {
@@ -240,7 +240,9 @@ std::vector<Mesh> build_meshes(Document& document) {
     for (const double w : model.weights) mesh.default_weights.push_back(static_cast<float>(w));
     for (std::size_t p = 0; p < model.primitives.size(); ++p) {
       const Place place = document.root.at("meshes").at(m).at("primitives").at(p);
-      if (auto primitive = build_primitive(document, document.json["meshes"][m]["primitives"][p], model.primitives[p], place)) {
+      const json& json_primitive = document.json["meshes"][m]["primitives"][p];
+      if (auto primitive = build_primitive(document, json_primitive, model.primitives[p], place)) {
+        subdivide(document, json_primitive, place, *primitive);
         mesh.default_weights.resize(primitive->vertices.morph_targets.size(), 0.0f);
         mesh.primitives.push_back(std::move(*primitive));
       }

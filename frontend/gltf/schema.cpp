@@ -175,6 +175,20 @@ Rule material_rule(const json& d) {
   });
 }
 
+Rule subdivision_rule() {
+  const auto features = [](std::size_t min_vertices) {
+    return list(object({{"vertices", list(integer(0, 4294967295.0), min_vertices), kRequired}, {"sharpness", number(0, 10)}}));
+  };
+  return object({
+      {"scheme", choice({"catmullClark"})},
+      {"levels", integer(0, 4)},
+      {"quads", integer()},
+      {"boundary", choice({"edge", "edgeAndCorner"})},
+      {"creases", features(2)},
+      {"corners", features(1)},
+  });
+}
+
 Rule mesh_rule(const json& d) {
   const Rule attributes = map_of(index_of(d, "accessors"));
   const Rule primitive = object({
@@ -186,7 +200,8 @@ Rule mesh_rule(const json& d) {
       {"extensions",
        object({{"KHR_draco_mesh_compression", object({{"bufferView", index_of(d, "bufferViews"), kRequired},
                                                       {"attributes", map_of(integer()), kRequired}})},
-               {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})}})},
+               {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})},
+               {"TESSERA_subdivision", subdivision_rule()}})},
   });
   return object({{"name", text()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});
 }

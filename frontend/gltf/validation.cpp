@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "frontend/extensions.h"
 #include "frontend/gltf/accessor_layout.h"
+#include "frontend/gltf/subdivision_builder.h"
 
 namespace tessera::frontend::gltf {
 namespace {
@@ -336,6 +337,7 @@ void check_primitive(const json& d, const json& primitive, const Place& place) {
     const auto count = (*bezier)["count"].get<std::uint64_t>();
     if (vertices != 16 * count) inner.at("count").refuse("is {} patches of 16 control points, POSITION has {}", count, vertices);
   }
+  check_subdivision(d, primitive, place);
 }
 
 void check_material_texcoords(const json& d, const json& primitive, const Place& place) {
