@@ -18,7 +18,7 @@ const TileCoverage& TileCoverageUnit::cover(const frontend::BoundedSubPatch& sub
   c.times.assign(count, TimeInterval{});
   c.covered = count;
   c.dropped_exact = c.dropped_time = 0;
-  // A rectangle of one tile was computed around the hull: the hull is in it.
+  // Inside one tile there is nothing to drop; where the rectangle leaves the frame there might be, but rarely.
   if (exact_ && count > 1) apply_exact(sub_patch, grid);
   if (moving && count > 0 && has_hull(sub_patch)) {
     if (time_intervals_) apply_intervals(sub_patch, grid);
