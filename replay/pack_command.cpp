@@ -29,11 +29,11 @@ class PackCommand final : public Command {
     };
     app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches and morph targets)")
         ->type_name("METHOD");
-    const auto bits = [&](const char* option, int& value, const char* what) {
-      app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(1, 30).description(""))->type_name("N")->capture_default_str();
+    const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
+      app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(least, kMostBits).description(""))->type_name("N")->capture_default_str();
     };
     bits("--position-bits", options_.bits.position, "positions");
-    bits("--normal-bits", options_.bits.normal, "normals");
+    bits("--normal-bits", options_.bits.normal, "normals", 2);  // Draco's octahedra need two
     bits("--texcoord-bits", options_.bits.texcoord, "texture coordinates");
     bits("--color-bits", options_.bits.color, "vertex colours");
     bits("--generic-bits", options_.bits.generic, "tangents and weights");

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <set>
 #include <span>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -221,12 +223,12 @@ void refuse_unknown_references(const json& value, const gltf::Place& place, bool
       refuse_unknown_references(inner, place.at(key), unknown);
       continue;
     }
-    const auto& known = frontend::supported_extensions();
+    std::set<std::string_view> known;
+    for (const frontend::Extension& e : frontend::supported_extensions()) known.insert(e.name);
     for (const auto& [name, object] : inner.items()) {
-      const bool supported = std::any_of(known.begin(), known.end(), [&](const auto& e) { return e.name == name; });
       if (name == "EXT_structural_metadata" || name == "EXT_feature_metadata")
         place.at(key).at(name).refuse("names buffer views in a way that pack cannot renumber");
-      refuse_unknown_references(object, place.at(key).at(name), !supported);
+      refuse_unknown_references(object, place.at(key).at(name), !known.contains(name));
     }
   }
 }

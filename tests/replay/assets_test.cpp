@@ -114,8 +114,7 @@ TEST_P(SampleModel, InspectsReplaysPacksAndReplaysToNearlyTheSamePicture) {
   replay(packed, out / "after");
   const double psnr = psnr_of(out / "before", out / "after");
   // Streams that are there already are copied, so nothing may change.
-  if (GetParam().compressed) EXPECT_EQ(psnr, 99.0);
-  else EXPECT_GT(psnr, 40.0);
+  EXPECT_GE(psnr, GetParam().compressed ? 99.0 : 40.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Khronos, SampleModel, testing::ValuesIn(kModels), [](const auto& test) { return test_name(test.param); });

@@ -285,7 +285,9 @@ TEST(PackCommand, WrongUsageEndsWithStatus2AndOneClearMessageAndNoFile) {
       {{"--focus", "3"}, "--focus needs --aperture"},
       {{"--method", "zip"}, "is not auto, edgebreaker, sequential or none"},
       {{"--method", "1"}, "is not auto, edgebreaker, sequential or none"},
-      {{"--position-bits", "31"}, "--position-bits"},
+      {{"--position-bits", "0"}, "--position-bits"},
+      {{"--normal-bits", "1"}, "--normal-bits"},
+      {{"--color-bits", "25"}, "not in range 1 to 24"},
   };
   for (const WrongCall& call : calls) {
     std::vector<std::string> arguments = {"pack", capture("vases"), (out / "x.glb").string()};
