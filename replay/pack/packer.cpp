@@ -99,10 +99,11 @@ void compress_primitive(gltf::Document& document, json& out, json& primitive, co
   input.indices.resize(input.indices.size() / 3 * 3);
   if (input.indices.empty()) return;
 
-  const bool ordered = primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr;
+  const bool ordered = primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr ||
+                       gltf::find_extension(primitive, "TESSERA_subdivision") != nullptr;
   const bool sequential = options.method == PackMethod::kSequential || (options.method == PackMethod::kAuto && ordered);
   if (ordered && !sequential)
-    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches and morph targets need sequential order (or auto)");
+    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches, cages and morph targets need sequential order (or auto)");
   const DracoOutput encoded = encode_draco(input, options.bits, sequential);
 
   json extension = {{"bufferView", chunk.add(encoded.bytes)}, {"attributes", json::object()}};
@@ -275,7 +276,15 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   const frontend::CaptureLimits limits;
   frontend::MemoryBudget budget(limits.max_bytes);
   gltf::Container container = gltf::open_container(gltf::read_whole_file(source, limits.max_file_bytes, name), name);
-  gltf::Document document(checked_json(container.json, name), source, std::move(container.binary), container.has_binary, limits, budget);
+  json checked = checked_json(container.json, name);
+  if (options.surfaces.any()) {
+    EditedAsset asset(source, std::move(checked), std::move(container.binary), container.has_binary);
+    report.surfaces = edit_surfaces(asset, options.surfaces);
+    checked = checked_json(asset.document.dump(), name);
+    container.binary = asset.binary();
+    container.has_binary = true;
+  }
+  gltf::Document document(std::move(checked), source, std::move(container.binary), container.has_binary, limits, budget);
   json out = document.json;
   if (!out.contains("meshes")) out["meshes"] = json::array();
 
