@@ -37,6 +37,8 @@ DVec3 triangle_normal(const DVec3& a, const DVec3& b, const DVec3& c) {
   return length > 0 ? n / length : DVec3(0.0);
 }
 
+double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180.0); }
+
 struct Pair {
   double cost;
   std::uint32_t s, t;      // triangles
@@ -45,7 +47,7 @@ struct Pair {
 
 class Pairing {
  public:
-  explicit Pairing(const Primitive& mesh) : positions_(mesh.vertices.positions), indices_(mesh.indices.begin(), mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 3 * 3)) {
+  Pairing(const Primitive& mesh, double max_bend) : least_flat_(cosine_of(max_bend)), positions_(mesh.vertices.positions), indices_(mesh.indices.begin(), mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 3 * 3)) {
     const std::vector<std::uint32_t> alike = first_alike(mesh.vertices);
     for (std::uint32_t& index : indices_) index = alike[index];
   }
@@ -102,7 +104,7 @@ class Pairing {
     std::array<DVec3, 4> p;
     for (std::size_t k = 0; k < 4; ++k) p[k] = DVec3(positions_[quad[k]]);
     const double flat = glm::dot(triangle_normal(p[0], p[1], p[2]), triangle_normal(p[0], p[2], p[3]));
-    if (!(flat > std::numbers::sqrt2 / 2)) return kRefused;
+    if (!(flat > least_flat_)) return kRefused;
     double skew = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const DVec3 a = p[(k + 1) % 4] - p[k], b = p[(k + 3) % 4] - p[k];
@@ -114,25 +116,28 @@ class Pairing {
     return skew + 2.0 * (1.0 - flat) + ((s > t ? s - t : t - s) == 1 ? 0.0 : 0.25);
   }
 
+  double least_flat_;  // cosine of the largest bend
   const std::vector<Vec3>& positions_;
   std::vector<std::uint32_t> indices_;
 };
 
 }  // namespace
 
-QuadDominantMesh pair_into_quads(const Primitive& mesh) { return Pairing(mesh).run(); }
+QuadDominantMesh pair_into_quads(const Primitive& mesh, double max_bend) { return Pairing(mesh, max_bend).run(); }
 
-std::vector<std::array<std::uint32_t, 2>> edges_sharper_than(const Primitive& mesh, double degrees) {
+std::vector<std::array<std::uint32_t, 2>> edges_sharper_than(const Primitive& mesh, std::size_t quads, double degrees) {
   const std::vector<std::uint32_t> point = frontend::weld_points(mesh.vertices);
-  const double least = std::cos(degrees * std::numbers::pi / 180.0);
+  const double least = cosine_of(degrees);
   std::map<Edge, DVec3> first_normal;
   std::vector<std::array<std::uint32_t, 2>> out;
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const std::uint32_t* t = &mesh.indices[i];
     const DVec3 normal = triangle_normal(DVec3(mesh.vertices.positions[t[0]]), DVec3(mesh.vertices.positions[t[1]]), DVec3(mesh.vertices.positions[t[2]]));
+    if (normal == DVec3(0.0)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      if (point[a] == point[b]) continue;
+      const bool diagonal = i < 6 * quads && k == (i % 2 == 0 ? 2u : 0u);  // of (a, b, c), (a, c, d)
+      if (diagonal || point[a] == point[b]) continue;
       const auto [at, fresh] = first_normal.emplace(std::minmax(point[a], point[b]), normal);
       if (!fresh && glm::dot(at->second, normal) < least) out.push_back({a, b});
     }

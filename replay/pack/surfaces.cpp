@@ -1,5 +1,6 @@
 #include "replay/pack/surfaces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -62,13 +63,13 @@ void mark_cages(EditedAsset& asset, const SurfaceOptions& options, SurfaceReport
   Decoded decoded(asset);
   const auto plain = [](const json& primitive) { return primitive.value("mode", 4) >= 4 && !is_surface(primitive); };
   decoded.for_each(asset, plain, [&](frontend::Primitive& primitive, json& out, const gltf::Place& place) {
-    const QuadDominantMesh faces = pair_into_quads(primitive);
+    const QuadDominantMesh faces = pair_into_quads(primitive, std::min(45.0, options.crease_degrees.value_or(45.0)));
     subdivision::CageRules rules;
     rules.levels = *options.subdivide;
     rules.quads = faces.quads;
-    if (options.crease_degrees)
-      for (const auto& [a, b] : edges_sharper_than(primitive, *options.crease_degrees)) rules.creases.push_back({{a, b}, subdivision::kInfinitelySharp});
     primitive.indices = faces.indices;
+    if (options.crease_degrees)
+      for (const auto& [a, b] : edges_sharper_than(primitive, faces.quads, *options.crease_degrees)) rules.creases.push_back({{a, b}, subdivision::kInfinitelySharp});
     try {
       if (rules.levels == 0 && faces.triangles > 0) throw subdivision::CageError(fmt::format("{} of its faces are triangles; --subdivide 0 needs quads only", faces.triangles));
       subdivision::build_cage(primitive, rules);
