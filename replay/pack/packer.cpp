@@ -334,10 +334,10 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   }
 
   // A fault that the options bring is reported here, under the target's name.
-  const json checked = checked_json(out.dump(), target.string());
+  const json result = checked_json(out.dump(), target.string());
   if (report.compressed > 0) {
     frontend::MemoryBudget second_budget(limits.max_bytes);
-    gltf::Document packed(checked, target, chunk.bytes(), true, limits, second_budget);
+    gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
     describe_decoded(packed, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
