@@ -18,7 +18,7 @@ struct GpuConfiguration {
 
   std::string frontend_bound_method = "npatch";
   std::string frontend_split_criterion = "screen_extent";
-  double frontend_split_pixels = 32;
+  double frontend_split_pixels = 128;
   std::int64_t frontend_split_depth = 8;
   std::int64_t frontend_split_budget = 64;
   bool frontend_backface_culling = true;
