@@ -334,6 +334,17 @@ TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
   EXPECT_EQ(shared_edges(morphing).unmatched, 0u);
 }
 
+TEST(CatmullClark, WeightsOfEveryControlPointSumToOne) {
+  for (Cage cage : closed_cages()) {
+    // What moves every point of the cage alike moves every control point alike.
+    MorphTarget target;
+    target.positions.assign(cage.primitive.vertices.count(), Vec3(1, 2, -4));
+    cage.primitive.vertices.morph_targets = {target};
+    const Primitive patches = converted(cage);
+    for (const Vec3& p : patches.vertices.morph_targets[0].positions) EXPECT_EQ(p, Vec3(1, 2, -4));
+  }
+}
+
 TEST(CatmullClark, InfluencesAreBlendedTruncatedToEightAndShared) {
   // Every point has a joint of its own: around a point there are more than eight.
   Cage cage = test::bracket_cage();
@@ -413,6 +424,10 @@ TEST(CatmullClark, RefusesCagesThatAreNoneAndSaysWhere) {
   cage = test::mixed_cage();
   cage.rules.levels = 0;
   EXPECT_THAT(fault_of(cage), HasSubstr("faces that are not quads"));
+  cage = test::bracket_cage();
+  for (Vec3& p : cage.primitive.vertices.positions) p = (p - Vec3(0.7f)) * 1.5e38f;
+  cage.rules.levels = 0;
+  EXPECT_EQ(fault_of(cage), "");  // large, and fine
   cage = test::cube_cage();
   for (Vec3& p : cage.primitive.vertices.positions) p = Vec3(1.0f);
   EXPECT_THAT(fault_of(cage), HasSubstr("no face with an area"));
