@@ -20,7 +20,7 @@ class PackCommand final : public Command {
     app.add_option("OUT", target_, "The capture to write, with buffers and images inside")->required()->type_name("OUT.glb");
     static const std::map<std::string, PackMethod> kMethods = {{"auto", PackMethod::kAuto}, {"edgebreaker", PackMethod::kEdgebreaker},
                                                                {"sequential", PackMethod::kSequential}, {"none", PackMethod::kNone}};
-    app.add_option("--method", options_.method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches and morph targets)")
+    app.add_option("--method", options_.method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches, cages and morph targets)")
         ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))->type_name("METHOD");
     const auto bits = [&](const char* option, int& value, const char* what) {
       app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(1, 30).description(""))->type_name("N")->capture_default_str();

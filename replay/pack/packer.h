@@ -14,7 +14,7 @@ namespace tessera::replay {
 enum class PackMethod { kAuto, kEdgebreaker, kSequential, kNone };
 
 struct PackOptions {
-  // kAuto: sequential where the order of vertices matters (Bezier patches, morph targets), edgebreaker elsewhere.
+  // kAuto: sequential where the order of vertices matters (Bezier patches, cages, morph targets), edgebreaker elsewhere.
   PackMethod method = PackMethod::kAuto;
   QuantizationBits bits;
   // Members that replace those of the asset's TESSERA_capture extension; null: none.
