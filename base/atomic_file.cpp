@@ -40,16 +40,8 @@ AtomicFile::~AtomicFile() {
   std::filesystem::remove(temporary_, ignored);
 }
 
-void AtomicFile::commit() {
-  std::error_code error;
-  std::filesystem::rename(temporary_, target_, error);
-  if (error) throw SystemError(fmt::format("cannot write {}: {}", target_.string(), error.message()));
-  committed_ = true;
-}
-
-void write_file_atomically(const std::filesystem::path& target, std::string_view bytes) {
-  AtomicFile file(target);
-  const int descriptor = ::open(file.temporary().c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+void AtomicFile::write(std::string_view bytes) {
+  const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   bool good = descriptor >= 0;
   int reason = errno;
   while (good && !bytes.empty()) {
@@ -59,8 +51,24 @@ void write_file_atomically(const std::filesystem::path& target, std::string_view
     if (good) bytes.remove_prefix(static_cast<std::size_t>(written));
     else reason = errno;
   }
-  if (descriptor >= 0) ::close(descriptor);
-  if (!good) throw SystemError(fmt::format("cannot write {}: {}", target.string(), std::strerror(reason)));
+  // Some file systems report a full disk only here.
+  if (descriptor >= 0 && ::close(descriptor) != 0 && good) {
+    good = false;
+    reason = errno;
+  }
+  if (!good) throw SystemError(fmt::format("cannot write {}: {}", target_.string(), std::strerror(reason)));
+}
+
+void AtomicFile::commit() {
+  std::error_code error;
+  std::filesystem::rename(temporary_, target_, error);
+  if (error) throw SystemError(fmt::format("cannot write {}: {}", target_.string(), error.message()));
+  committed_ = true;
+}
+
+void write_file_atomically(const std::filesystem::path& target, std::string_view bytes) {
+  AtomicFile file(target);
+  file.write(bytes);
   file.commit();
 }
 

@@ -18,6 +18,9 @@ class AtomicFile {
   // Where to write until commit().
   const std::filesystem::path& temporary() const { return temporary_; }
 
+  // Creates the temporary file with these bytes. Throws SystemError naming the target and the reason.
+  void write(std::string_view bytes);
+
   // Renames to the target. Throws SystemError naming the target and the reason.
   void commit();
 

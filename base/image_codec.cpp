@@ -2,9 +2,11 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -24,10 +26,11 @@ std::uint32_t big_endian32(Bytes bytes, std::size_t at) {
          (std::uint32_t{bytes[at + 2]} << 8) | std::uint32_t{bytes[at + 3]};
 }
 
-// Walks the chunks of a PNG: lengths inside the file, CRCs right, IHDR first, IDAT present, IEND last.
-bool check_png(Bytes bytes, std::string& fault) {
+// Walks the chunks of a PNG: lengths inside the file, CRCs right, IHDR first, IDAT present, IEND last. `data_chunks`
+// gets the contents of the IDAT chunks.
+bool check_png(Bytes bytes, std::vector<Bytes>& data_chunks, std::string& fault) {
   std::size_t at = sizeof kPngSignature;
-  bool first = true, data = false;
+  bool first = true;
   while (true) {
     if (bytes.size() - at < 12) return fault = fmt::format("PNG ends inside a chunk at byte {}", at), false;
     const std::size_t length = big_endian32(bytes, at);
@@ -40,11 +43,55 @@ bool check_png(Bytes bytes, std::string& fault) {
       return fault = fmt::format("PNG chunk at byte {} has a wrong checksum", at), false;
     if (first && std::memcmp(type, "IHDR", 4) != 0) return fault = "PNG does not begin with IHDR", false;
     first = false;
-    if (std::memcmp(type, "IDAT", 4) == 0) data = true;
+    if (std::memcmp(type, "IDAT", 4) == 0) data_chunks.push_back(bytes.subspan(at + 8, length));
     at += length + 12;
     if (std::memcmp(type, "IEND", 4) == 0) break;
   }
-  if (!data) return fault = "PNG holds no pixels", false;
+  if (data_chunks.empty()) return fault = "PNG holds no pixels", false;
+  return true;
+}
+
+// Bytes that the pixels of a checked PNG take before compression: every row with its filter byte, Adam7 passes apart
+// when interlaced (PNG specification, sections 7.2 and 8).
+std::uint64_t png_raw_bytes(Bytes bytes) {
+  constexpr std::uint64_t kPassX[] = {0, 4, 0, 2, 0, 1, 0}, kPassY[] = {0, 0, 4, 0, 2, 0, 1}, kStepX[] = {8, 8, 4, 4, 2, 2, 1},
+                          kStepY[] = {8, 8, 8, 4, 4, 2, 2};
+  constexpr std::uint64_t kSamples[] = {1, 0, 3, 1, 2, 0, 4};
+  const std::uint64_t width = big_endian32(bytes, 16), height = big_endian32(bytes, 20);
+  const std::uint64_t bits = bytes[24] * kSamples[std::min<int>(bytes[25], 6)];
+  const auto rows = [&](std::uint64_t w, std::uint64_t h) { return w == 0 ? 0 : h * (1 + (w * bits + 7) / 8); };
+  if (bytes[28] == 0) return rows(width, height);
+  std::uint64_t sum = 0;
+  for (std::size_t pass = 0; pass < 7; ++pass)
+    sum += rows((width + kStepX[pass] - 1 - std::min(kPassX[pass], width)) / kStepX[pass],
+                (height + kStepY[pass] - 1 - std::min(kPassY[pass], height)) / kStepY[pass]);
+  return sum;
+}
+
+// Inflates without keeping anything: the decoder behind would go on as long as data come, whatever the size says.
+// Sloppy encoders leave some bytes after the last row; kSlack of them are let through.
+bool check_png_data(const std::vector<Bytes>& chunks, std::uint64_t raw_bytes, std::string& fault) {
+  constexpr std::uint64_t kSlack = 65536;
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) return fault = "cannot be inflated", false;
+  const std::unique_ptr<z_stream, decltype(&inflateEnd)> guard(&stream, inflateEnd);
+  std::vector<std::uint8_t> out(65536);
+  std::uint64_t count = 0;
+  int status = Z_OK;
+  for (std::size_t k = 0; k < chunks.size() && status == Z_OK; ++k) {
+    stream.next_in = const_cast<Bytef*>(chunks[k].data());
+    stream.avail_in = static_cast<uInt>(chunks[k].size());
+    while (status == Z_OK && (stream.avail_in > 0 || stream.avail_out == 0)) {
+      stream.next_out = out.data();
+      stream.avail_out = static_cast<uInt>(out.size());
+      status = inflate(&stream, Z_NO_FLUSH);
+      count += out.size() - stream.avail_out;
+      if (count > raw_bytes + kSlack) return fault = fmt::format("PNG holds more than the {} bytes of its pixels", raw_bytes), false;
+    }
+    if (status == Z_BUF_ERROR) status = Z_OK;  // no progress without the next chunk
+  }
+  if (status != Z_OK && status != Z_STREAM_END) return fault = "PNG pixels cannot be inflated", false;
+  if (count < raw_bytes) return fault = fmt::format("PNG holds {} of the {} bytes of its pixels", count, raw_bytes), false;
   return true;
 }
 
@@ -75,6 +122,16 @@ bool check_jpeg(Bytes bytes, std::string& fault) {
   }
   if (!scan) return fault = "JPEG holds no pixels", false;
   return true;
+}
+
+// What unpacking takes at its peak. PNG: the joined IDAT chunks in a buffer that doubles, the raw rows, the unfiltered
+// rows, their expansion (palette, passes), our copy. JPEG: planes padded to blocks of up to 32 pixels, coefficients of
+// two bytes when progressive, the picture, our copy.
+std::uint64_t decoder_bytes(std::size_t encoded, int width, int height, int channels, bool wide) {
+  const auto padded = [](int side) { return (static_cast<std::uint64_t>(side) + 31) / 32 * 32; };
+  const std::uint64_t picture = padded(width) * padded(height) * static_cast<std::uint64_t>(channels) * (wide ? 2 : 1);
+  constexpr std::uint64_t kTables = 128 << 10;  // zlib's window, stb's Huffman tables
+  return 2 * static_cast<std::uint64_t>(encoded) + 6 * picture + kTables;
 }
 
 struct FreeStb {
@@ -121,23 +178,30 @@ ImageFormat image_format(Bytes bytes) {
   return ImageFormat::kUnknown;
 }
 
-bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault) {
+bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault, const ChargeBytes& charge) {
   const ImageFormat format = image_format(bytes);
   if (format == ImageFormat::kUnknown) return fault = "is neither PNG nor JPEG", false;
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return fault = "is larger than 2 GiB", false;
-  if (!(format == ImageFormat::kPng ? check_png(bytes, fault) : check_jpeg(bytes, fault))) return false;
+  std::vector<Bytes> data_chunks;
+  if (!(format == ImageFormat::kPng ? check_png(bytes, data_chunks, fault) : check_jpeg(bytes, fault))) return false;
 
   const int size = static_cast<int>(bytes.size());
   int width = 0, height = 0, channels = 0;
   if (!tessera_stb_info(bytes.data(), size, &width, &height, &channels))
     return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
+  // Deflate packs at most 1032 to 1.
+  if (format == ImageFormat::kPng && png_raw_bytes(bytes) / 1032 > bytes.size())
+    return fault = fmt::format("PNG of {}x{} pixels cannot fit {} bytes", width, height, bytes.size()), false;
   if (width > limits.max_side || height > limits.max_side ||
       static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
     throw LimitError(fmt::format("image of {}x{} pixels exceeds the limit of {} a side and {} in all", width, height,
                                  limits.max_side, limits.max_pixels));
+  const bool wide = format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size);
+  if (charge) charge(decoder_bytes(bytes.size(), width, height, channels, wide));
+  if (format == ImageFormat::kPng && !check_png_data(data_chunks, png_raw_bytes(bytes), fault)) return false;
 
-  if (format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size)) {
+  if (wide) {
     const std::unique_ptr<unsigned short, FreeStb> pixels(
         tessera_stb_load_16(bytes.data(), size, &width, &height, &channels));
     if (!pixels) return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;

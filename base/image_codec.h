@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <variant>
@@ -37,12 +38,15 @@ struct DecodedImage {
 enum class ImageFormat { kUnknown, kPng, kJpeg };
 ImageFormat image_format(std::span<const std::uint8_t> bytes);
 
+// Told how many bytes of memory unpacking needs at most, before they are allocated; may throw to forbid it.
+using ChargeBytes = std::function<void(std::uint64_t)>;
+
 // Unpacks a PNG or JPEG. The container is checked first (chunk lengths and CRCs of PNG, marker segments and the
-// end marker of JPEG), because the decoder behind it accepts damaged files.
+// end marker of JPEG, the amount of compressed data of PNG), because the decoder behind it accepts damaged files.
 // Returns the fault in words in `fault` and false when the bytes are not a whole image; throws LimitError when the
 // picture is larger than the limits.
 bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,
-                  std::string& fault);
+                  std::string& fault, const ChargeBytes& charge = {});
 
 // PNG bytes of an 8-bit or 16-bit picture with 1 to 4 channels.
 std::string encode_png(const Image8& image);

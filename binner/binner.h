@@ -1,27 +1,38 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "binner/parameter_buffer.h"
+#include "binner/queue_hierarchy.h"
+#include "binner/tile_coverage.h"
 #include "binner/tile_grid.h"
 #include "frontend/front_end.h"
 
 namespace tessera::binner {
 
-// Sorts bounded sub-patches into the tile queues. When the parameter buffer runs full it stops; the caller renders all
-// tiles, calls reset() and continues at the same cursor. Nothing is lost and nothing is binned twice.
+// Sorts bounded sub-patches into the queues of tiles and groups of tiles. When the parameter buffer runs full it stops;
+// the caller renders all tiles, calls reset() and continues at the same cursor. Nothing is lost and nothing is binned
+// twice.
 class Binner {
  public:
-  Binner(const hardware::GpuConfiguration& gpu, const TileGrid& grid) : grid_(grid), buffer_(gpu, grid.tile_count()) {}
+  Binner(const hardware::GpuConfiguration& gpu, const TileGrid& grid)
+      : grid_(grid),
+        hierarchy_(grid, static_cast<int>(gpu.binner_queue_levels)),
+        coverage_(gpu),
+        buffer_(gpu, hierarchy_.queue_count()) {}
 
-  // Where binning stands: the next sub-patch, and how many of its tiles are done.
+  // Where binning stands: the next sub-patch, and how many of its entries are written.
   struct Cursor {
     std::size_t sub_patch = 0;
-    std::uint32_t tile = 0;
+    std::uint32_t entry = 0;
   };
 
   // Bins from the cursor on. True: all are binned; false: the buffer is full.
   [[nodiscard]] bool run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, Cursor& cursor);
+
+  // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue.
+  std::vector<QueueEntry> read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const;
 
   // After a partial render: empty queues, same counters.
   void reset() { buffer_.reset(); }
@@ -31,8 +42,13 @@ class Binner {
   const ParameterBuffer& buffer() const { return buffer_; }
 
  private:
+  void count(const TileCoverage& coverage);
+
   TileGrid grid_;
+  QueueHierarchy hierarchy_;
+  TileCoverageUnit coverage_;
   ParameterBuffer buffer_;
+  std::vector<QueueHierarchy::Placement> placements_;
 };
 
 }  // namespace tessera::binner

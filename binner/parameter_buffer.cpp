@@ -18,18 +18,18 @@ std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) { return (va
 
 }  // namespace
 
-ParameterBuffer::ParameterBuffer(const hardware::GpuConfiguration& gpu, TileIndex tile_count)
+ParameterBuffer::ParameterBuffer(const hardware::GpuConfiguration& gpu, QueueIndex queue_count)
     : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
       chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
       entries_per_chunk_((chunk_bytes_ - kLinkBytes) / kQueueEntryBytes),
-      heads_bytes_(round_up(tile_count * kHeadBytes, burst_bytes_)),
+      heads_bytes_(round_up(queue_count * kHeadBytes, burst_bytes_)),
       spill_(gpu.parameter_buffer_full_policy == "spill"),
       combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {
   if (heads_bytes_ + chunk_bytes_ > capacity_)
     throw UsageError(fmt::format(
-        "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} tiles ({} bytes) and one chunk of {} bytes", capacity_,
-        tile_count, heads_bytes_, chunk_bytes_));
+        "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} queues ({} bytes) and one chunk of {} bytes", capacity_,
+        queue_count, heads_bytes_, chunk_bytes_));
   reset();
 }
 
@@ -40,15 +40,15 @@ void ParameterBuffer::reset() {
 
 std::uint64_t ParameterBuffer::bytes_in_use() const { return chunk_address(chunks_in_use_); }
 
-ParameterBuffer::Head ParameterBuffer::load_head(TileIndex tile) const {
+ParameterBuffer::Head ParameterBuffer::load_head(QueueIndex queue) const {
   Head head;
-  std::memcpy(&head, &memory_[tile * kHeadBytes], sizeof head);
+  std::memcpy(&head, &memory_[queue * kHeadBytes], sizeof head);
   return head;
 }
 
-void ParameterBuffer::store_head(TileIndex tile, const Head& head) {
-  std::memcpy(&memory_[tile * kHeadBytes], &head, sizeof head);
-  combiner_.write(tile * kHeadBytes, kHeadBytes);
+void ParameterBuffer::store_head(QueueIndex queue, const Head& head) {
+  std::memcpy(&memory_[queue * kHeadBytes], &head, sizeof head);
+  combiner_.write(queue * kHeadBytes, kHeadBytes);
 }
 
 bool ParameterBuffer::add_chunk(Head& head) {
@@ -72,12 +72,12 @@ bool ParameterBuffer::add_chunk(Head& head) {
   return true;
 }
 
-bool ParameterBuffer::append(TileIndex tile, const QueueEntry& entry) {
-  Head head = load_head(tile);
+bool ParameterBuffer::append(QueueIndex queue, const QueueEntry& entry) {
+  Head head = load_head(queue);
   const std::uint64_t slot = head.entries % entries_per_chunk_;
   if (slot == 0 && !add_chunk(head)) return false;
-  // The head of a tile that has entries already is read before it is changed; a fresh one is known to be empty.
-  if (head.entries > 0) combiner_.read(tile * kHeadBytes, kHeadBytes);
+  // The head of a queue that has entries already is read before it is changed; a fresh one is known to be empty.
+  if (head.entries > 0) combiner_.read(queue * kHeadBytes, kHeadBytes);
   const auto bytes = pack(entry);
   const std::uint64_t address = chunk_address(head.last_chunk) + kLinkBytes + slot * kQueueEntryBytes;
   std::memcpy(&memory_[address], bytes.data(), bytes.size());
@@ -86,25 +86,25 @@ bool ParameterBuffer::append(TileIndex tile, const QueueEntry& entry) {
   // A head is one record of the queue however often it changes; the bursts of its updates are in the ledger.
   counters_.queue_bytes_written += kQueueEntryBytes + (head.entries == 0 ? kHeadBytes : 0);
   ++head.entries;
-  store_head(tile, head);
+  store_head(queue, head);
   ++counters_.entries;
   return true;
 }
 
 void ParameterBuffer::finish() { combiner_.flush(); }
 
-std::vector<QueueEntry> ParameterBuffer::read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const {
+void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger, std::uint64_t& bytes_read) const {
   const auto charge = [&](std::uint64_t address, std::uint64_t bytes) {
     ledger.read(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue, hardware::burst_bytes(address, bytes, burst_bytes_));
     bytes_read += bytes;
   };
-  const Head head = load_head(tile);
-  charge(tile * kHeadBytes, kHeadBytes);
-  std::vector<QueueEntry> entries;
-  entries.reserve(head.entries);
+  const Head head = load_head(queue);
+  charge(queue * kHeadBytes, kHeadBytes);
+  entries.reserve(entries.size() + head.entries);
   std::uint32_t chunk = head.first_chunk;
-  while (entries.size() < head.entries) {
-    const std::uint64_t here = std::min<std::uint64_t>(entries_per_chunk_, head.entries - entries.size());
+  for (std::uint64_t left = head.entries; left > 0;) {
+    const std::uint64_t here = std::min(entries_per_chunk_, left);
+    left -= here;
     const std::uint64_t address = chunk_address(chunk);
     charge(address, kLinkBytes + here * kQueueEntryBytes);
     for (std::uint64_t e = 0; e < here; ++e)
@@ -112,7 +112,6 @@ std::vector<QueueEntry> ParameterBuffer::read_tile(TileIndex tile, hardware::Led
           &memory_[address + kLinkBytes + e * kQueueEntryBytes], kQueueEntryBytes)));
     std::memcpy(&chunk, &memory_[address], sizeof chunk);
   }
-  return entries;
 }
 
 }  // namespace tessera::binner

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "binner/queue_entry.h"
-#include "binner/tile_grid.h"
+#include "binner/queue_hierarchy.h"
 #include "binner/write_combiner.h"
 #include "hardware/configuration.h"
 #include "hardware/counter.h"
@@ -14,7 +14,11 @@ namespace tessera::binner {
 
 struct BinnerCounters {
   std::uint64_t entries = 0;
+  std::uint64_t group_entries = 0;
   std::uint64_t tile_overlaps = 0;
+  std::uint64_t tiles_dropped_exact = 0;
+  std::uint64_t tiles_dropped_time = 0;
+  std::uint64_t interval_codes = 0;
   std::uint64_t queue_bytes_written = 0;
   std::uint64_t queue_bytes_read = 0;
   std::uint64_t queue_bytes_peak = 0;
@@ -22,31 +26,31 @@ struct BinnerCounters {
   std::uint64_t spilled_chunks = 0;
 };
 
-// Per-tile queues of sub-patch references inside one parameter buffer of fixed size.
+// Queues of sub-patch references, one per tile or group of tiles, inside one parameter buffer of fixed size.
 //
-// Memory layout: one 16-byte list head per tile (number of the first chunk, of the last, entries in all, zero), then
+// Memory layout: one 16-byte list head per queue (number of the first chunk, of the last, entries in all, zero), then
 // chunks of parameter_buffer.chunk_bytes, each an 8-byte link (number of the next chunk) and as many entries as fit.
 // The bytes are really there: what a tile core reads is decoded from them.
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
 // Invariants (cited by the tests):
 //   P1  bytes_in_use() <= capacity unless the policy is to spill: a full buffer refuses, it never drops an entry.
-//   P2  A tile's entries come back in the order in which they were appended.
+//   P2  A queue's entries come back in the order in which they were appended.
 //   P3  Every burst that moves is in the ledger once, under tile_queue.
 class ParameterBuffer {
  public:
   // Throws UsageError when not even the list heads and one chunk fit.
-  ParameterBuffer(const hardware::GpuConfiguration& gpu, TileIndex tile_count);
+  ParameterBuffer(const hardware::GpuConfiguration& gpu, QueueIndex queue_count);
 
   // False: full, nothing was written; the caller renders what is there and calls reset().
-  [[nodiscard]] bool append(TileIndex tile, const QueueEntry& entry);
+  [[nodiscard]] bool append(QueueIndex queue, const QueueEntry& entry);
 
-  // Writes back what is still on chip. Between this and the next append tiles may be read.
+  // Writes back what is still on chip. Between this and the next append queues may be read.
   void finish();
 
-  // The tile's queue, in order. Bursts read are charged to `ledger` as tilecore / tile_queue, payload bytes to
-  // `bytes_read`. May be called by many threads at once.
-  std::vector<QueueEntry> read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const;
+  // Adds the queue's entries to `entries`, in order. Bursts read are charged to `ledger` as tilecore / tile_queue,
+  // payload bytes to `bytes_read`. May be called by many threads at once.
+  void read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger, std::uint64_t& bytes_read) const;
 
   // Empties all queues.
   void reset();
@@ -62,8 +66,8 @@ class ParameterBuffer {
   };
   std::uint64_t chunk_address(std::uint64_t chunk) const { return heads_bytes_ + chunk * chunk_bytes_; }
   bool add_chunk(Head& head);
-  void store_head(TileIndex tile, const Head& head);
-  Head load_head(TileIndex tile) const;
+  void store_head(QueueIndex queue, const Head& head);
+  Head load_head(QueueIndex queue) const;
 
   std::uint64_t capacity_, chunk_bytes_, burst_bytes_, entries_per_chunk_, heads_bytes_;
   bool spill_;
@@ -82,8 +86,17 @@ template <>
 inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
     {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
      "Entries written to tile queues. A sub-patch counts once for every queue it is in.", "MaliFragRdPrim (FRAG_PRIMITIVES_OUT)"},
+    {"binner.group_entries", &binner::BinnerCounters::group_entries, Combine::kSum, "entries",
+     "Those of binner.entries that went to queues of groups of tiles.", ""},
     {"binner.tile_overlaps", &binner::BinnerCounters::tile_overlaps, Combine::kSum, "tiles",
-     "Pairs of a sub-patch and a tile that its bound covers.", "PowerVR Tiles per Triangle (times primitives)"},
+     "Pairs of a sub-patch and a tile that it may touch, as far as the selected coverage methods can tell.",
+     "PowerVR Tiles per Triangle (times primitives)"},
+    {"binner.tiles_dropped_exact", &binner::BinnerCounters::tiles_dropped_exact, Combine::kSum, "tiles",
+     "Pairs of a sub-patch and a tile of its bounding rectangle that exact coverage dropped.", ""},
+    {"binner.tiles_dropped_time", &binner::BinnerCounters::tiles_dropped_time, Combine::kSum, "tiles",
+     "Pairs of a sub-patch and a tile of its coverage that time intervals or segments dropped: never both in place at once.", ""},
+    {"binner.interval_codes", &binner::BinnerCounters::interval_codes, Combine::kSum, "1/256 shutter",
+     "Lengths of the time intervals of all entries; 256 each without motion.", ""},
     {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
      "Bytes of entries, chunk links and list heads written by the binner, before rounding to bursts.",
      "MaliTilerWrBt; V3D PTB-memory-words-writes"},

@@ -20,6 +20,14 @@ class TileGrid {
 
   TileIndex tile_count() const { return static_cast<TileIndex>(tiles_.width() * tiles_.height()); }
   int columns() const { return tiles_.width(); }
+  int rows() const { return tiles_.height(); }
+  int tile_width() const { return tile_width_; }
+  int tile_height() const { return tile_height_; }
+
+  // Where a column or row of this grid begins, in pixels of the frame; that of the next is where it ends. Whole tiles,
+  // not cut to the frame or the region.
+  int column_edge(int column) const { return (tiles_.x0 + column) * tile_width_; }
+  int row_edge(int row) const { return (tiles_.y0 + row) * tile_height_; }
   const IntRect& region() const { return region_; }
 
   // Pixels of a tile, in frame coordinates.

@@ -171,6 +171,7 @@ struct CaptureSettings {
 struct Capture {
   std::filesystem::path file;
   std::uint64_t file_bytes = 0;            // of the file and its buffers and images
+  std::uint64_t charged_bytes = 0;         // of CaptureLimits::max_bytes, by reading it
   std::vector<Node> nodes;
   std::vector<int> roots;                  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;

@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "base/json_text.h"
 #include "frontend/gltf/builders.h"
 #include "frontend/gltf/container.h"
+#include "frontend/gltf/json_reader.h"
 #include "frontend/gltf/schema.h"
 #include "frontend/gltf/validation.h"
 
@@ -12,17 +12,16 @@ namespace tessera::frontend {
 
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
   const std::string name = file.string();
-  std::vector<std::uint8_t> bytes = gltf::read_whole_file(file, limits.max_file_bytes, name);
-  const std::uint64_t file_bytes = bytes.size();
   MemoryBudget budget(limits.max_bytes);
-  budget.charge(file_bytes, 2, name);
+  std::vector<std::uint8_t> bytes = gltf::read_whole_file(file, limits.max_file_bytes, name, &budget);
+  const std::uint64_t file_bytes = bytes.size();
+  budget.charge(file_bytes, 1, name);  // taken apart into chunks
   gltf::Container container = gltf::open_container(std::move(bytes), name);
 
-  // The parsed tree takes about 20 bytes per byte of text.
-  budget.charge(container.json.size(), 20, name);
-  nlohmann::json json = parse_json(container.json, name);
+  nlohmann::json json = gltf::read_json(container.json, container.json_offset, name, budget);
   const gltf::Place root(name);
   gltf::check_schema(json, root);
+  gltf::charge_objects(json, name, budget);
   gltf::validate_links(json, root);
 
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget);
@@ -33,6 +32,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   gltf::build_scene(document, capture);
   capture.extensions_used = document.model.extensionsUsed;
   capture.notices = std::move(document.notices);
+  capture.charged_bytes = budget.used_bytes();
   capture.file_bytes = file_bytes + document.resources.bytes_read();
   return capture;
 }

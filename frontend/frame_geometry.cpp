@@ -77,6 +77,13 @@ std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pos
 
 }  // namespace
 
+CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
+  const Drawable& drawable = *frame.drawable_of(patch).drawable;
+  if (drawable.kind == Primitive::Kind::kBezierPatches) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+  const Cluster& cluster = frame.assembly->clusters[drawable.geometry].clusters[patch - drawable.first_patch];
+  return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
+}
+
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera, const FrameRequest& request) {
   auto frame = std::make_unique<FrameGeometry>();
   frame->assembly = &assembly;

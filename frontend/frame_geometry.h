@@ -58,6 +58,9 @@ struct FrameGeometry {
   }
 };
 
+// All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
+CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
+
 // Poses the scene at both keys and fixes every patch's tessellation pattern. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera, const FrameRequest& request);
 

@@ -1,61 +1,22 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <memory>
 #include <vector>
 
-#include "frontend/bounds/minmax_pyramid.h"
-#include "frontend/bounds/screen_bounds.h"
 #include "frontend/frame_geometry.h"
+#include "frontend/patch_splitter.h"
 #include "hardware/configuration.h"
 #include "hardware/counter.h"
 #include "hardware/ledger.h"
 
 namespace tessera::frontend {
 
-struct FrontendCounters {
-  std::uint64_t base_patches = 0;
-  std::uint64_t bounds_computed = 0;
-  std::uint64_t culled_frustum = 0;
-  std::uint64_t sub_patches = 0;
-};
-
-// A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
-struct BoundedSubPatch {
-  std::uint32_t base_patch;
-  CellRange range;
-  ScreenBounds bounds;    // over the whole shutter and lens
-  MovingCorners corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
-};
-
-// Min-max pyramids of every displacement texture of a capture; built once.
-class PyramidLibrary {
- public:
-  explicit PyramidLibrary(const Assembly& assembly);
-  const MinMaxPyramid& of(const shaders::ScalarTexture& texture) const { return *pyramids_.at(&texture); }
-
- private:
-  std::map<const shaders::ScalarTexture*, std::unique_ptr<MinMaxPyramid>> pyramids_;
-};
-
 // Bytes of a base patch's record in memory: a header, then control points or cluster vertices at one or two keys, then
 // the cells of a cluster. What the front end and every tile core that needs the patch fetch.
 std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch);
 
-// Bound of one sub-patch in raster space at both keys (OBB), with the rounding margin that goes with it.
-struct SubPatchBody {
-  MovingCorners corners;
-  RoundingMargin margin;
-};
-SubPatchBody sub_patch_body(const FrameGeometry& frame, const PyramidLibrary& pyramids, std::uint32_t patch, const CellRange& range);
-
-// The cell ranges that a base patch is cut into: halves of the longer side until neither exceeds `max_cells`; a
-// cluster stays whole.
-std::vector<CellRange> cut_patch(const FrameGeometry& frame, std::uint32_t patch, int max_cells);
-
-// The front end's work on one frame after posing: cut every base patch, bound the pieces, drop what is outside the
-// view. Configured by tessellator.sub_patch_cells. Sub-patches come out in the order of their base patches.
+// The front end's work on one frame after posing: split every base patch, bound the pieces, drop what cannot be seen.
+// Configured by frontend.* and tessellator.sub_patch_cells. Sub-patches come out in the order of their base patches.
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches;
   FrontendCounters counters;
@@ -74,9 +35,19 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "MaliGeomTotalPrim; PowerVR Triangles In; Vulkan tessellation control patches"},
     {"frontend.bounds_computed", &frontend::FrontendCounters::bounds_computed, Combine::kSum, "bounds",
      "Bounding volumes computed for sub-patches.", ""},
+    {"frontend.splits", &frontend::FrontendCounters::splits, Combine::kSum, "splits",
+     "Sub-patches halved, because they were too large for a tile core or by the split criterion.", ""},
     {"frontend.culled_frustum", &frontend::FrontendCounters::culled_frustum, Combine::kSum, "sub-patches",
      "Sub-patches dropped because their bound lies outside the view or its depth range at all times.",
      "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; V3D PTB-primitives-discarded-outside-viewport"},
+    {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
+     "Sub-patches dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim; PowerVR Back-facing triangles"},
+    {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
+     "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},
+    {"frontend.cells_culled_frustum", &frontend::FrontendCounters::cells_culled_frustum, Combine::kSum, "cells",
+     "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
+    {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
+     "Cells of the sub-patches that frontend.culled_backface counts.", ""},
     {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
      "Sub-patches sent to the binner.", "MaliGeomVisiblePrim; V3D PTB-primitives-binned"},
 });

@@ -16,6 +16,13 @@ namespace tessera::hardware {
 struct GpuConfiguration {
   std::string preset = "middle";
 
+  std::string frontend_bound_method = "npatch";
+  std::string frontend_split_criterion = "screen_extent";
+  double frontend_split_pixels = 32;
+  std::int64_t frontend_split_depth = 8;
+  std::int64_t frontend_split_budget = 64;
+  std::string frontend_backface_culling = "on";
+
   std::int64_t tile_width = 32;   // pixels, multiple of 8
   std::int64_t tile_height = 32;  // pixels, multiple of 8
 
@@ -23,6 +30,10 @@ struct GpuConfiguration {
   std::int64_t parameter_buffer_chunk_bytes = 256;
   std::string parameter_buffer_full_policy = "partial_render";
 
+  std::string binner_coverage = "exact";
+  bool binner_time_intervals = true;
+  std::int64_t binner_time_segments = 1;  // 0: by blur length over primitive size
+  std::int64_t binner_queue_levels = 1;   // queues of single tiles, of 2x2, 4x4 ... tiles
   std::int64_t binner_combining_bursts = 256;  // write-combining lines in front of the parameter buffer
   std::int64_t memory_burst_bytes = 64;
 

@@ -14,6 +14,10 @@ const std::vector<std::string>& auxiliary_layers();
 // "frame_0007"
 std::string frame_name(int frame);
 
+// Throws SystemError when `folder` is not a folder that can be written, or cannot be made; changes nothing. Called before
+// the work, so that its results need not be thrown away.
+void check_folder(const std::filesystem::path& folder);
+
 // Writes frame_NNNN.exr (linear, half float; auxiliary layers as channels of their own) and frame_NNNN.png (exposed,
 // tone mapped, sRGB) into `folder`, each whole or not at all.
 void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets,

@@ -110,7 +110,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
       hardware::Ledger ledger;
-      std::vector<binner::QueueEntry> entries = binner.buffer().read_tile(tile, ledger, queue_bytes_read.local());
+      std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, queue_bytes_read.local());
       core.charge(ledger);
       tilecore::TileState fresh;
       tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];

@@ -1,11 +1,16 @@
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <new>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "replay/commands.h"
 
 namespace {
@@ -15,6 +20,30 @@ using tessera::ExitStatus;
 int fail(ExitStatus status, const char* what) {
   std::fprintf(stderr, "tessera: %s\n", what);
   return static_cast<int>(status);
+}
+
+// Output that could not be written (a full disk behind a pipe or a redirection) is a failure.
+int finish_output() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return static_cast<int>(ExitStatus::kDone);
+  return fail(ExitStatus::kInternal, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
+}
+
+// The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> extras = app.remaining(true);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty()) return error.what();
+  const auto option = std::find_if(extras.begin(), extras.end(), [](const std::string& text) { return text.starts_with("-"); });
+  if (option == extras.end()) return "unexpected argument '" + tessera::escape_control(extras.front(), 80) + "'";
+  std::vector<std::string> known;
+  for (const CLI::Option* o : app.get_subcommands().front()->get_options())
+    for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+  const std::string nearest = tessera::nearest_name(option->substr(0, option->find('=')), known);
+  return "unknown option '" + tessera::escape_control(*option, 80) + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
+}
+
+std::string unknown_command(const std::vector<std::string>& known, const std::string& name) {
+  const std::string nearest = tessera::nearest_name(name, known);
+  return "unknown command '" + tessera::escape_control(name, 80) + "'" + (nearest.empty() ? "; `tessera --help` lists them" : "; did you mean '" + nearest + "'?");
 }
 
 }  // namespace
@@ -35,16 +64,22 @@ int main(int argc, char** argv) {
   std::vector<std::unique_ptr<tessera::replay::Command>> made;
   for (const auto& [sub, make] : commands) made.push_back(make(*sub));
 
+  std::vector<std::string> names;
+  for (const auto& [sub, make] : commands) names.push_back(sub->get_name());
+  if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end())
+    return fail(ExitStatus::kUsage, unknown_command(names, argv[1]).c_str());
   try {
     app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    app.exit(help);
+    return finish_output();
   } catch (const CLI::ParseError& error) {
-    const int status = app.exit(error);
-    return status == 0 ? static_cast<int>(ExitStatus::kDone) : static_cast<int>(ExitStatus::kUsage);
+    return fail(ExitStatus::kUsage, (complaint(app, error) + " (--help explains)").c_str());
   }
   try {
     for (std::size_t i = 0; i < commands.size(); ++i)
       if (commands[i].first->parsed()) made[i]->run();
-    return static_cast<int>(ExitStatus::kDone);
+    return finish_output();
   } catch (const tessera::InputError& error) {
     return fail(ExitStatus::kBadInput, error.what());
   } catch (const tessera::UsageError& error) {

@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -8,6 +9,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/option_numbers.h"
 #include "replay/pack/packer.h"
 
 namespace tessera::replay {
@@ -18,15 +20,20 @@ class PackCommand final : public Command {
   explicit PackCommand(CLI::App& app) {
     app.add_option("IN", source_, "A glTF 2.0 asset (.gltf or .glb)")->required()->type_name("IN.gltf");
     app.add_option("OUT", target_, "The capture to write, with buffers and images inside")->required()->type_name("OUT.glb");
-    static const std::map<std::string, PackMethod> kMethods = {{"auto", PackMethod::kAuto}, {"edgebreaker", PackMethod::kEdgebreaker},
-                                                               {"sequential", PackMethod::kSequential}, {"none", PackMethod::kNone}};
-    app.add_option("--method", options_.method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches, cages and morph targets)")
-        ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))->type_name("METHOD");
-    const auto bits = [&](const char* option, int& value, const char* what) {
-      app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(1, 30).description(""))->type_name("N")->capture_default_str();
+    const auto choose_method = [this](const std::string& name) {
+      static const std::map<std::string, PackMethod> kMethods = {{"auto", PackMethod::kAuto}, {"edgebreaker", PackMethod::kEdgebreaker},
+                                                                 {"sequential", PackMethod::kSequential}, {"none", PackMethod::kNone}};
+      const auto found = kMethods.find(name);
+      if (found == kMethods.end()) throw CLI::ValidationError("--method", name + ": is not auto, edgebreaker, sequential or none");
+      options_.method = found->second;
+    };
+    app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches, cages and morph targets)")
+        ->type_name("METHOD");
+    const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
+      app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(least, kMostBits).description(""))->type_name("N")->capture_default_str();
     };
     bits("--position-bits", options_.bits.position, "positions");
-    bits("--normal-bits", options_.bits.normal, "normals");
+    bits("--normal-bits", options_.bits.normal, "normals", 2);  // Draco's octahedra need two
     bits("--texcoord-bits", options_.bits.texcoord, "texture coordinates");
     bits("--color-bits", options_.bits.color, "vertex colours");
     bits("--generic-bits", options_.bits.generic, "tangents and weights");
@@ -54,24 +61,9 @@ class PackCommand final : public Command {
   }
 
   void run() override {
-    nlohmann::json settings = nlohmann::json::object();
-    if (!size_.empty()) {
-      const auto [width, height] = split(size_, 'x', "--size", "WIDTHxHEIGHT");
-      settings["resolution"] = {static_cast<int>(width), static_cast<int>(height)};
-    }
-    if (frame_rate_) settings["frameRate"] = *frame_rate_;
-    if (!shutter_.empty()) {
-      const auto [open, close] = split(shutter_, ':', "--shutter", "OPEN:CLOSE");
-      settings["shutter"] = {open, close};
-    }
-    if (!frames_.empty()) {
-      const auto [first, last] = split(frames_, ':', "--frames", "A:B with A < B");
-      if (!(first < last)) throw UsageError(fmt::format("--frames {}: expected A:B with A < B", frames_));
-      settings["frames"] = {{"first", static_cast<int>(first)}, {"count", static_cast<int>(last - first)}};
-    }
-    if (exposure_) settings["exposure"] = *exposure_;
-    if (environment_) settings["environment"] = *environment_;
-    options_.capture_settings = std::move(settings);
+    options_.capture_settings = capture_settings();
+    if (options_.aperture_radius) check_number("--aperture", *options_.aperture_radius, 0, kLargest);
+    if (options_.focus_distance) check_number("--focus", *options_.focus_distance, 0, kLargest, true);
     read_surface_options();
     const PackReport report = pack_capture(source_, target_, options_);
     print_surfaces(report.surfaces);
@@ -80,19 +72,27 @@ class PackCommand final : public Command {
   }
 
  private:
-  static std::pair<double, double> split(const std::string& text, char separator, const char* option, const char* form) {
-    const std::size_t at = text.find(separator);
-    try {
-      if (at != std::string::npos) {
-        std::size_t used_a = 0, used_b = 0;
-        const std::string a = text.substr(0, at), b = text.substr(at + 1);
-        const double x = std::stod(a, &used_a), y = std::stod(b, &used_b);
-        if (used_a == a.size() && used_b == b.size()) return {x, y};
-      }
-    } catch (const std::logic_error&) {
-      // not a number: refused below
+  // Members of TESSERA_capture, within the ranges of its schema.
+  nlohmann::json capture_settings() const {
+    nlohmann::json settings = nlohmann::json::object();
+    if (!size_.empty()) {
+      const PictureSize size = parse_size("--size", size_);
+      settings["resolution"] = {size.width, size.height};
     }
-    throw UsageError(fmt::format("{} {}: expected {}", option, escape_control(text, 40), form));
+    if (!shutter_.empty()) {
+      constexpr const char* kForm = "OPEN:CLOSE, -1 to 2, OPEN not after CLOSE";
+      const NumberPair shutter = parse_pair("--shutter", shutter_, kForm);
+      if (!(shutter.a >= -1 && shutter.a <= shutter.b && shutter.b <= 2)) throw UsageError(fmt::format("--shutter {}: expected {}", shutter_, kForm));
+      settings["shutter"] = {shutter.a, shutter.b};
+    }
+    if (!frames_.empty()) {
+      const FrameRange frames = parse_frames("--frames", frames_);
+      settings["frames"] = {{"first", frames.first}, {"count", frames.last - frames.first}};
+    }
+    if (frame_rate_) settings["frameRate"] = check_number("--frame-rate", *frame_rate_, 0, 1e6, true);
+    if (exposure_) settings["exposure"] = check_number("--exposure", *exposure_, 0, 1e6, true);
+    if (environment_) settings["environment"] = check_number("--environment", *environment_, 0, 1e6);
+    return settings;
   }
 
   void read_surface_options() {
@@ -113,6 +113,7 @@ class PackCommand final : public Command {
     if (surfaces.displaced_materials > 0) fmt::print("{}: {} materials displace\n", target_, surfaces.displaced_materials);
   }
 
+  static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
   std::string source_, target_, size_, shutter_, frames_, levels_, displace_;
   CLI::Option* subdivide_ = nullptr;
   std::optional<double> frame_rate_, exposure_, environment_;

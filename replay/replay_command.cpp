@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <optional>
-#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -14,25 +13,12 @@
 #include "replay/commands.h"
 #include "replay/frame_files.h"
 #include "replay/frame_renderer.h"
+#include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
 
 namespace tessera::replay {
 namespace {
-
-// Numbers separated by one character: "1280x720", "0:24", "0,0,64,64". Throws UsageError.
-std::vector<long> parse_numbers(const std::string& option, const std::string& text, char separator, std::size_t count, const char* form) {
-  std::vector<long> numbers;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, separator);) {
-    char* end = nullptr;
-    const long value = std::strtol(part.c_str(), &end, 10);
-    if (part.empty() || *end != '\0' || value < 0 || value > 100000000) throw UsageError(fmt::format("{} {}: expected {}", option, text, form));
-    numbers.push_back(value);
-  }
-  if (numbers.size() != count || text.empty() || text.back() == separator) throw UsageError(fmt::format("{} {}: expected {}", option, text, form));
-  return numbers;
-}
 
 class ReplayCommand final : public Command {
  public:
@@ -71,7 +57,7 @@ class ReplayCommand final : public Command {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     frontend::CaptureLimits limits;
-    limits.max_bytes = static_cast<std::uint64_t>(max_memory_gib_ * 1073741824.0);
+    limits.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     const frontend::Capture capture = frontend::read_capture(capture_, limits);
     const RenderRequest request = render_request(capture, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
@@ -81,6 +67,7 @@ class ReplayCommand final : public Command {
     say_notices(capture, renderer);
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
+    check_folder(out_);
     install_stop_handler();
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
@@ -92,8 +79,8 @@ class ReplayCommand final : public Command {
       }
     }
     statistics.write(out_);
-    if (quiet_) return;
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    if (quiet_) return;
     fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
   }
 
@@ -103,15 +90,13 @@ class ReplayCommand final : public Command {
     request.width = capture.settings.width;
     request.height = capture.settings.height;
     if (!size_.empty()) {
-      const auto size = parse_numbers("--size", size_, 'x', 2, "WIDTHxHEIGHT, 1 to 16384 each");
-      for (const long side : size)
-        if (side < 1 || side > 16384) throw UsageError(fmt::format("--size {}: expected WIDTHxHEIGHT, 1 to 16384 each", size_));
-      request.width = static_cast<int>(size[0]);
-      request.height = static_cast<int>(size[1]);
+      const PictureSize size = parse_size("--size", size_);
+      request.width = size.width;
+      request.height = size.height;
     }
     request.region = {0, 0, request.width, request.height};
     if (!region_.empty()) {
-      const auto r = parse_numbers("--region", region_, ',', 4, "X,Y,WIDTH,HEIGHT inside the frame");
+      const auto r = parse_whole_numbers("--region", region_, ',', 4, "X,Y,WIDTH,HEIGHT inside the frame");
       if (r[2] < 1 || r[3] < 1 || r[0] + r[2] > request.width || r[1] + r[3] > request.height)
         throw UsageError(fmt::format("--region {}: is not inside the frame of {}x{}", region_, request.width, request.height));
       request.region = {static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[0] + r[2]), static_cast<int>(r[1] + r[3])};
@@ -123,11 +108,9 @@ class ReplayCommand final : public Command {
     return request;
   }
 
-  std::pair<int, int> frame_range(const frontend::Capture& capture) const {
+  FrameRange frame_range(const frontend::Capture& capture) const {
     if (frames_.empty()) return {capture.settings.first_frame, capture.settings.first_frame + capture.settings.frame_count};
-    const auto range = parse_numbers("--frames", frames_, ':', 2, "A:B with A < B");
-    if (range[0] >= range[1]) throw UsageError(fmt::format("--frames {}: expected A:B with A < B", frames_));
-    return {static_cast<int>(range[0]), static_cast<int>(range[1])};
+    return parse_frames("--frames", frames_);
   }
 
   void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {

@@ -80,7 +80,7 @@ IntRect touched_pixels(const MicroMesh& m, const std::array<std::size_t, 3>& ver
 
 }  // namespace
 
-void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, RayEffects effects, const frontend::Projection& projection,
+void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeRange times, RayEffects effects, const frontend::Projection& projection,
                         const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
   const HitLimits& limits = settings.limits;
@@ -95,6 +95,7 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, RayEf
         const auto first = static_cast<std::size_t>(((y - samples.pixels.y0) * samples.pixels.width() + (box.x0 - samples.pixels.x0)) * samples.spp);
         const auto last = first + static_cast<std::size_t>(box.width() * samples.spp);
         for (std::size_t i = first; i < last; ++i) {
+          if (samples.time[i] < times.first || samples.time[i] > times.last) continue;
           const SampleView s{samples.x[i], samples.y[i], static_cast<float>(samples.time[i]) * 0x1p-8f,
                              effects.lens ? samples.lens_u[i] : 0.0f, effects.lens ? samples.lens_v[i] : 0.0f};
           std::array<Corner, 3> c;

@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "frontend/domain_shader.h"
 #include "frontend/front_end.h"
 #include "frontend/patch_displacement.h"
 #include "shaders_cpp/bicubic.h"
@@ -18,54 +19,6 @@ using frontend::PosedDrawable;
 using frontend::TessellationPattern;
 
 constexpr std::size_t kVertexPadding = 64;  // vectors may write past the last vertex
-
-shaders::ControlPoints<float> control_points(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
-  shaders::ControlPoints<float> c;
-  const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
-  for (std::size_t i = 0; i < 16; ++i) c[i] = {points[i].x, points[i].y, points[i].z};
-  return c;
-}
-
-// Domain shader at one parameter: the scalar twin of the row kernels, with their operations in their order.
-Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key) {
-  const auto c = control_points(frame, drawable, patch, key);
-  const shaders::BicubicRow<float> row = shaders::bicubic_row(c, v);
-  const shaders::SurfacePoint<float> p = shaders::bicubic_point<float>(row, u);
-  if (!drawable.material->displacement) return {p.position.x, p.position.y, p.position.z};
-  const Vector3<float> n = shaders::bicubic_normal(c, u, v, p);
-  const float offset = frontend::patch_displacement(frame, drawable, patch).offset(u, v);
-  const Vector3<float> moved = p.position + n * offset;
-  return {moved.x, moved.y, moved.z};
-}
-
-// A vertex on the boundary of a grid, evaluated by the owner of the corner or edge that it lies on.
-struct OwnedVertex {
-  std::uint32_t patch;  // within the drawable
-  float u, v;
-};
-OwnedVertex boundary_vertex(const TessellationPattern& pattern, const PatchNeighbours& neighbours, int i, int j) {
-  // Edge and number of the vertex on it.
-  const bool along_u = j == 0 || j == pattern.nv;
-  const std::size_t edge = along_u ? (j == 0 ? 0u : 1u) : (i == 0 ? 2u : 3u);
-  const int factor = pattern.edge[edge];
-  int k = along_u ? TessellationPattern::edge_vertex(i, pattern.nu, factor) : TessellationPattern::edge_vertex(j, pattern.nv, factor);
-  const PatchNeighbours::EdgeOwner& owner = neighbours.edges[edge];
-  if (k == 0 || k == factor || owner.collapsed) {
-    // Corner c has u = c & 1, v = c >> 1.
-    const bool far = k == factor && !owner.collapsed;
-    const std::size_t corner = along_u ? (far ? 1u : 0u) + (j == 0 ? 0u : 2u) : (far ? 2u : 0u) + (i == 0 ? 0u : 1u);
-    const PatchNeighbours::CornerOwner& at = neighbours.corners[corner];
-    return {at.patch, (at.corner & 1) != 0 ? 1.0f : 0.0f, (at.corner & 2) != 0 ? 1.0f : 0.0f};
-  }
-  if (owner.reversed) k = factor - k;
-  const float s = static_cast<float>(k) / static_cast<float>(factor);
-  switch (owner.edge) {
-    case 0: return {owner.patch, s, 0.0f};
-    case 1: return {owner.patch, s, 1.0f};
-    case 2: return {owner.patch, 0.0f, s};
-    default: return {owner.patch, 1.0f, s};
-  }
-}
 
 void build_grid_cells(const TessellationPattern& pattern, const frontend::CellRange& range, bool moving, MicroMesh& mesh) {
   constexpr int kLeafSide = 4;  // kLeafCells = 16
@@ -122,16 +75,16 @@ Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patc
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
     const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
-    const OwnedVertex owned = boundary_vertex(pattern, neighbours, i, j);
-    return domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key));
+    const frontend::OwnedVertex owned = frontend::boundary_vertex(pattern, neighbours, i, j);
+    return frontend::domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key));
   }
-  return domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key));
+  return frontend::domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key));
 }
 
 void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
                                const frontend::CellRange& range, std::size_t key) {
   const TessellationPattern& pattern = frame.patterns[patch];
-  const auto c = control_points(frame, drawable, patch, key);
+  const auto c = frontend::shader_control_points(frame, drawable, patch, key);
   const bool displaced = drawable.material->displacement.has_value();
   frontend::PatchDisplacement displacement;
   if (displaced) displacement = frontend::patch_displacement(frame, drawable, patch);

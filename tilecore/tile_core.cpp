@@ -144,7 +144,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 
   const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)};
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, effects, settings, sink);
+    test_mesh(job, {entry.t0, entry.t1}, effects, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
@@ -154,7 +154,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   }
 }
 
-void TileCore::test_mesh(const TileJob& job, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
   VisibilityWork work;
   if (!effects.motion && !effects.lens) {
     raster_mesh(mesh_, samples_, settings, sink, work);
@@ -162,11 +162,11 @@ void TileCore::test_mesh(const TileJob& job, RayEffects effects, const Visibilit
     const auto lens_radius = static_cast<float>(job.frame->projection.lens_scale);
     for (std::size_t l = 0; l < mesh_.leaves.size(); ++l) {
       ++work.box_tests;
-      if (touching_times(mesh_.leaves[l], samples_.pixels, effects.motion, lens_radius).empty()) continue;
+      if (touching_times(mesh_.leaves[l], samples_.pixels, effects.motion, lens_radius).intersect(entry_times).empty()) continue;
       ranges_.clear();
       for (const TileSamples::Block& block : samples_.blocks) {
         ++work.box_tests;
-        const TimeRange times = touching_times(mesh_.leaves[l], block.pixels, effects.motion, lens_radius);
+        const TimeRange times = touching_times(mesh_.leaves[l], block.pixels, effects.motion, lens_radius).intersect(entry_times);
         if (times.empty()) continue;
         const std::uint32_t first = block.first_at[static_cast<std::size_t>(times.first)], last = block.first_at[static_cast<std::size_t>(times.last) + 1];
         if (first < last) ranges_.push_back({&block, first, last});
@@ -174,7 +174,7 @@ void TileCore::test_mesh(const TileJob& job, RayEffects effects, const Visibilit
       if (!ranges_.empty()) trace_leaf(mesh_, l, samples_, ranges_, effects, settings, sink, work);
     }
   }
-  if (!mesh_.clipped_cells.empty()) test_clipped_cells(mesh_, samples_, effects, job.frame->projection, settings, sink, work);
+  if (!mesh_.clipped_cells.empty()) test_clipped_cells(mesh_, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;
   counters_.sample_hits += work.sample_hits;

@@ -14,6 +14,7 @@
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/sample_pattern.h"
 #include "tilecore/tessellator.h"
+#include "tilecore/tile_frustum.h"
 #include "tilecore/visibility_kernel.h"
 
 namespace tessera::tilecore {
@@ -113,7 +114,8 @@ class TileCore {
  private:
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
-  void test_mesh(const TileJob& job, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
+  // `entry_times`: codes of the samples that the mesh may touch in this tile; others are not tested.
+  void test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
   void shade_opaque(const TileJob& job, const TileState& state);
   void fill_background(const TileJob& job, std::size_t first, std::size_t count);
   void shade_layers(const TileJob& job, TileState& state);

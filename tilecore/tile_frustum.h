@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "base/rect.h"
 #include "tilecore/micro_mesh.h"
 
@@ -10,6 +12,7 @@ namespace tessera::tilecore {
 struct TimeRange {
   int first = 0, last = 255;
   bool empty() const { return first > last; }
+  TimeRange intersect(const TimeRange& o) const { return {std::max(first, o.first), std::min(last, o.last)}; }
 };
 
 // The frustum of a rectangle against a moving box, side by side (Clarberg and Burns, US 8791945): each face of the box

@@ -1,8 +1,10 @@
-// Cost of bounding one sub-patch (OBB) and of one min-max query.
+// Cost of bounding one sub-patch by each method, and of one min-max query.
 #include <benchmark/benchmark.h>
 
 #include <memory>
+#include <string>
 
+#include "base/simd_targets.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/capture_reader.h"
 #include "frontend/front_end.h"
@@ -28,23 +30,56 @@ const Scene& scene() {
   return kScene;
 }
 
+// Sub-patches as the front end splits them, one box after another.
+struct Work {
+  std::uint32_t patch;
+  std::vector<CellRange> ranges;
+};
+std::vector<Work> split_work(const Scene& s) {
+  const FrontEndResult split = run_front_end(*s.frame, s.pyramids, hardware::GpuConfiguration{});
+  std::vector<Work> work;
+  for (const BoundedSubPatch& p : split.sub_patches) {
+    if (s.frame->drawable_of(p.base_patch).drawable->kind != Primitive::Kind::kBezierPatches) continue;
+    if (work.empty() || work.back().patch != p.base_patch) work.push_back({p.base_patch, {}});
+    work.back().ranges.push_back(p.range);
+  }
+  return work;
+}
+
+// Argument 0: the method; 1: what is timed (0 the box, 1 with its bounds on screen).
 void BoundSubPatch(benchmark::State& state) {
   const Scene& s = scene();
-  // Verify: a bound holds the corner control points of its patch where they are drawn.
-  const SubPatchBody first = sub_patch_body(*s.frame, s.pyramids, 320, cut_patch(*s.frame, 320, 16).front());
-  if (!screen_bounds(first.corners, s.frame->projection, first.margin)) state.SkipWithError("an egg in sight has no bound");
-  std::vector<std::pair<std::uint32_t, CellRange>> work;
-  for (std::uint32_t patch = 0; patch < s.assembly.patch_count(); ++patch)
-    for (const CellRange& range : cut_patch(*s.frame, patch, 16)) work.emplace_back(patch, range);
-  std::size_t next = 0;
-  for (auto _ : state) {
-    const auto& [patch, range] = work[next++ % work.size()];
-    const SubPatchBody body = sub_patch_body(*s.frame, s.pyramids, patch, range);
-    benchmark::DoNotOptimize(screen_bounds(body.corners, s.frame->projection, body.margin));
+  const auto method = static_cast<BoundMethod>(state.range(0));
+  const bool on_screen = state.range(1) != 0;
+  state.SetLabel(std::string(kBoundMethodNames[static_cast<std::size_t>(method)]) + (on_screen ? ", on screen" : "") + ", " + simd_target_name());
+  SubPatchBounder bounder(*s.frame, s.pyramids, method);
+  const std::vector<Work> work = split_work(s);
+  // Verify: what the front end kept is in sight with this method too.
+  std::size_t bounds = 0;
+  for (const Work& w : work) {
+    bounder.begin(w.patch);
+    for (const CellRange& range : w.ranges) {
+      const SubPatchBody body = bounder.body(range);
+      if (!screen_bounds(body.corners, s.frame->projection, body.margin)) state.SkipWithError("a sub-patch in sight has no bound");
+      ++bounds;
+    }
   }
-  state.SetItemsProcessed(state.iterations());
+  for (auto _ : state)
+    for (const Work& w : work) {
+      bounder.begin(w.patch);
+      for (const CellRange& range : w.ranges) {
+        if (on_screen) {
+          const SubPatchBody body = bounder.body(range);
+          benchmark::DoNotOptimize(screen_bounds(body.corners, s.frame->projection, body.margin));
+        } else {
+          benchmark::DoNotOptimize(bounder.box(range));
+        }
+      }
+    }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(bounds));
+  state.counters["ns_per_bound"] = benchmark::Counter(static_cast<double>(bounds) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(BoundSubPatch);
+BENCHMARK(BoundSubPatch)->ArgsProduct({{0, 1, 2, 3, 4}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 void MinMaxQuery(benchmark::State& state) {
   std::vector<float> heights(256 * 256);

@@ -1,6 +1,7 @@
 #include "frontend/bounds/minmax_pyramid.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace tessera::frontend {
@@ -23,6 +24,10 @@ Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
   const bool everything = !(high - low < size) || !(std::abs(low) < 1e15) || !(std::abs(high) < 1e15);
   const auto a = everything ? std::int64_t{0} : static_cast<std::int64_t>(std::floor(low));
   const auto b = everything ? std::int64_t{0} : static_cast<std::int64_t>(std::floor(high));
+  if (!everything && a >= 0 && b < size) {
+    pieces.add(static_cast<int>(a), static_cast<int>(b));
+    return pieces;
+  }
   if (wrap == shaders::Wrap::kClampToEdge && !everything) {
     pieces.add(shaders::wrap_texel(wrap, a, size), shaders::wrap_texel(wrap, b, size));
     return pieces;
@@ -64,6 +69,19 @@ ValueRange widen_for_rounding(const ValueRange& r) {
   return {r.low - slack, r.high + slack};
 }
 
+// Differences of every texel to the next along one axis, by size; the last goes on at the first, as repeating textures
+// do (mirrored and clamped ones go on level).
+shaders::ScalarTexture differences(const shaders::ScalarTexture& texture, int step_x, int step_y) {
+  const auto& base = texture.levels().front();
+  std::vector<float> values;
+  for (int y = 0; y < base.height; ++y)
+    for (int x = 0; x < base.width; ++x) {
+      const int next_x = (x + step_x) % base.width, next_y = (y + step_y) % base.height;
+      values.push_back(std::abs(base.values[static_cast<std::size_t>(next_y * base.width + next_x)] - base.values[static_cast<std::size_t>(y * base.width + x)]));
+    }
+  return shaders::ScalarTexture(base.width, base.height, std::move(values));
+}
+
 }  // namespace
 
 MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
@@ -91,8 +109,10 @@ MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
 ValueRange MinMaxPyramid::whole() const { return widen_for_rounding(levels_.back().entries.front()); }
 
 ValueRange MinMaxPyramid::texels(int x0, int y0, int x1, int y1) const {
-  // The finest level at which the box touches at most two entries along each axis.
-  std::size_t level = 0;
+  // The finest level at which the box touches at most two entries along each axis: about log2 of the longer side, and
+  // one coarser where it lies across a boundary.
+  const auto longer = static_cast<unsigned>(std::max(x1 - x0, y1 - y0));
+  std::size_t level = longer < 2 ? 0 : static_cast<std::size_t>(std::bit_width(longer)) - 1;
   while ((x1 >> level) - (x0 >> level) > 1 || (y1 >> level) - (y0 >> level) > 1) ++level;
   const Level& l = levels_[level];
   const auto at = [&](int x, int y) { return l.entries[static_cast<std::size_t>((y >> level) * l.width + (x >> level))]; };
@@ -114,10 +134,23 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
   const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, width, texture_sizes_[level].first);
   const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, height, texture_sizes_[level].second);
   ValueRange range = texels(columns.first[0], rows.first[0], columns.last[0], rows.last[0]);
+  if (columns.count == 1 && rows.count == 1) return widen_for_rounding(range);
   for (int j = 0; j < rows.count; ++j)
     for (int i = 0; i < columns.count; ++i)
       range = range.hull(texels(columns.first[i], rows.first[j], columns.last[i], rows.last[j]));
   return widen_for_rounding(range);
+}
+
+SlopePyramid::SlopePyramid(const shaders::ScalarTexture& texture)
+    : size_(static_cast<float>(texture.levels().front().width), static_cast<float>(texture.levels().front().height)),
+      along_s_(differences(texture, 1, 0)),
+      along_t_(differences(texture, 0, 1)) {}
+
+Vec2 SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
+  // A difference of a level's texels spans two of its cells: the footprint of one level more holds both. Mirroring
+  // turns a texel's difference to its other side, one texel off, which that covers too.
+  const float lod = std::ceil(std::max(max_lod, 0.0f)) + 1.0f;
+  return size_ * Vec2(along_s_.query(sampler, low, high, lod).high, along_t_.query(sampler, low, high, lod).high);
 }
 
 }  // namespace tessera::frontend

@@ -39,4 +39,19 @@ class MinMaxPyramid {
   std::vector<std::pair<int, int>> texture_sizes_;  // of the texture's own mip levels
 };
 
+// Steepness of a scalar texture over any footprint: largest differences of neighbouring texels, in two pyramids. A
+// coarser mip level's texels are means over its cells, so that its differences, per texture coordinate, are no larger.
+class SlopePyramid {
+ public:
+  explicit SlopePyramid(const shaders::ScalarTexture& texture);
+
+  // Largest |change of the filtered value| per unit of each texture coordinate over the box, at any lod up to
+  // `max_lod`, wrap modes and rounding included.
+  Vec2 query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const;
+
+ private:
+  Vec2 size_;
+  MinMaxPyramid along_s_, along_t_;
+};
+
 }  // namespace tessera::frontend

@@ -56,6 +56,7 @@ void visit_scalars(Document& document, std::size_t index, const AccessorLayout& 
                                     values.value("byteOffset", std::uint64_t{0});
   AccessorLayout part = layout;
   part.count = (*sparse)["count"].get<std::uint64_t>();
+  document.budget.charge(part.count, sizeof(std::uint64_t), document.root.at("accessors").at(index).pointer());
   std::vector<std::uint64_t> targets(part.count);
   for (std::uint64_t i = 0; i < part.count; ++i) {
     targets[i] = static_cast<std::uint64_t>(load_integer(index_bytes + i * component_bytes(index_type), index_type));

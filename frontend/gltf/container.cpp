@@ -25,18 +25,19 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
   };
   if (bytes.size() < 12) refuse(bytes.size(), "GLB header is cut off");
   if (little_endian32(bytes, 4) != 2) refuse(4, fmt::format("GLB version {} is not 2", little_endian32(bytes, 4)));
+  // Bytes after the stated length are not part of the asset and are ignored.
   const std::size_t length = little_endian32(bytes, 8);
-  if (length != bytes.size())
+  if (length > bytes.size() || length < 12)
     refuse(8, fmt::format("GLB header says {} bytes, the file has {}", length, bytes.size()));
 
   Container container;
   bool has_json = false;
   std::size_t at = 12;
-  while (at < bytes.size()) {
-    if (bytes.size() - at < 8) refuse(at, "GLB chunk header is cut off");
+  while (at < length) {
+    if (length - at < 8) refuse(at, "GLB chunk header is cut off");
     const std::size_t size = little_endian32(bytes, at);
     const std::uint32_t type = little_endian32(bytes, at + 4);
-    if (size > bytes.size() - at - 8) refuse(at, fmt::format("GLB chunk of {} bytes reaches past the end of the file", size));
+    if (size > length - at - 8) refuse(at, fmt::format("GLB chunk of {} bytes reaches past the end of the file", size));
     if (size % 4 != 0) refuse(at, fmt::format("GLB chunk length {} is not a multiple of 4", size));
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at) + 8;
     const auto end = begin + static_cast<std::ptrdiff_t>(size);
@@ -61,7 +62,7 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
 }  // namespace
 
 std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std::uint64_t max_bytes,
-                                          const std::string& display_name) {
+                                          const std::string& display_name, MemoryBudget* budget) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) throw InputError(display_name, "", "no such file");
@@ -72,6 +73,7 @@ std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std
   if (size > max_bytes)
     throw LimitError(fmt::format("{}: {} exceeds the limit of {} for one file", escape_control(display_name),
                                  human_bytes(size), human_bytes(max_bytes)));
+  if (budget != nullptr) budget->charge(size, 1, escape_control(display_name));
   std::ifstream stream(file, std::ios::binary);
   std::vector<std::uint8_t> bytes(size);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

@@ -1,5 +1,7 @@
 #include "frontend/gltf/document.h"
 
+#include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace tessera::frontend::gltf {
@@ -8,7 +10,8 @@ namespace {
 using nlohmann::json;
 
 // What tinygltf gets to see: no buffers and images (it would fetch them), no index accessors (it insists that each has
-// a buffer view, which Draco's need not), and no extras (it walks them recursively).
+// a buffer view, which Draco's need not), no extras (it walks them recursively), and whole numbers written as 4.0 as
+// integers (it does not take them for such).
 json structure_only(json document) {
   document.erase("buffers");
   document.erase("images");
@@ -16,12 +19,15 @@ json structure_only(json document) {
   if (const auto meshes = document.find("meshes"); meshes != document.end())
     for (json& mesh : *meshes)
       for (json& primitive : mesh["primitives"]) primitive.erase("indices");
-  const auto erase_extras = [](auto& self, json& value) -> void {
+  const auto simplify = [](auto& self, json& value) -> void {
+    constexpr double kExact = 9007199254740992.0;
+    if (value.is_number_float())
+      if (const double v = value.get<double>(); std::abs(v) <= kExact && v == std::floor(v)) value = static_cast<std::int64_t>(v);
     if (value.is_object()) value.erase("extras");
     if (value.is_structured())
       for (json& inner : value) self(self, inner);
   };
-  erase_extras(erase_extras, document);
+  simplify(simplify, document);
   return document;
 }
 

@@ -68,7 +68,8 @@ class TextureLibrary {
     DecodedImage decoded;
     std::string fault;
     try {
-      if (!decode_image(bytes, document_.limits.image, decoded, fault)) place(image).refuse("{}", fault);
+      const auto charge = [&](std::uint64_t count) { document_.budget.charge(count, 1, "image"); };
+      if (!decode_image(bytes, document_.limits.image, decoded, fault, charge)) place(image).refuse("{}", fault);
     } catch (const LimitError& error) {
       throw LimitError(fmt::format("{}: {}: {}", document_.root.file(), place(image).pointer(), error.what()));
     }

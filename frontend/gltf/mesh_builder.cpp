@@ -3,6 +3,7 @@
 #include <numeric>
 #include <set>
 
+#include "frontend/gltf/accessor_layout.h"
 #include "frontend/gltf/builders.h"
 #include "frontend/gltf/subdivision_builder.h"
 
@@ -12,38 +13,6 @@ namespace {
 using nlohmann::json;
 
 constexpr int kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;
-
-// Attribute values of one primitive, from its Draco stream where that has them, from accessors otherwise.
-class AttributeSource {
- public:
-  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco, const Place& place)
-      : document_(document), primitive_(primitive), draco_(draco), place_(place) {}
-
-  bool has(const std::string& name) const { return primitive_["attributes"].contains(name); }
-
-  int components(const std::string& name) const {
-    const auto& type = document_.json["accessors"][accessor(name)]["type"].get_ref<const std::string&>();
-    return type.back() - '0';
-  }
-
-  std::vector<float> floats(const std::string& name) {
-    if (draco_ != nullptr)
-      if (const std::vector<float>* values = draco_->find(name)) return *values;
-    std::vector<float> values = read_floats(document_, accessor(name));
-    if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
-      place_.at("attributes").at(name).refuse("has {} elements outside the Draco stream, which has {} points",
-                                              values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
-    return values;
-  }
-
- private:
-  std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
-
-  Document& document_;
-  const json& primitive_;
-  const DracoMesh* draco_;
-  const Place& place_;
-};
 
 std::vector<Vec3> as_vec3(const std::vector<float>& scalars) {
   std::vector<Vec3> out(scalars.size() / 3);
@@ -66,7 +35,63 @@ std::vector<Vec4> as_vec4(const std::vector<float>& scalars, int components) {
   return out;
 }
 
-std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count) {
+// Attribute values of one primitive, from its Draco stream where that has them, from accessors otherwise.
+class AttributeSource {
+ public:
+  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco, const Place& place)
+      : document_(document), primitive_(primitive), draco_(draco), place_(place) {}
+
+  bool has(const std::string& name) const { return primitive_["attributes"].contains(name); }
+
+  int components(const std::string& name) const {
+    const auto& type = document_.json["accessors"][accessor(name)]["type"].get_ref<const std::string&>();
+    return type.back() - '0';
+  }
+
+  std::vector<float> floats(const std::string& name) {
+    if (draco_ != nullptr)
+      if (const std::vector<float>* values = draco_->find(name)) {
+        charge(values->size(), sizeof(float));
+        return *values;
+      }
+    std::vector<float> values = read_floats(document_, accessor(name));
+    if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
+      place_.at("attributes").at(name).refuse("has {} elements outside the Draco stream, which has {} points",
+                                              values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
+    return values;
+  }
+
+  // For vectors that are made from the scalars.
+  void charge(std::size_t count, std::uint64_t bytes) { document_.budget.charge(count, bytes, place_.pointer()); }
+
+  std::vector<Vec2> vec2(const std::string& name) {
+    const std::vector<float> scalars = floats(name);
+    charge(scalars.size(), sizeof(float));
+    return as_vec2(scalars);
+  }
+  std::vector<Vec3> vec3(const std::string& name) {
+    const std::vector<float> scalars = floats(name);
+    charge(scalars.size(), sizeof(float));
+    return as_vec3(scalars);
+  }
+  std::vector<Vec4> vec4(const std::string& name) {
+    const std::vector<float> scalars = floats(name);
+    const int n = components(name);
+    charge(scalars.size() / static_cast<std::size_t>(n), sizeof(Vec4));
+    return as_vec4(scalars, n);
+  }
+
+ private:
+  std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
+
+  Document& document_;
+  const json& primitive_;
+  const DracoMesh* draco_;
+  const Place& place_;
+};
+
+std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t count, const Place& place) {
+  source.charge(count, sizeof(SkinInfluence));
   std::vector<SkinInfluence> influences(count);
   for (std::size_t set = 0; set < 2; ++set) {
     const std::string suffix = std::to_string(set);
@@ -75,7 +100,10 @@ std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t
     for (std::size_t v = 0; v < count; ++v)
       for (std::size_t k = 0; k < 4; ++k) {
         influences[v].joints[4 * set + k] = static_cast<std::uint16_t>(joints[4 * v + k]);
-        influences[v].weights[4 * set + k] = std::max(weights[4 * v + k], 0.0f);
+        const float weight = weights[4 * v + k];
+        // Draco's quantisation may turn a zero into a little less.
+        if (weight < -0.001f) place.at("attributes").at("WEIGHTS_" + suffix).refuse("vertex {} has a negative weight", v);
+        influences[v].weights[4 * set + k] = std::max(weight, 0.0f);
       }
   }
   // Exporters write weights that do not sum to 1; all zero means the first joint.
@@ -95,12 +123,16 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
   std::vector<MorphTarget> targets;
   const auto list = primitive.find("targets");
   if (list == primitive.end()) return targets;
+  document.budget.charge(list->size(), sizeof(MorphTarget), place.pointer());
+  targets.reserve(list->size());
   for (std::size_t t = 0; t < list->size(); ++t) {
     MorphTarget& target = targets.emplace_back();
     const auto read = [&](const char* name, std::vector<Vec3>& out) {
       const auto found = (*list)[t].find(name);
       if (found == (*list)[t].end()) return;
-      out = as_vec3(read_floats(document, found->get<std::size_t>()));
+      const std::vector<float> scalars = read_floats(document, found->get<std::size_t>());
+      document.budget.charge(scalars.size(), sizeof(float), place.pointer());
+      out = as_vec3(scalars);
       if (out.size() != vertex_count)
         place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(), vertex_count);
     };
@@ -114,13 +146,13 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
 Vertices build_vertices(Document& document, const json& primitive, const DracoMesh* draco, const Place& place) {
   AttributeSource source(document, primitive, draco, place);
   Vertices vertices;
-  vertices.positions = as_vec3(source.floats("POSITION"));
-  if (source.has("NORMAL")) vertices.normals = as_vec3(source.floats("NORMAL"));
-  if (source.has("TANGENT")) vertices.tangents = as_vec4(source.floats("TANGENT"), 4);
+  vertices.positions = source.vec3("POSITION");
+  if (source.has("NORMAL")) vertices.normals = source.vec3("NORMAL");
+  if (source.has("TANGENT")) vertices.tangents = source.vec4("TANGENT");
   for (int set = 0; source.has("TEXCOORD_" + std::to_string(set)); ++set)
-    vertices.texcoords.push_back(as_vec2(source.floats("TEXCOORD_" + std::to_string(set))));
-  if (source.has("COLOR_0")) vertices.colors = as_vec4(source.floats("COLOR_0"), source.components("COLOR_0"));
-  if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count());
+    vertices.texcoords.push_back(source.vec2("TEXCOORD_" + std::to_string(set)));
+  if (source.has("COLOR_0")) vertices.colors = source.vec4("COLOR_0");
+  if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place);
   vertices.morph_targets = build_targets(document, primitive, vertices.count(), place);
   return vertices;
 }
@@ -131,6 +163,7 @@ std::vector<std::uint32_t> triangle_list(const std::vector<std::uint32_t>& in, i
   if (mode == kTriangles) {
     out.assign(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(in.size() / 3 * 3));
   } else {
+    out.reserve(in.size() < 2 ? 0 : 3 * (in.size() - 2));
     for (std::size_t i = 2; i < in.size(); ++i) {
       // glTF 2.0 section 3.7.2.1: strips alternate, so that all triangles wind alike; fans turn about vertex 0.
       if (mode == kTriangleFan) out.insert(out.end(), {in[i - 1], in[i], in[0]});
@@ -150,6 +183,11 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
     const Place at = document.root.at("accessors").at(accessor);
     for (std::size_t i = 0; i < indices.size(); ++i)
       if (indices[i] >= vertex_count) at.refuse("index {} is {}, there are {} vertices", i, indices[i], vertex_count);
+    // The largest value of the type would restart strips on some machines and draw a vertex on others.
+    const std::uint64_t bytes = component_bytes(accessor_layout(document.json, accessor).component_type);
+    const auto restart = static_cast<std::uint32_t>((std::uint64_t{1} << (8 * bytes)) - 1);
+    if (const auto found_restart = std::find(indices.begin(), indices.end(), restart); found_restart != indices.end())
+      at.refuse("index {} is {}, the value that restarts primitives", found_restart - indices.begin(), restart);
   } else {
     document.budget.charge(vertex_count, sizeof(std::uint32_t), place.pointer());
     indices.resize(vertex_count);

@@ -9,6 +9,9 @@
 
 namespace tessera::frontend::gltf {
 
+// What messages call the root, whose JSON pointer is the empty text.
+inline constexpr const char* kWholeDocument = "the document";
+
 // A value's place in a document: the file and the JSON pointer (RFC 6901) that leads to the value.
 class Place {
  public:
@@ -30,7 +33,7 @@ class Place {
 
   template <class... Args>
   [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) const {
-    throw InputError(file_, pointer_, fmt::format(format, std::forward<Args>(args)...));
+    throw InputError(file_, pointer_.empty() ? kWholeDocument : pointer_, fmt::format(format, std::forward<Args>(args)...));
   }
 
  private:

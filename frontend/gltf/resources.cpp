@@ -121,16 +121,15 @@ const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, co
   if (known != loaded_.end()) return known->second;
   std::vector<std::uint8_t> bytes;
   if (uri.starts_with("data:")) {
-    budget_.charge(uri.size(), 1, place.pointer());
+    budget_.charge(uri.size(), 4, place.pointer());  // kept as a key, unescaped text that doubles, bytes
     bytes = decode_data_uri(uri, place);
   } else {
     const std::filesystem::path target = resolve_uri(uri, folder_, place);
     try {
-      bytes = read_whole_file(target, limits_.max_file_bytes, uri);
+      bytes = read_whole_file(target, limits_.max_file_bytes, uri, &budget_);
     } catch (const InputError& error) {
       place.refuse("{}: {}", escape_control(uri, 120), error.fault());
     }
-    budget_.charge(bytes.size(), 1, place.pointer());
   }
   bytes_read_ += bytes.size();
   return loaded_.emplace(uri, std::move(bytes)).first->second;

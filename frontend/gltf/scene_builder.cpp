@@ -62,6 +62,9 @@ std::vector<Skin> build_skins(Document& document) {
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
       const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j), values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
       skin.inverse_bind[j] = matrix_from(m.data());
+      constexpr double kRounding = 1e-5;  // of exporters
+      if (std::max({std::abs(m[3]), std::abs(m[7]), std::abs(m[11]), std::abs(m[15] - 1)}) > kRounding)
+        document.root.at("skins").at(skins.size() - 1).at("inverseBindMatrices").refuse("matrix {} has a last row that is not 0 0 0 1", j);
     }
   }
   return skins;
@@ -80,6 +83,19 @@ void check_joints(const Document& document, const Capture& capture) {
           if (influence.weights[k] > 0 && influence.joints[k] >= joints)
             document.root.at("nodes").at(n).refuse("mesh {} vertex {} names joint {}, the skin has {}", node.mesh, v, influence.joints[k], joints);
         }
+  }
+}
+
+// Rotation keys are normalised when they are used (exporters round them); one of no length has no direction.
+void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
+  const std::size_t parts = channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
+  for (std::size_t key = 0; key < channel.times.size(); ++key) {
+    double length2 = 0;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const double v = static_cast<double>(channel.values[4 * (parts * key + parts / 2) + c]);
+      length2 += v * v;
+    }
+    if (length2 < 1e-6) place.refuse("rotation key {} is zero", key);
   }
 }
 
@@ -102,7 +118,10 @@ AnimationChannel build_channel(Document& document, const tinygltf::Animation& an
     if (k > 0 && channel.times[k] <= channel.times[k - 1]) place.refuse("key time {} does not increase", k);
   }
   channel.values = read_floats(document, static_cast<std::size_t>(sampler.output));
-  if (channel.path == AnimatedPath::kRotation) channel.components = 4;
+  if (channel.path == AnimatedPath::kRotation) {
+    channel.components = 4;
+    check_rotation_keys(channel, document.root.at("accessors").at(static_cast<std::size_t>(sampler.output)));
+  }
   if (channel.path == AnimatedPath::kWeights) {
     const auto mesh = static_cast<std::size_t>(nodes[static_cast<std::size_t>(channel.node)].mesh);
     channel.components = static_cast<int>(document.model.meshes[mesh].primitives[0].targets.size());

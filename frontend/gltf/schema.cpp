@@ -40,7 +40,8 @@ Rule number(double min = -kFloatMax, double max = kFloatMax, bool exclude_min = 
   return [=](const json& value, const Place& place) {
     if (!value.is_number()) place.refuse("is not a number");
     const double v = value.get<double>();
-    if (!(v >= min && v <= max) || (exclude_min && v == min))
+    // Numbers are kept as floats: what is above the minimum only as a double would become the minimum.
+    if (!(v >= min && v <= max) || (exclude_min && static_cast<double>(static_cast<float>(v)) <= min))
       place.refuse("is {}, outside {}{:g}, {:g}]", v, exclude_min ? "(" : "[", min, max);
   };
 }
@@ -202,7 +203,7 @@ Rule mesh_rule(const json& d) {
                {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})},
                {"TESSERA_subdivision", subdivision_rule()}})},
   });
-  return object({{"name", text()}, {"primitives", list(primitive), kRequired}, {"weights", list(number())}});
+  return object({{"name", text()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});
 }
 
 Rule camera_rule() {
@@ -316,7 +317,7 @@ Rule document_rule(const json& d) {
       {"buffers", list(object({{"uri", text()}, {"byteLength", integer(1, 9007199254740992.0), kRequired}}))},
       {"bufferViews", list(buffer_view)},
       {"cameras", list(camera_rule())},
-      {"images", list(object({{"uri", text()}, {"mimeType", choice({"image/jpeg", "image/png"})},
+      {"images", list(object({{"uri", text()}, {"mimeType", text()},
                               {"bufferView", index_of(d, "bufferViews")}}))},
       {"materials", list(material_rule(d))},
       {"meshes", list(mesh_rule(d))},

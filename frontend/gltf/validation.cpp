@@ -308,8 +308,13 @@ void check_primitive(const json& d, const json& primitive, const Place& place) {
     if (name == "POSITION" && !inside_draco && !accessor.contains("bufferView") && !accessor.contains("sparse"))
       place.at("attributes").at(name).refuse("has an accessor without data");
   }
-  if (const json* indices = find(primitive, "indices"))
-    check_format(d, indices->get<std::size_t>(), {{1}, {kUnsignedByte, kUnsignedShort, kUnsignedInt}, {}}, place.at("indices"));
+  if (const json* indices = find(primitive, "indices")) {
+    const auto accessor = indices->get<std::size_t>();
+    check_format(d, accessor, {{1}, {kUnsignedByte, kUnsignedShort, kUnsignedInt}, {}}, place.at("indices"));
+    // Viewers differ in whether they honour it.
+    if (const json* view = find(d["accessors"][accessor], "bufferView"))
+      if (d["bufferViews"][view->get<std::size_t>()].contains("byteStride")) place.at("indices").refuse("has a view with a byteStride");
+  }
   const json* targets = find(primitive, "targets");
   for (std::size_t t = 0; targets != nullptr && t < targets->size(); ++t) {
     const Place inner = place.at("targets").at(t);
@@ -358,7 +363,6 @@ void check_meshes(const json& d, const Place& root) {
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const Place place = root.at("meshes").at(m);
     const json& primitives = meshes[m]["primitives"];
-    if (primitives.empty()) place.at("primitives").refuse("is empty");
     const auto target_count = [](const json& primitive) {
       return primitive.contains("targets") ? primitive["targets"].size() : std::size_t{0};
     };
@@ -391,6 +395,14 @@ void check_skins(const json& d, const Place& root) {
       const auto count = d["accessors"][accessor]["count"].get<std::uint64_t>();
       if (count < joints.size()) place.at("inverseBindMatrices").refuse("are {}, there are {} joints", count, joints.size());
     }
+  }
+  // A skinned mesh ignores its node's transform; viewers disagree about one without joints.
+  const json& nodes = array_of(d, "nodes");
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if (!nodes[n].contains("skin")) continue;
+    for (const json& primitive : d["meshes"][nodes[n]["mesh"].get<std::size_t>()]["primitives"])
+      if (!primitive["attributes"].contains("JOINTS_0"))
+        root.at("nodes").at(n).at("skin").refuse("needs a mesh with JOINTS_0 and WEIGHTS_0");
   }
 }
 
@@ -458,11 +470,11 @@ void check_cameras(const json& d, const Place& root) {
     const json* projection = find(cameras[c], type.c_str());
     if (projection == nullptr) place.refuse("says {} but has no such property", type);
     const Place inner = place.at(type);
-    const double near = (*projection)["znear"].get<double>();
+    const float near = (*projection)["znear"].get<float>();
     if (const json* far = find(*projection, "zfar"))
-      if (!(far->get<double>() > near)) inner.at("zfar").refuse("is not greater than znear");
+      if (!(far->get<float>() > near)) inner.at("zfar").refuse("is not greater than znear");
     for (const char* name : {"xmag", "ymag"})
-      if (const json* mag = find(*projection, name); mag != nullptr && mag->get<double>() == 0)
+      if (const json* mag = find(*projection, name); mag != nullptr && mag->get<float>() == 0)
         inner.at(name).refuse("is zero");
   }
 }

@@ -1,10 +1,12 @@
 #include "replay/pack/packer.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
+#include <span>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -13,11 +15,13 @@
 #include "base/image_codec.h"
 #include "base/json_text.h"
 #include "frontend/capture_reader.h"
+#include "frontend/extensions.h"
 #include "frontend/gltf/accessor_layout.h"
 #include "frontend/gltf/container.h"
 #include "frontend/gltf/document.h"
 #include "frontend/gltf/schema.h"
 #include "frontend/gltf/validation.h"
+#include "replay/pack/binary_chunk.h"
 
 namespace tessera::replay {
 namespace {
@@ -27,25 +31,8 @@ namespace gltf = frontend::gltf;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
-// The binary chunk under construction: buffer views are appended, four-byte aligned.
-class BinaryChunk {
- public:
-  std::size_t add(std::span<const std::uint8_t> bytes, const json& like = json::object()) {
-    bytes_.resize((bytes_.size() + 3) / 4 * 4);
-    json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", bytes.size()}};
-    for (const char* key : {"byteStride", "target", "name"})
-      if (like.contains(key)) view[key] = like[key];
-    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-    views_.push_back(std::move(view));
-    return views_.size() - 1;
-  }
-  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
-  const json& views() const { return views_; }
-
- private:
-  std::vector<std::uint8_t> bytes_;
-  json views_ = json::array();
-};
+// An extension of a glTF object, or null.
+json* extension_of(json& object, const char* name) { return const_cast<json*>(gltf::find_extension(object, name)); }
 
 // ---- Compressing primitives -------------------------------------------------------------------------------------
 
@@ -61,8 +48,16 @@ DracoAttribute read_attribute(gltf::Document& document, const std::string& name,
   return out;
 }
 
-bool compressible(const json& primitive) {
-  return primitive.value("mode", 4) == 4 && primitive["attributes"].contains("POSITION") && gltf::find_extension(primitive, kDraco) == nullptr;
+// Application-specific attributes ("_NAME") stay outside the stream: nobody but the application knows what rounding does
+// to them.
+bool application_specific(const std::string& attribute) { return attribute.starts_with("_"); }
+
+// Whether something outside the Draco stream counts on the order of the vertices.
+bool order_matters(const json& primitive) {
+  const json& attributes = primitive["attributes"];
+  return primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr ||
+         gltf::find_extension(primitive, "TESSERA_subdivision") != nullptr ||
+         std::any_of(attributes.items().begin(), attributes.items().end(), [](const auto& item) { return application_specific(item.key()); });
 }
 
 // An accessor without a buffer view, as the Draco extension wants it.
@@ -83,11 +78,10 @@ void set_position_range(json& accessor, const std::vector<float>& positions) {
   accessor["max"] = high;
 }
 
-// Draco drops triangles with two equal corners; sequential order must keep them.
-void compress_primitive(gltf::Document& document, json& out, json& primitive, const PackOptions& options, BinaryChunk& chunk) {
+DracoInput read_primitive(gltf::Document& document, const json& primitive) {
   DracoInput input;
   for (const auto& [name, index] : primitive["attributes"].items())
-    if (!name.starts_with("_")) input.attributes.push_back(read_attribute(document, name, index.get<std::size_t>()));
+    if (!application_specific(name)) input.attributes.push_back(read_attribute(document, name, index.get<std::size_t>()));
   // Positions first: Draco predicts the others from them.
   std::stable_sort(input.attributes.begin(), input.attributes.end(), [](const auto& a, const auto& b) { return a.name == "POSITION" && b.name != "POSITION"; });
   input.vertex_count = input.attributes[0].values.size() / 3;
@@ -97,13 +91,29 @@ void compress_primitive(gltf::Document& document, json& out, json& primitive, co
     for (std::uint32_t v = 0; v < input.vertex_count; ++v) input.indices.push_back(v);
   }
   input.indices.resize(input.indices.size() / 3 * 3);
-  if (input.indices.empty()) return;
+  return input;
+}
 
-  const bool ordered = primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr ||
-                       gltf::find_extension(primitive, "TESSERA_subdivision") != nullptr;
-  const bool sequential = options.method == PackMethod::kSequential || (options.method == PackMethod::kAuto && ordered);
-  if (ordered && !sequential)
-    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches, cages and morph targets need sequential order (or auto)");
+// A triangle with three different corners; edgebreaker drops the others, and cannot encode a mesh of nothing else.
+bool has_proper_triangle(const DracoInput& input) {
+  const auto position = [&](std::size_t corner) { return std::span(input.attributes[0].values).subspan(3 * input.indices[corner], 3); };
+  const auto equal = [&](std::size_t a, std::size_t b) { return std::ranges::equal(position(a), position(b)); };
+  for (std::size_t i = 0; i < input.indices.size(); i += 3)
+    if (!equal(i, i + 1) && !equal(i + 1, i + 2) && !equal(i, i + 2)) return true;
+  return false;
+}
+
+// Replaces a primitive's data by a Draco stream. Leaves it as it is, and says false, where a stream would be larger or
+// cannot be: no proper triangle, or vertices that must keep their order and that triangles hardly use (primitives
+// that share the vertices of a whole model).
+bool compress_primitive(gltf::Document& document, json& out, json& primitive, const PackOptions& options, BinaryChunk& chunk) {
+  if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
+  const bool ordered = order_matters(primitive);
+  if (ordered && options.method == PackMethod::kEdgebreaker)
+    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches, cages, morph targets and application-specific attributes need sequential order (or auto)");
+  const DracoInput input = read_primitive(document, primitive);
+  const bool sequential = ordered || options.method == PackMethod::kSequential;
+  if (sequential ? input.vertex_count > input.indices.size() : !has_proper_triangle(input)) return false;
   const DracoOutput encoded = encode_draco(input, options.bits, sequential);
 
   json extension = {{"bufferView", chunk.add(encoded.bytes)}, {"attributes", json::object()}};
@@ -115,9 +125,11 @@ void compress_primitive(gltf::Document& document, json& out, json& primitive, co
   primitive["indices"] = out["accessors"].size();
   out["accessors"].push_back({{"componentType", 5125}, {"count", input.indices.size()}, {"type", "SCALAR"}});
   primitive["extensions"][kDraco] = std::move(extension);
+  return true;
 }
 
-// Counts and position ranges as the streams decode: the encoder may renumber, and quantisation moves positions.
+// Counts and position ranges as the streams decode: the encoder may renumber, and quantisation moves positions. `document`
+// holds the same objects as `out`.
 void describe_decoded(gltf::Document& document, json& out) {
   for (std::size_t m = 0; m < out["meshes"].size(); ++m)
     for (std::size_t p = 0; p < out["meshes"][m]["primitives"].size(); ++p) {
@@ -137,79 +149,89 @@ void describe_decoded(gltf::Document& document, json& out) {
 
 // ---- The rest of the document -----------------------------------------------------------------------------------
 
-// Calls visit(index) for every place in the document that names an accessor.
-void for_each_accessor_use(json& d, const std::function<void(json&)>& visit) {
+// Calls visit(index, use) for every place in the document that names an accessor.
+void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)>& visit) {
   for (json& mesh : d["meshes"])
     for (json& primitive : mesh["primitives"]) {
-      for (auto& [name, index] : primitive["attributes"].items()) visit(index);
-      if (primitive.contains("indices")) visit(primitive["indices"]);
+      for (auto& [name, index] : primitive["attributes"].items()) visit(index, AccessorUse::kVertices);
+      if (primitive.contains("indices")) visit(primitive["indices"], AccessorUse::kIndices);
       if (primitive.contains("targets"))
         for (json& target : primitive["targets"])
-          for (auto& [name, index] : target.items()) visit(index);
+          for (auto& [name, index] : target.items()) visit(index, AccessorUse::kVertices);
     }
+  if (d.contains("nodes"))
+    for (json& node : d["nodes"])
+      if (json* instancing = extension_of(node, "EXT_mesh_gpu_instancing"))
+        for (auto& [name, index] : (*instancing)["attributes"].items()) visit(index, AccessorUse::kOther);
   if (d.contains("skins"))
     for (json& skin : d["skins"])
-      if (skin.contains("inverseBindMatrices")) visit(skin["inverseBindMatrices"]);
+      if (skin.contains("inverseBindMatrices")) visit(skin["inverseBindMatrices"], AccessorUse::kOther);
   if (d.contains("animations"))
     for (json& animation : d["animations"])
       for (json& sampler : animation["samplers"]) {
-        visit(sampler["input"]);
-        visit(sampler["output"]);
+        visit(sampler["input"], AccessorUse::kOther);
+        visit(sampler["output"], AccessorUse::kOther);
       }
 }
 
-// Drops accessors that nothing names and renumbers the others.
-void compact_accessors(json& d) {
-  std::map<std::size_t, std::size_t> number;
+// Drops accessors that nothing names, renumbers the others and moves their data into the chunk.
+void move_accessors(json& d, BinaryChunk& chunk) {
+  std::map<std::pair<std::size_t, AccessorUse>, std::size_t> number;
   json kept = json::array();
-  for_each_accessor_use(d, [&](json& index) {
+  for_each_accessor_use(d, [&](json& index, AccessorUse use) {
     const auto old = index.get<std::size_t>();
-    const auto [at, fresh] = number.try_emplace(old, kept.size());
-    if (fresh) kept.push_back(d["accessors"][old]);
+    const auto [at, fresh] = number.try_emplace({old, use}, kept.size());
+    if (fresh) {
+      kept.push_back(d["accessors"][old]);
+      chunk.copy_accessor(kept.back(), use);
+    }
     index = at->second;
   });
   d["accessors"] = std::move(kept);
   if (d["accessors"].empty()) d.erase("accessors");
 }
 
-// Moves the views that accessors and images still need into the new chunk. Draco's own are there already.
-void move_views(gltf::Document& document, json& d, BinaryChunk& chunk, const std::set<std::size_t>& new_views) {
-  std::map<std::size_t, std::size_t> moved;
-  const auto move = [&](json& view) {
-    const auto old = view.get<std::size_t>();
-    const auto [at, fresh] = moved.try_emplace(old, 0);
-    if (fresh) at->second = chunk.add(document.resources.buffer_view(old), document.json["bufferViews"][old]);
-    view = at->second;
-  };
-  if (d.contains("accessors"))
-    for (json& accessor : d["accessors"]) {
-      if (accessor.contains("bufferView")) move(accessor["bufferView"]);
-      if (accessor.contains("sparse")) {
-        move(accessor["sparse"]["indices"]["bufferView"]);
-        move(accessor["sparse"]["values"]["bufferView"]);
-      }
-    }
-  for (json& mesh : d["meshes"])
-    for (json& primitive : mesh["primitives"]) {
-      if (gltf::find_extension(primitive, kDraco) == nullptr) continue;
-      json& view = primitive["extensions"][kDraco]["bufferView"];
-      if (!new_views.contains(view.get<std::size_t>())) move(view);
-    }
+void move_images(gltf::Document& document, json& d, BinaryChunk& chunk) {
+  if (!d.contains("images")) return;
   std::map<std::string, std::size_t> view_of_uri;
-  if (d.contains("images"))
-    for (std::size_t i = 0; i < d["images"].size(); ++i) {
-      json& image = d["images"][i];
-      const gltf::Bytes bytes = document.resources.image(i);
-      image["mimeType"] = image_format(bytes) == ImageFormat::kJpeg ? "image/jpeg" : "image/png";
-      if (image.contains("bufferView")) {
-        move(image["bufferView"]);
-        continue;
-      }
-      const auto [at, fresh] = view_of_uri.try_emplace(image["uri"].get<std::string>(), 0);
-      if (fresh) at->second = chunk.add(bytes);
-      image["bufferView"] = at->second;
-      image.erase("uri");
+  for (std::size_t i = 0; i < d["images"].size(); ++i) {
+    json& image = d["images"][i];
+    const gltf::Bytes bytes = document.resources.image(i);
+    const ImageFormat format = image_format(bytes);
+    if (format == ImageFormat::kUnknown) document.root.at("images").at(i).refuse("is neither PNG nor JPEG");
+    image["mimeType"] = format == ImageFormat::kJpeg ? "image/jpeg" : "image/png";
+    if (image.contains("bufferView")) {
+      image["bufferView"] = chunk.copy_view(image["bufferView"].get<std::size_t>());
+      continue;
     }
+    const auto [at, fresh] = view_of_uri.try_emplace(image["uri"].get<std::string>(), 0);
+    if (fresh) at->second = chunk.add(bytes);
+    image["bufferView"] = at->second;
+    image.erase("uri");
+  }
+}
+
+// Extension objects that Tessera does not know are kept as they are, so they must not name what packing renumbers.
+void refuse_unknown_references(const json& value, const gltf::Place& place, bool unknown) {
+  if (value.is_array())
+    for (std::size_t i = 0; i < value.size(); ++i) refuse_unknown_references(value[i], place.at(i), unknown);
+  if (!value.is_object()) return;
+  for (const auto& [key, inner] : value.items()) {
+    if (key == "extras") continue;
+    if (unknown && (key == "bufferView" || key == "accessor"))
+      place.at(key).refuse("belongs to an extension that Tessera does not know; pack cannot renumber it");
+    if (key != "extensions" || !inner.is_object()) {
+      refuse_unknown_references(inner, place.at(key), unknown);
+      continue;
+    }
+    std::set<std::string_view> known;
+    for (const frontend::Extension& e : frontend::supported_extensions()) known.insert(e.name);
+    for (const auto& [name, object] : inner.items()) {
+      if (name == "EXT_structural_metadata" || name == "EXT_feature_metadata")
+        place.at(key).at(name).refuse("names buffer views in a way that pack cannot renumber");
+      refuse_unknown_references(object, place.at(key).at(name), !known.contains(name));
+    }
+  }
 }
 
 void add_extension(json& d, const char* list, const std::string& name) {
@@ -288,22 +310,20 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   json out = document.json;
   if (!out.contains("meshes")) out["meshes"] = json::array();
 
-  BinaryChunk chunk;
+  refuse_unknown_references(out, document.root, false);
+  BinaryChunk chunk(document);
   for (json& mesh : out["meshes"])
     for (json& primitive : mesh["primitives"]) {
       ++report.primitives;
-      if (options.method == PackMethod::kNone || !compressible(primitive)) continue;
-      compress_primitive(document, out, primitive, options, chunk);
-      ++report.compressed;
+      if (json* packed = extension_of(primitive, kDraco)) (*packed)["bufferView"] = chunk.copy_view((*packed)["bufferView"].get<std::size_t>());
+      else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk)) ++report.compressed;
     }
-  std::set<std::size_t> new_views;
-  for (std::size_t v = 0; v < chunk.views().size(); ++v) new_views.insert(v);
   if (report.compressed > 0) {
     add_extension(out, "extensionsUsed", kDraco);
     add_extension(out, "extensionsRequired", kDraco);
   }
-  compact_accessors(out);
-  move_views(document, out, chunk, new_views);
+  move_accessors(out, chunk);
+  move_images(document, out, chunk);
   attach_settings(out, options);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");
@@ -313,14 +333,16 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
     out["bufferViews"] = chunk.views();
   }
 
+  // A fault that the options bring is reported here, under the target's name.
+  const json result = checked_json(out.dump(), target.string());
   if (report.compressed > 0) {
     frontend::MemoryBudget second_budget(limits.max_bytes);
-    gltf::Document packed(checked_json(out.dump(), target.string()), target, chunk.bytes(), true, limits, second_budget);
+    gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
     describe_decoded(packed, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
   AtomicFile file(target);
-  write_file_atomically(file.temporary(), bytes);
+  file.write(bytes);
   frontend::read_capture(file.temporary());
   file.commit();
   report.bytes_out = bytes.size();

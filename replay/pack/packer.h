@@ -14,7 +14,7 @@ namespace tessera::replay {
 enum class PackMethod { kAuto, kEdgebreaker, kSequential, kNone };
 
 struct PackOptions {
-  // kAuto: sequential where the order of vertices matters (Bezier patches, cages, morph targets), edgebreaker elsewhere.
+  // kAuto: sequential where the order of vertices matters, edgebreaker elsewhere.
   PackMethod method = PackMethod::kAuto;
   QuantizationBits bits;
   // Members that replace those of the asset's TESSERA_capture extension; null: none.
@@ -31,8 +31,18 @@ struct PackReport {
 };
 
 // Reads a glTF asset, compresses its triangle primitives with Draco, attaches settings, and writes one .glb with
-// everything inside (buffers, images). What glTF objects Tessera does not know is kept. The result is read back before
-// it is put in place. Throws InputError for a bad asset, SystemError when the target cannot be written.
+// everything inside (buffers, images). The result is read back before it is put in place.
+//
+//   - Positions move by at most half a step of their quantisation (largest extent / (2^bits - 1)); integers, morph
+//     targets, animations, matrices and application-specific attributes stay exact.
+//   - Draco's sequential method where something counts on the order of vertices: Bezier patches, morph targets,
+//     application-specific attributes. What a stream cannot hold stays as it is.
+//   - Objects that hold no data are kept word for word, unknown extensions included; one that names accessors or buffer
+//     views in its own way is refused, because these are renumbered.
+//   - The same asset gives the same bytes, and packing a packed capture gives it again.
+//
+// Throws InputError for a bad asset, UsageError for options that do not fit it, SystemError when the target cannot be
+// written; the target is then as it was.
 PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target, const PackOptions& options);
 
 }  // namespace tessera::replay

@@ -134,7 +134,10 @@ QueueEntry entry_number(std::uint32_t n) {
   return e;
 }
 
-std::vector<std::uint32_t> numbers(const std::vector<QueueEntry>& entries) {
+// Patches of a queue's entries, and the payload bytes read with them.
+std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex queue, hardware::Ledger& ledger, std::uint64_t& bytes_read) {
+  std::vector<QueueEntry> entries;
+  buffer.read_queue(queue, entries, ledger, bytes_read);
   std::vector<std::uint32_t> out;
   for (const QueueEntry& e : entries) out.push_back(e.base_patch);
   return out;
@@ -161,7 +164,7 @@ TEST(ParameterBuffer, P1FullItRefusesAndWhatWasAcceptedIsStillThere) {
   for (TileIndex tile = 0; tile < 8; ++tile) {
     hardware::Ledger ledger;
     std::uint64_t read = 0;
-    EXPECT_EQ(numbers(buffer.read_tile(tile, ledger, read)), accepted[tile]);
+    EXPECT_EQ(numbers(buffer, tile, ledger, read), accepted[tile]);
   }
   EXPECT_EQ(buffer.counters().queue_bytes_peak, buffer.bytes_in_use());
 }
@@ -180,7 +183,7 @@ TEST(ParameterBuffer, P2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
   for (TileIndex tile = 0; tile < 5; ++tile) {
     hardware::Ledger ledger;
     std::uint64_t read = 0;
-    EXPECT_EQ(numbers(buffer.read_tile(tile, ledger, read)), expected[tile]);
+    EXPECT_EQ(numbers(buffer, tile, ledger, read), expected[tile]);
   }
   EXPECT_EQ(buffer.counters().entries, 3000u);
 }
@@ -207,7 +210,7 @@ TEST(ParameterBuffer, P3TheBurstsOfOneTileAreThoseOfItsBytes) {
   EXPECT_EQ(written.read_bytes, 0u);
   hardware::Ledger ledger;
   std::uint64_t payload = 0;
-  buffer.read_tile(0, ledger, payload);
+  numbers(buffer, 0, ledger, payload);
   EXPECT_EQ(ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue).read_bytes, 3 * 64u);
   EXPECT_EQ(payload, 16u + 8u + 7u * 16u);
   EXPECT_EQ(buffer.counters().queue_bytes_written, 16u + 7u * 16u);
@@ -218,7 +221,7 @@ TEST(ParameterBuffer, AnEmptyTileCostsItsHeadOnly) {
   buffer.finish();
   hardware::Ledger ledger;
   std::uint64_t payload = 0;
-  EXPECT_TRUE(buffer.read_tile(2, ledger, payload).empty());
+  EXPECT_TRUE(numbers(buffer, 2, ledger, payload).empty());
   EXPECT_EQ(payload, 16u);
 }
 
@@ -243,7 +246,7 @@ TEST(ParameterBuffer, ResetEmptiesEveryQueue) {
   buffer.reset();
   hardware::Ledger ledger;
   std::uint64_t payload = 0;
-  EXPECT_TRUE(buffer.read_tile(1, ledger, payload).empty());
+  EXPECT_TRUE(numbers(buffer, 1, ledger, payload).empty());
 }
 
 // ---- Write combiner ---------------------------------------------------------------------------------------------
@@ -321,7 +324,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
       for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
         hardware::Ledger ledger;
         std::uint64_t payload = 0;
-        for (const QueueEntry& e : binner.buffer().read_tile(t, ledger, payload)) queues[t].push_back(e.range.i0);
+        for (const QueueEntry& e : binner.read_tile(t, ledger, payload)) queues[t].push_back(e.range.i0);
       }
       binner.reset();
     }

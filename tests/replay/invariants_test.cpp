@@ -45,6 +45,52 @@ FrameResult render(const Capture& capture, const Variant& variant, int frame = 0
   return result;
 }
 
+// Rectangles, no times, one queue per tile: what every other way of binning is compared with.
+Variant plainest_binning(Variant v) {
+  v.gpu.binner_coverage = "rectangle";
+  v.gpu.binner_time_intervals = false;
+  v.gpu.binner_time_segments = 1;
+  v.gpu.binner_queue_levels = 1;
+  return v;
+}
+
+// Each way alone and all together, on two sizes of tiles and with a buffer that runs full.
+std::vector<Variant> binning_variants() {
+  struct Way {
+    const char *name, *coverage;
+    bool intervals;
+    int segments, levels, tile;
+    std::int64_t buffer;
+    const char* policy;
+  };
+  constexpr std::int64_t kRoom = 10 << 20;
+  std::vector<Variant> variants;
+  for (const Way& w : {Way{"exact", "exact", false, 1, 1, 32, kRoom, "spill"}, Way{"exact, 8x8 tiles", "exact", false, 1, 1, 8, kRoom, "spill"},
+                       Way{"intervals, 8x8 tiles", "rectangle", true, 1, 1, 8, kRoom, "spill"}, Way{"3 segments, 8x8 tiles", "rectangle", false, 3, 1, 8, kRoom, "spill"},
+                       Way{"chosen segments", "rectangle", false, 0, 1, 8, kRoom, "spill"}, Way{"2 levels", "rectangle", false, 1, 2, 16, kRoom, "spill"},
+                       Way{"everything", "exact", true, 16, 5, 8, kRoom, "spill"}, Way{"everything, partial renders", "exact", true, 16, 5, 16, 6144, "partial_render"},
+                       Way{"everything, spilling", "exact", true, 0, 3, 16, 6144, "spill"}}) {
+    Variant v{w.name, {}, {}, 0, ""};
+    v.gpu.binner_coverage = w.coverage;
+    v.gpu.binner_time_intervals = w.intervals;
+    v.gpu.binner_time_segments = w.segments;
+    v.gpu.binner_queue_levels = w.levels;
+    v.gpu.tile_width = v.gpu.tile_height = w.tile;
+    v.gpu.parameter_buffer_bytes = w.buffer;
+    v.gpu.parameter_buffer_full_policy = w.policy;
+    variants.push_back(v);
+  }
+  return variants;
+}
+
+// Pairs of a sub-patch and a tile of its bounding rectangle, with the variant's tiles.
+std::uint64_t overlaps_of_rectangles(const Capture& capture, const Variant& variant, int frame) {
+  Variant plain = plainest_binning({});
+  plain.gpu.tile_width = variant.gpu.tile_width;
+  plain.gpu.tile_height = variant.gpu.tile_height;
+  return render(capture, plain, frame).counters.binner.tile_overlaps;
+}
+
 class ShippedCapture : public testing::TestWithParam<const char*> {
  protected:
   Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
@@ -73,6 +119,18 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
     variants.push_back(v);
   }
   for (const Variant& v : variants) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
+}
+
+// Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
+TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {
+  const FrameResult expected = render(capture, plainest_binning({}), frame);
+  for (const Variant& v : binning_variants()) {
+    const FrameResult result = render(capture, v, frame);
+    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
+    const binner::BinnerCounters& b = result.counters.binner;
+    EXPECT_EQ(b.tile_overlaps + b.tiles_dropped_exact + b.tiles_dropped_time, overlaps_of_rectangles(capture, v, frame)) << v.name;
+  }
 }
 
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
@@ -226,6 +284,13 @@ TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
   for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4) open += result.targets.color.values[i] < 1.0f ? 1 : 0;
   EXPECT_EQ(open, 0u);
   EXPECT_EQ(result.counters.tilecore.samples_visible, 192u * 128u * 8u);
+}
+
+TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
+  Random random(3);
+  const Capture capture = closed_capture(GetParam(), random);
+  const FrameResult expected = render(capture, plainest_binning({}), 0);
+  for (const Variant& v : binning_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ClosedSurface,

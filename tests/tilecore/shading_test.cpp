@@ -289,6 +289,26 @@ TEST(TileCore, ThePictureDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
   }
 }
 
+TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
+  TileScene scene(true);
+  scene.job.force_motion = true;  // what does not move has all times, and a raster path that knows of none
+  const Rendered expected = render(scene, scene.entries, 1);
+  std::vector<binner::QueueEntry> early = scene.entries, both;
+  for (auto& e : early) e.t1 = 99;
+  both = early;
+  for (binner::QueueEntry e : scene.entries) {
+    e.t0 = 100;
+    both.push_back(e);
+  }
+  // The shutter in two parts sees what the whole sees, with the same tests; one part alone is caught.
+  const Rendered parts = render(scene, both, 1), part = render(scene, early, 1);
+  EXPECT_EQ(parts.targets.color.values, expected.targets.color.values);
+  EXPECT_EQ(parts.counters.samples_visible, expected.counters.samples_visible);
+  EXPECT_EQ(parts.counters.triangle_tests, expected.counters.triangle_tests);
+  EXPECT_NE(part.targets.color.values, expected.targets.color.values);
+  EXPECT_LT(part.counters.triangle_tests, expected.counters.triangle_tests);
+}
+
 TEST(TileCore, ShadingPerSampleConvergesToShadingPerPixelOnFlatColour) {
   TileScene scene(false);
   const Rendered per_pixel = render(scene, scene.entries, 1);

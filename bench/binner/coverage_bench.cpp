@@ -1,0 +1,56 @@
+// Cost of finding the tiles of one sub-patch, method by method.
+#include <benchmark/benchmark.h>
+
+#include <memory>
+
+#include "binner/tile_coverage.h"
+#include "frontend/capture_reader.h"
+#include "frontend/front_end.h"
+
+namespace tessera::binner {
+namespace {
+
+struct Scene {
+  frontend::Capture capture = frontend::read_capture(TESSERA_SOURCE_DIR "/captures/flyby.glb");
+  frontend::Assembly assembly = frontend::assemble(capture);
+  std::vector<frontend::BoundedSubPatch> sub_patches;
+  Scene() {
+    frontend::FrameRequest request;
+    request.open_time = capture.settings.first_frame / capture.settings.frame_rate;
+    request.close_time = request.open_time + 1 / capture.settings.frame_rate;
+    const auto frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, request.open_time, request.width, request.height), request);
+    sub_patches = frontend::run_front_end(*frame, frontend::PyramidLibrary(assembly), {}).sub_patches;
+  }
+};
+
+const Scene& scene() {
+  static const Scene kScene;
+  return kScene;
+}
+
+void CoverSubPatch(benchmark::State& state, const char* coverage, bool intervals, int segments) {
+  hardware::GpuConfiguration gpu;
+  gpu.binner_coverage = coverage;
+  gpu.binner_time_intervals = intervals;
+  gpu.binner_time_segments = segments;
+  const TileGrid grid(1280, 720, 32, 32);
+  TileCoverageUnit unit(gpu);
+  const auto& work = scene().sub_patches;
+  // Verify: covered and dropped tiles are those of the rectangle.
+  for (const frontend::BoundedSubPatch& s : work) {
+    const TileCoverage& c = unit.cover(s, true, grid);
+    if (c.covered + c.dropped_exact + c.dropped_time != c.times.size()) state.SkipWithError("tiles were lost");
+  }
+  std::size_t next = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(unit.cover(work[next++ % work.size()], true, grid).covered);
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK_CAPTURE(CoverSubPatch, Rectangle, "rectangle", false, 1);
+BENCHMARK_CAPTURE(CoverSubPatch, Exact, "exact", false, 1);
+BENCHMARK_CAPTURE(CoverSubPatch, Intervals, "rectangle", true, 1);
+BENCHMARK_CAPTURE(CoverSubPatch, Segments4, "rectangle", false, 4);
+BENCHMARK_CAPTURE(CoverSubPatch, Segments16, "rectangle", false, 16);
+BENCHMARK_CAPTURE(CoverSubPatch, All, "exact", true, 16);
+
+}  // namespace
+}  // namespace tessera::binner

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+
+#include "binner/tile_grid.h"
+#include "frontend/front_end.h"
+
+namespace tessera::binner {
+
+// Exact coverage: which tiles of its bounding rectangle the moving box of a sub-patch may touch at some time, through
+// some point of the lens. Everything drawn lies within bounds.grow pixels (in x and in y) of the convex hull of the 16
+// projected corners, so a tile, grown by as much, is missed when one edge of the hull separates the two.
+//
+// Rules:
+//   C1  Closed: a tile that is only touched is covered, as for the rectangle.
+//   C2  Only edges are tested. The sides of the tile are the rectangle's test, which comes first: TileGrid::covered.
+//   C3  Of bodies without a hull (has_hull) every tile is touched.
+//
+// Built once per sub-patch; a test costs two multiplications per edge.
+class ExactCoverage {
+ public:
+  ExactCoverage(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+
+  bool touches(int column, int row) const;
+
+ private:
+  void add_edge(double x, double y, const std::array<std::array<double, 2>, 16>& points, double grow, double size);
+
+  // A tile is missed when x * middle_x + y * middle_y > limit, its middle in tiles of the grid.
+  struct Edge {
+    double x, y, limit;
+  };
+  const TileGrid& grid_;
+  std::array<Edge, 16> edges_;
+  std::size_t edge_count_ = 0;
+};
+
+}  // namespace tessera::binner

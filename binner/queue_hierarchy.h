@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "binner/queue_entry.h"
+#include "binner/tile_coverage.h"
+#include "binner/tile_grid.h"
+#include "binner/time_interval.h"
+
+namespace tessera::binner {
+
+using QueueIndex = std::uint32_t;
+
+// Queues of single tiles (level 0) and of groups of 2^L x 2^L tiles, aligned to the grid's top left. A tile core reads
+// the queue of its tile and those of the groups around it. Configured by binner.queue_levels.
+//
+// Queues are numbered level by level, row by row; those of level 0 have the numbers of their tiles.
+class QueueHierarchy {
+ public:
+  static constexpr int kMaxLevels = 5;
+
+  QueueHierarchy(const TileGrid& grid, int levels);
+
+  QueueIndex queue_count() const { return first_[static_cast<std::size_t>(levels_)]; }
+  QueueIndex queue(int level, int column, int row) const {
+    return first_[static_cast<std::size_t>(level)] + static_cast<QueueIndex>(row * groups_across(level) + column);
+  }
+
+  // Calls visit(QueueIndex) for the queue of a tile and for those of the groups it belongs to, from fine to coarse.
+  template <class Visit>
+  void for_each_queue_of(TileIndex tile, const Visit& visit) const {
+    const int column = static_cast<int>(tile) % columns_, row = static_cast<int>(tile) / columns_;
+    for (int level = 0; level < levels_; ++level) visit(queue(level, column >> level, row >> level));
+  }
+
+  // An entry to be written, and the hull of the times of its tiles.
+  struct Placement {
+    QueueIndex queue;
+    TimeInterval times;
+  };
+
+  // Where a sub-patch's entries go so that every covered tile reads exactly one of them. One entry in a group's queue
+  // takes the place of several finer ones when that moves fewer bytes: the entry is written once, but read by all tiles
+  // of the group, and those that are not covered fetch `patch_bytes` of the patch in vain. (Writing alone would send
+  // everything to the coarsest level.) Ties go to the finer entries; groups are decided from fine to coarse.
+  // With one level: row by row.
+  void place(const TileCoverage& coverage, std::uint64_t patch_bytes, std::vector<Placement>& out) const;
+
+ private:
+  struct Costs {
+    const TileCoverage& coverage;
+    std::uint64_t tile_bytes;  // that a tile moves per entry that it reads
+  };
+  int groups_across(int level) const { return (columns_ + (1 << level) - 1) >> level; }
+  int groups_down(int level) const { return (rows_ + (1 << level) - 1) >> level; }
+  std::uint64_t place_group(const Costs& costs, int level, int column, int row, std::vector<Placement>& out) const;
+
+  int levels_, columns_, rows_;
+  QueueIndex first_[kMaxLevels + 1] = {};
+};
+
+}  // namespace tessera::binner

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "binner/tile_grid.h"
+#include "binner/time_interval.h"
+#include "frontend/front_end.h"
+#include "hardware/configuration.h"
+
+namespace tessera::binner {
+
+// What of the bounding rectangle is left, and when. Row by row; a tile that is not covered has an empty interval.
+struct TileCoverage {
+  IntRect tiles;                     // columns and rows of the grid: the bounding rectangle's
+  std::vector<TimeInterval> times;   // one per tile of it
+  std::uint64_t covered = 0;         // tiles with times
+  std::uint64_t dropped_exact = 0;   // that the hull of the moving box misses
+  std::uint64_t dropped_time = 0;    // that it touches, but at no time
+
+  const TimeInterval& at(int column, int row) const {
+    return times[static_cast<std::size_t>((row - tiles.y0) * tiles.width() + (column - tiles.x0))];
+  }
+};
+
+// Finds the tiles that a sub-patch may touch: bounding rectangle, then exact coverage, then time intervals, then time
+// segments, each if selected. Configured by binner.coverage, binner.time_intervals, binner.time_segments. Keeps
+// its memory from call to call.
+//
+// Every method is conservative by itself, so their intersection is. Sub-patches that do not move have [0, 255].
+class TileCoverageUnit {
+ public:
+  explicit TileCoverageUnit(const hardware::GpuConfiguration& gpu);
+
+  const TileCoverage& cover(const frontend::BoundedSubPatch& sub_patch, bool moving, const TileGrid& grid);
+
+ private:
+  void apply_exact(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+  void apply_intervals(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+  void apply_segments(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+
+  bool exact_, time_intervals_;
+  int time_segments_;
+  TileCoverage coverage_;
+  std::vector<TimeInterval> column_times_;
+};
+
+}  // namespace tessera::binner

@@ -1,0 +1,274 @@
+#include "frontend/bounds/sub_patch_bounder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/error.h"
+#include "frontend/bounds/interval.h"
+#include "frontend/domain_shader.h"
+
+namespace tessera::frontend {
+namespace {
+
+constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {{{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
+// Step from a control point of the edge's inner neighbour row to the derivative across it: point k + step - point k.
+struct AcrossStep {
+  std::ptrdiff_t from, step;  // from: offset of the first of the pair against the edge's point
+};
+constexpr std::array<AcrossStep, 4> kAcross = {{{0, 4}, {-4, 4}, {0, 1}, {-1, 1}}};
+
+const Frame kObjectAxes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
+
+// Grows the box at a key by [low, high] along an axis. Negated comparisons: NaN enters and makes the box unusable
+// rather than vanish.
+void extend(MovingBox& box, std::size_t key, std::size_t axis, double low, double high) {
+  if (!(low >= box.low[key][axis])) box.low[key][axis] = low;
+  if (!(high <= box.high[key][axis])) box.high[key][axis] = high;
+}
+
+// Smallest and largest offset * normal component.
+std::pair<double, double> product(const ValueRange& offset, double low, double high) {
+  const double a = static_cast<double>(offset.low), b = static_cast<double>(offset.high);
+  return std::minmax({a * low, a * high, b * low, b * high});
+}
+
+void extend_displaced(MovingBox& box, std::size_t key, const Extents& base, const ValueRange& offset, const NormalRange& normals) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = product(offset, normals.low[axis], normals.high[axis]);
+    extend(box, key, axis, base.low[axis] + low, base.high[axis] + high);
+  }
+}
+
+Extents extents_of(const std::array<DVec3, 4>& points, const Frame& axes) {
+  Extents e;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double a = glm::dot(points[0], axes[axis]), b = glm::dot(points[1], axes[axis]), c = glm::dot(points[2], axes[axis]),
+                 d = glm::dot(points[3], axes[axis]);
+    e.low[axis] = std::min(std::min(a, b), std::min(c, d));
+    e.high[axis] = std::max(std::max(a, b), std::max(c, d));
+  }
+  return e;
+}
+
+std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points, const std::array<std::array<double, 4>, 4>& rows) {
+  std::array<DVec3, 4> out;
+  for (std::size_t k = 0; k < 4; ++k)
+    out[k] = (points[0] * rows[k][0] + points[1] * rows[k][1]) + (points[2] * rows[k][2] + points[3] * rows[k][3]);
+  return out;
+}
+
+// The domain shader over a box of parameters. The normal of a point where the derivatives may be parallel or vanish is
+// any unit vector, up to the rounding of its normalisation.
+Vector3<Interval> domain_box(const PatchNet& net, const ParameterRange& r, bool displaced, const ValueRange& offset) {
+  shaders::ControlPoints<Interval> c;
+  for (std::size_t k = 0; k < 16; ++k) c[k] = {net.c[0][k], net.c[1][k], net.c[2][k]};
+  const Interval u(static_cast<double>(r.u0), static_cast<double>(r.u1)), v(static_cast<double>(r.v0), static_cast<double>(r.v1));
+  const auto p = shaders::bicubic_point<Interval>(shaders::bicubic_row(c, v), u);
+  if (!displaced) return p.position;
+  const auto regular = shaders::regular_normal(p.derivative_u, p.derivative_v);
+  const Interval unit(-1 - 0x1p-20, 1 + 0x1p-20);
+  Vector3<Interval> n = {unit, unit, unit};
+  const auto within = [&](const Interval& x) { return Interval(std::max(x.low(), unit.low()), std::min(x.high(), unit.high())); };
+  if (regular.margin.low() > 0) n = {within(regular.normal.x), within(regular.normal.y), within(regular.normal.z)};
+  return p.position + n * Interval(static_cast<double>(offset.low), static_cast<double>(offset.high));
+}
+
+void extend(MovingBox& box, std::size_t key, const Vector3<Interval>& p) {
+  extend(box, key, 0, p.x.low(), p.x.high());
+  extend(box, key, 1, p.y.low(), p.y.high());
+  extend(box, key, 2, p.z.low(), p.z.high());
+}
+
+double largest_coordinate(const PatchNet& net) {
+  double largest = 0;
+  for (const auto& coordinate : net.c)
+    for (const double x : coordinate) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+}  // namespace
+
+BoundMethod bound_method(std::string_view name) {
+  for (std::size_t m = 0; m < kBoundMethodNames.size(); ++m)
+    if (kBoundMethodNames[m] == name) return static_cast<BoundMethod>(m);
+  throw UsageError(fmt::format("unknown bounding method '{}'; known: {}", name, fmt::join(kBoundMethodNames, ", ")));
+}
+
+PyramidLibrary::PyramidLibrary(const Assembly& assembly) {
+  for (const Material& material : assembly.materials) {
+    if (!material.displacement) continue;
+    auto& slot = pyramids_[material.displacement->texture.get()];
+    if (slot != nullptr) continue;
+    slot = std::make_unique<MinMaxPyramid>(*material.displacement->texture);
+    slopes_[material.displacement->texture.get()] = std::make_unique<SlopePyramid>(*material.displacement->texture);
+  }
+}
+
+void SubPatchBounder::begin(std::uint32_t patch) {
+  patch_ = patch;
+  drawable_ = &frame_.drawable_of(patch);
+  bezier_ = drawable_->drawable->kind == Primitive::Kind::kBezierPatches;
+  displaced_ = bezier_ && drawable_->material->displacement.has_value();
+  foreign_boundary_ = false;
+  keys_ = drawable_->deforming ? 2 : 1;
+  largest_ = rounding_ = 0;
+  offsets_ = {0, 0};
+  if (!bezier_) return;
+  for (std::size_t key = 0; key < keys_; ++key) {
+    base_[key] = make_net(frame_.control_points(*drawable_, patch, static_cast<int>(key)));
+    largest_ = std::max(largest_, frontend::largest_coordinate(base_[key]));
+    rounding_ = std::max(rounding_, derivative_rounding(base_[key]));
+  }
+  if (!displaced_) return;
+  displacement_ = patch_displacement(frame_, *drawable_, patch);
+  begin_edges(patch);
+}
+
+void SubPatchBounder::begin_edges(std::uint32_t patch) {
+  const std::uint32_t first = drawable_->drawable->first_patch;
+  const PatchNeighbours& neighbours = frame_.assembly->neighbours[drawable_->drawable->geometry][patch - first];
+  for (std::size_t c = 0; c < 4; ++c) {
+    const PatchNeighbours::CornerOwner& owner = neighbours.corners[c];
+    const Vec2 at = corner_parameters(owner.corner);
+    for (std::size_t key = 0; key < keys_; ++key)
+      corners_[key][c] = DVec3(domain_point(frame_, *drawable_, owner.patch + first, at.x, at.y, key));
+  }
+  for (std::size_t e = 0; e < 4; ++e) {
+    const PatchNeighbours::EdgeOwner& owner = neighbours.edges[e];
+    ForeignEdge& edge = edges_[e];
+    edge.collapsed = owner.collapsed;
+    edge.active = owner.collapsed || owner.patch + first != patch || owner.edge != e;
+    edge.corner = e == 1 ? 2 : e == 3 ? 1 : 0;
+    if (!edge.active || edge.collapsed) continue;
+    edge.owner_edge = owner.edge;
+    edge.reversed = owner.reversed;
+    edge.displacement = patch_displacement(frame_, *drawable_, owner.patch + first);
+    edge.rounding = 0;
+    for (std::size_t key = 0; key < keys_; ++key) {
+      const PatchNet net = make_net(frame_.control_points(*drawable_, owner.patch + first, static_cast<int>(key)));
+      largest_ = std::max(largest_, frontend::largest_coordinate(net));
+      edge.rounding = std::max(edge.rounding, derivative_rounding(net));
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t at = kEdgePoints[owner.edge][k];
+        const auto from = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at) + kAcross[owner.edge].from);
+        edge.points[key][k] = net.point(at);
+        edge.across[key][k] = net.point(from + static_cast<std::size_t>(kAcross[owner.edge].step)) - net.point(from);
+      }
+    }
+  }
+}
+
+ValueRange SubPatchBounder::offset_range(const PatchDisplacement& d, const ParameterRange& r) const {
+  // The coordinates are bilinear: over a box of parameters they lie in the hull of its corners.
+  Vec2 low = d.coordinate(r.u0, r.v0), high = low;
+  for (const Vec2& c : {d.coordinate(r.u1, r.v0), d.coordinate(r.u0, r.v1), d.coordinate(r.u1, r.v1)}) {
+    low = glm::min(low, c);
+    high = glm::max(high, c);
+  }
+  const ValueRange heights = pyramids_.of(*d.material->texture).query(d.material->sampler, low, high, d.lod);
+  const float a = d.material->scale * heights.low + d.material->bias, b = d.material->scale * heights.high + d.material->bias;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+void SubPatchBounder::bound_interior(const CornerFrame& frame, MovingBox& box) {
+  const bool cones = displaced_ && (method_ == BoundMethod::kTpatch || method_ == BoundMethod::kNpatch);
+  const DerivativeError error{rounding_, static_cast<double>(range_.u1) - static_cast<double>(range_.u0),
+                              static_cast<double>(range_.v1) - static_cast<double>(range_.v0)};
+  for (std::size_t key = 0; key < keys_; ++key) {
+    if (!cones) {
+      extend_displaced(box, key, measure_extents(nets_[key], frame.axes), offsets_, {});
+      continue;
+    }
+    const NetMeasure measure = measure_net(nets_[key], frame.axes, frame.tangent_u, frame.tangent_v);
+    std::optional<NormalCone> cone;
+    if (const auto tangents = tangent_cones(measure, frame)) cone = tpatch_cone(*tangents, error);
+    if (method_ == BoundMethod::kNpatch) cone = npatch_cone(nets_[key], measure, frame, cone, error);
+    extend_displaced(box, key, measure.extents, offsets_, normal_range(cone));
+  }
+}
+
+void SubPatchBounder::bound_interval(MovingBox& box) {
+  for (std::size_t key = 0; key < keys_; ++key) extend(box, key, domain_box(base_[key], range_, displaced_, offsets_));
+}
+
+void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box) {
+  const bool along_u = e < 2;
+  float a = along_u ? range_.u0 : range_.v0, b = along_u ? range_.u1 : range_.v1;
+  if (edge.reversed) std::tie(a, b) = std::pair(1.0f - b, 1.0f - a);
+  const float fixed = edge.owner_edge == 1 || edge.owner_edge == 3 ? 1.0f : 0.0f;
+  const bool owner_along_u = edge.owner_edge < 2;
+  const ParameterRange strip = owner_along_u ? ParameterRange{a, fixed, b, fixed} : ParameterRange{fixed, a, fixed, b};
+  const ValueRange offset = offset_range(edge.displacement, strip);
+  const double scale = static_cast<double>(b) - static_cast<double>(a);
+  const auto rows = cubic_restriction(static_cast<double>(a), static_cast<double>(b));
+  const bool cones = method_ == BoundMethod::kTpatch || method_ == BoundMethod::kNpatch;
+  for (std::size_t key = 0; key < keys_; ++key) {
+    const std::array<DVec3, 4> points = restrict_cubic(edge.points[key], rows);
+    NormalRange normals;
+    if (cones) {
+      const std::array<DVec3, 3> along = {points[1] - points[0], points[2] - points[1], points[3] - points[2]};
+      normals = normal_range(edge_cone(along, restrict_cubic(edge.across[key], rows), !owner_along_u, box.axes[2], edge.rounding, scale));
+    }
+    extend_displaced(box, key, extents_of(points, box.axes), offset, normals);
+  }
+}
+
+void SubPatchBounder::bound_foreign_vertices(const CellRange& cells, MovingBox& box) {
+  const TessellationPattern& pattern = frame_.patterns[patch_];
+  const std::array<bool, 4> touches = {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
+  std::array<bool, 4> corner{};
+  for (std::size_t c = 0; c < 4; ++c)
+    corner[c] = ((c & 1) != 0 ? range_.u1 >= 1.0f : range_.u0 <= 0.0f) && ((c & 2) != 0 ? range_.v1 >= 1.0f : range_.v0 <= 0.0f);
+  for (std::size_t e = 0; e < 4; ++e) {
+    if (!touches[e] || !edges_[e].active) continue;
+    foreign_boundary_ = true;
+    if (edges_[e].collapsed) corner[edges_[e].corner] = true;
+    else bound_foreign_edge(edges_[e], e, box);
+  }
+  for (std::size_t c = 0; c < 4; ++c) {
+    if (!corner[c]) continue;
+    foreign_boundary_ = true;
+    for (std::size_t key = 0; key < keys_; ++key)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double s = glm::dot(corners_[key][c], box.axes[axis]);
+        extend(box, key, axis, s, s);
+      }
+  }
+}
+
+MovingBox SubPatchBounder::cluster_box() const {
+  const MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
+  const Cluster& cluster = clusters.clusters[patch_ - drawable_->drawable->first_patch];
+  return point_box(drawable_->positions[0], drawable_->positions[1],
+                   std::span(clusters.vertices).subspan(cluster.first_vertex, cluster.vertex_count));
+}
+
+MovingBox SubPatchBounder::box(const CellRange& cells) {
+  foreign_boundary_ = false;
+  if (!bezier_) return cluster_box();
+  range_ = parameter_range(frame_.patterns[patch_], cells);
+  if (displaced_) offsets_ = offset_range(displacement_, range_);
+  for (std::size_t key = 0; key < keys_; ++key) nets_[key] = restrict_net(base_[key], range_);
+  const bool oriented = method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval;
+  const CornerFrame frame = oriented ? corner_frame(nets()) : CornerFrame{};
+  MovingBox box = empty_box(frame.axes);
+  if (method_ == BoundMethod::kInterval) bound_interval(box);
+  else bound_interior(frame, box);
+  if (displaced_) bound_foreign_vertices(cells, box);
+  if (keys_ == 1) {
+    box.low[1] = box.low[0];
+    box.high[1] = box.high[0];
+  }
+  return box;
+}
+
+SubPatchBody SubPatchBounder::body(const CellRange& cells) {
+  const MovingBox box = this->box(cells);
+  return {box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster)};
+}
+
+}  // namespace tessera::frontend

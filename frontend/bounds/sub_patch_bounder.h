@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "frontend/bounds/minmax_pyramid.h"
+#include "frontend/bounds/normal_bounds.h"
+#include "frontend/bounds/oriented_box.h"
+#include "frontend/bounds/patch_net.h"
+#include "frontend/frame_geometry.h"
+#include "frontend/patch_displacement.h"
+
+namespace tessera::frontend {
+
+// How a sub-patch's displaced surface is boxed. All are conservative; they differ in tightness and cost.
+enum class BoundMethod : std::uint8_t {
+  kAabb,      // object axes, displacement in every direction
+  kObb,       // axes from the corners, displacement in every direction
+  kTpatch,    // axes from the corners, displacement along the normals that two tangent cones allow
+  kNpatch,    // the same with the normal's own control vectors
+  kInterval,  // object axes, the domain shader instantiated with intervals
+};
+inline constexpr std::array<std::string_view, 5> kBoundMethodNames = {"aabb", "obb", "tpatch", "npatch", "interval"};
+// Throws UsageError for another name.
+BoundMethod bound_method(std::string_view name);
+
+// Pyramids of every displacement texture of a capture; built once.
+class PyramidLibrary {
+ public:
+  explicit PyramidLibrary(const Assembly& assembly);
+  const MinMaxPyramid& of(const shaders::ScalarTexture& texture) const { return *pyramids_.at(&texture); }
+  const SlopePyramid& slopes_of(const shaders::ScalarTexture& texture) const { return *slopes_.at(&texture); }
+
+ private:
+  std::map<const shaders::ScalarTexture*, std::unique_ptr<MinMaxPyramid>> pyramids_;
+  std::map<const shaders::ScalarTexture*, std::unique_ptr<SlopePyramid>> slopes_;
+};
+
+// A sub-patch's box in raster space at both keys, with the rounding margin that goes with it.
+struct SubPatchBody {
+  MovingCorners corners;
+  RoundingMargin margin;
+};
+
+// Bounds the sub-patches of one base patch after another. A box holds every vertex that the machine computes for the
+// cells: those inside, those that stitching moves, and those on shared displaced edges and corners, which the patches
+// that own them evaluate with their own heights and normals.
+//
+// Has scratch memory; one instance per thread.
+class SubPatchBounder {
+ public:
+  SubPatchBounder(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method)
+      : frame_(frame), pyramids_(pyramids), method_(method) {}
+
+  // Chooses the base patch; what its sub-patches share is computed here.
+  void begin(std::uint32_t patch);
+
+  // Box of the cells in object space. A deforming drawable moves between its keys; a rigid one has the same at both.
+  MovingBox box(const CellRange& cells);
+  SubPatchBody body(const CellRange& cells);
+
+  // About the box() made last, for culling: the parameters, the restricted nets, and what displaces them.
+  const ParameterRange& range() const { return range_; }
+  std::span<const PatchNet> nets() const { return {nets_.data(), keys_}; }
+  const ValueRange& offsets() const { return offsets_; }
+  bool displaced() const { return displaced_; }
+  // Whether a boundary vertex of the cells is evaluated by another patch's displacement.
+  bool foreign_boundary() const { return foreign_boundary_; }
+  const PosedDrawable& drawable() const { return *drawable_; }
+  double largest_coordinate() const { return largest_; }
+
+ private:
+  // An edge whose displaced vertices another edge's evaluation provides.
+  struct ForeignEdge {
+    bool active = false, collapsed = false;
+    std::uint8_t owner_edge = 0;
+    bool reversed = false;
+    std::size_t corner = 0;  // where a collapsed edge's vertices are
+    PatchDisplacement displacement;
+    std::array<std::array<DVec3, 4>, 2> points, across;  // [key]: of the owner
+    double rounding = 0;
+  };
+
+  void begin_edges(std::uint32_t patch);
+  ValueRange offset_range(const PatchDisplacement& displacement, const ParameterRange& range) const;
+  void bound_interior(const CornerFrame& frame, MovingBox& box);
+  void bound_interval(MovingBox& box);
+  void bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box);
+  void bound_foreign_vertices(const CellRange& cells, MovingBox& box);
+  MovingBox cluster_box() const;
+
+  const FrameGeometry& frame_;
+  const PyramidLibrary& pyramids_;
+  BoundMethod method_;
+
+  std::uint32_t patch_ = 0;
+  const PosedDrawable* drawable_ = nullptr;
+  bool bezier_ = false, displaced_ = false, foreign_boundary_ = false;
+  std::size_t keys_ = 1;
+  double largest_ = 0;       // coordinate of any control point used
+  double rounding_ = 0;      // of a float derivative
+  std::array<PatchNet, 2> base_, nets_;
+  PatchDisplacement displacement_;
+  std::array<ForeignEdge, 4> edges_;
+  std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced, as their owners evaluate them
+  ParameterRange range_{};
+  ValueRange offsets_{0, 0};
+};
+
+}  // namespace tessera::frontend

@@ -1,0 +1,169 @@
+#include "frontend/patch_splitter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/error.h"
+
+namespace tessera::frontend {
+namespace {
+
+constexpr double kMandatory = std::numeric_limits<double>::infinity();
+constexpr int kSmallestSide = 2;  // cells; a finer cut costs more in entries than it saves in overlap
+
+std::uint64_t cell_count(const CellRange& r) {
+  return static_cast<std::uint64_t>(r.i1 - r.i0) * static_cast<std::uint64_t>(r.j1 - r.j0);
+}
+
+bool outside_frame(const ScreenBounds& b, int width, int height) {
+  return b.x1 < 0 || b.y1 < 0 || b.x0 > static_cast<float>(width) || b.y0 > static_cast<float>(height);
+}
+
+// Longer side of the part of a bound that lies in the frame, in pixels.
+double extent_in_frame(const ScreenBounds& b, int width, int height) {
+  const auto side = [](float low, float high, int size) {
+    return static_cast<double>(std::min(high, static_cast<float>(size)) - std::max(low, 0.0f));
+  };
+  return std::max(side(b.x0, b.x1, width), side(b.y0, b.y1, height));
+}
+
+// Squared length on screen of the sides of a moving box along one of its axes, the largest of both keys and all four
+// edges; corners behind the camera count as far as they go.
+double side_length2(const MovingCorners& corners, std::size_t axis_bit) {
+  double longest = 0;
+  for (std::size_t k = 0; k < 16; ++k) {
+    if ((k & axis_bit) != 0) continue;
+    const DVec4 &a = corners[k], &b = corners[k | axis_bit];
+    const double aw = std::max(a.w, 1e-9), bw = std::max(b.w, 1e-9), x = a.x / aw - b.x / bw, y = a.y / aw - b.y / bw;
+    longest = std::max(longest, x * x + y * y);
+  }
+  return longest;
+}
+
+double box_area(const MovingCorners& corners) {
+  double area = 0;
+  for (const std::size_t first : {std::size_t{0}, std::size_t{8}}) {
+    std::array<double, 3> side{};
+    for (std::size_t axis = 0; axis < 3; ++axis) side[axis] = glm::length(DVec3(corners[first + (std::size_t{1} << axis)] - corners[first]));
+    area = std::max(area, side[0] * side[1] + side[1] * side[2] + side[2] * side[0]);
+  }
+  return area;
+}
+
+}  // namespace
+
+SplitCriterion split_criterion(std::string_view name) {
+  for (std::size_t c = 0; c < kSplitCriterionNames.size(); ++c)
+    if (kSplitCriterionNames[c] == name) return static_cast<SplitCriterion>(c);
+  throw UsageError(fmt::format("unknown split criterion '{}'; known: {}", name, fmt::join(kSplitCriterionNames, ", ")));
+}
+
+SplitSettings split_settings(const hardware::GpuConfiguration& gpu) {
+  return {bound_method(gpu.frontend_bound_method), split_criterion(gpu.frontend_split_criterion),
+          static_cast<int>(gpu.tessellator_sub_patch_cells), gpu.frontend_split_pixels, static_cast<int>(gpu.frontend_split_depth),
+          static_cast<int>(gpu.frontend_split_budget), gpu.frontend_backface_culling == "on"};
+}
+
+std::array<CellRange, 2> halves(const CellRange& range, bool along_u) {
+  CellRange first = range, second = range;
+  if (along_u) first.i1 = second.i0 = static_cast<std::uint8_t>((range.i0 + range.i1) / 2);
+  else first.j1 = second.j0 = static_cast<std::uint8_t>((range.j0 + range.j1) / 2);
+  return {first, second};
+}
+
+double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
+  const int width = piece.range.i1 - piece.range.i0, height = piece.range.j1 - piece.range.j0;
+  if (std::max(width, height) > settings_.max_cells) return kMandatory;
+  if (depth >= settings_.depth || std::max(width, height) < 2 * kSmallestSide) return 0;
+  const ScreenBounds& b = piece.bounds;
+  const double extent = extent_in_frame(b, frame_.request.width, frame_.request.height);
+  if (!(extent > settings_.pixels)) return 0;
+  switch (settings_.criterion) {
+    case SplitCriterion::kScreenExtent: return extent;
+    case SplitCriterion::kFrustum: {
+      const bool straddles = b.crosses_near || b.x0 < 0 || b.y0 < 0 || b.x1 > static_cast<float>(frame_.request.width) ||
+                             b.y1 > static_cast<float>(frame_.request.height);
+      return straddles ? extent : 0;
+    }
+    case SplitCriterion::kNearest: return 1 / std::max(static_cast<double>(b.near_z), 1e-30);
+    case SplitCriterion::kNormalSpread: {
+      if (bounder_.drawable().material->double_sided) return 0;
+      const CornerFrame frame = corner_frame(bounder_.nets());
+      const NetMeasure m = measure_net(bounder_.nets()[0], frame.axes, frame.tangent_u, frame.tangent_v);
+      const auto cones = tangent_cones(m, frame);
+      // Without a cone the part turns by more than any that has one.
+      return cones ? std::max(cones->sine_u, cones->sine_v) : 2.0;
+    }
+    case SplitCriterion::kSurfaceArea: return box_area(piece.corners);
+  }
+  return 0;
+}
+
+std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const CellRange& range, int depth, FrontendCounters& counters) {
+  const SubPatchBody body = bounder_.body(range);
+  ++counters.bounds_computed;
+  const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
+  if (!bounds || outside_frame(*bounds, frame_.request.width, frame_.request.height)) {
+    ++counters.culled_frustum;
+    counters.cells_culled_frustum += cell_count(range);
+    return std::nullopt;
+  }
+  if (settings_.cull_backface && back_face_.culls(bounder_, pyramids_, range, body.corners)) {
+    ++counters.culled_backface;
+    counters.cells_culled_backface += cell_count(range);
+    return std::nullopt;
+  }
+  Node node{0, visited_++, depth, {patch, range, *bounds, body.corners}};
+  if (bounder_.drawable().drawable->kind == Primitive::Kind::kBezierPatches) node.priority = priority(node.piece, depth);
+  return node;
+}
+
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+  // A max-heap; equal priorities go in the order in which they were visited.
+  const auto later = [](const Node& a, const Node& b) { return a.priority != b.priority ? a.priority < b.priority : a.order > b.order; };
+  bounder_.begin(patch);
+  back_face_.begin(patch);
+  visited_ = 0;
+  heap_.clear();
+  const std::size_t first = out.size();
+  const auto keep = [&](const CellRange& range, int depth) {
+    std::optional<Node> node = visit(patch, range, depth, counters);
+    if (!node) return;
+    if (node->priority > 0) {
+      heap_.push_back(std::move(*node));
+      std::push_heap(heap_.begin(), heap_.end(), later);
+    } else {
+      out.push_back(node->piece);
+    }
+  };
+  const CellRange whole = patch_cells(frame_, patch);
+  ++counters.base_patches;
+  counters.cells += cell_count(whole);
+  keep(whole, 0);
+  while (!heap_.empty()) {
+    std::pop_heap(heap_.begin(), heap_.end(), later);
+    const Node node = std::move(heap_.back());
+    heap_.pop_back();
+    const std::size_t pieces = out.size() - first + heap_.size() + 1;
+    const bool mandatory = node.priority == kMandatory;
+    if (!mandatory && pieces >= static_cast<std::size_t>(settings_.budget)) {
+      out.push_back(node.piece);
+      continue;
+    }
+    ++counters.splits;
+    const CellRange& r = node.piece.range;
+    const int width = r.i1 - r.i0, height = r.j1 - r.j0;
+    // Where only one side is too long for a tile core, that one; else the longer on screen.
+    bool along_u = side_length2(node.piece.corners, 1) >= side_length2(node.piece.corners, 2);
+    if (mandatory && std::min(width, height) <= settings_.max_cells) along_u = width > height;
+    if (std::min(width, height) < 2 * kSmallestSide) along_u = width > height;
+    for (const CellRange& half : halves(r, along_u)) keep(half, mandatory ? node.depth : node.depth + 1);
+  }
+  counters.sub_patches += out.size() - first;
+}
+
+}  // namespace tessera::frontend

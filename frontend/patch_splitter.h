@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "frontend/bounds/back_face.h"
+#include "frontend/bounds/screen_bounds.h"
+#include "frontend/bounds/sub_patch_bounder.h"
+#include "hardware/configuration.h"
+
+namespace tessera::frontend {
+
+// Which sub-patches are worth a further split, and in which order.
+enum class SplitCriterion : std::uint8_t {
+  kScreenExtent,  // the widest on screen first: for binning
+  kFrustum,       // those that straddle a side of the view or the near plane: for view culling
+  kNearest,       // the nearest first: for occlusion
+  kNormalSpread,  // those whose tangents turn most, single-sided ones only: for back-face culling
+  kSurfaceArea,   // the largest box first: for ray tracing
+};
+inline constexpr std::array<std::string_view, 5> kSplitCriterionNames = {"screen_extent", "frustum", "nearest", "normal_spread", "surface_area"};
+// Throws UsageError for another name.
+SplitCriterion split_criterion(std::string_view name);
+
+// How the front end bounds and splits; from the keys frontend.* of the described machine.
+struct SplitSettings {
+  BoundMethod method;
+  SplitCriterion criterion;
+  int max_cells;       // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
+  double pixels;       // a sub-patch no wider on screen than this is not split further
+  int depth;           // most splits on the way from a base patch to a sub-patch, those for max_cells aside
+  int budget;          // most sub-patches that the criterion may make of one base patch
+  bool cull_backface;
+};
+SplitSettings split_settings(const hardware::GpuConfiguration& gpu);
+
+// What became of the cells of the base patches. Cells count as the domain evaluations that a vertex per cell takes.
+struct FrontendCounters {
+  std::uint64_t base_patches = 0;
+  std::uint64_t bounds_computed = 0;
+  std::uint64_t splits = 0;
+  std::uint64_t culled_frustum = 0;
+  std::uint64_t culled_backface = 0;
+  std::uint64_t cells = 0;
+  std::uint64_t cells_culled_frustum = 0;
+  std::uint64_t cells_culled_backface = 0;
+  std::uint64_t sub_patches = 0;
+};
+
+// A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
+struct BoundedSubPatch {
+  std::uint32_t base_patch;
+  CellRange range;
+  ScreenBounds bounds;    // over the whole shutter and lens
+  MovingCorners corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
+};
+
+// Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
+// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself
+// never changes. Scratch memory; one instance per thread.
+class PatchSplitter {
+ public:
+  PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings)
+      : frame_(frame), pyramids_(pyramids), settings_(settings), bounder_(frame, pyramids, settings.method), back_face_(frame) {}
+
+  // Appends the sub-patches of one base patch.
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+
+ private:
+  struct Node {
+    double priority;  // of splitting; <= 0: none
+    std::uint32_t order;
+    int depth;
+    BoundedSubPatch piece;
+  };
+  // Bounds and tests; nothing when culled.
+  std::optional<Node> visit(std::uint32_t patch, const CellRange& range, int depth, FrontendCounters& counters);
+  double priority(const BoundedSubPatch& piece, int depth) const;
+
+  const FrameGeometry& frame_;
+  const PyramidLibrary& pyramids_;
+  SplitSettings settings_;
+  SubPatchBounder bounder_;
+  BackFaceTest back_face_;
+  std::vector<Node> heap_;
+  std::uint32_t visited_ = 0;
+};
+
+// The halves of a range.
+std::array<CellRange, 2> halves(const CellRange& range, bool along_u);
+
+}  // namespace tessera::frontend

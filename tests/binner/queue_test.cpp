@@ -1,0 +1,362 @@
+// Queues of groups of tiles, the traffic of all queues burst by burst, and the binner's hard cases.
+#include <gtest/gtest.h>
+
+#include <list>
+#include <map>
+
+#include "base/error.h"
+#include "binner/binner.h"
+#include "tests/support/captures.h"
+
+namespace tessera::binner {
+namespace {
+
+using frontend::BoundedSubPatch;
+using test::Random;
+
+// ---- Placement in levels of queues ------------------------------------------------------------------------------
+
+TileCoverage random_coverage(Random& random, const TileGrid& grid) {
+  TileCoverage c;
+  c.tiles.x0 = random.integer(0, grid.columns() - 1);
+  c.tiles.y0 = random.integer(0, grid.rows() - 1);
+  c.tiles.x1 = random.integer(c.tiles.x0 + 1, grid.columns());
+  c.tiles.y1 = random.integer(c.tiles.y0 + 1, grid.rows());
+  const int holes = random.integer(0, 4);  // of 8 tiles
+  for (int k = 0; k < c.tiles.width() * c.tiles.height(); ++k) {
+    const int first = random.integer(0, 255);
+    c.times.push_back(random.integer(0, 7) < holes ? kNoTime : TimeInterval{first, random.integer(first, 255)});
+    c.covered += c.times.back().empty() ? 0 : 1;
+  }
+  return c;
+}
+
+using Placements = std::vector<QueueHierarchy::Placement>;
+
+// Covered tiles that do not read exactly one entry that holds their times; others may read one in vain, not two.
+int misplaced(const QueueHierarchy& hierarchy, const TileGrid& grid, const TileCoverage& coverage, const Placements& placements) {
+  std::map<QueueIndex, TimeInterval> queues;
+  for (const auto& p : placements) queues[p.queue] = p.times;
+  int wrong = queues.size() == placements.size() ? 0 : 1;
+  for (int row = 0; row < grid.rows(); ++row)
+    for (int column = 0; column < grid.columns(); ++column) {
+      const TimeInterval wanted = coverage.tiles.contains(column, row) ? coverage.at(column, row) : kNoTime;
+      int entries = 0;
+      bool held = true;
+      hierarchy.for_each_queue_of(grid.index(column, row), [&](QueueIndex queue) {
+        const auto found = queues.find(queue);
+        if (found == queues.end()) return;
+        ++entries;
+        held = found->second.hull(wanted) == found->second;
+      });
+      if (wanted.empty() ? entries > 1 : entries != 1 || !held) ++wrong;
+    }
+  return wrong;
+}
+
+// Bytes that entries move: written once, read by every tile of their queue, which then fetches the patch.
+std::uint64_t bytes_moved(const QueueHierarchy& hierarchy, const TileGrid& grid, const Placements& placements, std::uint64_t patch_bytes) {
+  std::map<QueueIndex, std::uint64_t> readers;
+  for (TileIndex tile = 0; tile < grid.tile_count(); ++tile) hierarchy.for_each_queue_of(tile, [&](QueueIndex queue) { ++readers[queue]; });
+  std::uint64_t bytes = 0;
+  for (const auto& p : placements) bytes += kQueueEntryBytes + readers[p.queue] * (kQueueEntryBytes + patch_bytes);
+  return bytes;
+}
+
+// All covered tiles' entries at one level.
+Placements uniform(const QueueHierarchy& hierarchy, const TileCoverage& c, int level) {
+  std::map<QueueIndex, TimeInterval> queues;
+  for (int row = c.tiles.y0; row < c.tiles.y1; ++row)
+    for (int column = c.tiles.x0; column < c.tiles.x1; ++column) {
+      if (c.at(column, row).empty()) continue;
+      const QueueIndex queue = hierarchy.queue(level, column >> level, row >> level);
+      const auto [slot, fresh] = queues.emplace(queue, kNoTime);
+      slot->second = slot->second.hull(c.at(column, row));
+    }
+  Placements out;
+  for (const auto& [queue, times] : queues) out.push_back({queue, times});
+  return out;
+}
+
+TEST(QueueHierarchy, EveryCoveredTileReadsOneEntryWithItsTimesAndNoLevelAloneMovesFewerBytes) {
+  Random random(1);
+  for (int trial = 0; trial < 400; ++trial) {
+    const int levels = random.integer(1, 5);
+    const TileGrid grid(random.integer(1, 700), random.integer(1, 500), 32, 16);
+    const QueueHierarchy hierarchy(grid, levels);
+    const TileCoverage coverage = random_coverage(random, grid);
+    const std::uint64_t patch_bytes = random.coin() ? 0 : 224;
+    Placements placements;
+    hierarchy.place(coverage, patch_bytes, placements);
+    ASSERT_EQ(misplaced(hierarchy, grid, coverage, placements), 0);
+    const std::uint64_t moved = bytes_moved(hierarchy, grid, placements, patch_bytes);
+    for (int level = 0; level < levels; ++level)
+      ASSERT_LE(moved, bytes_moved(hierarchy, grid, uniform(hierarchy, coverage, level), patch_bytes)) << level << " of " << levels;
+    if (levels == 1) {
+      ASSERT_EQ(placements.size(), coverage.covered);
+    }
+  }
+}
+
+TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
+  Random random(2);
+  const TileGrid grid(640, 360, 32, 32);
+  const QueueHierarchy hierarchy(grid, 3);
+  TileCoverage coverage{{0, 0, grid.columns(), grid.rows()}, std::vector<TimeInterval>(grid.tile_count()), grid.tile_count(), 0, 0};
+  Placements good;
+  hierarchy.place(coverage, 0, good);
+  ASSERT_EQ(misplaced(hierarchy, grid, coverage, good), 0);
+  Placements forgotten(good.begin() + 1, good.end()), doubled = good, shifted = good, cut = good;
+  doubled.push_back({0, {}});
+  shifted[0].queue += 1;
+  cut[0].times.last = 254;
+  for (const Placements& bad : {forgotten, doubled, shifted, cut}) EXPECT_GT(misplaced(hierarchy, grid, coverage, bad), 0);
+}
+
+TEST(QueueHierarchy, QueuesAreNumberedLevelByLevelAndThoseOfTilesAsTheTiles) {
+  const TileGrid grid(160, 96, 32, 32);  // 5 x 3 tiles, 3 x 2 groups of four, 2 x 1 of sixteen
+  const QueueHierarchy hierarchy(grid, 3);
+  EXPECT_EQ(hierarchy.queue_count(), 15u + 6u + 2u);
+  std::vector<QueueIndex> queues;
+  hierarchy.for_each_queue_of(grid.index(4, 2), [&](QueueIndex q) { queues.push_back(q); });
+  EXPECT_EQ(queues, (std::vector<QueueIndex>{14, 15 + 5, 15 + 6 + 1}));
+}
+
+TEST(QueueHierarchy, OneTileHasAQueueOfItsOwnAtEveryLevelAndUsesTheFinest) {
+  const TileGrid grid(1, 1, 32, 32);
+  const QueueHierarchy hierarchy(grid, 5);
+  EXPECT_EQ(hierarchy.queue_count(), 5u);
+  Placements placements;
+  hierarchy.place({{0, 0, 1, 1}, {TimeInterval{3, 9}}, 1, 0, 0}, 0, placements);
+  ASSERT_EQ(placements.size(), 1u);
+  EXPECT_EQ(placements[0].queue, 0u);
+  EXPECT_EQ(placements[0].times, (TimeInterval{3, 9}));
+}
+
+// ---- Traffic, burst by burst ------------------------------------------------------------------------------------
+
+// Memory accesses of a sequence of appends, from the layout alone: heads of 16 bytes, chunks with a link of 8 bytes and
+// entries of 16, handed out in order; and an obvious cache of the last lines in front.
+struct TrafficOracle {
+  std::uint64_t burst, lines, heads_bytes, chunk_bytes;
+  std::uint64_t read = 0, written = 0, payload = 0, chunks = 0;
+  struct Queue {
+    std::uint64_t entries = 0;
+    std::vector<std::uint64_t> chunks;
+  };
+  std::map<QueueIndex, Queue> queues;
+  std::list<std::pair<std::uint64_t, bool>> cache;  // most recent first; line, changed
+
+  void access(std::uint64_t address, std::uint64_t bytes, bool write) {
+    for (std::uint64_t line = address / burst; line * burst < address + bytes; ++line) {
+      auto found = std::find_if(cache.begin(), cache.end(), [&](const auto& c) { return c.first == line; });
+      bool changed = write;
+      if (found != cache.end()) {
+        changed = changed || found->second;
+        cache.erase(found);
+      } else {
+        if (cache.size() == lines) flush_last();
+        if (!write) read += burst;
+      }
+      cache.emplace_front(line, changed);
+    }
+  }
+  void flush_last() {
+    if (cache.back().second) written += burst;
+    cache.pop_back();
+  }
+  void append(QueueIndex number) {
+    Queue& queue = queues[number];
+    const std::uint64_t per_chunk = (chunk_bytes - 8) / 16, slot = queue.entries % per_chunk;
+    const auto chunk_at = [&](std::uint64_t chunk) { return heads_bytes + chunk * chunk_bytes; };
+    if (slot == 0) {
+      if (!queue.chunks.empty()) access(chunk_at(queue.chunks.back()), 8, true), payload += 8;
+      queue.chunks.push_back(chunks++);
+    }
+    if (queue.entries > 0) access(number * 16, 16, false);
+    else payload += 16;
+    access(chunk_at(queue.chunks.back()) + 8 + slot * 16, 16, true);
+    access(number * 16, 16, true);
+    payload += 16;
+    ++queue.entries;
+  }
+  void finish() {
+    while (!cache.empty()) flush_last();
+  }
+  // Bursts that a tile core reads for one queue.
+  std::uint64_t queue_bursts(QueueIndex number) {
+    const auto bursts = [&](std::uint64_t address, std::uint64_t bytes) { return (address + bytes - 1) / burst - address / burst + 1; };
+    std::uint64_t sum = bursts(number * 16, 16), left = queues[number].entries;
+    for (const std::uint64_t chunk : queues[number].chunks) {
+      const std::uint64_t here = std::min((chunk_bytes - 8) / 16, left);
+      sum += bursts(heads_bytes + chunk * chunk_bytes, 8 + here * 16);
+      left -= here;
+    }
+    return sum;
+  }
+};
+
+// Appends at random; whether the ledger and the counter say what the oracle with `lines` lines says.
+bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, std::int64_t lines, std::int64_t oracle_lines) {
+  Random random(seed);
+  hardware::GpuConfiguration gpu;
+  gpu.memory_burst_bytes = burst;
+  gpu.parameter_buffer_chunk_bytes = chunk;
+  gpu.binner_combining_bursts = lines;
+  constexpr QueueIndex kQueues = 23;
+  ParameterBuffer buffer(gpu, kQueues);
+  const auto b = static_cast<std::uint64_t>(burst);
+  TrafficOracle oracle{b, static_cast<std::uint64_t>(oracle_lines), (kQueues * 16 + b - 1) / b * b, static_cast<std::uint64_t>(chunk), 0, 0, 0, 0, {}, {}};
+  for (int n = 0; n < 900; ++n) {
+    const auto queue = static_cast<QueueIndex>(random.coin() ? random.integer(0, kQueues - 1) : random.integer(3, 5));
+    EXPECT_TRUE(buffer.append(queue, {}));
+    oracle.append(queue);
+  }
+  buffer.finish();
+  oracle.finish();
+  const hardware::Traffic& binner = buffer.ledger().traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue);
+  bool agrees = binner.read_bytes == oracle.read && binner.written_bytes == oracle.written && buffer.counters().queue_bytes_written == oracle.payload;
+  for (QueueIndex queue = 0; queue < kQueues; ++queue) {
+    hardware::Ledger ledger;
+    std::uint64_t payload = 0;
+    std::vector<QueueEntry> entries;
+    buffer.read_queue(queue, entries, ledger, payload);
+    agrees = agrees && ledger.total().read_bytes == oracle.queue_bursts(queue) * b && payload == 16 + 8 * oracle.queues[queue].chunks.size() + 16 * entries.size();
+  }
+  return agrees;
+}
+
+TEST(QueueTraffic, P3EveryBurstIsThatOfAReplayOfTheAccesses) {
+  std::uint32_t seed = 1;
+  for (const std::int64_t burst : {16, 32, 64, 128})
+    for (const std::int64_t chunk : {128, 256, 1024})
+      for (const std::int64_t lines : {1, 3, 16, 4096}) EXPECT_TRUE(traffic_agrees(seed++, burst, chunk, lines, lines)) << burst << " " << chunk << " " << lines;
+}
+
+TEST(QueueTrafficTwin, OneLineLessInFrontOfMemoryIsCaught) { EXPECT_FALSE(traffic_agrees(1, 32, 256, 16, 15)); }
+
+// ---- The binner's hard cases ------------------------------------------------------------------------------------
+
+struct Scene {
+  frontend::Capture capture;
+  frontend::Assembly assembly;
+  std::unique_ptr<frontend::FrameGeometry> frame;
+  Scene() {
+    test::add_node(capture, test::closed_patches(frontend::kNone));
+    assembly = frontend::assemble(capture);
+    frontend::FrameRequest request;
+    request.width = request.height = 128;
+    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 128, 128), request);
+  }
+};
+
+BoundedSubPatch rectangle(std::uint32_t patch, float x0, float y0, float x1, float y1) { return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, {}}; }
+
+// What every tile reads, over as many passes as the buffer needs.
+std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const Scene& scene, std::span<const BoundedSubPatch> sub_patches, int& passes) {
+  std::map<TileIndex, std::multiset<int>> tiles;
+  Binner::Cursor cursor;
+  for (bool done = false; !done; ++passes) {
+    done = binner.run(*scene.frame, sub_patches, cursor);
+    for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
+      hardware::Ledger ledger;
+      std::uint64_t payload = 0;
+      for (const QueueEntry& e : binner.read_tile(t, ledger, payload)) tiles[t].insert(e.range.i0);
+    }
+    binner.reset();
+  }
+  return tiles;
+}
+
+hardware::GpuConfiguration gpu_with(std::int64_t bytes, int levels) {
+  hardware::GpuConfiguration gpu;
+  gpu.parameter_buffer_bytes = bytes;
+  gpu.parameter_buffer_chunk_bytes = 128;
+  gpu.binner_queue_levels = levels;
+  return gpu;
+}
+
+TEST(HardCases, LevelsOfQueuesAndPartialRendersGiveEveryTileItsSubPatchesOnce) {
+  const Scene scene;
+  Random random(3);
+  std::vector<BoundedSubPatch> sub_patches;
+  for (int n = 0; n < 70; ++n) {
+    const float x = random.uniform(-40, 160), y = random.uniform(-40, 160);
+    sub_patches.push_back(rectangle(static_cast<std::uint32_t>(n % 6), x, y, x + random.uniform(0, 150), y + random.uniform(0, 150)));
+    sub_patches.back().range.i0 = static_cast<std::uint8_t>(n);
+  }
+  const TileGrid grid(130, 125, 16, 16);
+  int passes = 0;
+  Binner flat(gpu_with(1 << 20, 1), grid);
+  const auto expected = read_all(flat, scene, sub_patches, passes);
+  EXPECT_EQ(passes, 1);
+  for (const int levels : {2, 3, 5}) {
+    Binner binner(gpu_with(4096, levels), grid);
+    passes = 0;
+    auto tiles = read_all(binner, scene, sub_patches, passes);
+    EXPECT_GT(passes, 1);
+    EXPECT_GT(binner.buffer().counters().group_entries, 0u);
+    EXPECT_LT(binner.buffer().counters().entries, flat.buffer().counters().entries);
+    EXPECT_EQ(binner.buffer().counters().tile_overlaps, flat.buffer().counters().tile_overlaps);
+    for (const auto& [tile, wanted] : expected)
+      for (const int n : wanted) EXPECT_EQ(tiles[tile].count(n), 1u) << levels << " levels, tile " << tile;
+  }
+}
+
+TEST(HardCases, APatchInEveryTileOfMoreThan65535) {
+  const Scene scene;
+  const std::vector<BoundedSubPatch> one = {rectangle(0, -1e9f, -1e9f, 1e9f, 1e9f)};
+  for (const auto& [levels, entries] : {std::pair{1, 512u * 512u}, {3, 128u * 128u}, {5, 32u * 32u}}) {
+    Binner binner(gpu_with(64 << 20, levels), TileGrid(16384, 16384, 32, 32));
+    Binner::Cursor cursor;
+    ASSERT_TRUE(binner.run(*scene.frame, one, cursor));
+    EXPECT_EQ(binner.buffer().counters().entries, entries);
+    EXPECT_EQ(binner.buffer().counters().tile_overlaps, 512u * 512u);
+    EXPECT_EQ(binner.buffer().counters().interval_codes, 256u * entries);
+    hardware::Ledger ledger;
+    std::uint64_t payload = 0;
+    EXPECT_EQ(binner.read_tile(70000, ledger, payload).size(), 1u);
+    EXPECT_EQ(payload, 16u * static_cast<std::uint64_t>(levels) + 8 + 16);
+  }
+}
+
+TEST(HardCases, FramesOfOnePixelAndOfNoMultipleOfATile) {
+  const Scene scene;
+  for (const auto& [width, height] : {std::pair{1, 1}, {33, 1}, {1, 65}, {97, 31}})
+    for (const int levels : {1, 5}) {
+      Binner binner(gpu_with(1 << 16, levels), TileGrid(width, height, 32, 32));
+      const std::vector<BoundedSubPatch> all = {rectangle(0, 0, 0, static_cast<float>(width), static_cast<float>(height)), rectangle(1, 0.25f, 0.25f, 0.5f, 0.5f)};
+      int passes = 0;
+      const auto tiles = read_all(binner, scene, all, passes);
+      EXPECT_EQ(tiles.size(), binner.grid().tile_count());
+      EXPECT_EQ(tiles.at(0).size(), 2u);
+    }
+}
+
+TEST(HardCases, OffScreenOnAnySideGivesNoEntryAtAnyLevel) {
+  const Scene scene;
+  const std::vector<BoundedSubPatch> outside = {rectangle(0, -90, 10, -1, 20), rectangle(0, 129, 10, 300, 20), rectangle(0, 10, -90, 20, -1),
+                                                rectangle(0, 10, 129, 20, 300)};
+  for (const int levels : {1, 4}) {
+    Binner binner(gpu_with(1 << 16, levels), TileGrid(128, 128, 32, 32));
+    Binner::Cursor cursor;
+    EXPECT_TRUE(binner.run(*scene.frame, outside, cursor));
+    EXPECT_EQ(binner.buffer().counters().entries, 0u);
+    EXPECT_EQ(binner.buffer().counters().tile_overlaps, 0u);
+  }
+}
+
+TEST(HardCases, ListHeadsOfAllLevelsMustFitAndExactlyEnoughSuffices) {
+  const TileGrid grid(128, 128, 32, 32);  // 16 + 4 + 1 queues: 336 bytes of heads, 384 in bursts of 64
+  EXPECT_NO_THROW(Binner(gpu_with(256 + 128, 1), grid));
+  EXPECT_NO_THROW(Binner(gpu_with(384 + 128, 3), grid));
+  try {
+    Binner(gpu_with(384 + 127, 3), grid);
+    FAIL() << "accepted a buffer that cannot hold one chunk";
+  } catch (const UsageError& error) {
+    EXPECT_NE(std::string(error.what()).find("21 queues (384 bytes)"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace tessera::binner

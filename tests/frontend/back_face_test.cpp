@@ -1,0 +1,200 @@
+// Back-face culling before tessellation drops nothing that could be seen.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "frontend/bounds/back_face.h"
+#include "frontend/subpixel.h"
+#include "tests/frontend/bound_scenes.h"
+
+namespace tessera::frontend {
+namespace {
+
+using test::Random;
+
+struct RoundScene {
+  Capture capture;
+  Assembly assembly;
+  std::unique_ptr<PyramidLibrary> pyramids;
+  std::unique_ptr<FrameGeometry> frame;
+
+  struct Options {
+    float displacement = 0;  // strength of smooth bumps
+    bool moving = false, mirrored = false, deforming = false;
+    float aperture = 0;
+    double target_pixels = 3;
+    bool orthographic = false;
+  };
+
+  RoundScene(const Options& options, Random& random) {
+    Material material;
+    if (options.displacement != 0) {
+      std::vector<float> heights(32 * 32);
+      for (std::size_t i = 0; i < heights.size(); ++i)
+        heights[i] = std::sin(static_cast<float>(i % 32) * 0.3927f) * std::cos(static_cast<float>(i / 32) * 0.3927f);
+      material.displacement = test::displacement(32, 32, heights, options.displacement, 0.01f);
+    }
+    Primitive primitive = test::closed_patches(test::add_material(capture, material));
+    if (options.deforming) {
+      MorphTarget target;
+      for (const Vec3& p : primitive.vertices.positions) target.positions.push_back(p * 0.3f + Vec3(0.1f * p.y, 0, 0));
+      primitive.vertices.morph_targets.push_back(target);
+    }
+    const int node = test::add_node(capture, primitive, DVec3(random.in_box(0.5f)));
+    Node& placed = capture.nodes[static_cast<std::size_t>(node)];
+    placed.transform.rotation = glm::normalize(DQuat(1, DVec3(random.in_box(1))));
+    placed.transform.scale = DVec3(options.mirrored ? -1 : 1, static_cast<double>(random.uniform(0.6f, 1.4f)), 1);
+    if (options.moving) test::add_motion(capture, node, DVec3(random.in_box(2)));
+    if (options.deforming) {
+      if (capture.animations.empty()) capture.animations.emplace_back();
+      capture.animations[0].channels.push_back({node, AnimatedPath::kWeights, Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+      capture.played_animations = {0};
+    }
+    Camera camera;
+    camera.near = 0.05f;
+    if (options.orthographic) {
+      camera.type = Camera::Type::kOrthographic;
+      camera.x_mag = camera.y_mag = 1.6f;
+    }
+    camera.lens = {options.aperture, 3.0f};
+    test::add_camera(capture, DVec3(0, 0, 4), camera);
+    assembly = assemble(capture);
+    pyramids = std::make_unique<PyramidLibrary>(assembly);
+    FrameRequest request;
+    request.width = 320;
+    request.height = 240;
+    request.open_time = 0.25;
+    request.close_time = 0.5;
+    request.tessellation.target_edge_pixels = options.target_pixels;
+    frame = pose_frame(assembly, choose_camera(capture, 0, 320, 240), request);
+  }
+};
+
+// A vertex as the machine projects it: single precision, snapped, at both keys.
+struct RasterVertex {
+  std::array<glm::dvec2, 2> at;
+  std::array<double, 2> depth;
+};
+RasterVertex project(const FrameGeometry& frame, std::uint32_t patch, int i, int j) {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const TessellationPattern& pattern = frame.patterns[patch];
+  OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
+  if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) vertex = boundary_vertex(pattern, frame.assembly->neighbours[0][patch], i, j);
+  RasterVertex out;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const Vec4 r = drawable.to_raster[key] * Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f);
+    const float w = frame.projection.orthographic ? 1.0f : r.w;
+    const auto snap = [](float x) { return static_cast<double>(std::nearbyint(x * kSubpixels) / kSubpixels); };
+    out.at[key] = {snap(r.x / w), snap(r.y / w)};
+    out.depth[key] = static_cast<double>(r.z);
+  }
+  return out;
+}
+
+// Where it is seen at time t through a lens point: screen positions move at the rate of perspective.
+glm::dvec2 seen_at(const RasterVertex& v, const Projection& p, double t, glm::dvec2 lens) {
+  const double depth = v.depth[0] * (1 - t) + v.depth[1] * t;
+  const double rate = p.orthographic ? t : t * v.depth[1] / depth;
+  const double coc = p.orthographic ? 1 - depth * p.inverse_focus : 1 / depth - p.inverse_focus;
+  return v.at[0] + (v.at[1] - v.at[0]) * rate - lens * (p.lens_scale * coc);
+}
+
+struct Outcome {
+  std::uint64_t cells = 0, culled = 0, front_facing = 0;
+};
+
+// Tests pieces of every patch; looks at all triangles of those that are culled. The twin believes the patch's middle.
+Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) {
+  Outcome out;
+  const FrameGeometry& frame = *scene.frame;
+  SubPatchBounder bounder(frame, *scene.pyramids, BoundMethod::kNpatch);
+  BackFaceTest test(frame);
+  for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
+    bounder.begin(patch);
+    test.begin(patch);
+    const TessellationPattern& pattern = frame.patterns[patch];
+    constexpr int kSide = 6;
+    for (int j = 0; j < pattern.nv; j += kSide)
+      for (int i = 0; i < pattern.nu; i += kSide) {
+        const CellRange cells{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j), static_cast<std::uint8_t>(std::min<int>(i + kSide, pattern.nu)),
+                              static_cast<std::uint8_t>(std::min<int>(j + kSide, pattern.nv))};
+        const SubPatchBody body = bounder.body(cells);
+        const std::uint64_t count = static_cast<std::uint64_t>((cells.i1 - cells.i0) * (cells.j1 - cells.j0));
+        out.cells += count;
+        bool culled = test.culls(bounder, *scene.pyramids, cells, body.corners);
+        if (believe_the_middle) {
+          const RasterVertex a = project(frame, patch, cells.i0, cells.j0), b = project(frame, patch, cells.i1, cells.j0), c = project(frame, patch, cells.i1, cells.j1);
+          const glm::dvec2 e = b.at[0] - a.at[0], f = c.at[0] - a.at[0];
+          culled = e.x * f.y - e.y * f.x > 0;
+        }
+        if (!culled) continue;
+        out.culled += count;
+        for (int y = cells.j0; y < cells.j1; ++y)
+          for (int x = cells.i0; x < cells.i1; ++x) {
+            const RasterVertex corner[4] = {project(frame, patch, x, y), project(frame, patch, x + 1, y), project(frame, patch, x + 1, y + 1), project(frame, patch, x, y + 1)};
+            for (int s = 0; s < 4; ++s) {
+              const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1)), angle = static_cast<double>(random.uniform(0, 6.2831f));
+              const glm::dvec2 lens(std::cos(angle), std::sin(angle));
+              for (const auto& [k, l] : {std::pair{1, 2}, {2, 3}}) {
+                const glm::dvec2 a = seen_at(corner[0], frame.projection, t, lens), b = seen_at(corner[k], frame.projection, t, lens), c = seen_at(corner[l], frame.projection, t, lens);
+                double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+                if (bounder.drawable().mirrored) area = -area;
+                if (area < -1e-9) ++out.front_facing;  // counter-clockwise with y down
+              }
+            }
+          }
+      }
+  }
+  return out;
+}
+
+struct Case {
+  const char* name;
+  RoundScene::Options options;
+  double least_share;  // of the cells that must be culled for the test to mean something
+};
+
+class BackFaceCulling : public testing::TestWithParam<Case> {};
+
+TEST_P(BackFaceCulling, DropsNoTriangleThatCouldFaceTheCamera) {
+  Random random(31);
+  Outcome total;
+  for (int trial = 0; trial < 12; ++trial) {
+    const RoundScene scene(GetParam().options, random);
+    const Outcome out = check(scene, random, false);
+    total.cells += out.cells;
+    total.culled += out.culled;
+    total.front_facing += out.front_facing;
+  }
+  EXPECT_EQ(total.front_facing, 0u);
+  EXPECT_GE(static_cast<double>(total.culled), GetParam().least_share * static_cast<double>(total.cells));
+}
+
+std::string case_name(const testing::TestParamInfo<Case>& instance) { return instance.param.name; }
+INSTANTIATE_TEST_SUITE_P(Case, BackFaceCulling,
+                         testing::Values(Case{"Static", {}, 0.3}, Case{"Moving", {.moving = true}, 0.25}, Case{"Mirrored", {.mirrored = true}, 0.3},
+                                         Case{"Deforming", {.moving = true, .deforming = true}, 0.2}, Case{"Defocused", {.moving = true, .aperture = 0.1f}, 0.2},
+                                         Case{"Displaced", {.displacement = 0.03f}, 0.01}, Case{"DisplacedMovingDefocused", {.displacement = 0.03f, .moving = true, .aperture = 0.05f}, 0.01},
+                                         Case{"SteepDisplacement", {.displacement = 0.5f}, 0.0}, Case{"TinyTriangles", {.moving = true, .target_pixels = 0.5}, 0.05},
+                                         Case{"CoarseTriangles", {.moving = true, .target_pixels = 12}, 0.02}, Case{"Orthographic", {.moving = true, .aperture = 0.05f, .orthographic = true}, 0.25}),
+                         case_name);
+
+TEST(BackFaceCullingTwin, BelievingTheMiddleOfASubPatchIsCaught) {
+  Random random(31);
+  std::uint64_t front_facing = 0;
+  for (int trial = 0; trial < 12; ++trial) front_facing += check(RoundScene({.displacement = 0.1f, .moving = true}, random), random, true).front_facing;
+  EXPECT_GT(front_facing, 0u);
+}
+
+TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndWhatCrossesTheNearPlane) {
+  Random random(4);
+  RoundScene scene({}, random);
+  scene.assembly.materials[0].double_sided = true;
+  EXPECT_EQ(check(scene, random, false).culled, 0u);
+  RoundScene inside({}, random);
+  inside.frame->projection.near = 6.0;
+  EXPECT_EQ(check(inside, random, false).culled, 0u);
+}
+
+}  // namespace
+}  // namespace tessera::frontend

@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "base/error.h"
+#include "frontend/front_end.h"
+#include "tests/frontend/bound_scenes.h"
+
+namespace tessera::frontend {
+namespace {
+
+using test::Random;
+
+SplitSettings settings() { return split_settings(hardware::GpuConfiguration{}); }
+
+struct Split {
+  std::vector<BoundedSubPatch> pieces;
+  FrontendCounters counters;
+};
+Split split_all(const Scene& scene, const SplitSettings& s) {
+  Split out;
+  PatchSplitter splitter(*scene.frame, *scene.pyramids, s);
+  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p) splitter.split(p, out.pieces, out.counters);
+  return out;
+}
+
+std::uint64_t cells_of(const std::vector<BoundedSubPatch>& pieces) {
+  std::uint64_t cells = 0;
+  for (const BoundedSubPatch& p : pieces) cells += static_cast<std::uint64_t>((p.range.i1 - p.range.i0) * (p.range.j1 - p.range.j0));
+  return cells;
+}
+
+class EveryCriterion : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(EveryCriterion, PartsTheCellsThatItDoesNotCull) {
+  Random random(5);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Scene scene(trial % 2 == 0 ? Hard::kRandom : Hard::kCrossing, random);
+    SplitSettings s = settings();
+    s.criterion = static_cast<SplitCriterion>(GetParam());
+    s.max_cells = random.integer(4, 64);
+    s.pixels = static_cast<double>(random.uniform(4, 80));
+    s.depth = random.integer(0, 8);
+    s.budget = random.integer(1, 40);
+    const Split split = split_all(scene, s);
+    std::set<std::tuple<std::uint32_t, int, int>> seen;
+    std::map<std::uint32_t, std::size_t> count;
+    for (const BoundedSubPatch& p : split.pieces) {
+      EXPECT_LE(p.range.i1 - p.range.i0, s.max_cells);
+      EXPECT_LE(p.range.j1 - p.range.j0, s.max_cells);
+      ++count[p.base_patch];
+      for (int j = p.range.j0; j < p.range.j1; ++j)
+        for (int i = p.range.i0; i < p.range.i1; ++i) EXPECT_TRUE(seen.emplace(p.base_patch, i, j).second) << "a cell is in two sub-patches";
+    }
+    const FrontendCounters& c = split.counters;
+    EXPECT_EQ(seen.size() + c.cells_culled_frustum + c.cells_culled_backface, c.cells);
+    EXPECT_EQ(c.sub_patches, split.pieces.size());
+    EXPECT_EQ(c.bounds_computed, c.base_patches + 2 * c.splits);
+    EXPECT_EQ(c.bounds_computed, c.splits + c.sub_patches + c.culled_frustum + c.culled_backface);
+  }
+}
+
+std::string criterion_name(const testing::TestParamInfo<std::size_t>& instance) { return std::string(kSplitCriterionNames[instance.param]); }
+INSTANTIATE_TEST_SUITE_P(Criterion, EveryCriterion, testing::Range(std::size_t{0}, kSplitCriterionNames.size()), criterion_name);
+
+TEST(PatchSplitter, TheBudgetLimitsWhatTheCriterionMakes) {
+  Random random(8);
+  const Scene scene(Hard::kNoMotion, random);
+  SplitSettings s = settings();
+  s.max_cells = 64;
+  s.pixels = 1;
+  s.depth = 12;
+  for (const int budget : {1, 2, 7, 32}) {
+    s.budget = budget;
+    std::map<std::uint32_t, int> count;
+    for (const BoundedSubPatch& p : split_all(scene, s).pieces) ++count[p.base_patch];
+    for (const auto& [patch, pieces] : count) EXPECT_LE(pieces, budget);
+  }
+}
+
+TEST(PatchSplitter, DepthZeroCutsOnlyWhatATileCoreCannotTake) {
+  Random random(8);
+  const Scene scene(Hard::kNoMotion, random);
+  SplitSettings s = settings();
+  s.depth = 0;
+  s.max_cells = 64;
+  EXPECT_EQ(split_all(scene, s).counters.splits, 0u);
+}
+
+TEST(PatchSplitter, SplitsTheWidestFirst) {
+  Random random(12);
+  const Scene scene(Hard::kNoMotion, random);
+  SplitSettings s = settings();
+  s.max_cells = 64;
+  s.pixels = 1;
+  s.depth = 12;
+  s.cull_backface = false;
+  s.budget = 24;
+  const Split few = split_all(scene, s);
+  // No piece that could have been split is wider than the widest that was made by the last split allowed.
+  double widest = 0, mean = 0;
+  for (const BoundedSubPatch& p : few.pieces) {
+    const double extent = std::max(static_cast<double>(p.bounds.x1 - p.bounds.x0), static_cast<double>(p.bounds.y1 - p.bounds.y0));
+    widest = std::max(widest, extent);
+    mean += extent / static_cast<double>(few.pieces.size());
+  }
+  EXPECT_LT(widest, 3.5 * mean);
+}
+
+TEST(PatchSplitter, AFinerLimitOnScreenNeverGivesWiderPieces) {
+  Random random(13);
+  const Scene scene(Hard::kNoMotion, random);
+  SplitSettings s = settings();
+  s.budget = 4096;
+  s.depth = 12;
+  std::size_t last = 0;
+  for (const double pixels : {400.0, 100.0, 40.0, 15.0}) {
+    s.pixels = pixels;
+    const Split split = split_all(scene, s);
+    EXPECT_GE(split.pieces.size(), last);
+    last = split.pieces.size();
+    EXPECT_EQ(cells_of(split.pieces) + split.counters.cells_culled_frustum + split.counters.cells_culled_backface, split.counters.cells);
+  }
+}
+
+TEST(PatchSplitter, TheFrustumCriterionCullsMoreCellsOfPatchesThatStraddleTheView) {
+  Random random(3);
+  std::uint64_t whole = 0, split = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    Scene scene(Hard::kRandom, random);
+    scene.frame->request.width = 150;  // the view ends inside the patches
+    SplitSettings s = settings();
+    s.pixels = 1;
+    s.max_cells = 64;
+    s.depth = 0;
+    whole += split_all(scene, s).counters.cells_culled_frustum;
+    s.depth = 8;
+    s.criterion = SplitCriterion::kFrustum;
+    split += split_all(scene, s).counters.cells_culled_frustum;
+  }
+  EXPECT_GT(split, whole + whole / 4);
+}
+
+TEST(FrontEnd, IsTheSameForAnyNumberOfThreadsAndRefusesUnknownNames) {
+  EXPECT_THROW(bound_method("sphere"), UsageError);
+  EXPECT_THROW(split_criterion("alphabetical"), UsageError);
+  Random random(5);
+  const Scene scene(Hard::kRandom, random);
+  const hardware::GpuConfiguration gpu;
+  const FrontEndResult a = run_front_end(*scene.frame, *scene.pyramids, gpu), b = run_front_end(*scene.frame, *scene.pyramids, gpu);
+  ASSERT_EQ(a.sub_patches.size(), b.sub_patches.size());
+  for (std::size_t k = 0; k < a.sub_patches.size(); ++k) EXPECT_EQ(a.sub_patches[k].range, b.sub_patches[k].range);
+}
+
+}  // namespace
+}  // namespace tessera::frontend

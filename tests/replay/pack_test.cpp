@@ -1,0 +1,582 @@
+// tessera pack: what a packed capture keeps, what it changes and by how much, and what it refuses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include "base/error.h"
+#include "base/image_metrics.h"
+#include "base/parallel.h"
+#include "frontend/capture_reader.h"
+#include "replay/frame_renderer.h"
+#include "replay/pack/packer.h"
+#include "shaders_cpp/tone_map.h"
+#include "tests/replay/glb_rules.h"
+#include "tests/replay/gltf_source.h"
+#include "tests/support/captures.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::replay {
+namespace {
+
+using namespace test;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::IsEmpty;
+namespace fs = std::filesystem;
+
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
+std::set<std::string> files_in(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  return names;
+}
+
+json& first_primitive(GltfSource& source) { return source.document["meshes"][0]["primitives"][0]; }
+
+// ---- Sources ----------------------------------------------------------------------------------------------------
+
+constexpr std::uint32_t kSide = 9;
+
+// Vertices of a bent grid; vertex number n has x = n % 9 and y = n / 9, so that it can be told after renumbering.
+std::vector<Vec3> grid_points() {
+  std::vector<Vec3> points;
+  for (std::uint32_t n = 0; n < kSide * kSide; ++n) points.emplace_back(n % kSide, n / kSide, 0.25f * static_cast<float>(n % 5));
+  return points;
+}
+
+std::vector<std::uint16_t> grid_indices() {
+  std::vector<std::uint16_t> indices;
+  for (std::uint32_t j = 0; j + 1 < kSide; ++j)
+    for (std::uint32_t i = 0; i + 1 < kSide; ++i)
+      for (const std::uint32_t corner : {0u, 1u, kSide + 1, 0u, kSide + 1, kSide}) indices.push_back(static_cast<std::uint16_t>(j * kSide + i + corner));
+  return indices;
+}
+
+GltfSource grid() {
+  GltfSource s;
+  const int positions = s.positions(grid_points()), indices = s.accessor(grid_indices(), kUnsignedShortType, "SCALAR");
+  s.document["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices}}}}}};
+  return s;
+}
+
+std::vector<float> floats(std::uint32_t seed, std::size_t count, float low, float high) {
+  Random random(seed);
+  std::vector<float> out(count);
+  for (float& v : out) v = random.uniform(low, high);
+  return out;
+}
+
+// Every kind of attribute that glTF has, on a skinned grid.
+GltfSource dressed_grid() {
+  GltfSource s = grid();
+  constexpr std::size_t kCount = kSide * kSide;
+  std::vector<float> normals, tangents, weights;
+  Random random(11);
+  for (std::size_t v = 0; v < kCount; ++v) {
+    const Vec3 n = glm::normalize(random.in_box(1.0f) + Vec3(0, 0, 2)), t = glm::normalize(glm::cross(n, Vec3(0, 1, 0)));
+    normals.insert(normals.end(), {n.x, n.y, n.z});
+    tangents.insert(tangents.end(), {t.x, t.y, t.z, v % 2 == 0 ? 1.0f : -1.0f});
+    const float w = random.uniform(0.1f, 0.9f);
+    weights.insert(weights.end(), {w, 1.0f - w, 0.0f, 0.0f});
+  }
+  std::vector<std::uint8_t> colors, joints;
+  for (std::size_t i = 0; i < 4 * kCount; ++i) {
+    colors.push_back(static_cast<std::uint8_t>(random.integer(0, 255)));
+    joints.push_back(i % 4 < 2 ? static_cast<std::uint8_t>(random.integer(0, 1)) : std::uint8_t{0});
+  }
+  json& attributes = first_primitive(s)["attributes"];
+  attributes["NORMAL"] = s.accessor(normals, kFloatType, "VEC3");
+  attributes["TANGENT"] = s.accessor(tangents, kFloatType, "VEC4");
+  attributes["TEXCOORD_0"] = s.accessor(floats(12, 2 * kCount, -1.0f, 3.0f), kFloatType, "VEC2");
+  attributes["TEXCOORD_1"] = s.accessor(floats(13, 2 * kCount, 0.0f, 1.0f), kFloatType, "VEC2");
+  attributes["COLOR_0"] = s.accessor(colors, kUnsignedByteType, "VEC4", {{"normalized", true}});
+  attributes["JOINTS_0"] = s.accessor(joints, kUnsignedByteType, "VEC4");
+  attributes["WEIGHTS_0"] = s.accessor(weights, kFloatType, "VEC4");
+  std::vector<float> matrices(32, 0.0f);
+  for (const std::size_t diagonal : {0, 5, 10, 15, 16, 21, 26, 31}) matrices[diagonal] = 1.0f;
+  matrices[12] = -3.25f;
+  s.document["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", s.accessor(matrices, kFloatType, "MAT4")}}};
+  s.document["nodes"] = {{{"mesh", 0}, {"skin", 0}}, {{"name", "joint 0"}, {"children", {2}}}, {{"name", "joint 1"}, {"translation", {0, 1, 0}}}};
+  s.document["scenes"][0]["nodes"] = {0, 1};
+  return s;
+}
+
+// Patches over a square that share their edges, as the extension's page describes them.
+GltfSource bezier(int nx = 2, int ny = 2) {
+  GltfSource s;
+  std::vector<Vec3> points;
+  std::vector<std::uint16_t> cage;
+  for (int py = 0; py < ny; ++py)
+    for (int px = 0; px < nx; ++px) {
+      const auto first = static_cast<std::uint16_t>(points.size());
+      for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 4; ++i) {
+          const int x = 3 * px + i, y = 3 * py + j;
+          points.emplace_back(static_cast<float>(x) / 7.0f, static_cast<float>(y) / 7.0f, std::sin(static_cast<float>(3 * x + 5 * y)) / 9.0f);
+        }
+      for (std::uint16_t j = 0; j < 3; ++j)
+        for (std::uint16_t i = 0; i < 3; ++i)
+          for (const int corner : {0, 1, 5, 0, 5, 4}) cage.push_back(static_cast<std::uint16_t>(first + 4 * j + i + corner));
+    }
+  const int positions = s.positions(points), indices = s.accessor(cage, kUnsignedShortType, "SCALAR");
+  s.document["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices},
+                                            {"extensions", {{"TESSERA_bezier_patches", {{"count", nx * ny}}}}}}}}}};
+  s.document["extensionsUsed"] = {"TESSERA_bezier_patches"};
+  return s;
+}
+
+// A morphed, animated grid with a camera, a light and things that Tessera does not know.
+GltfSource animated_grid(std::size_t stride = 0) {
+  GltfSource s = grid();
+  constexpr std::size_t kCount = kSide * kSide;
+  std::vector<Vec3> offsets(kCount);
+  for (std::size_t v = 0; v < kCount; ++v) offsets[v] = {0, 0, 0.01f * static_cast<float>(v)};
+  first_primitive(s)["targets"] = {{{"POSITION", s.positions(offsets, stride == 0 ? 0 : 16)}}};
+  const int times = s.accessor(std::vector<float>{0.0f, 0.5f, 1.0f}, kFloatType, "SCALAR", {{"min", {0.0f}}, {"max", {1.0f}}}, stride);
+  const int weights = s.accessor(std::vector<float>{0.0f, 1.0f, 0.3f}, kFloatType, "SCALAR", {}, stride);
+  const int places = s.accessor(std::vector<float>{0, 0, 0, 1, 2, 3, 4, 5, 6}, kFloatType, "VEC3", {}, stride == 0 ? 0 : 2 * stride);
+  s.document["animations"] = {{{"name", "move"},
+                               {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}, {{"sampler", 1}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+                               {"samplers", {{{"input", times}, {"output", weights}}, {{"input", times}, {"output", places}, {"interpolation", "STEP"}}}}}};
+  s.document["meshes"][0]["weights"] = {0.25};
+  s.document["meshes"][0]["extras"] = {{"targetNames", {"raise"}}};
+  s.document["cameras"] = {{{"type", "perspective"}, {"name", "eye"}, {"perspective", {{"yfov", 0.75}, {"znear", 0.125}}}}};
+  s.document["nodes"].push_back({{"camera", 0}, {"translation", {4, 4, 20}}, {"extras", {{"note", "keep"}}}});
+  s.document["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}, {"VENDOR_thing", {{"answer", 42}}}}}});
+  s.document["scenes"][0]["nodes"] = {0, 1, 2};
+  s.document["extensions"] = {{"KHR_lights_punctual", {{"lights", {{{"type", "point"}, {"intensity", 30.5}}}}}}};
+  s.document["extensionsUsed"] = {"KHR_lights_punctual", "VENDOR_thing"};
+  s.document["materials"] = {{{"name", "red"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0.75, 0.125, 0.0625, 1}}, {"metallicFactor", 0}}}, {"doubleSided", true}}};
+  first_primitive(s)["material"] = 0;
+  return s;
+}
+
+// ---- Packing ----------------------------------------------------------------------------------------------------
+
+struct Packed {
+  TemporaryFolder folder;
+  fs::path source, target = folder / "packed.glb";
+  PackReport report;
+  std::string bytes;
+  GlbParts parts;
+
+  explicit Packed(const GltfSource& asset, const PackOptions& options = {}) : source(asset.write(folder.path())) {
+    report = pack_capture(source, target, options);
+    bytes = read_text(target);
+    parts = glb_parts(bytes);
+    EXPECT_THAT(glb_faults(bytes), IsEmpty());
+  }
+  frontend::Capture before() const { return frontend::read_capture(source); }
+  frontend::Capture after() const { return frontend::read_capture(target); }
+};
+
+PackOptions with(PackMethod method) {
+  PackOptions options;
+  options.method = method;
+  return options;
+}
+
+const frontend::Vertices& vertices_of(const frontend::Capture& capture) { return capture.meshes.at(0).primitives.at(0).vertices; }
+
+// For each vertex of the source its number in the packed grid, told from x and y.
+std::vector<std::size_t> packed_numbers(const frontend::Vertices& packed) {
+  std::vector<std::size_t> number(kSide * kSide, SIZE_MAX);
+  for (std::size_t v = 0; v < packed.count(); ++v)
+    number.at(static_cast<std::size_t>(std::lround(packed.positions[v].y)) * kSide + static_cast<std::size_t>(std::lround(packed.positions[v].x))) = v;
+  return number;
+}
+
+double half_step(double range, int bits) { return 0.5 * range / (std::exp2(bits) - 1) + 2e-6; }
+
+class EveryMethod : public testing::TestWithParam<PackMethod> {};
+
+TEST_P(EveryMethod, EveryKindOfAttributeSurvivesWithinItsQuantisation) {
+  const Packed p(dressed_grid(), with(GetParam()));
+  const frontend::Capture before = p.before(), after = p.after();
+  const frontend::Vertices &a = vertices_of(before), &b = vertices_of(after);
+  ASSERT_EQ(b.count(), a.count());
+  ASSERT_EQ(b.texcoords.size(), 2u);
+  ASSERT_EQ(b.tangents.size(), a.count());
+  const std::vector<std::size_t> number = packed_numbers(b);
+  const QuantizationBits bits;
+  for (std::size_t v = 0; v < a.count(); ++v) {
+    const std::size_t w = number[v];
+    ASSERT_LT(w, b.count()) << "vertex " << v << " is gone";
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.positions[w][c], a.positions[v][c], half_step(kSide - 1, bits.position));
+    // Octahedral normals of 10 bits: on |x|+|y|+|z| = 1, x and y are off by half a step of 2/1022 and z by as much as both
+    // together, so the point by sqrt(6)/1022; it is at least 1/sqrt(3) from the origin.
+    EXPECT_GT(glm::dot(b.normals[w], a.normals[v]) / glm::length(b.normals[w]), std::cos(std::sqrt(18.0) / 1022));
+    for (int c = 0; c < 4; ++c) EXPECT_NEAR(b.tangents[w][c], a.tangents[v][c], half_step(2, bits.generic));
+    EXPECT_EQ(b.tangents[w].w, a.tangents[v].w);
+    for (int c = 0; c < 2; ++c) EXPECT_NEAR(b.texcoords[0][w][c], a.texcoords[0][v][c], half_step(4, bits.texcoord));
+    for (int c = 0; c < 2; ++c) EXPECT_NEAR(b.texcoords[1][w][c], a.texcoords[1][v][c], half_step(1, bits.texcoord));
+    EXPECT_EQ(b.colors[w], a.colors[v]);
+    EXPECT_EQ(b.influences[w].joints, a.influences[v].joints);
+    // Renormalising after quantisation moves weights by as much again.
+    for (std::size_t k = 0; k < 8; ++k) EXPECT_NEAR(b.influences[w].weights[k], a.influences[v].weights[k], 4 * half_step(1, bits.generic));
+  }
+  EXPECT_EQ(after.skins[0].inverse_bind, before.skins[0].inverse_bind);
+  EXPECT_EQ(after.meshes[0].primitives[0].indices.size(), before.meshes[0].primitives[0].indices.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Pack, EveryMethod, testing::Values(PackMethod::kAuto, PackMethod::kEdgebreaker, PackMethod::kSequential, PackMethod::kNone));
+
+TEST(Pack, WithoutCompressionEveryValueIsBitExact) {
+  const Packed p(dressed_grid(), with(PackMethod::kNone));
+  const frontend::Capture before = p.before(), after = p.after();
+  EXPECT_EQ(vertices_of(after).positions, vertices_of(before).positions);
+  EXPECT_EQ(vertices_of(after).tangents, vertices_of(before).tangents);
+  EXPECT_EQ(after.meshes[0].primitives[0].indices, before.meshes[0].primitives[0].indices);
+  EXPECT_FALSE(p.parts.document.contains("extensionsRequired"));
+}
+
+TEST(Pack, FewerBitsMoveVerticesFurtherSoTheBoundsAboveCanFail) {
+  PackOptions coarse;
+  coarse.bits.position = 6;
+  const Packed p(dressed_grid(), coarse);
+  const frontend::Capture capture = p.after();
+  float error = 0;
+  for (const Vec3& point : vertices_of(capture).positions) error = std::max(error, std::abs(point.z - 0.25f * std::round(point.z * 4.0f)));
+  EXPECT_GT(error, half_step(kSide - 1, QuantizationBits{}.position));
+}
+
+// ---- Bezier patches ---------------------------------------------------------------------------------------------
+
+TEST(Pack, ControlPointsKeepTheirOrderAndSharedEdgesStayBitEqual) {
+  const Packed p(bezier());
+  const frontend::Capture before = p.before(), after = p.after();
+  ASSERT_EQ(after.meshes[0].primitives[0].kind, frontend::Primitive::Kind::kBezierPatches);
+  const std::vector<Vec3> &a = vertices_of(before).positions, &b = vertices_of(after).positions;
+  ASSERT_EQ(b.size(), a.size());
+  for (std::size_t v = 0; v < a.size(); ++v)
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b[v][c], a[v][c], half_step(6.0 / 7.0, QuantizationBits{}.position)) << v;
+  // Patch 1 lies to the right of patch 0: column 3 of the one is column 0 of the other.
+  for (std::size_t j = 0; j < 4; ++j) EXPECT_EQ(b[4 * j + 3], b[16 + 4 * j]);
+}
+
+TEST(Pack, OtherViewersSeeTheControlCageAsAnOrdinaryMesh) {
+  GltfSource source = bezier();
+  const Packed p(source);
+  // As a viewer that does not know the extension reads it.
+  json d = p.parts.document;
+  d["meshes"][0]["primitives"][0]["extensions"].erase("TESSERA_bezier_patches");
+  EXPECT_EQ(d["extensionsRequired"], json({kDraco}));
+  std::string text = d.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string glb = p.bytes.substr(0, 12);
+  const auto word = [](std::size_t value) {
+    const auto v = static_cast<std::uint32_t>(value);
+    return std::string(reinterpret_cast<const char*>(&v), 4);
+  };
+  glb += word(text.size()) + "JSON" + text + word(p.parts.binary.size()) + std::string("BIN\0", 4) + p.parts.binary;
+  glb.replace(8, 4, word(glb.size()));
+  write_text(p.folder / "viewer.glb", glb);
+  first_primitive(source).erase("extensions");
+  const frontend::Capture cage = frontend::read_capture(source.write(p.folder.path(), "cage")), seen = frontend::read_capture(p.folder / "viewer.glb");
+  ASSERT_EQ(seen.meshes[0].primitives[0].kind, frontend::Primitive::Kind::kTriangles);
+  EXPECT_EQ(seen.meshes[0].primitives[0].indices, cage.meshes[0].primitives[0].indices);
+  EXPECT_EQ(seen.meshes[0].primitives[0].indices.size(), 4u * 18 * 3);
+}
+
+TEST(Pack, RenumberingWhatMustKeepItsOrderIsRefused) {
+  for (const GltfSource& source : {bezier(), animated_grid()}) {
+    const TemporaryFolder folder;
+    EXPECT_THROW(pack_capture(source.write(folder.path()), folder / "x.glb", with(PackMethod::kEdgebreaker)), UsageError);
+    EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"source.gltf", "source.bin"}));
+  }
+}
+
+// ---- The rest of the document -----------------------------------------------------------------------------------
+
+TEST(Pack, MorphTargetsAnimationsAndSkinsAreBitExact) {
+  const Packed p(animated_grid());
+  const frontend::Capture before = p.before(), after = p.after();
+  EXPECT_EQ(p.report.compressed, 1u);
+  ASSERT_EQ(vertices_of(after).morph_targets.size(), 1u);
+  EXPECT_EQ(vertices_of(after).morph_targets[0].positions, vertices_of(before).morph_targets[0].positions);
+  EXPECT_EQ(after.meshes[0].default_weights, before.meshes[0].default_weights);
+  ASSERT_EQ(after.animations[0].channels.size(), 2u);
+  for (std::size_t c = 0; c < 2; ++c) {
+    EXPECT_EQ(after.animations[0].channels[c].times, before.animations[0].channels[c].times);
+    EXPECT_EQ(after.animations[0].channels[c].values, before.animations[0].channels[c].values);
+    EXPECT_EQ(after.animations[0].channels[c].interpolation, before.animations[0].channels[c].interpolation);
+  }
+}
+
+TEST(Pack, ObjectsThatHoldNoDataAreKeptWordForWord) {
+  GltfSource source = animated_grid();
+  const Packed p(source);
+  for (const char* key : {"asset", "scene", "scenes", "nodes", "cameras", "materials", "extensions"}) EXPECT_EQ(p.parts.document[key], source.document[key]) << key;
+  EXPECT_EQ(p.parts.document["meshes"][0]["extras"], source.document["meshes"][0]["extras"]);
+  EXPECT_EQ(p.parts.document["animations"][0]["channels"], source.document["animations"][0]["channels"]);
+  EXPECT_EQ(p.parts.document["extensionsUsed"], json({"KHR_lights_punctual", "VENDOR_thing", kDraco}));
+  EXPECT_EQ(p.parts.document["extensionsRequired"], json({kDraco}));
+}
+
+TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
+  GltfSource source = animated_grid();
+  source.document["extensions"]["TESSERA_capture"] = {{"frameRate", 24}, {"exposure", 2}};
+  source.document["extensionsUsed"].push_back("TESSERA_capture");
+  PackOptions options;
+  options.capture_settings = {{"exposure", 0.5}, {"shutter", {0.0, 0.5}}};
+  options.aperture_radius = 0.125;
+  options.focus_distance = 3.0;
+  const Packed p(source, options);
+  EXPECT_EQ(p.parts.document["extensions"]["TESSERA_capture"], json({{"frameRate", 24}, {"exposure", 0.5}, {"shutter", {0.0, 0.5}}}));
+  EXPECT_EQ(p.parts.document["cameras"][0]["extensions"]["TESSERA_lens"], json({{"apertureRadius", 0.125}, {"focusDistance", 3.0}}));
+  const frontend::Capture after = p.after();
+  EXPECT_EQ(after.settings.frame_rate, 24.0);
+  EXPECT_EQ(after.settings.exposure, 0.5f);
+  EXPECT_EQ(after.cameras[0].lens.focus_distance, 3.0f);
+}
+
+TEST(Pack, SettingsThatNoCaptureMayHaveAreRefusedUnderTheTargetsName) {
+  PackOptions options;
+  options.capture_settings = {{"resolution", {0, 0}}};
+  for (const PackMethod method : {PackMethod::kAuto, PackMethod::kNone}) {
+    options.method = method;
+    const TemporaryFolder folder;
+    try {
+      pack_capture(grid().write(folder.path()), folder / "x.glb", options);
+      FAIL();
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.file(), (folder / "x.glb").string());
+      EXPECT_EQ(error.place(), "/extensions/TESSERA_capture/resolution/0");
+    }
+    EXPECT_FALSE(fs::exists(folder / "x.glb"));
+  }
+}
+
+TEST(Pack, NothingIsRequiredThatNoPrimitiveUses) {
+  GltfSource lines = grid();
+  first_primitive(lines)["mode"] = 1;
+  GltfSource two = grid();  // two indices: no triangle
+  first_primitive(two)["indices"] = two.accessor(std::vector<std::uint16_t>{0, 1}, kUnsignedShortType, "SCALAR");
+  for (const GltfSource& source : {lines, two}) {
+    const Packed p(source);
+    EXPECT_EQ(p.report.compressed, 0u);
+    EXPECT_FALSE(p.parts.document.contains("extensionsUsed"));
+    EXPECT_FALSE(p.parts.document.contains("extensionsRequired"));
+  }
+}
+
+TEST(Pack, ApplicationSpecificAttributesStayExactAndInStep) {
+  GltfSource source = grid();
+  std::vector<float> ids;
+  for (std::uint32_t v = 0; v < kSide * kSide; ++v) ids.push_back(static_cast<float>(v) * 1000.0f + 0.125f);
+  first_primitive(source)["attributes"]["_FEATURE_ID"] = source.accessor(ids, kFloatType, "SCALAR");
+  const Packed p(source);
+  EXPECT_EQ(p.report.compressed, 1u);
+  EXPECT_EQ(packed_numbers(vertices_of(p.after()))[17], 17u);
+  const json& d = p.parts.document;
+  const json& primitive = d["meshes"][0]["primitives"][0];
+  EXPECT_FALSE(primitive["extensions"][kDraco]["attributes"].contains("_FEATURE_ID"));
+  const json& view = d["bufferViews"][d["accessors"][primitive["attributes"]["_FEATURE_ID"].get<std::size_t>()]["bufferView"].get<std::size_t>()];
+  EXPECT_EQ(p.parts.binary.substr(view["byteOffset"], view["byteLength"]), std::string(reinterpret_cast<const char*>(ids.data()), ids.size() * 4));
+}
+
+TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
+  GltfSource flat = grid();  // every triangle has two equal corners
+  first_primitive(flat)["indices"] = flat.accessor(std::vector<std::uint16_t>{0, 0, 1, 2, 3, 3, 4, 4, 4}, kUnsignedShortType, "SCALAR");
+  GltfSource pool = animated_grid();  // one triangle of a model's shared vertices
+  first_primitive(pool)["indices"] = pool.accessor(std::vector<std::uint16_t>{0, 1, kSide}, kUnsignedShortType, "SCALAR");
+  for (const GltfSource& source : {flat, pool}) {
+    const Packed p(source);
+    EXPECT_EQ(p.report.compressed, 0u);
+    EXPECT_EQ(vertices_of(p.after()).positions, vertices_of(p.before()).positions);
+  }
+  // Where the order is free, vertices that no triangle uses are dropped instead.
+  GltfSource free = grid();
+  first_primitive(free)["indices"] = free.accessor(std::vector<std::uint16_t>{0, 1, kSide}, kUnsignedShortType, "SCALAR");
+  EXPECT_EQ(vertices_of(Packed(free).after()).count(), 3u);
+}
+
+TEST(Pack, ExtensionsThatNameDataInWaysNobodyKnowsAreRefused) {
+  GltfSource source = animated_grid();
+  source.document["nodes"][2]["extensions"]["VENDOR_thing"] = {{"parts", {{{"bufferView", 0}}}}};
+  const TemporaryFolder folder;
+  try {
+    pack_capture(source.write(folder.path()), folder / "x.glb", {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.place(), "/nodes/2/extensions/VENDOR_thing/parts/0/bufferView");
+  }
+  // Instancing is known well enough to keep its accessors alive.
+  GltfSource instances = grid();
+  instances.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = instances.accessor(std::vector<float>{1, 2, 3, 4, 5, 6}, kFloatType, "VEC3");
+  instances.document["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  const TemporaryFolder other;
+  pack_capture(instances.write(other.path()), other / "x.glb", {});
+  const json d = glb_parts(read_text(other / "x.glb")).document;
+  EXPECT_EQ(d["accessors"][d["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"].get<std::size_t>()]["count"], 2);
+}
+
+// ---- Data ---------------------------------------------------------------------------------------------------------
+
+TEST(Pack, StridedAndSparseDataComesOutTightAndEqual) {
+  GltfSource source = animated_grid(8);
+  // A target of zeros but for two vertices.
+  const int indices = source.view(std::string("\x03\x00\x00\x00\x10\x00\x00\x00", 8));
+  const float values[6] = {1, 2, 3, 4, 5, 6};
+  const int moved = source.view(std::string(reinterpret_cast<const char*>(values), sizeof values));
+  source.document["accessors"].push_back({{"componentType", kFloatType}, {"count", kSide * kSide}, {"type", "VEC3"}, {"min", {0, 0, 0}}, {"max", {4, 5, 6}},
+      {"sparse", {{"count", 2}, {"indices", {{"bufferView", indices}, {"componentType", kUnsignedIntType}}}, {"values", {{"bufferView", moved}}}}}});
+  first_primitive(source)["targets"].push_back({{"POSITION", source.document["accessors"].size() - 1}});
+  source.document["meshes"][0]["weights"] = {0.25, 0};
+  source.document["animations"][0]["samplers"][0]["output"] = source.accessor(std::vector<float>{0, 0, 1, 1, 0, 1}, kFloatType, "SCALAR", {}, 8);
+  for (const PackMethod method : {PackMethod::kAuto, PackMethod::kNone}) {
+    const Packed p(source, with(method));  // checks the rules of strides and targets
+    const frontend::Capture before = p.before(), after = p.after();
+    for (std::size_t t = 0; t < 2; ++t) EXPECT_EQ(vertices_of(after).morph_targets[t].positions, vertices_of(before).morph_targets[t].positions);
+    for (std::size_t c = 0; c < 2; ++c) EXPECT_EQ(after.animations[0].channels[c].values, before.animations[0].channels[c].values);
+    EXPECT_EQ(p.parts.binary.find("\x5A\x5A\x5A\x5A"), std::string::npos) << "gaps were copied";
+  }
+}
+
+std::string base64(const std::string& bytes) {
+  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+TEST(Pack, ExternalFilesDataUrisAndContainersGiveTheSameBytes) {
+  const GltfSource source = animated_grid();
+  const Packed external(source);
+  const TemporaryFolder folder;
+  json d = source.document;
+  d["buffers"] = {{{"byteLength", source.bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(source.bytes)}}};
+  write_text(folder / "data.gltf", d.dump());
+  d["buffers"][0]["uri"] = "a%20b.bin";
+  write_text(folder / "percent.gltf", d.dump());
+  write_text(folder / "a b.bin", source.bytes + "more than byteLength");
+  PackOptions none = with(PackMethod::kNone);
+  pack_capture(folder / "data.gltf", folder / "container.glb", none);
+  for (const char* name : {"data.gltf", "percent.gltf", "container.glb"}) {
+    pack_capture(folder / name, folder / "out.glb", {});
+    EXPECT_TRUE(read_text(folder / "out.glb") == external.bytes) << name;
+  }
+}
+
+TEST(Pack, PackingIsDeterministicAndPackingAgainChangesNothing) {
+  for (const GltfSource& source : {grid(), dressed_grid(), bezier(), animated_grid(), animated_grid(8)})
+    for (const PackMethod method : {PackMethod::kAuto, PackMethod::kNone}) {
+      const Packed once(source, with(method));
+      {
+        const ThreadLimit one(1);
+        EXPECT_TRUE(Packed(source, with(method)).bytes == once.bytes);
+      }
+      pack_capture(once.target, once.folder / "again.glb", with(method));
+      EXPECT_TRUE(read_text(once.folder / "again.glb") == once.bytes);
+      pack_capture(once.target, once.target, with(method));  // onto itself
+      EXPECT_TRUE(read_text(once.target) == once.bytes);
+    }
+}
+
+TEST(Pack, APackedCaptureReplaysToNearlyTheSamePicture) {
+  for (const GltfSource& source : {bezier(), animated_grid()}) {
+    const Packed p(source);
+    const auto picture = [](const frontend::Capture& capture) {
+      FrameRenderer renderer(capture, {}, {}, {160, 120, {0, 0, 160, 120}, false});
+      const Image8 shown = shaders::to_display(renderer.render(0).targets.color, 1.0f);
+      Image out(shown.width, shown.height, 3);
+      for (std::size_t i = 0; i < out.values.size(); ++i)
+        out.values[i] = static_cast<float>(shown.values[i / 3 * static_cast<std::size_t>(shown.channels) + i % 3]) / 255.0f;
+      return out;
+    };
+    const Image before = picture(p.before()), after = picture(p.after());
+    EXPECT_GT(psnr(before, after), 45.0);
+  }
+}
+
+// ---- Refusals and files -----------------------------------------------------------------------------------------
+
+TEST(Pack, BrokenAssetsAreRefusedAndTheTargetIsUntouched) {
+  std::vector<std::pair<const char*, GltfSource>> broken;
+  const auto add = [&](const char* what) -> GltfSource& { return broken.emplace_back(what, animated_grid()).second; };
+  add("short buffer");
+  first_primitive(add("index beyond the vertices"))["indices"] = broken.back().second.accessor(std::vector<std::uint16_t>{0, 1, 9999}, kUnsignedShortType, "SCALAR");
+  first_primitive(add("accessor that is not there"))["attributes"]["POSITION"] = 999;
+  add("another version").document["asset"]["version"] = "1.0";
+  add("an extension that nobody has").document["extensionsRequired"] = {"VENDOR_thing"};
+  first_primitive(add("normals of another count"))["attributes"]["NORMAL"] = broken.back().second.accessor(std::vector<float>{0, 0, 1}, kFloatType, "VEC3");
+  for (auto& [what, source] : broken) {
+    const TemporaryFolder folder;
+    const fs::path file = source.write(folder.path());
+    if (std::string(what) == "short buffer") {
+      json d = json::parse(read_text(file));
+      d["buffers"][0]["byteLength"] = 2 * source.bytes.size();
+      write_text(file, d.dump());
+    }
+    write_text(folder / "old.glb", "old");
+    EXPECT_THROW(pack_capture(file, folder / "new" / "x.glb", {}), InputError) << what;
+    EXPECT_THROW(pack_capture(file, folder / "old.glb", {}), InputError) << what;
+    EXPECT_EQ(read_text(folder / "old.glb"), "old");
+    EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"source.gltf", "source.bin", "old.glb"})) << what;
+  }
+}
+
+TEST(Pack, ATruncatedContainerIsRefusedAtEveryLength) {
+  const Packed p(animated_grid());
+  for (std::size_t length = 0; length < p.bytes.size(); length += 37) {
+    write_text(p.folder / "short.glb", p.bytes.substr(0, length));
+    EXPECT_THROW(pack_capture(p.folder / "short.glb", p.folder / "out.glb", {}), InputError) << length;
+  }
+  EXPECT_FALSE(fs::exists(p.folder / "out.glb"));
+}
+
+TEST(Pack, ItMakesFoldersOverwritesFilesAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  const fs::path source = grid().write(folder.path());
+  pack_capture(source, folder / "a" / "b" / "x.glb", {});
+  EXPECT_EQ(files_in(folder / "a" / "b"), std::set<std::string>{"x.glb"});
+  const std::string first = read_text(folder / "a" / "b" / "x.glb");
+  write_text(folder / "a" / "b" / "x.glb", "something else");
+  pack_capture(source, folder / "a" / "b" / "x.glb", {});
+  EXPECT_EQ(read_text(folder / "a" / "b" / "x.glb"), first);
+  EXPECT_THROW(pack_capture(source, folder / "a" / "b", {}), SystemError);                // a folder
+  EXPECT_THROW(pack_capture(source, folder / "source.gltf" / "x.glb", {}), SystemError);  // below a file
+  EXPECT_EQ(files_in(folder / "a"), std::set<std::string>{"b"});
+  EXPECT_EQ(files_in(folder / "a" / "b"), std::set<std::string>{"x.glb"});
+}
+
+TEST(ShippedCaptures, KeepTheRulesOfGltfWriters) {
+  for (const char* name : {"eggs", "vases", "serpent", "flyby"}) EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
+}
+
+// ---- The rules themselves -----------------------------------------------------------------------------------------
+
+TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {
+  const Packed p(animated_grid());
+  const auto expect_fault = [&](const char* fault, const std::function<void(json&)>& change) {
+    GlbParts parts = p.parts;
+    change(parts.document);
+    EXPECT_THAT(glb_faults(parts), testing::Contains(HasSubstr(fault)));
+  };
+  const auto keys_view = [](const json& d) { return d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()]["bufferView"].get<std::size_t>(); };
+  const auto target_view = [](const json& d) { return d["accessors"][d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"].get<std::size_t>()]["bufferView"].get<std::size_t>(); };
+  expect_fault("has a byteStride", [&](json& d) { d["bufferViews"][keys_view(d)]["byteStride"] = 4; });
+  expect_fault("has target 34963", [&](json& d) { d["bufferViews"][target_view(d)]["target"] = 34963; });
+  expect_fault("kinds of users", [&](json& d) { d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()]["bufferView"] = target_view(d); });
+  expect_fault("starts at", [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 1; });
+  expect_fault("does not follow", [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 4; });
+  expect_fault("not in extensionsUsed", [](json& d) { d["extensionsUsed"] = {kDraco}; });
+  expect_fault("is required but not used", [](json& d) { d["extensionsRequired"].push_back("KHR_mesh_quantization"); });
+  expect_fault("read by nobody", [](json& d) { d["accessors"].push_back(d["accessors"][0]); });
+  expect_fault("has no min and max", [](json& d) { d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()].erase("min"); });
+  expect_fault("times without min", [](json& d) { d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()].erase("min"); });
+  expect_fault("of another count", [](json& d) { d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()]["count"] = 3; });
+  expect_fault("the chunk has", [](json& d) { d["buffers"][0]["byteLength"] = 4; });
+  EXPECT_THAT(glb_faults(p.bytes + "abcd"), testing::Contains(HasSubstr("length")));
+}
+
+}  // namespace
+}  // namespace tessera::replay
