@@ -27,7 +27,7 @@ class PackCommand final : public Command {
       if (found == kMethods.end()) throw CLI::ValidationError("--method", name + ": is not auto, edgebreaker, sequential or none");
       options_.method = found->second;
     };
-    app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches and morph targets)")
+    app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches, cages and morph targets)")
         ->type_name("METHOD");
     const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
       app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(least, kMostBits).description(""))->type_name("N")->capture_default_str();

@@ -1,6 +1,7 @@
 #include "frontend/subdivision/catmull_clark.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "frontend/subdivision/limit_masks.h"
 #include "frontend/subdivision/refined_cage.h"
@@ -92,7 +93,13 @@ class Conversion {
   }
 
   std::vector<Vec3> points(const std::vector<Vec3>& values) const {
-    return shared<PointSum>(values, [](const Vec3& p) { return PointSum{DVec3(p)}; }, [](const PointSum& s) { return Vec3(s.value); });
+    return shared<PointSum>(values, [](const Vec3& p) { return PointSum{DVec3(p)}; }, [](const PointSum& s) {
+      const Vec3 rounded(s.value);
+      // Control points beside an extraordinary point may lie outside the hull of its neighbours.
+      for (int axis = 0; axis < 3; ++axis)
+        if (!std::isfinite(rounded[axis])) throw CageError("has coordinates too large for single precision once refined");
+      return rounded;
+    });
   }
 
   std::vector<SkinInfluence> influences() const {

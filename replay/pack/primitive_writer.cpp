@@ -106,6 +106,15 @@ void EditedAsset::use_extension(const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
+void EditedAsset::drop_extension(const char* list, const std::string& name) {
+  if (!document.contains(list)) return;
+  json kept = json::array();
+  for (const json& other : document[list])
+    if (other != name) kept.push_back(other);
+  if (kept.empty()) document.erase(list);
+  else document[list] = std::move(kept);
+}
+
 std::vector<std::uint32_t> cage_indices(std::size_t patches) {
   std::vector<std::uint32_t> indices;
   indices.reserve(patches * 54);

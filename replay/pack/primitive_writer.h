@@ -27,6 +27,8 @@ class EditedAsset {
   void write_primitive(nlohmann::json& json_primitive, const frontend::Primitive& primitive, const std::vector<std::uint32_t>& indices);
 
   void use_extension(const std::string& name);
+  // Strikes a name off "extensionsUsed" or "extensionsRequired".
+  void drop_extension(const char* list, const std::string& name);
 
  private:
   template <class T>

@@ -90,6 +90,15 @@ void mark_cages(EditedAsset& asset, const SurfaceOptions& options, SurfaceReport
   else throw UsageError(fmt::format("--subdivide: no mesh of the asset can be a cage: {}", report.notices.front()));
 }
 
+// Rewritten primitives are not compressed any more.
+void drop_unused_draco(EditedAsset& asset) {
+  constexpr const char* kDracoName = "KHR_draco_mesh_compression";
+  for (const json& mesh : asset.document["meshes"])
+    for (const json& primitive : mesh["primitives"])
+      if (has_extension(primitive, kDracoName)) return;
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) asset.drop_extension(list, kDracoName);
+}
+
 // ---- Converting -------------------------------------------------------------------------------------------------
 
 void convert_cages(EditedAsset& asset, SurfaceReport& report) {
@@ -105,10 +114,7 @@ void convert_cages(EditedAsset& asset, SurfaceReport& report) {
   });
   if (report.patches == 0) throw UsageError("--convert: the asset has no TESSERA_subdivision cage; --subdivide makes some");
   asset.use_extension(kBezier);
-  json kept = json::array();
-  for (const json& name : asset.document["extensionsUsed"])
-    if (name != gltf::kSubdivision) kept.push_back(name);
-  asset.document["extensionsUsed"] = std::move(kept);
+  asset.drop_extension("extensionsUsed", gltf::kSubdivision);
 }
 
 // ---- Displacing -------------------------------------------------------------------------------------------------
@@ -250,6 +256,7 @@ SurfaceReport edit_surfaces(EditedAsset& asset, const SurfaceOptions& options) {
   if (!asset.document.contains("meshes")) asset.document["meshes"] = json::array();
   if (options.subdivide) mark_cages(asset, options, report);
   if (options.convert) convert_cages(asset, report);
+  drop_unused_draco(asset);
   if (options.displace) displace_surfaces(asset, *options.displace, report);
   return report;
 }
