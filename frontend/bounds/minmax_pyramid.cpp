@@ -7,6 +7,12 @@
 namespace tessera::frontend {
 namespace {
 
+// floor of a number that an integer holds: without SSE4.1 std::floor is a call.
+std::int64_t floor_to_integer(double x) {
+  const auto truncated = static_cast<std::int64_t>(x);
+  return truncated - (static_cast<double>(truncated) > x ? 1 : 0);
+}
+
 // Pieces of one axis, in texels of level 0, inclusive; up to two after wrapping.
 struct Pieces {
   int count = 0;
@@ -22,8 +28,8 @@ Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
   Pieces pieces;
   // Also true for NaN and for numbers that no integer holds.
   const bool everything = !(high - low < size) || !(std::abs(low) < 1e15) || !(std::abs(high) < 1e15);
-  const auto a = everything ? std::int64_t{0} : static_cast<std::int64_t>(std::floor(low));
-  const auto b = everything ? std::int64_t{0} : static_cast<std::int64_t>(std::floor(high));
+  const auto a = everything ? std::int64_t{0} : floor_to_integer(low);
+  const auto b = everything ? std::int64_t{0} : floor_to_integer(high);
   if (!everything && a >= 0 && b < size) {
     pieces.add(static_cast<int>(a), static_cast<int>(b));
     return pieces;
@@ -129,8 +135,9 @@ ValueRange MinMaxPyramid::footprint(const Steps& steps, const shaders::Sampler& 
     if (wrap == shaders::Wrap::kClampToEdge) a = clamp_finite(a), b = clamp_finite(b);
     const double from = static_cast<double>(a), to = static_cast<double>(b), ratio = static_cast<double>(size) / level_size;
     const double slack = 0x1p-20 * level_size * (1 + std::abs(from) + std::abs(to)) + 0x1p-10;
-    const double first = std::floor(from * level_size - 0.5 - slack) * ratio, last = (std::floor(to * level_size + 0.5 + slack) + 1) * ratio;
-    return wrapped_pieces(wrap, first, last - 0x1p-10, size);
+    const double first = from * level_size - 0.5 - slack, last = to * level_size + 0.5 + slack;
+    if (!(std::abs(first) < 1e15 && std::abs(last) < 1e15)) return wrapped_pieces(wrap, -1e300, 1e300, size);
+    return wrapped_pieces(wrap, static_cast<double>(floor_to_integer(first)) * ratio, static_cast<double>(floor_to_integer(last) + 1) * ratio - 0x1p-10, size);
   };
   const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, steps.front().width, width);
   const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, steps.front().height, height);
