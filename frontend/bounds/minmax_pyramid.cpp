@@ -42,16 +42,21 @@ Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
     pieces.add(0, size - 1);
     return pieces;
   }
-  const int first = shaders::wrap_texel(wrap, a, size), last = shaders::wrap_texel(wrap, b, size);
   if (wrap == shaders::Wrap::kRepeat) {
-    if (first <= last) {
+    // Into the first period, without an integer division.
+    std::int64_t start = a - floor_to_integer(low / size) * size;
+    if (start < 0) start += size;
+    if (start >= size) start -= size;
+    const auto first = static_cast<int>(start), last = static_cast<int>(start + (b - a));
+    if (last < size) {
       pieces.add(first, last);
     } else {
       pieces.add(first, size - 1);
-      pieces.add(0, last);
+      pieces.add(0, last - size);
     }
     return pieces;
   }
+  const int first = shaders::wrap_texel(wrap, a, size), last = shaders::wrap_texel(wrap, b, size);
   // Mirrored: within one period the footprint turns at most once, at an end of the texture, or lies in one direction.
   const auto period_of = [&](std::int64_t i) { return i >= 0 ? i / size : (i - size + 1) / size; };
   const int low_texel = std::min(first, last), high_texel = std::max(first, last);
