@@ -90,7 +90,7 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              FrameResult& result) {
+                              const std::vector<bool>& only, FrameResult& result) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   PerThread<std::uint64_t> queue_bytes_read;
@@ -107,6 +107,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       unfinished.resize(tile_count);
     }
     parallel_for(tile_count, [&](std::size_t t) {
+      if (!only.empty() && !only[t]) return;
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
@@ -124,6 +125,40 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
     if (!done) binner.reset();
   }
   queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
+}
+
+frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
+  frontend::CoarseDepth depth;
+  depth.block_width = static_cast<int>(gpu_.tile_width);
+  depth.block_height = static_cast<int>(gpu_.tile_height);
+  const IntRect& region = job.grid->region();
+  depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height, (region.x1 + depth.block_width - 1) / depth.block_width,
+                  (region.y1 + depth.block_height - 1) / depth.block_height};
+  depth.farthest = result.targets.tile_farthest;
+  depth.projection = job.frame->projection;
+  depth.view = job.frame->views[1];
+  return depth;
+}
+
+void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result) {
+  if (front_end.aside.empty()) return;
+  std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
+  if (revived.empty()) return;
+  std::vector<bool> again(binner.grid().tile_count(), false);
+  for (const frontend::BoundedSubPatch& piece : revived) {
+    const IntRect tiles = binner.grid().covered(piece.bounds);
+    for (int row = tiles.y0; row < tiles.y1; ++row)
+      for (int column = tiles.x0; column < tiles.x1; ++column) again[binner.grid().index(column, row)] = true;
+  }
+  // The queues still hold what the tiles were rendered from, unless a partial render emptied them.
+  if (result.counters.binner.partial_renders > 0) {
+    binner.reset();
+    revived.insert(revived.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
+  }
+  run_tiles(job, binner, revived, again, result);
+}
+
+void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
   hardware::merge(result.counters.binner, binner.buffer().counters());
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
@@ -144,17 +179,27 @@ FrameResult FrameRenderer::render(int frame) {
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
-    front_end = frontend::run_front_end(*geometry, pyramids_, gpu_);
+    std::optional<frontend::OcclusionGuess> guess;
+    if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+    front_end = frontend::run_front_end(*geometry, pyramids_, gpu_, guess ? &*guess : nullptr);
   }
-  result.counters.frontend = front_end.counters;
-  result.counters.ledger += front_end.ledger;
   result.effects = effects_of(*geometry);
 
   binner::Binner binner(gpu_, binner::TileGrid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
                                                static_cast<int>(gpu_.tile_height), request_.region));
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame)});
-  run_tiles(make_job(*geometry, binner.grid(), pattern), binner, front_end.sub_patches, result);
+  result.targets.tile_farthest.resize(binner.grid().tile_count());
+  const tilecore::TileJob job = make_job(*geometry, binner.grid(), pattern);
+  run_tiles(job, binner, front_end.sub_patches, {}, result);
+  render_revived(job, binner, front_end, result);
+  collect(binner, result);
+  result.counters.frontend = front_end.counters;
+  result.counters.ledger += front_end.ledger;
+  if (gpu_.frontend_previous_depth_culling) {
+    last_depth_ = coarse_depth(job, result);
+    last_frame_ = frame;
+  }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -57,8 +57,9 @@ struct RenderRequest {
   bool auxiliary = false;
 };
 
-// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Frames are independent of each
-// other and of the number of threads.
+// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures are independent of each
+// other and of the number of threads; so are counters, but for frontend.previous_depth_culling, which looks at the
+// frame rendered before when that was the one before.
 class FrameRenderer {
  public:
   // `capture` must outlive the renderer.
@@ -74,7 +75,13 @@ class FrameRenderer {
  private:
   frontend::FrameRequest frame_request(int frame) const;
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
-  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches, FrameResult& result);
+  // Bins, renders and finishes tiles: all of them, or those that `only` marks.
+  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
+                 const std::vector<bool>& only, FrameResult& result);
+  // Renders again the tiles where something that the previous frame's depth hid is visible after all.
+  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result);
+  void collect(binner::Binner& binner, FrameResult& result);
+  frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
   const frontend::Capture& capture_;
@@ -85,6 +92,8 @@ class FrameRenderer {
   frontend::PyramidLibrary pyramids_;
   frontend::CameraChoice camera_;
   PerThread<tilecore::TileCore> cores_;
+  std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
+  int last_frame_ = 0;
 };
 
 }  // namespace tessera::replay
