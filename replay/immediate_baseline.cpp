@@ -19,13 +19,10 @@ struct LineTouch {
   bool passes, blends;
 };
 
-// The touches of one sub-patch in one tile.
+// The touches of one base patch in one tile.
 struct Drawn {
-  std::uint32_t patch;
-  frontend::CellRange range;
-  std::uint32_t tile;
+  std::uint32_t patch, tile;
   std::size_t begin, end;  // in the tile's touches
-  auto order() const { return std::make_tuple(patch, range.j0, range.i0, tile); }
 };
 
 struct TileDrawing {
@@ -39,7 +36,7 @@ class CollectingSink final : public tilecore::HitSink {
   std::vector<Hit> all;
 };
 
-// Depth test of one sub-patch's hits, triangle by triangle; appends the lines that each touches.
+// Depth test of one base patch's hits, triangle by triangle; appends the lines that each touches.
 void draw_hits(const tilecore::TileJob& job, std::uint32_t patch, IntRect pixels, const binner::SampleLayout& layout, std::span<tilecore::HitSink::Hit> hits,
                std::vector<float>& depth, std::vector<LineTouch>& touches) {
   const frontend::Material& material = *job.frame->drawable_of(patch).material;
@@ -62,20 +59,19 @@ void draw_hits(const tilecore::TileJob& job, std::uint32_t patch, IntRect pixels
 }
 
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries, const binner::SampleLayout& layout, tilecore::TileCore& core) {
-  std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
-    return std::tie(a.base_patch, a.range.j0, a.range.i0) < std::tie(b.base_patch, b.range.j0, b.range.i0);
-  });
+  std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) { return a.base_patch < b.base_patch; });
   const IntRect pixels = job.grid->pixels(tile);
   std::vector<float> depth(static_cast<std::size_t>(pixels.width() * pixels.height() * job.pattern->samples_per_pixel()), std::numeric_limits<float>::infinity());
   TileDrawing drawing;
   CollectingSink sink;
   core.begin_tile(job, tile);
-  for (const binner::QueueEntry& entry : entries) {
+  for (std::size_t e = 0; e < entries.size();) {
+    const std::uint32_t patch = entries[e].base_patch;
     sink.all.clear();
-    core.find_hits(job, entry, sink);
+    for (; e < entries.size() && entries[e].base_patch == patch; ++e) core.find_hits(job, entries[e], sink);
     const std::size_t begin = drawing.touches.size();
-    draw_hits(job, entry.base_patch, pixels, layout, sink.all, depth, drawing.touches);
-    if (drawing.touches.size() > begin) drawing.drawn.push_back({entry.base_patch, entry.range, tile, begin, drawing.touches.size()});
+    draw_hits(job, patch, pixels, layout, sink.all, depth, drawing.touches);
+    if (drawing.touches.size() > begin) drawing.drawn.push_back({patch, tile, begin, drawing.touches.size()});
   }
   return drawing;
 }
@@ -90,7 +86,7 @@ ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const MachineRec
 
   std::vector<Drawn> order;
   for (const TileDrawing& tile : tiles) order.insert(order.end(), tile.drawn.begin(), tile.drawn.end());
-  std::sort(order.begin(), order.end(), [](const Drawn& a, const Drawn& b) { return a.order() < b.order(); });
+  std::sort(order.begin(), order.end(), [](const Drawn& a, const Drawn& b) { return std::tie(a.patch, a.tile) < std::tie(b.patch, b.tile); });
   binner::ImmediateMemory cached(static_cast<std::uint64_t>(gpu.immediate_cache_bytes), job.burst_bytes, layout.line_count());
   binner::ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());
   for (const Drawn& drawn : order)
