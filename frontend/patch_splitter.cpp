@@ -65,7 +65,7 @@ SplitCriterion split_criterion(std::string_view name) {
 SplitSettings split_settings(const hardware::GpuConfiguration& gpu) {
   return {bound_method(gpu.frontend_bound_method), split_criterion(gpu.frontend_split_criterion),
           static_cast<int>(gpu.tessellator_sub_patch_cells), gpu.frontend_split_pixels, static_cast<int>(gpu.frontend_split_depth),
-          static_cast<int>(gpu.frontend_split_budget), gpu.frontend_backface_culling == "on"};
+          static_cast<int>(gpu.frontend_split_budget), gpu.frontend_backface_culling};
 }
 
 std::array<CellRange, 2> halves(const CellRange& range, bool along_u) {

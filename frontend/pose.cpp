@@ -25,7 +25,8 @@ std::vector<double> evaluate_channel(const AnimationChannel& channel, double tim
     const float* begin = &channel.values[(cubic ? 3 * key + which : key) * n];
     return std::vector<double>(begin, begin + n);
   };
-  const auto after = std::upper_bound(channel.times.begin(), channel.times.end(), static_cast<float>(time));
+  const auto after = std::upper_bound(channel.times.begin(), channel.times.end(), time,
+                                      [](double t, float key) { return t < static_cast<double>(key); });
   if (after == channel.times.begin()) return part(0, 1);
   const auto key = static_cast<std::size_t>(after - channel.times.begin()) - 1;
   if (after == channel.times.end() || channel.interpolation == Interpolation::kStep) return part(key, 1);

@@ -18,10 +18,10 @@ struct GpuConfiguration {
 
   std::string frontend_bound_method = "npatch";
   std::string frontend_split_criterion = "screen_extent";
-  double frontend_split_pixels = 32;
+  double frontend_split_pixels = 128;
   std::int64_t frontend_split_depth = 8;
   std::int64_t frontend_split_budget = 64;
-  std::string frontend_backface_culling = "on";
+  bool frontend_backface_culling = true;
 
   std::int64_t tile_width = 32;   // pixels, multiple of 8
   std::int64_t tile_height = 32;  // pixels, multiple of 8
@@ -36,6 +36,8 @@ struct GpuConfiguration {
   std::int64_t binner_queue_levels = 1;   // queues of single tiles, of 2x2, 4x4 ... tiles
   std::int64_t binner_combining_bursts = 256;  // write-combining lines in front of the parameter buffer
   std::int64_t memory_burst_bytes = 64;
+
+  bool tilecore_occlusion_culling = true;
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once

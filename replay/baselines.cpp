@@ -153,6 +153,7 @@ BaselineCounters measure_patch_machine(const FrameCounters& counters, const Mach
   out.primitives = counters.frontend.sub_patches;
   out.culled_frustum = counters.frontend.culled_frustum;
   out.culled_backface = counters.frontend.culled_backface;
+  out.culled_occlusion = counters.tilecore.culled_occlusion;
   out.bounding_operations = counters.frontend.bounds_computed;
   out.tile_overlaps = counters.binner.tile_overlaps;
   out.entries = counters.binner.entries;

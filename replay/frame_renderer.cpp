@@ -72,6 +72,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.shading = settings_.shading_rate == "sample" ? tilecore::ShadingRate::kSample : tilecore::ShadingRate::kPixel;
   job.force_motion = settings_.motion == "on";
   job.force_lens = settings_.defocus == "on";
+  job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.record_tessellations = request_.baselines;
   return job;

@@ -27,7 +27,7 @@ class PackCommand final : public Command {
       if (found == kMethods.end()) throw CLI::ValidationError("--method", name + ": is not auto, edgebreaker, sequential or none");
       options_.method = found->second;
     };
-    app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches and morph targets)")
+    app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches, cages and morph targets)")
         ->type_name("METHOD");
     const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
       app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(least, kMostBits).description(""))->type_name("N")->capture_default_str();
@@ -37,6 +37,15 @@ class PackCommand final : public Command {
     bits("--texcoord-bits", options_.bits.texcoord, "texture coordinates");
     bits("--color-bits", options_.bits.color, "vertex colours");
     bits("--generic-bits", options_.bits.generic, "tangents and weights");
+    const char* surfaces = "Surfaces";
+    app.add_option("--subdivide", levels_, "Make meshes Catmull-Clark cages: triangles are paired into quads, refined so many times (0 to 4, default 1), and drawn as Bezier patches")
+        ->expected(0, 1)->type_name("[LEVELS]")->group(surfaces);
+    app.add_option("--crease", options_.surfaces.crease_degrees, "With --subdivide: edges bent by more than so many degrees stay sharp (default: none)")
+        ->check(CLI::Range(0.0, 180.0).description(""))->type_name("DEGREES")->group(surfaces);
+    app.add_flag("--convert", options_.surfaces.convert, "Write the Bezier patches of all cages instead of the cages")->group(surfaces);
+    app.add_option("--displace", displace_, "Displace all cages and patches: HEIGHTS is a PNG or JPEG file, the number of a texture, or base-color, metallic-roughness, normal, occlusion or emissive for the material's own; SCALE and BIAS in object units (default 2 % of the largest extent, and 0)")
+        ->type_name("HEIGHTS[,SCALE[,BIAS]]")->group(surfaces);
+    subdivide_ = app.get_option("--subdivide");
     const char* group = "Capture settings";
     app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->group(group);
     app.add_option("--frame-rate", frame_rate_, "Frames per second")->type_name("FPS")->group(group);
@@ -46,14 +55,18 @@ class PackCommand final : public Command {
     app.add_option("--environment", environment_, "Brightness of the built-in environment")->type_name("X")->group(group);
     app.add_option("--aperture", options_.aperture_radius, "Radius of the lens of every camera, in scene units; 0 is a pinhole")->type_name("R")->group(group);
     app.add_option("--focus", options_.focus_distance, "Distance in front of the camera that is sharp")->type_name("D")->group(group);
-    app.footer("Example:\n  tessera pack model.gltf captures/model.glb --size 1280x720 --shutter 0:0.5 --frames 0:24");
+    app.footer(
+        "Examples:\n  tessera pack model.gltf captures/model.glb --size 1280x720 --shutter 0:0.5 --frames 0:24\n"
+        "  tessera pack statue.gltf statue.glb --subdivide 2 --displace marble.png,0.02");
   }
 
   void run() override {
     options_.capture_settings = capture_settings();
     if (options_.aperture_radius) check_number("--aperture", *options_.aperture_radius, 0, kLargest);
     if (options_.focus_distance) check_number("--focus", *options_.focus_distance, 0, kLargest, true);
+    read_surface_options();
     const PackReport report = pack_capture(source_, target_, options_);
+    print_surfaces(report.surfaces);
     fmt::print("{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed, report.primitives, human_bytes(report.bytes_in),
                human_bytes(report.bytes_out));
   }
@@ -82,8 +95,27 @@ class PackCommand final : public Command {
     return settings;
   }
 
+  void read_surface_options() {
+    SurfaceOptions& surfaces = options_.surfaces;
+    if (subdivide_->count() > 0) {
+      if (!levels_.empty() && (levels_.size() > 1 || levels_[0] < '0' || levels_[0] > '4'))
+        throw UsageError(fmt::format("--subdivide {}: expected 0 to 4 levels", escape_control(levels_, 40)));
+      surfaces.subdivide = levels_.empty() ? 1 : levels_[0] - '0';
+    }
+    if (surfaces.crease_degrees && !surfaces.subdivide) throw UsageError("--crease needs --subdivide");
+    if (!displace_.empty()) surfaces.displace = parse_displace(displace_);
+  }
+
+  void print_surfaces(const SurfaceReport& surfaces) const {
+    for (const std::string& notice : surfaces.notices) fmt::print("{}: {}\n", source_, escape_control(notice, 300));
+    if (surfaces.cages > 0) fmt::print("{}: {} cages of {} quads and {} triangles\n", target_, surfaces.cages, surfaces.quads, surfaces.triangles);
+    if (surfaces.patches > 0) fmt::print("{}: {} Bezier patches\n", target_, surfaces.patches);
+    if (surfaces.displaced_materials > 0) fmt::print("{}: {} materials displace\n", target_, surfaces.displaced_materials);
+  }
+
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-  std::string source_, target_, size_, shutter_, frames_;
+  std::string source_, target_, size_, shutter_, frames_, levels_, displace_;
+  CLI::Option* subdivide_ = nullptr;
   std::optional<double> frame_rate_, exposure_, environment_;
   PackOptions options_;
 };

@@ -1,6 +1,7 @@
 #include "tilecore/tile_core.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -74,6 +75,17 @@ class LayerSink final : public HitSink {
   TileState& state_;
 };
 
+// The tile's far plane: infinity while a sample sees nothing.
+float farthest(const std::vector<float>& z) {
+  // Several running maxima, so that the loop is not one chain of dependent steps.
+  std::array<float, 16> most{};
+  std::size_t i = 0;
+  for (; i + most.size() <= z.size(); i += most.size())
+    for (std::size_t k = 0; k < most.size(); ++k) most[k] = z[i + k] > most[k] ? z[i + k] : most[k];
+  for (; i < z.size(); ++i) most[0] = std::max(most[0], z[i]);
+  return *std::max_element(most.begin(), most.end());
+}
+
 HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable) {
   HitLimits limits;
   limits.near = static_cast<float>(frame.projection.near);
@@ -125,9 +137,15 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) < std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
   });
-  for (const binner::QueueEntry& entry : entries) {
-    current_work_place().base_patch = entry.base_patch;
-    render_sub_patch(job, entry, state);
+  // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
+  // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    if (job.cull_occlusion && entries[e].near_depth > farthest(state.z)) {
+      counters_.culled_occlusion += entries.size() - e;
+      break;
+    }
+    current_work_place().base_patch = entries[e].base_patch;
+    render_sub_patch(job, entries[e], state);
   }
   current_work_place().base_patch = -1;
 }

@@ -22,6 +22,7 @@ namespace tessera::tilecore {
 
 struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
+  std::uint64_t culled_occlusion = 0;
   std::uint64_t tessellated_sub_patches = 0;
   std::uint64_t domain_evaluations = 0;
   std::uint64_t triangles = 0;
@@ -83,6 +84,7 @@ struct TileJob {
   Vec3 background{0.0f};
   bool has_background = false;  // else the environment
   ShadingRate shading = ShadingRate::kPixel;
+  bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
   bool record_tessellations = false;  // for TileCore::take_tessellations
@@ -99,7 +101,7 @@ struct TessellationRequest {
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
 //
-//   entries of the tile -> order by depth -> tessellate -> moving boxes -> raster or ray path -> visible samples
+//   entries of the tile -> order by depth -> cull what is hidden -> tessellate -> moving boxes -> raster or ray path -> visible samples
 //   all entries done    -> shade what is visible -> blend -> resolve -> store pixels
 class TileCore {
  public:
@@ -160,6 +162,9 @@ template <>
 inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array<CounterField<tilecore::TileCoreCounters>>({
     {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
      "Queue entries read by tile cores.", "MaliFragRdPrim"},
+    {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
+     "Entries dropped before tessellation because every sample of the tile sees something nearer.",
+     "MaliFragFPKKilledQd; Adreno LRZ; PowerVR HSR (after rasterisation, there)"},
     {"tilecore.tessellated_sub_patches", &tilecore::TileCoreCounters::tessellated_sub_patches, Combine::kSum, "sub-patches",
      "Sub-patches tessellated. One that several tiles need counts once for each.", ""},
     {"tilecore.domain_evaluations", &tilecore::TileCoreCounters::domain_evaluations, Combine::kSum, "vertices",

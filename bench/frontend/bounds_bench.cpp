@@ -36,7 +36,9 @@ struct Work {
   std::vector<CellRange> ranges;
 };
 std::vector<Work> split_work(const Scene& s) {
-  const FrontEndResult split = run_front_end(*s.frame, s.pyramids, hardware::GpuConfiguration{});
+  hardware::GpuConfiguration gpu;
+  gpu.frontend_split_pixels = 32;  // many sub-patches a base patch, so that what they share does not hide them
+  const FrontEndResult split = run_front_end(*s.frame, s.pyramids, gpu);
   std::vector<Work> work;
   for (const BoundedSubPatch& p : split.sub_patches) {
     if (s.frame->drawable_of(p.base_patch).drawable->kind != Primitive::Kind::kBezierPatches) continue;

@@ -24,6 +24,7 @@ struct BaselineCounters {
   std::uint64_t culled_frustum = 0;
   std::uint64_t culled_backface = 0;
   std::uint64_t culled_zero_area = 0;
+  std::uint64_t culled_occlusion = 0;
   std::uint64_t bounding_operations = 0;
   std::uint64_t tile_overlaps = 0;
   std::uint64_t entries = 0;
@@ -56,6 +57,8 @@ inline constexpr auto kCounterFields<binner::BaselineCounters> = std::to_array<C
      "Dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim"},
     {"baseline.culled_zero_area", &binner::BaselineCounters::culled_zero_area, Combine::kSum, "primitives",
      "Triangles without area at any time.", "MaliGeomSampleCullPrim"},
+    {"baseline.culled_occlusion", &binner::BaselineCounters::culled_occlusion, Combine::kSum, "entries",
+     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees.", "PowerVR HSR Efficiency; Adreno LRZ"},
     {"baseline.bounding_operations", &binner::BaselineCounters::bounding_operations, Combine::kSum, "bounds",
      "Bounding volumes of patches and sub-patches computed; triangles are their own bounds.", ""},
     {"baseline.tile_overlaps", &binner::BaselineCounters::tile_overlaps, Combine::kSum, "tiles",

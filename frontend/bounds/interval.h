@@ -18,7 +18,10 @@ namespace tessera::frontend {
 class Interval {
  public:
   Interval() = default;
-  Interval(double value) : low_(value), high_(value) {}  // NOLINT: constants widen silently, as in the scalar shader
+  // NOLINTNEXTLINE: constants widen silently, as in the scalar shader
+  Interval(double value) : low_(value), high_(value) {}
+  Interval(float value) : Interval(static_cast<double>(value)) {}  // NOLINT
+  Interval(int value) : Interval(static_cast<double>(value)) {}    // NOLINT
   Interval(double low, double high) : low_(low), high_(high) {}
 
   double low() const { return low_; }

@@ -51,12 +51,15 @@ MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_ra
   MovingCorners corners;
   for (std::size_t key = 0; key < 2; ++key) {
     const DMat4 m(to_raster[key]);
-    for (std::size_t i = 0; i < 8; ++i) {
-      DVec3 p(0.0);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        p += box.axes[axis] * ((i >> axis & 1) != 0 ? box.high[key][axis] : box.low[key][axis]);
-      corners[8 * key + i] = m * DVec4(p, 1.0);
+    // The box's sides in raster space; corners are sums of one end of each.
+    std::array<std::array<DVec4, 2>, 3> end;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const DVec3& a = box.axes[axis];
+      const DVec4 side = (m[0] * a.x + m[1] * a.y) + m[2] * a.z;
+      end[axis] = {side * box.low[key][axis], side * box.high[key][axis]};
     }
+    for (DVec4& e : end[2]) e += m[3];
+    for (std::size_t i = 0; i < 8; ++i) corners[8 * key + i] = (end[0][i & 1] + end[1][i >> 1 & 1]) + end[2][i >> 2];
   }
   return corners;
 }

@@ -25,10 +25,10 @@ CornerFrame corner_frame(std::span<const PatchNet> keys) {
   const double t_length = glm::length(t), b_length = glm::length(b);
   // Written so that NaN leaves the world's axes.
   if (!(t_length > 0 && b_length > 0 && std::isfinite(t_length) && std::isfinite(b_length))) return frame;
-  const DVec3 tangent_u = t / t_length, tangent_v = b / b_length, n = glm::cross(tangent_u, tangent_v);
+  const DVec3 tangent_u = t * (1 / t_length), tangent_v = b * (1 / b_length), n = glm::cross(tangent_u, tangent_v);
   const double n_length = glm::length(n);
   if (!(n_length > 1e-6)) return frame;
-  const DVec3 z = n / n_length;
+  const DVec3 z = n * (1 / n_length);
   return {{tangent_u, glm::cross(z, tangent_u), z}, tangent_u, tangent_v, true};
 }
 

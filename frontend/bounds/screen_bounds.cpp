@@ -15,8 +15,9 @@ struct Hull {
   bool unusable = false;  // a coordinate was NaN or infinite
 
   void add(const DVec4& r) {
-    const double x = r.x / r.w, y = r.y / r.w;
-    if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(r.z)) unusable = true;
+    const double inverse = 1 / r.w, x = r.x * inverse, y = r.y * inverse;
+    // Zero unless something is NaN or infinite.
+    if (!((x - x) + (y - y) + (r.z - r.z) == 0)) unusable = true;
     x0 = std::min(x0, x);
     x1 = std::max(x1, x);
     y0 = std::min(y0, y);
@@ -50,7 +51,7 @@ std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const P
   const auto behind = [&](const DVec4& r) { return !(r.z >= near); };
   bool crosses = false, any_nan = false;
   for (const DVec4& r : points) {
-    any_nan = any_nan || !(std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.z) && std::isfinite(r.w));
+    any_nan = any_nan || !(((r.x - r.x) + (r.y - r.y)) + ((r.z - r.z) + (r.w - r.w)) == 0);
     if (behind(r)) crosses = true;
     else hull.add(r);
   }

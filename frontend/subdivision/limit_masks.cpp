@@ -175,21 +175,13 @@ void LimitMasks::add_gregory_point(const osd::TopologyLevel& level, const FaceSi
   const double c0 = turn(side.near_valence), c1 = turn(side.far_valence);
   const int end = level.GetEdgeVertices(side.edge)[0] == near ? 0 : 1;
   weight /= 3.0;
-  add_mask(corner(near), weight * c1);
-  add_mask(on_edge(side.edge, end), weight * (3.0 - 2.0 * c0 - c1));
-  add_mask(on_edge(side.edge, 1 - end), weight * 2.0 * c0);
+  add_control_point(corner(near), weight * c1);
+  add_control_point(on_edge(side.edge, end), weight * (3.0 - 2.0 * c0 - c1));
+  add_control_point(on_edge(side.edge, 1 - end), weight * 2.0 * c0);
   add(ahead, weight / 3.0);
   add(across[behind], -weight / 3.0);
   add(diagonal, weight / 6.0);
   add(opposite, -weight / 6.0);
-}
-
-void LimitMasks::add_mask(std::size_t control_point, double weight) {
-  const Mask mask = masks_[control_point];
-  for (std::size_t t = mask.first; weight != 0 && t < mask.first + mask.count; ++t) {
-    const Term term = terms_[t];
-    add(term.point, weight * term.weight);
-  }
 }
 
 std::array<std::size_t, 16> LimitMasks::patch(const osd::TopologyLevel& level, int face) const {

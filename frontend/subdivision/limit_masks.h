@@ -50,8 +50,10 @@ class LimitMasks {
     std::vector<T> out(masks_.size());
     for (std::size_t m = 0; m < masks_.size(); ++m) {
       out[m].Clear();
-      for (std::size_t t = masks_[m].first; t < masks_[m].first + masks_[m].count; ++t)
-        out[m].AddWithWeight(values[static_cast<std::size_t>(terms_[t].point)], terms_[t].weight);
+      for (std::size_t t = masks_[m].first; t < masks_[m].first + masks_[m].count; ++t) {
+        const int source = terms_[t].source;
+        out[m].AddWithWeight(source >= 0 ? values[static_cast<std::size_t>(source)] : out[static_cast<std::size_t>(~source)], terms_[t].weight);
+      }
     }
     return out;
   }
@@ -59,7 +61,7 @@ class LimitMasks {
  private:
   struct Term {
     double weight;
-    int point;
+    int source;  // a point of the finest level; ~c: control point c, which comes before this one
   };
   struct Mask {
     std::size_t first = 0, count = 0;  // of terms_
@@ -78,9 +80,9 @@ class LimitMasks {
   void add_straight_edge(const Ring& ring, std::size_t i);
   void add_inner_masks(const osd::TopologyLevel& level, int face);
   void add_gregory_point(const osd::TopologyLevel& level, const FaceSide& side, double weight);
-  void add_mask(std::size_t control_point, double weight);  // of a control point that has its mask already
   void begin(std::size_t control_point) { open_ = control_point, masks_[open_] = {terms_.size(), 0}; }
   void add(int point, double weight) { terms_.push_back({weight, point}), ++masks_[open_].count; }
+  void add_control_point(std::size_t control_point, double weight) { add(~static_cast<int>(control_point), weight); }
 
   int points_, edges_;
   std::vector<Mask> masks_;

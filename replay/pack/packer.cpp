@@ -56,6 +56,7 @@ bool application_specific(const std::string& attribute) { return attribute.start
 bool order_matters(const json& primitive) {
   const json& attributes = primitive["attributes"];
   return primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr ||
+         gltf::find_extension(primitive, "TESSERA_subdivision") != nullptr ||
          std::any_of(attributes.items().begin(), attributes.items().end(), [](const auto& item) { return application_specific(item.key()); });
 }
 
@@ -109,7 +110,7 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
   const bool ordered = order_matters(primitive);
   if (ordered && options.method == PackMethod::kEdgebreaker)
-    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches, morph targets and application-specific attributes need sequential order (or auto)");
+    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches, cages, morph targets and application-specific attributes need sequential order (or auto)");
   const DracoInput input = read_primitive(document, primitive);
   const bool sequential = ordered || options.method == PackMethod::kSequential;
   if (sequential ? input.vertex_count > input.indices.size() : !has_proper_triangle(input)) return false;
@@ -297,7 +298,15 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   const frontend::CaptureLimits limits;
   frontend::MemoryBudget budget(limits.max_bytes);
   gltf::Container container = gltf::open_container(gltf::read_whole_file(source, limits.max_file_bytes, name), name);
-  gltf::Document document(checked_json(container.json, name), source, std::move(container.binary), container.has_binary, limits, budget);
+  json checked = checked_json(container.json, name);
+  if (options.surfaces.any()) {
+    EditedAsset asset(source, std::move(checked), std::move(container.binary), container.has_binary);
+    report.surfaces = edit_surfaces(asset, options.surfaces);
+    checked = checked_json(asset.document.dump(), name);
+    container.binary = asset.binary();
+    container.has_binary = true;
+  }
+  gltf::Document document(std::move(checked), source, std::move(container.binary), container.has_binary, limits, budget);
   json out = document.json;
   if (!out.contains("meshes")) out["meshes"] = json::array();
 
@@ -325,10 +334,10 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   }
 
   // A fault that the options bring is reported here, under the target's name.
-  const json checked = checked_json(out.dump(), target.string());
+  const json result = checked_json(out.dump(), target.string());
   if (report.compressed > 0) {
     frontend::MemoryBudget second_budget(limits.max_bytes);
-    gltf::Document packed(checked, target, chunk.bytes(), true, limits, second_budget);
+    gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
     describe_decoded(packed, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());

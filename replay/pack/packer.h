@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/pack/draco_encoder.h"
+#include "replay/pack/surfaces.h"
 
 namespace tessera::replay {
 
@@ -20,11 +21,13 @@ struct PackOptions {
   nlohmann::json capture_settings;
   // TESSERA_lens for every camera.
   std::optional<double> aperture_radius, focus_distance;
+  SurfaceOptions surfaces;
 };
 
 struct PackReport {
   std::uint64_t bytes_in = 0, bytes_out = 0;  // all files of the asset / the .glb
   std::size_t primitives = 0, compressed = 0;
+  SurfaceReport surfaces;
 };
 
 // Reads a glTF asset, compresses its triangle primitives with Draco, attaches settings, and writes one .glb with

@@ -12,6 +12,7 @@
 #include <map>
 
 #include "frontend/assembly.h"
+#include "frontend/subdivision/refined_cage.h"
 #include "tests/support/cages.h"
 #include "tests/support/captures.h"
 
@@ -287,6 +288,14 @@ TEST(CatmullClark, EveryPatchEdgeOfAClosedCageIsSharedByTwoPatchesBitByBit) {
     }
 }
 
+TEST(CatmullClark, OnlyTheBoundaryOfAnOpenCageIsUnshared) {
+  Cage cage = test::grid_cage(4, 3, 0.5f, 9);
+  for (const int levels : {0, 1, 2}) {
+    cage.rules.levels = levels;
+    EXPECT_EQ(shared_edges(converted(cage)).unmatched, 14u << levels);
+  }
+}
+
 TEST(CatmullClark, APointOfOneUlpElsewhereOpensTheSurface) {
   Primitive patches = converted(test::bracket_cage());
   float& x = patches.vertices.positions[16 * 5 + 1].x;
@@ -332,6 +341,17 @@ TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
   for (std::size_t v = 0; v < morphing.vertices.count(); ++v)
     EXPECT_LT(glm::length(morphing.vertices.positions[v] + morphing.vertices.morph_targets[1].positions[v] - there.vertices.positions[v]), 2e-6f);
   EXPECT_EQ(shared_edges(morphing).unmatched, 0u);
+}
+
+TEST(CatmullClark, WeightsOfEveryControlPointSumToOne) {
+  for (Cage cage : closed_cages()) {
+    // What moves every point of the cage alike moves every control point alike.
+    MorphTarget target;
+    target.positions.assign(cage.primitive.vertices.count(), Vec3(1, 2, -4));
+    cage.primitive.vertices.morph_targets = {target};
+    const Primitive patches = converted(cage);
+    for (const Vec3& p : patches.vertices.morph_targets[0].positions) EXPECT_EQ(p, Vec3(1, 2, -4));
+  }
 }
 
 TEST(CatmullClark, InfluencesAreBlendedTruncatedToEightAndShared) {
@@ -413,6 +433,10 @@ TEST(CatmullClark, RefusesCagesThatAreNoneAndSaysWhere) {
   cage = test::mixed_cage();
   cage.rules.levels = 0;
   EXPECT_THAT(fault_of(cage), HasSubstr("faces that are not quads"));
+  cage = test::bracket_cage();
+  for (Vec3& p : cage.primitive.vertices.positions) p = (p - Vec3(0.7f)) * 1.5e38f;
+  cage.rules.levels = 0;
+  EXPECT_EQ(fault_of(cage), "");  // large, and fine
   cage = test::cube_cage();
   for (Vec3& p : cage.primitive.vertices.positions) p = Vec3(1.0f);
   EXPECT_THAT(fault_of(cage), HasSubstr("no face with an area"));
@@ -427,6 +451,37 @@ TEST(CatmullClark, RefusesAFanOfMoreEdgesThanThePermittedValence) {
     faces.push_back({0, 1 + k, 1 + (k + 1) % n, -1});
   }
   EXPECT_THAT(fault_of(test::cage_of(points, faces)), HasSubstr("more than 1024 edges"));
+}
+
+TEST(CatmullClark, AnySoupOfFacesIsConvertedOrRefused) {
+  // Few points and many faces: edges of three and more faces, fans that touch, faces twice over, either way round.
+  Random random(11);
+  int converted_cages = 0, refused = 0;
+  for (int run = 0; run < 3000; ++run) {
+    std::vector<Vec3> points;
+    for (int k = random.integer(4, 12); k > 0; --k) points.push_back(random.in_box(1.0f));
+    const int last = static_cast<int>(points.size()) - 1;
+    std::vector<std::array<int, 4>> faces;
+    for (int k = random.integer(1, 16); k > 0; --k)
+      faces.push_back({random.integer(0, last), random.integer(0, last), random.integer(0, last), random.coin() ? random.integer(0, last) : -1});
+    Cage cage = test::cage_of(points, faces);
+    cage.rules.levels = random.integer(1, 2);
+    cage.rules.boundary = random.coin() ? BoundaryRule::kEdge : BoundaryRule::kEdgeAndCorner;
+    const auto any = static_cast<std::size_t>(random.integer(0, static_cast<int>(cage.faces.size()) - 1));
+    if (random.coin()) test::add_crease(cage, {cage.faces[any][0], cage.faces[any][1]}, random.uniform(0, 4));
+    try {
+      const Primitive patches = converted(cage);
+      const RefinedCage refined(build_cage(cage.primitive, cage.rules), cage.rules);
+      for (int p = 0; p < refined.finest().GetNumVertices(); ++p) ASSERT_FALSE(refined.finest().IsVertexNonManifold(p)) << run;
+      EXPECT_EQ(patch_total(patches), static_cast<std::size_t>(refined.patch_count()));
+      EXPECT_EQ(patches.vertices.texcoords[0].size(), patches.vertices.count());
+      ++converted_cages;
+    } catch (const CageError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(converted_cages, 1500);
+  EXPECT_GT(refused, 10);
 }
 
 TEST(CatmullClark, SidesWithoutLengthAreLeftOut) {

@@ -123,7 +123,7 @@ std::vector<Sized> captures() {
          return out + "}}";
        }},
       {"texts.gltf", [=] { return repeated(asset + R"("extensionsUsed":[)", R"("A text longer than any that lies inside")", 30000, "]}"); }},
-      {"extension_values.gltf", [=] { return repeated(asset + R"("nodes":[{"extensions":{"MADE_up":[)", "[0]", 30000, "]}}]}"); }},
+      {"extension_values.gltf", [=] { return repeated(asset + R"("nodes":[{"extensions":{"MADE_up":{"rows":[)", "[0]", 30000, "]}}}]}"); }},
       {"named_nodes.gltf", [=] { return repeated(asset + R"("nodes":[)", R"({"name":"a name that is quite long for a node","matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]})", 5000, "]}"); }},
   };
 }

@@ -51,6 +51,7 @@ Variant plainest_binning(Variant v) {
   v.gpu.binner_time_intervals = false;
   v.gpu.binner_time_segments = 1;
   v.gpu.binner_queue_levels = 1;
+  v.gpu.tilecore_occlusion_culling = false;  // hits must be the same
   return v;
 }
 
@@ -75,6 +76,7 @@ std::vector<Variant> binning_variants() {
     v.gpu.binner_time_intervals = w.intervals;
     v.gpu.binner_time_segments = w.segments;
     v.gpu.binner_queue_levels = w.levels;
+    v.gpu.tilecore_occlusion_culling = false;
     v.gpu.tile_width = v.gpu.tile_height = w.tile;
     v.gpu.parameter_buffer_bytes = w.buffer;
     v.gpu.parameter_buffer_full_policy = w.policy;
@@ -131,6 +133,33 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {
     const binner::BinnerCounters& b = result.counters.binner;
     EXPECT_EQ(b.tile_overlaps + b.tiles_dropped_exact + b.tiles_dropped_time, overlaps_of_rectangles(capture, v, frame)) << v.name;
   }
+}
+
+// Every bounding method, split criterion, depth and budget, and each way of culling.
+std::vector<Variant> front_end_variants() {
+  std::vector<Variant> variants;
+  const auto add = [&](std::string name) -> hardware::GpuConfiguration& { return variants.emplace_back(Variant{std::move(name), {}, {}, 0, ""}).gpu; };
+  for (const std::string_view method : frontend::kBoundMethodNames) add("bounded by " + std::string(method)).frontend_bound_method = method;
+  for (const std::string_view criterion : frontend::kSplitCriterionNames) {
+    hardware::GpuConfiguration& gpu = add("split by " + std::string(criterion));
+    gpu.frontend_split_criterion = criterion;
+    gpu.frontend_split_pixels = 4;
+  }
+  add("no split").frontend_split_depth = 0;
+  add("a budget of three").frontend_split_budget = 3;
+  add("back faces kept").frontend_backface_culling = false;
+  add("hidden entries kept").tilecore_occlusion_culling = false;
+  return variants;
+}
+
+// Also invariant 1, and zero false culls: what is dropped could not have been seen.
+TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {
+  Variant plain;
+  plain.gpu.frontend_bound_method = "obb";
+  plain.gpu.frontend_split_depth = 0;
+  plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
+  const FrameResult expected = render(capture, plain, frame);
+  for (const Variant& v : front_end_variants()) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
@@ -310,6 +339,52 @@ TEST(ClosedSurfaceTwin, ASurfaceWithMissingTrianglesShowsTheBackground) {
   indices = rest;
   const FrameResult result = render(capture, {}, 0, whole(192, 128));
   EXPECT_LT(result.counters.tilecore.samples_visible, 192u * 128u * 4u);
+}
+
+// ---- Scenes with much that cannot be seen -------------------------------------------------------------------------
+
+// A wall of single-sided displaced balls on all sides of the camera, in several layers, one of them moving.
+Capture crowd(bool moving, float aperture) {
+  Capture capture;
+  frontend::Material material;
+  std::vector<float> heights(16 * 16);
+  for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = std::sin(static_cast<float>(i % 16) * 0.7854f) * std::sin(static_cast<float>(i / 16) * 0.7854f);
+  material.displacement = test::displacement(16, 16, heights, 0.01f, 0.0f);
+  const int m = test::add_material(capture, material);
+  capture.meshes.push_back({"ball", {test::closed_patches(m)}, {}});
+  for (const double z : {-4.0, -6.5, -9.0, 4.0})
+    for (int y = -2; y <= 2; ++y)
+      for (int x = -3; x <= 3; ++x) {
+        frontend::Node node;
+        node.mesh = 0;
+        node.transform.translation = DVec3(1.7 * x, 1.7 * y, z);
+        capture.nodes.push_back(node);
+        capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+      }
+  if (moving) test::add_motion(capture, 17, DVec3(4, 1, 2));
+  frontend::Camera camera;
+  camera.lens = {aperture, 4.0f};
+  test::add_camera(capture, DVec3(0, 0, 0), camera);
+  return capture;
+}
+
+TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
+  for (const auto& [moving, aperture] : {std::pair{false, 0.0f}, {true, 0.0f}, {true, 0.02f}}) {
+    const Capture capture = crowd(moving, aperture);
+    Variant culling, plain;
+    culling.settings.target_edge_pixels = plain.settings.target_edge_pixels = 1.5;
+    plain.gpu.frontend_split_depth = 0;
+    plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
+    const FrameResult expected = render(capture, plain, 0, whole(320, 180)), result = render(capture, culling, 0, whole(320, 180));
+    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets));
+    const frontend::FrontendCounters& f = result.counters.frontend;
+    EXPECT_GT(static_cast<double>(f.cells) / static_cast<double>(f.base_patches), 16.0 * 16.0) << "factors of 16 and more";
+    EXPECT_GT(f.cells_culled_frustum, f.cells / 4);
+    EXPECT_GT(f.cells_culled_backface, f.cells / 100);
+    EXPECT_GT(result.counters.tilecore.culled_occlusion, 0u);
+    // A conventional machine evaluates every vertex of every grid, at least one per cell.
+    EXPECT_LT(result.counters.tilecore.domain_evaluations, f.cells / 5) << "several tiles' repeated evaluations included";
+  }
 }
 
 // ---- Odd frames -------------------------------------------------------------------------------------------------

@@ -74,13 +74,13 @@ TEST(ReplayCommand, EveryFixedCounterNameOfTheUnitsThatRanIsThere) {
   const test::TemporaryFolder out;
   ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "32x32", "--quiet", "--out", out.path().string()}).status, 0);
   const json counters = stats_of(out.path())["frames"][0]["counters"];
-  for (const char* name : {"frontend.base_patches", "frontend.sub_patches", "frontend.culled_frustum", "binner.entries", "binner.tile_overlaps", "binner.queue_bytes_written",
+  for (const char* name : {"frontend.base_patches", "frontend.sub_patches", "frontend.culled_frustum", "frontend.culled_backface", "tilecore.culled_occlusion", "binner.entries", "binner.tile_overlaps", "binner.queue_bytes_written",
                            "binner.queue_bytes_read", "binner.queue_bytes_peak", "binner.partial_renders", "binner.spilled_chunks", "tilecore.tessellated_sub_patches",
                            "tilecore.domain_evaluations", "tilecore.triangles", "tilecore.box_tests", "tilecore.triangle_tests", "tilecore.sample_hits",
                            "tilecore.samples_visible", "tilecore.pixel_shader_invocations", "resolve.pixels_shaded", "dram.read_bytes", "dram.written_bytes"})
     EXPECT_TRUE(counters.contains(name)) << name;
   // Units that do not exist yet report nothing.
-  for (const char* name : {"frontend.culled_backface", "tilecore.stencil_tests", "resolve.blocks_rate_4", "resolve.pixels_advected"})
+  for (const char* name : {"tilecore.stencil_tests", "resolve.blocks_rate_4", "resolve.pixels_advected"})
     EXPECT_FALSE(counters.contains(name)) << name;
 }
 

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+
+#include <nlohmann/json.hpp>
+
+#include "frontend/capture.h"
+
+namespace tessera::replay {
+
+// A glTF asset that is being edited: its document, and the bytes of buffer 0, to which new data are appended. What is no
+// longer named stays until the packer drops it.
+class EditedAsset {
+ public:
+  // `binary` is the chunk of a .glb; an asset without one gets an empty buffer 0, the others move up.
+  EditedAsset(std::filesystem::path source, nlohmann::json document, std::vector<std::uint8_t> binary, bool has_binary);
+
+  nlohmann::json document;
+  const std::filesystem::path& source() const { return source_; }
+  const std::vector<std::uint8_t>& binary() const { return binary_; }
+  bool has_binary() const { return !binary_.empty(); }
+
+  std::size_t add_view(std::span<const std::uint8_t> bytes);
+
+  // Replaces attributes, targets and indices of a primitive; the Draco extension goes.
+  void write_primitive(nlohmann::json& json_primitive, const frontend::Primitive& primitive, const std::vector<std::uint32_t>& indices);
+
+  void use_extension(const std::string& name);
+  // Strikes a name off "extensionsUsed" or "extensionsRequired".
+  void drop_extension(const char* list, const std::string& name);
+
+ private:
+  template <class T>
+  std::size_t add_accessor(const std::vector<T>& values, int component_type, const char* type);
+  nlohmann::json target_json(const frontend::MorphTarget& target, std::size_t vertex_count);
+
+  std::filesystem::path source_;
+  std::vector<std::uint8_t> binary_;
+};
+
+// Triangles of the control cages of Bezier patches, for viewers that do not know patches.
+std::vector<std::uint32_t> cage_indices(std::size_t patches);
+
+}  // namespace tessera::replay

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/pack/primitive_writer.h"
+
+namespace tessera::replay {
+
+// What `tessera pack` does to the surfaces of an asset before it compresses them.
+struct SurfaceOptions {
+  std::optional<int> subdivide;          // levels: meshes of triangles become cages (TESSERA_subdivision)
+  std::optional<double> crease_degrees;  // their edges that are bent by more become infinitely sharp
+  bool convert = false;                  // cages become Bezier patches
+  struct Displace {
+    std::string heights;                 // an image file, the number of a texture, or the role of a material's own texture
+    std::optional<double> scale, bias;   // object units; no scale: 2 % of the largest extent
+  };
+  std::optional<Displace> displace;      // TESSERA_displacement for the materials of all cages and patches
+
+  bool any() const { return subdivide || convert || displace; }
+};
+
+// "HEIGHTS[,SCALE[,BIAS]]". Throws UsageError.
+SurfaceOptions::Displace parse_displace(const std::string& text);
+
+struct SurfaceReport {
+  std::size_t cages = 0, quads = 0, triangles = 0;  // marked, and their faces
+  std::size_t patches = 0;                          // written
+  std::size_t displaced_materials = 0;
+  std::vector<std::string> notices;                 // what was left as it is, and why
+};
+
+// Marks, converts, displaces, in this order. `asset` must hold a checked document; the result is to be checked again.
+// Throws UsageError where an option asks for what the asset does not have.
+SurfaceReport edit_surfaces(EditedAsset& asset, const SurfaceOptions& options);
+
+}  // namespace tessera::replay
