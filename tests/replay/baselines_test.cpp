@@ -125,6 +125,35 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   EXPECT_EQ(immediate.frame_bytes_written, 160u * 90 * 4 * (4 + 4) + r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
 }
 
+// Rows of spheres one behind the other, most columns beside the view: off-screen, back-facing and hidden, finely tessellated.
+frontend::Capture crowd() {
+  frontend::Capture capture;
+  for (int row = 0; row < 4; ++row)
+    for (int column = -3; column <= 3; ++column) test::add_node(capture, test::closed_patches(frontend::kNone), {2.4 * column, 0.0, -2.4 * row});
+  frontend::Camera camera;
+  camera.vertical_fov = 0.35f;
+  test::add_camera(capture, {0, 0, 7}, camera);
+  return capture;
+}
+
+TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
+  const frontend::Capture capture = crowd();
+  RunSettings settings;
+  settings.target_edge_pixels = 1;
+  hardware::GpuConfiguration gpu;  // the picture is small, and so are tiles and pieces
+  gpu.tile_width = gpu.tile_height = 16;
+  gpu.frontend_split_pixels = 32;
+  const FrameResult r = render(capture, gpu, 0, true, settings);
+  const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation], &post = (*r.baselines)[Scheme::kPostTessellation];
+  const std::uint64_t patches = r.counters.frontend.base_patches;
+  EXPECT_GE(r.counters.frontend.cells, patches * 16 * 16);
+  EXPECT_GT(pre.culled_frustum, 0u);
+  EXPECT_GT(pre.culled_backface, 0u);
+  EXPECT_GT(pre.culled_occlusion, 0u);
+  EXPECT_LE(pre.domain_evaluations_cached * 5, post.domain_evaluations);
+  EXPECT_LE(pre.queue_bytes_peak * 10, post.queue_bytes_peak);
+}
+
 TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
   const test::TemporaryFolder out;
   const test::ProcessResult r = run_tessera({"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
