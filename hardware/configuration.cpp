@@ -145,6 +145,13 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
        "Largest number of cells along an edge of a base patch.", "[spec] 64 in Direct3D 11 and Vulkan"},
       {"tessellator.sub_patch_cells", &Gpu::tessellator_sub_patch_cells, "cells", 4, 64,
        "Largest side of the sub-patches that the front end sends to the binner.", "[assumed]"},
+      {"tessellator.cache_bytes", &Gpu::tessellator_cache_bytes, "bytes", 0, 1073741824.0,
+       "With --baselines: on-chip memory that keeps tessellated sub-patches for the tiles that follow.",
+       "[assumed] half of a middle Mali's L2 ([spec] 32 to 512 KiB on Mali-G51)"},
+      {"post_tessellation.cache_bytes", &Gpu::post_tessellation_cache_bytes, "bytes", 0, 1073741824.0,
+       "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.", "[assumed] as tessellator.cache_bytes"},
+      {"immediate.cache_bytes", &Gpu::immediate_cache_bytes, "bytes", 0, 1073741824.0,
+       "With --baselines: colour and depth cache of an immediate-mode machine.", "[assumed] as tessellator.cache_bytes"},
   });
   return table;
 }

@@ -42,6 +42,11 @@ struct GpuConfiguration {
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
+
+  // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
+  std::int64_t tessellator_cache_bytes = 256 << 10;
+  std::int64_t post_tessellation_cache_bytes = 256 << 10;
+  std::int64_t immediate_cache_bytes = 256 << 10;
 };
 
 const KeyTable<GpuConfiguration>& gpu_keys();

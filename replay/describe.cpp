@@ -35,7 +35,8 @@ const std::vector<Topic>& topics() {
       {"counters", "Counters",
        "Every counter of stats.json and stats.csv, generated from the declarations beside the code that counts. Counters are raw events, exact, and\n"
        "the same for any number of host threads and any host instruction set. A counter whose unit did not run is absent, not zero. Over several\n"
-       "frames a counter is summed, or its peak is kept. The last column names what an architect knows from real parts; it says that the quantity is\n"
+       "frames a counter is summed, or its peak is kept. Those of `baseline` are in the member `baselines`, once per scheme, and in baselines.csv, when a\n"
+       "replay ran with `--baselines`. The last column names what an architect knows from real parts; it says that the quantity is\n"
        "comparable, not that the numbers agree.",
        {{"name", "counter"}, {"unit", "unit"}, {"over_frames", "over frames"}, {"meaning", "meaning"}, {"vendor", "comparable to"}}},
       {"settings", "Settings",

@@ -74,6 +74,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.force_lens = settings_.defocus == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
+  job.record_tessellations = request_.baselines;
   return job;
 }
 
@@ -90,11 +91,13 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              const std::vector<bool>& only, FrameResult& result) {
+                              const std::vector<bool>& only, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   PerThread<std::uint64_t> queue_bytes_read;
   binner::Binner::Cursor cursor;
+  std::vector<std::vector<tilecore::TessellationRequest>> tessellations(record != nullptr ? tile_count : 0);
+  if (record != nullptr) record->entries.resize(tile_count);
   bool done = false;
   while (!done) {
     {
@@ -118,10 +121,16 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
       if (state.started && (done || !entries.empty())) core.load_state(job, state);
       if (!done && entries.empty()) return;
+      if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
       core.render_entries(job, tile, std::move(entries), state);
+      if (record != nullptr) tessellations[t] = core.take_tessellations();
       if (done) core.finish(job, tile, state, result.targets);
       else core.store_state(job, state);
     });
+    for (auto& tile : tessellations) {
+      record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
+      tile.clear();
+    }
     if (!done) binner.reset();
   }
   queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
@@ -140,7 +149,8 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
   return depth;
 }
 
-void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result) {
+void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end,
+                                   FrameResult& result, MachineRecord* record) {
   if (front_end.aside.empty()) return;
   std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
   if (revived.empty()) return;
@@ -155,7 +165,7 @@ void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner&
     binner.reset();
     revived.insert(revived.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
-  run_tiles(job, binner, revived, again, result);
+  run_tiles(job, binner, revived, again, result, record);
 }
 
 void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
@@ -168,39 +178,65 @@ void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
   });
 }
 
+void FrameRenderer::run_machine(const frontend::FrameGeometry& geometry, const hardware::GpuConfiguration& gpu, const tilecore::TileJob& job,
+                                const frontend::OcclusionGuess* guess, FrameResult& result, MachineRecord* record) {
+  frontend::FrontEndResult front_end;
+  {
+    const StageTimer timer(result, "bound");
+    front_end = frontend::run_front_end(geometry, pyramids_, gpu, guess);
+  }
+  binner::Binner binner(gpu, *job.grid);
+  result.targets.tile_farthest.resize(job.grid->tile_count());
+  run_tiles(job, binner, front_end.sub_patches, {}, result, record);
+  render_revived(job, binner, front_end, result, record);
+  result.counters.frontend = front_end.counters;
+  result.counters.ledger += front_end.ledger;
+  collect(binner, result);
+}
+
+BaselineSet FrameRenderer::run_baselines(const frontend::FrameGeometry& geometry, const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
+  BaselineSet set;
+  set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record, gpu_);
+  {
+    const hardware::GpuConfiguration gpu = patch_whole_machine(gpu_);
+    FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
+    MachineRecord whole_record;
+    run_machine(geometry, gpu, job, nullptr, whole, &whole_record);
+    set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record, gpu);
+  }
+  const TriangleMachines machines = measure_triangle_machines(job, record, result.counters.ledger, gpu_);
+  set[binner::Scheme::kPostTessellation] = machines.post_tessellation;
+  set[binner::Scheme::kImmediate] = machines.immediate;
+  return set;
+}
+
 FrameResult FrameRenderer::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
-  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0};
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}};
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
     geometry = frontend::pose_frame(assembly_, camera_, frame_request(frame));
   }
-  frontend::FrontEndResult front_end;
-  {
-    const StageTimer timer(result, "bound");
-    std::optional<frontend::OcclusionGuess> guess;
-    if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
-    front_end = frontend::run_front_end(*geometry, pyramids_, gpu_, guess ? &*guess : nullptr);
-  }
   result.effects = effects_of(*geometry);
-
-  binner::Binner binner(gpu_, binner::TileGrid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
-                                               static_cast<int>(gpu_.tile_height), request_.region));
+  const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame)});
-  result.targets.tile_farthest.resize(binner.grid().tile_count());
-  const tilecore::TileJob job = make_job(*geometry, binner.grid(), pattern);
-  run_tiles(job, binner, front_end.sub_patches, {}, result);
-  render_revived(job, binner, front_end, result);
-  collect(binner, result);
-  result.counters.frontend = front_end.counters;
-  result.counters.ledger += front_end.ledger;
+  const tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  MachineRecord record;
+  std::optional<frontend::OcclusionGuess> guess;
+  if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+  run_machine(*geometry, gpu_, job, guess ? &*guess : nullptr, result, request_.baselines ? &record : nullptr);
   if (gpu_.frontend_previous_depth_culling) {
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = seconds();
+  if (request_.baselines) {
+    const StageTimer timer(result, "baselines");
+    result.baselines = run_baselines(*geometry, job, result, record);
+  }
   return result;
 }
 

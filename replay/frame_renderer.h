@@ -12,6 +12,7 @@
 #include "frontend/front_end.h"
 #include "hardware/configuration.h"
 #include "hardware/ledger.h"
+#include "replay/baselines.h"
 #include "replay/settings.h"
 #include "tilecore/tile_core.h"
 
@@ -48,6 +49,7 @@ struct FrameResult {
   FrameEffects effects;
   std::map<std::string, double> stage_seconds;  // host time
   double seconds = 0;
+  std::optional<BaselineSet> baselines;
 };
 
 // What to render of a capture.
@@ -55,6 +57,7 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;          // pixels; whole frame by default
   bool auxiliary = false;
+  bool baselines = false;  // run the other schemes as well
 };
 
 // Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures are independent of each
@@ -75,13 +78,18 @@ class FrameRenderer {
  private:
   frontend::FrameRequest frame_request(int frame) const;
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
+  // The machine of `gpu` from the front end on; adds to `result` and, unless null, to `record`.
+  void run_machine(const frontend::FrameGeometry& geometry, const hardware::GpuConfiguration& gpu, const tilecore::TileJob& job,
+                   const frontend::OcclusionGuess* guess, FrameResult& result, MachineRecord* record);
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
   void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                 const std::vector<bool>& only, FrameResult& result);
+                 const std::vector<bool>& only, FrameResult& result, MachineRecord* record);
   // Renders again the tiles where something that the previous frame's depth hid is visible after all.
-  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result);
+  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result,
+                      MachineRecord* record);
   void collect(binner::Binner& binner, FrameResult& result);
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
+  BaselineSet run_baselines(const frontend::FrameGeometry& geometry, const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
   const frontend::Capture& capture_;

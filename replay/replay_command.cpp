@@ -35,9 +35,11 @@ class ReplayCommand final : public Command {
     app.add_option("--out", out_, "Folder for the results; made when missing")->type_name("DIR")->capture_default_str();
     app.add_option("--aux", aux_, fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))->type_name("LIST")->delimiter(',');
     app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
+    app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, stats.json and stats.csv (one row per frame).\n"
+        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, stats.json and stats.csv (one row per frame);\n"
+        "with --baselines also baselines.csv (one row per frame and scheme).\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
         "  tessera replay captures/eggs.glb --out out\n"
@@ -81,6 +83,7 @@ class ReplayCommand final : public Command {
     statistics.write(out_);
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     if (quiet_) return;
+    if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
     fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
   }
 
@@ -102,6 +105,7 @@ class ReplayCommand final : public Command {
       request.region = {static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[0] + r[2]), static_cast<int>(r[1] + r[3])};
     }
     request.auxiliary = !aux_.empty();
+    request.baselines = baselines_;
     // Colour, its encoded copies, auxiliary layers.
     const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) * (request.auxiliary ? 64 : 32);
     if (bytes > max_bytes) throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(), request.region.height(), bytes, max_bytes));
@@ -125,7 +129,7 @@ class ReplayCommand final : public Command {
   std::optional<std::string> spp_, seed_;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
-  bool quiet_ = false;
+  bool quiet_ = false, baselines_ = false;
 };
 
 }  // namespace

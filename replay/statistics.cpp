@@ -54,6 +54,7 @@ json describe_counters() {
   for_each_counter_struct(counters, [&](const auto& unit) {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });
+  for (json& row : describe_fields<binner::BaselineCounters>()) rows.push_back(std::move(row));
   rows.push_back({{"name", "dram.read_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
                   {"meaning", "Bytes read over the external memory interface, in whole bursts: the sum of the ledger."},
                   {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total"}});
@@ -83,6 +84,11 @@ void Statistics::add(const FrameResult& frame) {
                      {"counters", counters_json(frame.counters)},
                      {"dram", dram_json(frame.counters.ledger)},
                      {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});
+  if (frame.baselines) {
+    frames_.back()["baselines"] = baselines_json(*frame.baselines);
+    baselines_.add(frame.frame, *frame.baselines);
+    has_baselines_ = true;
+  }
   total_.accumulate(frame.counters);
   total_seconds_ += frame.seconds;
 }
@@ -91,6 +97,7 @@ json Statistics::json() const {
   nlohmann::json out = head_;
   out["frames"] = frames_;
   out["total"] = {{"frames", frames_.size()}, {"counters", counters_json(total_)}, {"dram", dram_json(total_.ledger)}, {"host", {{"seconds", total_seconds_}}}};
+  if (has_baselines_) out["total"]["baselines"] = baselines_json(baselines_.total());
   return out;
 }
 
@@ -110,6 +117,7 @@ std::string Statistics::csv() const {
 void Statistics::write(const std::filesystem::path& folder) const {
   write_file_atomically(folder / "stats.json", json().dump(1) + "\n");
   write_file_atomically(folder / "stats.csv", csv());
+  if (has_baselines_) baselines_.write(folder);
 }
 
 }  // namespace tessera::replay

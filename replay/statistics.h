@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "frontend/capture.h"
+#include "replay/baseline_report.h"
 #include "replay/frame_renderer.h"
 
 namespace tessera::replay {
@@ -23,7 +24,10 @@ class Statistics {
   nlohmann::json json() const;
   std::string csv() const;
 
-  // Writes both files into `folder`, each whole or not at all.
+  // The other schemes of all frames; without --baselines there are none, and json() has no member "baselines".
+  const BaselineReport& baselines() const { return baselines_; }
+
+  // Writes both files, and baselines.csv when there are baselines, into `folder`, each whole or not at all.
   void write(const std::filesystem::path& folder) const;
 
  private:
@@ -31,6 +35,8 @@ class Statistics {
   std::vector<nlohmann::json> frames_;
   FrameCounters total_;
   double total_seconds_ = 0;
+  BaselineReport baselines_;
+  bool has_baselines_ = false;
 };
 
 // {"unit.event": value, ...} of everything that was counted, with the ledger's sums.

@@ -159,6 +159,9 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   counters_.domain_evaluations += tessellated.domain_evaluations;
   counters_.triangles += tessellated.triangles;
   ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kPatchData, hardware::burst_bytes(0, tessellated.patch_bytes, job.burst_bytes));
+  if (job.record_tessellations)
+    tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(tessellated.domain_evaluations),
+                              hardware::burst_bytes(0, tessellated.patch_bytes, job.burst_bytes), effects.motion});
 
   const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)};
   const auto run = [&](HitSink&& sink) {
@@ -170,6 +173,15 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
     case AlphaMode::kMask: run(MaskSink(frame, entry.base_patch, state, counters_.alpha_tests)); break;
     case AlphaMode::kBlend: run(LayerSink(entry.base_patch, state)); break;
   }
+}
+
+void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink) {
+  const frontend::FrameGeometry& frame = *job.frame;
+  const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
+  const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
+  tessellator_.tessellate(frame, entry.base_patch, entry.range, effects, mesh_);
+  test_mesh(job, {entry.t0, entry.t1}, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
+  sink.flush();
 }
 
 void TileCore::test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/image.h"
@@ -88,6 +89,16 @@ struct TileJob {
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
+  bool record_tessellations = false;  // for TileCore::take_tessellations
+};
+
+// A tessellation that a tile asked for, as a cache in front of the tessellator sees it.
+struct TessellationRequest {
+  std::uint32_t patch = 0;
+  frontend::CellRange range;
+  std::uint32_t vertices = 0;
+  std::uint64_t patch_bytes = 0;  // bursts fetched
+  bool moving = false;
 };
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
@@ -110,7 +121,13 @@ class TileCore {
   // Traffic on behalf of this core that another unit counted (its queue's bursts).
   void charge(const hardware::Ledger& ledger) { ledger_ += ledger; }
 
+  // All samples that single entries touch, hidden or not, for machines that draw in another order: begin_tile(), then entry by entry in
+  // any order. Alpha is not tested, nothing is kept.
+  void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile)); }
+  void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
+
   // Since the last call; the caller adds them up.
+  std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
   ResolveCounters take_resolve_counters();
   hardware::Ledger take_ledger();
@@ -136,6 +153,7 @@ class TileCore {
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;
+  std::vector<TessellationRequest> tessellations_;
 };
 
 }  // namespace tessera::tilecore

@@ -176,21 +176,60 @@ TEST(Readme, ItsCommandsWork) {
   EXPECT_GE(run, 3);
 }
 
+// "12 345" as a number.
+std::uint64_t number_of(std::string digits) {
+  digits.erase(std::remove(digits.begin(), digits.end(), ' '), digits.end());
+  return std::stoull(digits);
+}
+
+// Statistics of the frame that the README's tables are about.
+const nlohmann::json& readme_statistics() {
+  static const nlohmann::json kTotal = [] {
+    const test::TemporaryFolder out;
+    EXPECT_EQ(test::run_tessera({"replay", test::shipped_capture("eggs").string(), "--baselines", "--quiet", "--out", out.path().string()}).status, 0);
+    return nlohmann::json::parse(read_text(out / "stats.json"))["total"];
+  }();
+  return kTotal;
+}
+
 TEST(Readme, ItsFiguresAreThoseOfAReplay) {
-  const test::TemporaryFolder out;
-  ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture("eggs").string(), "--quiet", "--out", out.path().string()}).status, 0);
-  const nlohmann::json counters = nlohmann::json::parse(read_text(out / "stats.json"))["total"]["counters"];
+  const nlohmann::json& counters = readme_statistics()["counters"];
   static const std::regex kRow("^\\| `([a-z_.]+)` \\| ([0-9 ]+) \\|$");
   int rows = 0;
   for (const std::string& line : lines_of(read_text(kRoot / "README.md"))) {
     std::smatch match;
     if (!std::regex_match(line, match, kRow) || !counters.contains(match[1])) continue;
-    std::string digits = match[2];
-    digits.erase(std::remove(digits.begin(), digits.end(), ' '), digits.end());
-    EXPECT_EQ(std::stoull(digits), counters[std::string(match[1])].get<std::uint64_t>()) << match[1];
+    EXPECT_EQ(number_of(match[2]), counters[std::string(match[1])].get<std::uint64_t>()) << match[1];
     ++rows;
   }
   EXPECT_GE(rows, 5);
+}
+
+TEST(Readme, ItsComparisonIsThatOfAReplay) {
+  const nlohmann::json& schemes = readme_statistics()["baselines"];
+  const std::vector<std::string> columns = {"pre-tessellation", "patch-whole", "post-tessellation", "immediate"};
+  static const std::regex kRow("^\\| `(baseline[a-z_.]+)` \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9.]+) \\|$");
+  int rows = 0;
+  for (const std::string& line : lines_of(read_text(kRoot / "README.md"))) {
+    std::smatch match;
+    if (!std::regex_match(line, match, kRow)) continue;
+    const std::string counter = match[1];
+    for (std::size_t c = 0; c < columns.size(); ++c) EXPECT_EQ(number_of(match[c + 2]), schemes[columns[c]][counter].get<std::uint64_t>()) << counter << " of " << columns[c];
+    EXPECT_NEAR(std::stod(match[6]), schemes[columns[2]][counter].get<double>() / schemes[columns[0]][counter].get<double>(), 0.00501) << counter;
+    ++rows;
+  }
+  EXPECT_GE(rows, 8);
+  EXPECT_THAT(read_text(kRoot / "README.md"), testing::HasSubstr("| counter | pre-tessellation | patch-whole | post-tessellation | immediate | post / pre |"));
+}
+
+// What the project is for: one to two orders of magnitude less queue memory. Less is a fault of the binner, more means that a cost was forgotten.
+TEST(Readme, QueuesAreOneToTwoOrdersOfMagnitudeSmallerThanThoseOfTriangles) {
+  const nlohmann::json& schemes = readme_statistics()["baselines"];
+  for (const char* counter : {"baseline.queue_bytes_written", "baseline.queue_bytes_read", "baseline.queue_bytes_peak"}) {
+    const double ratio = schemes["post-tessellation"][counter].get<double>() / schemes["pre-tessellation"][counter].get<double>();
+    EXPECT_GE(ratio, 10) << counter;
+    EXPECT_LE(ratio, 1000) << counter;
+  }
 }
 
 TEST(ShippedCaptures, AreWhatTheirSourcesMakeAndSmall) {

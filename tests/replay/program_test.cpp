@@ -342,11 +342,12 @@ TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
 
 TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--quiet", "--out", out.path().string()}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--out", out.path().string()}).status, 0);
   std::set<std::string> described, counted;
-  const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), counters = stats_of(out.path())["frames"][0]["counters"];
+  const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), frame = stats_of(out.path())["frames"][0];
   for (const json& row : rows) described.insert(row["name"]);
-  for (const auto& [name, value] : counters.items()) counted.insert(name);
+  for (const auto& [name, value] : frame["counters"].items()) counted.insert(name);
+  for (const auto& [name, value] : frame["baselines"]["immediate"].items()) counted.insert(name);
   EXPECT_EQ(described, counted);
 }
 

@@ -1,0 +1,73 @@
+#include "replay/baseline_report.h"
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+
+namespace tessera::replay {
+namespace {
+
+using binner::BaselineCounters;
+using binner::Scheme;
+
+constexpr const auto& kFields = hardware::kCounterFields<BaselineCounters>;
+
+// "12 345 678"
+std::string grouped(std::uint64_t value) {
+  std::string text = std::to_string(value);
+  for (std::size_t at = text.size(); at > 3;) text.insert(at -= 3, " ");
+  return text;
+}
+
+std::string ratio(std::uint64_t over, std::uint64_t under) { return over == 0 || under == 0 ? "-" : fmt::format("{:.2f}", static_cast<double>(over) / static_cast<double>(under)); }
+
+std::string csv_rows(const std::string& frame, const BaselineSet& set) {
+  std::string text;
+  for (std::size_t s = 0; s < binner::kSchemeCount; ++s) {
+    text += fmt::format("{},{}", frame, binner::kSchemeNames[s]);
+    for (const auto& field : kFields) text += fmt::format(",{}", set.schemes[s].*field.member);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+nlohmann::json baselines_json(const BaselineSet& set) {
+  nlohmann::json out = nlohmann::json::object();
+  for (std::size_t s = 0; s < binner::kSchemeCount; ++s)
+    for (const auto& field : kFields) out[std::string(binner::kSchemeNames[s])][std::string(field.name)] = set.schemes[s].*field.member;
+  return out;
+}
+
+std::string baselines_table(const BaselineSet& set) {
+  const BaselineCounters &pre = set[Scheme::kPreTessellation], &post = set[Scheme::kPostTessellation];
+  std::string text = fmt::format("{:<36}", "counter");
+  for (const std::string_view name : binner::kSchemeNames) text += fmt::format("{:>19}", name);
+  text += fmt::format("{:>11}\n", "post/pre");
+  for (const auto& field : kFields) {
+    text += fmt::format("{:<36}", field.name);
+    for (const BaselineCounters& scheme : set.schemes) text += fmt::format("{:>19}", grouped(scheme.*field.member));
+    text += fmt::format("{:>11}\n", ratio(post.*field.member, pre.*field.member));
+  }
+  text += fmt::format("{:<36}", "tile overlaps per primitive");
+  for (const BaselineCounters& scheme : set.schemes) text += fmt::format("{:>19}", ratio(scheme.tile_overlaps, scheme.primitives));
+  return text + fmt::format("{:>11}\n", "");
+}
+
+void BaselineReport::add(int frame, const BaselineSet& set) {
+  frames_.push_back({frame, set});
+  total_.accumulate(set);
+}
+
+std::string BaselineReport::csv() const {
+  std::string text = "frame,scheme";
+  for (const auto& field : kFields) text += fmt::format(",{}", field.name);
+  text += "\n";
+  for (const Frame& frame : frames_) text += csv_rows(std::to_string(frame.frame), frame.set);
+  return text + csv_rows("total", total_);
+}
+
+void BaselineReport::write(const std::filesystem::path& folder) const { write_file_atomically(folder / "baselines.csv", csv()); }
+
+}  // namespace tessera::replay

@@ -1,0 +1,216 @@
+// The schemes side by side: what a replay reports, and that it does not depend on who computes it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "frontend/capture_reader.h"
+#include "replay/baseline_report.h"
+#include "replay/frame_renderer.h"
+#include "tests/support/captures.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::replay {
+namespace {
+
+using binner::BaselineCounters;
+using binner::Scheme;
+using nlohmann::json;
+using test::run_tessera;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+std::string shipped(const char* name) { return test::shipped_capture(name).string(); }
+
+FrameResult render(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, std::size_t thread_count = 0, bool baselines = true, RunSettings settings = {}) {
+  const ThreadLimit threads(thread_count);
+  RenderRequest request{160, 90, {0, 0, 160, 90}, false, baselines};
+  FrameRenderer renderer(capture, gpu, settings, request);
+  return renderer.render(capture.settings.first_frame);
+}
+
+class Baselines : public testing::TestWithParam<const char*> {
+ protected:
+  frontend::Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
+  const BaselineCounters& scheme(const FrameResult& result, Scheme s) { return (*result.baselines)[s]; }
+};
+
+TEST_P(Baselines, DoNotDependOnThreads) {
+  const json expected = baselines_json(*render(capture, {}, 1).baselines);
+  EXPECT_EQ(baselines_json(*render(capture, {}, 3).baselines), expected);
+  EXPECT_EQ(baselines_json(*render(capture, {}).baselines), expected);
+}
+
+TEST_P(Baselines, ChangeNeitherPictureNorCounters) {
+  const FrameResult with = render(capture, {}), without = render(capture, {}, 0, false);
+  EXPECT_FALSE(without.baselines);
+  EXPECT_EQ(with.targets.color.values, without.targets.color.values);
+  hardware::Ledger a = with.counters.ledger, b = without.counters.ledger;
+  EXPECT_EQ(a.total().read_bytes, b.total().read_bytes);
+  EXPECT_EQ(with.counters.tilecore.domain_evaluations, without.counters.tilecore.domain_evaluations);
+  EXPECT_EQ(with.counters.tilecore.triangle_tests, without.counters.tilecore.triangle_tests);
+}
+
+TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
+  const FrameResult r = render(capture, {});
+  const BaselineCounters& pre = scheme(r, Scheme::kPreTessellation);
+  EXPECT_EQ(pre.entries, r.counters.binner.entries);
+  EXPECT_EQ(pre.queue_bytes_peak, r.counters.binner.queue_bytes_peak);
+  EXPECT_EQ(pre.domain_evaluations, r.counters.tilecore.domain_evaluations);
+  EXPECT_EQ(pre.dram_bytes_uncached, r.counters.ledger.total().read_bytes + r.counters.ledger.total().written_bytes);
+  EXPECT_LE(pre.domain_evaluations_cached, pre.domain_evaluations);
+}
+
+TEST_P(Baselines, PatchWholeHasOnePrimitivePerPatchAndNoMore) {
+  const FrameResult r = render(capture, {});
+  const BaselineCounters &whole = scheme(r, Scheme::kPatchWhole), &pre = scheme(r, Scheme::kPreTessellation);
+  EXPECT_EQ(whole.primitives + whole.culled_frustum + whole.culled_backface, r.counters.frontend.base_patches);
+  EXPECT_EQ(whole.bounding_operations, r.counters.frontend.base_patches);
+  EXPECT_LE(whole.primitives, pre.primitives);
+  EXPECT_GE(whole.domain_evaluations, pre.domain_evaluations_cached);
+}
+
+// How the front end cuts patches is nothing to machines that tessellate first.
+TEST_P(Baselines, TriangleMachinesDoNotDependOnSplits) {
+  hardware::GpuConfiguration coarse, fine;
+  coarse.frontend_split_pixels = 256;
+  fine.frontend_split_pixels = 8;
+  const FrameResult a = render(capture, coarse), b = render(capture, fine);
+  const json x = baselines_json(*a.baselines), y = baselines_json(*b.baselines);
+  EXPECT_EQ(x["post-tessellation"], y["post-tessellation"]);
+  EXPECT_EQ(x["immediate"], y["immediate"]);
+}
+
+TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
+  const FrameResult r = render(capture, {});
+  const BaselineCounters &post = scheme(r, Scheme::kPostTessellation), &immediate = scheme(r, Scheme::kImmediate);
+  EXPECT_EQ(post.primitives, immediate.primitives);
+  EXPECT_GE(post.tile_overlaps, post.primitives);
+  EXPECT_LE(post.entries, post.tile_overlaps);
+  EXPECT_EQ(post.domain_evaluations, post.domain_evaluations_cached);
+}
+
+TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
+  hardware::GpuConfiguration none, all;
+  none.tessellator_cache_bytes = none.post_tessellation_cache_bytes = none.immediate_cache_bytes = 0;
+  all.tessellator_cache_bytes = all.post_tessellation_cache_bytes = all.immediate_cache_bytes = 1 << 30;
+  const FrameResult a = render(capture, none), b = render(capture, all);
+  for (std::size_t s = 0; s < binner::kSchemeCount; ++s) {
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached) << binner::kSchemeNames[s];
+    EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached) << binner::kSchemeNames[s];
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached) << binner::kSchemeNames[s];
+    EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << binner::kSchemeNames[s];
+  }
+  const BaselineCounters& immediate = scheme(b, Scheme::kImmediate);
+  EXPECT_EQ(immediate.frame_bytes_read, 0u);
+  EXPECT_LE(immediate.frame_bytes_written, 2u * 160 * 90 * 4 * 4 + 160 * 90 * 8 + 90 * 64 * 4);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values("eggs", "vases", "serpent", "flyby"), [](const auto& named) { return std::string(named.param); });
+
+TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
+  // A still pinhole scene of one flat patch in front: every line of its picture is drawn once, depth and colour, whatever the order.
+  frontend::Capture capture;
+  test::add_node(capture, test::patches(test::flat_patch({-20, -20, -3}, {40, 0, 0}, {0, 40, 0})));
+  test::add_camera(capture, {0, 0, 0});
+  hardware::GpuConfiguration gpu;
+  gpu.immediate_cache_bytes = 1 << 30;
+  const FrameResult r = render(capture, gpu);
+  const BaselineCounters& immediate = (*r.baselines)[Scheme::kImmediate];
+  EXPECT_EQ(r.counters.tilecore.samples_visible, 160u * 90 * 4);
+  EXPECT_EQ(immediate.frame_bytes_read, 0u);
+  EXPECT_EQ(immediate.frame_bytes_written, 160u * 90 * 4 * (4 + 4) + r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
+}
+
+// Rows of spheres one behind the other, most columns beside the view: off-screen, back-facing and hidden, finely tessellated.
+frontend::Capture crowd() {
+  frontend::Capture capture;
+  for (int row = 0; row < 4; ++row)
+    for (int column = -3; column <= 3; ++column) test::add_node(capture, test::closed_patches(frontend::kNone), {2.4 * column, 0.0, -2.4 * row});
+  frontend::Camera camera;
+  camera.vertical_fov = 0.35f;
+  test::add_camera(capture, {0, 0, 7}, camera);
+  return capture;
+}
+
+TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
+  const frontend::Capture capture = crowd();
+  RunSettings settings;
+  settings.target_edge_pixels = 1;
+  hardware::GpuConfiguration gpu;  // the picture is small, and so are tiles and pieces
+  gpu.tile_width = gpu.tile_height = 16;
+  gpu.frontend_split_pixels = 32;
+  const FrameResult r = render(capture, gpu, 0, true, settings);
+  const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation], &post = (*r.baselines)[Scheme::kPostTessellation];
+  const std::uint64_t patches = r.counters.frontend.base_patches;
+  EXPECT_GE(r.counters.frontend.cells, patches * 16 * 16);
+  EXPECT_GT(pre.culled_frustum, 0u);
+  EXPECT_GT(pre.culled_backface, 0u);
+  EXPECT_GT(pre.culled_occlusion, 0u);
+  EXPECT_LE(pre.domain_evaluations_cached * 5, post.domain_evaluations);
+  EXPECT_LE(pre.queue_bytes_peak * 10, post.queue_bytes_peak);
+}
+
+TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
+  const test::TemporaryFolder out;
+  const test::ProcessResult r = run_tessera({"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  const json stats = json::parse(test::read_text(out / "stats.json"));
+  for (const std::string_view name : binner::kSchemeNames) {
+    EXPECT_THAT(r.output, HasSubstr(std::string(name)));
+    EXPECT_TRUE(stats["frames"][1]["baselines"].contains(std::string(name)));
+  }
+  EXPECT_THAT(r.output, HasSubstr("post/pre"));
+  EXPECT_THAT(r.output, HasSubstr("baseline.queue_bytes_peak"));
+  // Sums and peaks as declared.
+  for (const auto& [scheme, counters] : stats["total"]["baselines"].items())
+    for (const auto& [counter, value] : counters.items()) {
+      const auto a = stats["frames"][0]["baselines"][scheme][counter].get<std::uint64_t>(), b = stats["frames"][1]["baselines"][scheme][counter].get<std::uint64_t>();
+      EXPECT_EQ(value.get<std::uint64_t>(), counter == "baseline.queue_bytes_peak" ? std::max(a, b) : a + b) << scheme << " " << counter;
+    }
+  // The table of comma-separated values says the same.
+  std::istringstream csv(test::read_text(out / "baselines.csv"));
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(csv, line);) {
+    rows.emplace_back();
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  ASSERT_EQ(rows.size(), 1u + 3 * binner::kSchemeCount);
+  EXPECT_EQ(rows[0][0], "frame");
+  EXPECT_EQ(rows[0][1], "scheme");
+  EXPECT_EQ(rows[0].size(), 2 + hardware::kCounterFields<BaselineCounters>.size());
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    ASSERT_EQ(rows[k].size(), rows[0].size());
+    const json& set = rows[k][0] == "total" ? stats["total"]["baselines"] : stats["frames"][std::stoul(rows[k][0])]["baselines"];
+    for (std::size_t c = 2; c < rows[k].size(); ++c) EXPECT_EQ(std::stoull(rows[k][c]), set[rows[k][1]][rows[0][c]].get<std::uint64_t>());
+  }
+}
+
+TEST(BaselinesOption, IsOffUnlessAskedForAndQuietPrintsNothing) {
+  const test::TemporaryFolder out;
+  const test::ProcessResult off = run_tessera({"replay", shipped("vases"), "--size", "32x32", "--out", (out / "off").string()});
+  EXPECT_EQ(off.status, 0);
+  EXPECT_THAT(off.output, testing::Not(HasSubstr("post-tessellation")));
+  EXPECT_FALSE(fs::exists(out / "off" / "baselines.csv"));
+  const json stats = json::parse(test::read_text(out / "off" / "stats.json"));
+  EXPECT_FALSE(stats["frames"][0].contains("baselines"));
+  EXPECT_FALSE(stats["total"].contains("baselines"));
+  const test::ProcessResult quiet = run_tessera({"replay", shipped("vases"), "--size", "32x32", "--baselines", "--quiet", "--out", (out / "on").string()});
+  EXPECT_EQ(quiet.status, 0);
+  EXPECT_EQ(quiet.output, "");
+  EXPECT_TRUE(fs::exists(out / "on" / "baselines.csv"));
+}
+
+TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
+  const frontend::Capture empty;
+  const FrameResult r = render(empty, {});
+  for (const BaselineCounters& c : r.baselines->schemes) EXPECT_EQ(c.primitives, 0u);
+  EXPECT_THAT(baselines_table(*r.baselines), HasSubstr("-"));
+}
+
+}  // namespace
+}  // namespace tessera::replay
