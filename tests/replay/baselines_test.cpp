@@ -84,6 +84,23 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnSplits) {
   EXPECT_EQ(x["immediate"], y["immediate"]);
 }
 
+// Nor is it that the replay's own buffer ran full, in how many levels its queues are, or how it finds tiles.
+TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
+  hardware::GpuConfiguration full, levels;
+  full.parameter_buffer_bytes = 4096;
+  levels.binner_queue_levels = 3;
+  levels.binner_coverage = "rectangle";
+  const json expected = baselines_json(*render(capture, {}).baselines);
+  const FrameResult partial = render(capture, full);
+  EXPECT_EQ(scheme(partial, Scheme::kPreTessellation).buffer_overflows, partial.counters.binner.partial_renders);
+  for (const FrameResult& r : {partial, render(capture, levels)}) {
+    json got = baselines_json(*r.baselines);
+    got["post-tessellation"]["baseline.buffer_overflows"] = expected["post-tessellation"]["baseline.buffer_overflows"];
+    EXPECT_EQ(got["post-tessellation"], expected["post-tessellation"]);
+    EXPECT_EQ(got["immediate"], expected["immediate"]);
+  }
+}
+
 TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
   const FrameResult r = render(capture, {});
   const BaselineCounters &post = scheme(r, Scheme::kPostTessellation), &immediate = scheme(r, Scheme::kImmediate);
@@ -203,6 +220,20 @@ TEST(BaselinesOption, IsOffUnlessAskedForAndQuietPrintsNothing) {
   EXPECT_EQ(quiet.status, 0);
   EXPECT_EQ(quiet.output, "");
   EXPECT_TRUE(fs::exists(out / "on" / "baselines.csv"));
+}
+
+TEST(BaselinesOption, WorksForRegionsOneSampleAndManyAndForcedEffects) {
+  const test::TemporaryFolder out;
+  for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{{"--region", "37,11,51,40"}, {"--spp", "1"}, {"--spp", "23", "--set", "memory.burst_bytes=16"},
+                                                                                    {"--set", "effects.motion=on", "--set", "effects.defocus=on"}}) {
+    std::vector<std::string> arguments = {"replay", shipped("vases"), "--size", "96x54", "--baselines", "--quiet", "--out", out.path().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const test::ProcessResult r = run_tessera(arguments);
+    EXPECT_EQ(r.status, 0) << more[0] << more[1] << r.errors;
+    const json schemes = json::parse(test::read_text(out / "stats.json"))["total"]["baselines"];
+    EXPECT_GT(schemes["post-tessellation"]["baseline.primitives"].get<std::uint64_t>(), 0u);
+    EXPECT_GT(schemes["immediate"]["baseline.frame_bytes_written"].get<std::uint64_t>(), 0u);
+  }
 }
 
 TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
