@@ -18,6 +18,14 @@ struct PatchDisplacement {
     const Vec2 low = corner[0] * (1.0f - u) + corner[1] * u, high = corner[2] * (1.0f - u) + corner[3] * u;
     return low * (1.0f - v) + high * v;
   }
+  // Box of the coordinates over a box of parameters: they are bilinear, so it is the hull of the four corners.
+  struct Footprint {
+    Vec2 low, high;
+  };
+  Footprint footprint(const ParameterRange& r) const {
+    const Vec2 a = coordinate(r.u0, r.v0), b = coordinate(r.u1, r.v0), c = coordinate(r.u0, r.v1), d = coordinate(r.u1, r.v1);
+    return {glm::min(glm::min(a, b), glm::min(c, d)), glm::max(glm::max(a, b), glm::max(c, d))};
+  }
   // Signed offset along the unit normal.
   float offset(float u, float v) const {
     return material->scale * material->texture->sample(material->sampler, coordinate(u, v), lod) + material->bias;

@@ -50,13 +50,8 @@ struct Slopes {
 };
 Slopes displacement_slopes(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SubPatchBounder& bounder, std::uint32_t patch) {
   const PatchDisplacement d = patch_displacement(frame, bounder.drawable(), patch);
-  const ParameterRange& r = bounder.range();
-  Vec2 low = d.coordinate(r.u0, r.v0), high = low;
-  for (const Vec2& c : {d.coordinate(r.u1, r.v0), d.coordinate(r.u0, r.v1), d.coordinate(r.u1, r.v1)}) {
-    low = glm::min(low, c);
-    high = glm::max(high, c);
-  }
-  const Vec2 texel = pyramids.slopes_of(*d.material->texture).query(d.material->sampler, low, high, d.lod);
+  const PatchDisplacement::Footprint f = d.footprint(bounder.range());
+  const Vec2 texel = pyramids.slopes_of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
   const auto largest = [](Vec2 a, Vec2 b) { return glm::max(glm::abs(a), glm::abs(b)); };
   const Vec2 along_u = largest(d.corner[1] - d.corner[0], d.corner[3] - d.corner[2]);
   const Vec2 along_v = largest(d.corner[2] - d.corner[0], d.corner[3] - d.corner[1]);
@@ -94,6 +89,36 @@ void BackFaceTest::begin(std::uint32_t patch) {
   stretch_ = std::max(largest_stretch(to_camera_[0]), largest_stretch(to_camera_[1]));
 }
 
+// What displacement and rounding add to a chord, per unit of the base patch's parameter, in object space.
+std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bounder, const PyramidLibrary& pyramids) const {
+  const ParameterRange& r = bounder.range();
+  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0), dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
+  // A vertex is off by fewer than 72 roundings of the largest coordinate; a displaced one also by the error of its
+  // normal and of its height.
+  Extra out{0, 0, 72 * 0x1p-24 * std::sqrt(3.0) * bounder.largest_coordinate()};
+  if (!bounder.displaced()) return out;
+  const double reach = std::max(std::abs(static_cast<double>(bounder.offsets().low)), std::abs(static_cast<double>(bounder.offsets().high)));
+  const auto object = bounder.nets();
+  const CornerFrame frame = corner_frame(object);
+  double turn_u = 0, turn_v = 0, normal_error = 0;  // turn of the normal
+  for (const PatchNet& net : object) {
+    const auto cones = tangent_cones(measure_net(net, frame.axes, frame.tangent_u, frame.tangent_v), frame);
+    if (!cones) return std::nullopt;
+    const auto cone = tpatch_cone(*cones, {derivative_rounding(net) + out.vertex_error, du, dv});
+    if (!cone) return std::nullopt;
+    normal_error = std::max(normal_error, cone->error);
+    const SecondLengths second = second_lengths(net);
+    const double area = 9 * cones->min_length_u * cones->min_length_v * cones->min_sine;
+    turn_u = std::max(turn_u, (second.uu * 3 * cones->max_length_v + 3 * cones->max_length_u * second.uv) / area / du);
+    turn_v = std::max(turn_v, (second.uv * 3 * cones->max_length_v + 3 * cones->max_length_u * second.vv) / area / dv);
+  }
+  const Slopes slope = displacement_slopes(frame_, pyramids, bounder, patch_);
+  out.u = slope.u + reach * turn_u;
+  out.v = slope.v + reach * turn_v;
+  out.vertex_error += reach * (normal_error + 0x1p-20) + height_rounding(pyramids, *bounder.drawable().material->displacement);
+  return out;
+}
+
 bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells, Spread& out) const {
   const auto object = bounder.nets();
   std::array<PatchNet, 2> nets;
@@ -101,7 +126,8 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   const CornerFrame frame = corner_frame(nets);
   const NetMeasure m0 = measure_net(nets[0], frame.axes, frame.tangent_u, frame.tangent_v), m1 = measure_net(nets[1], frame.axes, frame.tangent_u, frame.tangent_v);
   const auto tangents = tangent_cones({m0.extents, join(m0.u, m1.u), join(m0.v, m1.v)}, frame);
-  if (!tangents) return false;
+  const auto extra = this->extra(bounder, pyramids);
+  if (!tangents || !extra) return false;
 
   // Chords per unit of the base patch's parameters, and steps of the grid.
   const ParameterRange& r = bounder.range();
@@ -110,33 +136,7 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;
   const double least_u = 3 * tangents->min_length_u / du, least_v = 3 * tangents->min_length_v / dv;
   const double most_u = 3 * tangents->max_length_u / du, most_v = 3 * tangents->max_length_v / dv;
-
-  // What displacement and rounding add to a chord of one step, per unit of parameter. A vertex is off by fewer than 72
-  // roundings of the largest coordinate; the displaced one also by the error of its normal.
-  double extra_u = 0, extra_v = 0, vertex_error = 72 * 0x1p-24 * std::sqrt(3.0) * bounder.largest_coordinate();
-  if (bounder.displaced()) {
-    const double reach = std::max(std::abs(static_cast<double>(bounder.offsets().low)), std::abs(static_cast<double>(bounder.offsets().high)));
-    double turn_u = 0, turn_v = 0;  // of the normal
-    for (const PatchNet& net : object) {
-      const CornerFrame own = corner_frame(object);
-      const NetMeasure m = measure_net(net, own.axes, own.tangent_u, own.tangent_v);
-      const auto cones = tangent_cones(m, own);
-      if (!cones) return false;
-      const SecondLengths second = second_lengths(net);
-      const double area = 9 * cones->min_length_u * cones->min_length_v * cones->min_sine;
-      turn_u = std::max(turn_u, (second.uu * 3 * cones->max_length_v + 3 * cones->max_length_u * second.uv) / area / du);
-      turn_v = std::max(turn_v, (second.uv * 3 * cones->max_length_v + 3 * cones->max_length_u * second.vv) / area / dv);
-      const auto cone = tpatch_cone(*cones, {derivative_rounding(net) + vertex_error, du, dv});
-      if (!cone) return false;
-      vertex_error += reach * (cone->error + 0x1p-20);
-    }
-    vertex_error += height_rounding(pyramids, *bounder.drawable().material->displacement);
-    const Slopes slope = displacement_slopes(frame_, pyramids, bounder, patch_);
-    extra_u = stretch_ * (slope.u + reach * turn_u);
-    extra_v = stretch_ * (slope.v + reach * turn_v);
-  }
-  extra_u += stretch_ * 2 * vertex_error / step_u;
-  extra_v += stretch_ * 2 * vertex_error / step_v;
+  const double extra_u = stretch_ * (extra->u + 2 * extra->vertex_error / step_u), extra_v = stretch_ * (extra->v + 2 * extra->vertex_error / step_v);
 
   // Sizes of what tilts a cross product, relative to the least one.
   double tilt = extra_u / least_u + extra_v / least_v + extra_u * extra_v / (least_u * least_v);
@@ -147,11 +147,9 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   tilt += shift_u * (2 * tangents->sine_u * most_u + 2 * extra_u) / (step_v * least_v);
   tilt += shift_v * (2 * tangents->sine_v * most_v + 2 * extra_v) / (step_u * least_u);
   tilt /= tangents->min_sine;
-  if (!(tilt < 0.99)) return false;
+  const double sine = tpatch_sine(*tangents);
+  if (!(tilt < 0.99 && sine < 1)) return false;
 
-  const double sum = tangents->sine_u * tangents->sine_u + 2 * tangents->sine_u * tangents->sine_v * tangents->cosine_between + tangents->sine_v * tangents->sine_v;
-  const double sine = std::sqrt(sum) / tangents->sine_between * (1 + 1e-12);
-  if (!(sine < 1)) return false;
   const double cosine = std::sqrt(1 - sine * sine), tilt_cosine = std::sqrt(1 - tilt * tilt);
   out.axis = frame.axes[2];
   out.sine = sine * tilt_cosine + cosine * tilt;

@@ -27,6 +27,11 @@ class BackFaceTest {
 
  private:
   struct Spread;  // of the chords' cross products
+  struct Extra {
+    double u, v;          // added to a chord, per unit of parameter
+    double vertex_error;  // of any vertex
+  };
+  std::optional<Extra> extra(const SubPatchBounder& bounder, const PyramidLibrary& pyramids) const;
   bool spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells, Spread& out) const;
 
   const FrameGeometry& frame_;

@@ -63,10 +63,13 @@ std::optional<TangentCones> tangent_cones(const NetMeasure& m, const CornerFrame
   return out;
 }
 
-std::optional<NormalCone> tpatch_cone(const TangentCones& c, const DerivativeError& error) {
+double tpatch_sine(const TangentCones& c) {
   const double sum = c.sine_u * c.sine_u + 2 * c.sine_u * c.sine_v * c.cosine_between + c.sine_v * c.sine_v;
-  const double sine = std::sqrt(sum) / c.sine_between * (1 + kSlack);
-  return checked(sine, normal_error(error.absolute, 3 * c.min_length_u / error.scale_u, 3 * c.min_length_v / error.scale_v, c.min_sine));
+  return std::sqrt(sum) / c.sine_between * (1 + kSlack);
+}
+
+std::optional<NormalCone> tpatch_cone(const TangentCones& c, const DerivativeError& error) {
+  return checked(tpatch_sine(c), normal_error(error.absolute, 3 * c.min_length_u / error.scale_u, 3 * c.min_length_v / error.scale_v, c.min_sine));
 }
 
 std::optional<NormalCone> npatch_cone(const PatchNet& net, const NetMeasure& measure, const CornerFrame& frame,

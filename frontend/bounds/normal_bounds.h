@@ -45,6 +45,8 @@ struct TangentCones {
 // overlap neither each other nor each other's mirror image: alpha_u + alpha_v < min(beta, pi - beta).
 // Nothing where that fails, where a control vector is zero, or turns away from its axis.
 std::optional<TangentCones> tangent_cones(const NetMeasure& measure, const CornerFrame& frame);
+// Sine of the half angle of the cone that holds every cross product; 1 and more: no cone.
+double tpatch_sine(const TangentCones& cones);
 std::optional<NormalCone> tpatch_cone(const TangentCones& cones, const DerivativeError& error);
 
 // NPATCH: the cone of the control vectors of the normal's own Bezier patch. Never wider than `tpatch`, which holds for

@@ -174,13 +174,8 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
 }
 
 ValueRange SubPatchBounder::offset_range(const PatchDisplacement& d, const ParameterRange& r) const {
-  // The coordinates are bilinear: over a box of parameters they lie in the hull of its corners.
-  Vec2 low = d.coordinate(r.u0, r.v0), high = low;
-  for (const Vec2& c : {d.coordinate(r.u1, r.v0), d.coordinate(r.u0, r.v1), d.coordinate(r.u1, r.v1)}) {
-    low = glm::min(low, c);
-    high = glm::max(high, c);
-  }
-  const ValueRange heights = pyramids_.of(*d.material->texture).query(d.material->sampler, low, high, d.lod);
+  const PatchDisplacement::Footprint f = d.footprint(r);
+  const ValueRange heights = pyramids_.of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
   const float a = d.material->scale * heights.low + d.material->bias, b = d.material->scale * heights.high + d.material->bias;
   return {std::min(a, b), std::max(a, b)};
 }
