@@ -21,7 +21,8 @@ std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch
   return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(ClusterCell);
 }
 
-FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu) {
+FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu,
+                             const OcclusionGuess* guess) {
   // Blocks of patches in parallel, joined in order.
   constexpr std::size_t kBlock = 64;
   const std::size_t patch_count = frame.assembly->patch_count(), block_count = (patch_count + kBlock - 1) / kBlock;
@@ -29,21 +30,35 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
   const SplitSettings settings = split_settings(gpu);
   parallel_for(block_count, [&](std::size_t b) {
     FrontEndResult& result = blocks[b];
-    PatchSplitter splitter(frame, pyramids, settings);
+    PatchSplitter splitter(frame, pyramids, settings, guess);
     for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
       result.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
                          hardware::burst_bytes(0, patch_record_bytes(frame, patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
-      splitter.split(patch, result.sub_patches, result.counters);
+      splitter.split(patch, result.sub_patches, result.aside, result.counters);
     }
   });
   FrontEndResult all;
   for (const FrontEndResult& block : blocks) {
     all.sub_patches.insert(all.sub_patches.end(), block.sub_patches.begin(), block.sub_patches.end());
+    all.aside.insert(all.aside.end(), block.aside.begin(), block.aside.end());
     hardware::merge(all.counters, block.counters);
     all.ledger += block.ledger;
   }
   return all;
+}
+
+std::vector<BoundedSubPatch> revive(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu,
+                                    const CoarseDepth& depth, FrontEndResult& front_end) {
+  std::vector<BoundedSubPatch> revived;
+  PatchSplitter splitter(frame, pyramids, split_settings(gpu));
+  for (const BoundedSubPatch& piece : front_end.aside) {
+    if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
+    front_end.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
+                          hardware::burst_bytes(0, patch_record_bytes(frame, piece.base_patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+    splitter.split_aside(piece, revived, front_end.counters);
+  }
+  return revived;
 }
 
 }  // namespace tessera::frontend

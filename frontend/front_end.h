@@ -17,12 +17,19 @@ std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch
 
 // The front end's work on one frame after posing: split every base patch, bound the pieces, drop what cannot be seen.
 // Configured by frontend.* and tessellator.sub_patch_cells. Sub-patches come out in the order of their base patches.
+// What `guess` hides, if there is one, is put aside.
 struct FrontEndResult {
-  std::vector<BoundedSubPatch> sub_patches;
+  std::vector<BoundedSubPatch> sub_patches, aside;
   FrontendCounters counters;
   hardware::Ledger ledger;
 };
-FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu);
+FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu,
+                             const OcclusionGuess* guess = nullptr);
+
+// Sub-patches of what was put aside and, now that the frame's own depth is known, is not hidden by it. Counts into
+// `front_end` and charges the records that are fetched again.
+std::vector<BoundedSubPatch> revive(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu,
+                                    const CoarseDepth& depth, FrontEndResult& front_end);
 
 }  // namespace tessera::frontend
 
@@ -42,12 +49,18 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
      "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; V3D PTB-primitives-discarded-outside-viewport"},
     {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
      "Sub-patches dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim; PowerVR Back-facing triangles"},
+    {"frontend.culled_previous_depth", &frontend::FrontendCounters::culled_previous_depth, Combine::kSum, "sub-patches",
+     "Sub-patches dropped because the previous frame's coarse depth, re-projected, hides them, and this frame's did as well.", ""},
+    {"frontend.revived_previous_depth", &frontend::FrontendCounters::revived_previous_depth, Combine::kSum, "sub-patches",
+     "Sub-patches that the previous frame's depth hid but this frame's did not; their tiles are rendered again.", ""},
     {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
      "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},
     {"frontend.cells_culled_frustum", &frontend::FrontendCounters::cells_culled_frustum, Combine::kSum, "cells",
      "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
     {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
      "Cells of the sub-patches that frontend.culled_backface counts.", ""},
+    {"frontend.cells_culled_previous_depth", &frontend::FrontendCounters::cells_culled_previous_depth, Combine::kSum, "cells",
+     "Cells of the sub-patches that frontend.culled_previous_depth counts.", ""},
     {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
      "Sub-patches sent to the binner.", "MaliGeomVisiblePrim; V3D PTB-primitives-binned"},
 });

@@ -103,7 +103,8 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
   return 0;
 }
 
-std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const CellRange& range, int depth, FrontendCounters& counters) {
+std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const CellRange& range, int depth, std::vector<BoundedSubPatch>* aside,
+                                                        FrontendCounters& counters) {
   const SubPatchBody body = bounder_.body(range);
   ++counters.bounds_computed;
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
@@ -117,12 +118,33 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
   }
+  if (aside != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
+    ++counters.culled_previous_depth;
+    counters.cells_culled_previous_depth += cell_count(range);
+    aside->push_back({patch, range, *bounds, body.corners});
+    return std::nullopt;
+  }
   Node node{0, visited_++, depth, {patch, range, *bounds, body.corners}};
   if (bounder_.drawable().drawable->kind == Primitive::Kind::kBezierPatches) node.priority = priority(node.piece, depth);
   return node;
 }
 
-void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside, FrontendCounters& counters) {
+  const CellRange whole = patch_cells(frame_, patch);
+  ++counters.base_patches;
+  counters.cells += cell_count(whole);
+  split_range(patch, whole, out, &aside, counters);
+}
+
+void PatchSplitter::split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+  --counters.culled_previous_depth;
+  ++counters.revived_previous_depth;
+  counters.cells_culled_previous_depth -= cell_count(piece.range);
+  split_range(piece.base_patch, piece.range, out, nullptr, counters);
+}
+
+void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* aside,
+                                FrontendCounters& counters) {
   // A max-heap; equal priorities go in the order in which they were visited.
   const auto later = [](const Node& a, const Node& b) { return a.priority != b.priority ? a.priority < b.priority : a.order > b.order; };
   bounder_.begin(patch);
@@ -130,8 +152,8 @@ void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out
   visited_ = 0;
   heap_.clear();
   const std::size_t first = out.size();
-  const auto keep = [&](const CellRange& range, int depth) {
-    std::optional<Node> node = visit(patch, range, depth, counters);
+  const auto keep = [&](const CellRange& part, int depth) {
+    std::optional<Node> node = visit(patch, part, depth, aside, counters);
     if (!node) return;
     if (node->priority > 0) {
       heap_.push_back(std::move(*node));
@@ -140,10 +162,7 @@ void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out
       out.push_back(node->piece);
     }
   };
-  const CellRange whole = patch_cells(frame_, patch);
-  ++counters.base_patches;
-  counters.cells += cell_count(whole);
-  keep(whole, 0);
+  keep(range, 0);
   while (!heap_.empty()) {
     std::pop_heap(heap_.begin(), heap_.end(), later);
     const Node node = std::move(heap_.back());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "frontend/bounds/back_face.h"
+#include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "hardware/configuration.h"
@@ -44,9 +45,12 @@ struct FrontendCounters {
   std::uint64_t splits = 0;
   std::uint64_t culled_frustum = 0;
   std::uint64_t culled_backface = 0;
+  std::uint64_t culled_previous_depth = 0;
+  std::uint64_t revived_previous_depth = 0;
   std::uint64_t cells = 0;
   std::uint64_t cells_culled_frustum = 0;
   std::uint64_t cells_culled_backface = 0;
+  std::uint64_t cells_culled_previous_depth = 0;
   std::uint64_t sub_patches = 0;
 };
 
@@ -63,11 +67,14 @@ struct BoundedSubPatch {
 // never changes. Scratch memory; one instance per thread.
 class PatchSplitter {
  public:
-  PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings)
-      : frame_(frame), pyramids_(pyramids), settings_(settings), bounder_(frame, pyramids, settings.method), back_face_(frame) {}
+  // With a guess, sub-patches that it hides are put aside, unsplit.
+  PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings, const OcclusionGuess* guess = nullptr)
+      : frame_(frame), pyramids_(pyramids), settings_(settings), guess_(guess), bounder_(frame, pyramids, settings.method), back_face_(frame) {}
 
-  // Appends the sub-patches of one base patch.
-  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Appends the sub-patches of one base patch, and to `aside` what the guess hides.
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside, FrontendCounters& counters);
+  // Appends the sub-patches of something put aside that was visible after all.
+  void split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
 
  private:
   struct Node {
@@ -76,13 +83,16 @@ class PatchSplitter {
     int depth;
     BoundedSubPatch piece;
   };
-  // Bounds and tests; nothing when culled.
-  std::optional<Node> visit(std::uint32_t patch, const CellRange& range, int depth, FrontendCounters& counters);
+  // Bounds and tests; nothing when culled or put aside.
+  std::optional<Node> visit(std::uint32_t patch, const CellRange& range, int depth, std::vector<BoundedSubPatch>* aside, FrontendCounters& counters);
+  void split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* aside,
+                   FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, int depth) const;
 
   const FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   SplitSettings settings_;
+  const OcclusionGuess* guess_;
   SubPatchBounder bounder_;
   BackFaceTest back_face_;
   std::vector<Node> heap_;

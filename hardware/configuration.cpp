@@ -104,6 +104,10 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
        "Most sub-patches that the criterion may make of one base patch.", "[assumed]"},
       {"frontend.backface_culling", &Gpu::frontend_backface_culling,
        "Whether sub-patches that face away are dropped before binning.", "[spec] every GPU culls back faces; before tessellation: Hasselgren et al. 2009"},
+      {"frontend.previous_depth_culling", &Gpu::frontend_previous_depth_culling,
+       "Whether sub-patches that the previous frame's coarse depth hides are put aside, looked at again when the tiles are done, and rendered in a second pass "
+       "where they were visible after all.",
+       "[assumed] two-pass occlusion culling, Haar and Aaltonen 2015"},
       {"tile.width", &Gpu::tile_width, "pixels", 8, 256, "Width of the on-chip render area of one tile core.",
        "[spec] 16 on Mali-G31, 32 on classic PowerVR and Mali-G715, 64 on Immortalis-G720"},
       {"tile.height", &Gpu::tile_height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",

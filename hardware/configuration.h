@@ -22,6 +22,7 @@ struct GpuConfiguration {
   std::int64_t frontend_split_depth = 8;
   std::int64_t frontend_split_budget = 64;
   bool frontend_backface_culling = true;
+  bool frontend_previous_depth_culling = false;
 
   std::int64_t tile_width = 32;   // pixels, multiple of 8
   std::int64_t tile_height = 32;  // pixels, multiple of 8

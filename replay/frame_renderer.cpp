@@ -91,7 +91,7 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              FrameResult& result, MachineRecord* record) {
+                              const std::vector<bool>& only, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   PerThread<std::uint64_t> queue_bytes_read;
@@ -110,6 +110,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       unfinished.resize(tile_count);
     }
     parallel_for(tile_count, [&](std::size_t t) {
+      if (!only.empty() && !only[t]) return;
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
@@ -133,6 +134,41 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
     if (!done) binner.reset();
   }
   queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
+}
+
+frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
+  frontend::CoarseDepth depth;
+  depth.block_width = static_cast<int>(gpu_.tile_width);
+  depth.block_height = static_cast<int>(gpu_.tile_height);
+  const IntRect& region = job.grid->region();
+  depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height, (region.x1 + depth.block_width - 1) / depth.block_width,
+                  (region.y1 + depth.block_height - 1) / depth.block_height};
+  depth.farthest = result.targets.tile_farthest;
+  depth.projection = job.frame->projection;
+  depth.view = job.frame->views[1];
+  return depth;
+}
+
+void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result,
+                                   MachineRecord* record) {
+  if (front_end.aside.empty()) return;
+  std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
+  if (revived.empty()) return;
+  std::vector<bool> again(binner.grid().tile_count(), false);
+  for (const frontend::BoundedSubPatch& piece : revived) {
+    const IntRect tiles = binner.grid().covered(piece.bounds);
+    for (int row = tiles.y0; row < tiles.y1; ++row)
+      for (int column = tiles.x0; column < tiles.x1; ++column) again[binner.grid().index(column, row)] = true;
+  }
+  // The queues still hold what the tiles were rendered from, unless a partial render emptied them.
+  if (result.counters.binner.partial_renders > 0) {
+    binner.reset();
+    revived.insert(revived.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
+  }
+  run_tiles(job, binner, revived, again, result, record);
+}
+
+void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
   hardware::merge(result.counters.binner, binner.buffer().counters());
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
@@ -142,30 +178,32 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
   });
 }
 
-void FrameRenderer::run_machine(const frontend::FrameGeometry& geometry, const hardware::GpuConfiguration& gpu, const tilecore::TileJob& job,
-                                FrameResult& result, MachineRecord* record) {
+void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result,
+                                MachineRecord* record) {
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
-    front_end = frontend::run_front_end(geometry, pyramids_, gpu);
+    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu, guess);
   }
+  binner::Binner binner(gpu, *job.grid);
+  result.targets.tile_farthest.resize(binner.grid().tile_count());
+  run_tiles(job, binner, front_end.sub_patches, {}, result, record);
+  render_revived(job, binner, front_end, result, record);
+  collect(binner, result);
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
-  binner::Binner binner(gpu, *job.grid);
-  run_tiles(job, binner, front_end.sub_patches, result, record);
 }
 
-BaselineSet FrameRenderer::run_baselines(const frontend::FrameGeometry& geometry, const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
+BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
   BaselineSet set;
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record, gpu_);
-  {
-    const hardware::GpuConfiguration gpu = patch_whole_machine(gpu_);
-    FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
-    MachineRecord whole_record;
-    run_machine(geometry, gpu, job, whole, &whole_record);
-    set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record, gpu);
-  }
-  const TriangleMachines machines = measure_triangle_machines(job, record, result.counters.ledger, gpu_);
+  const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
+  FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
+  MachineRecord whole_record;
+  run_machine(whole_gpu, nullptr, job, whole, &whole_record);
+  set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record, whole_gpu);
+  // What the previous frame's depth hid is in no queue of this one, but an immediate machine draws it.
+  const TriangleMachines machines = measure_triangle_machines(job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
   set[binner::Scheme::kPostTessellation] = machines.post_tessellation;
   set[binner::Scheme::kImmediate] = machines.immediate;
   return set;
@@ -173,7 +211,6 @@ BaselineSet FrameRenderer::run_baselines(const frontend::FrameGeometry& geometry
 
 FrameResult FrameRenderer::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}};
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
@@ -185,12 +222,18 @@ FrameResult FrameRenderer::render(int frame) {
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame)});
   const tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  std::optional<frontend::OcclusionGuess> guess;
+  if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
-  run_machine(*geometry, gpu_, job, result, request_.baselines ? &record : nullptr);
-  result.seconds = seconds();
+  run_machine(gpu_, guess ? &*guess : nullptr, job, result, request_.baselines ? &record : nullptr);
+  if (gpu_.frontend_previous_depth_culling) {
+    last_depth_ = coarse_depth(job, result);
+    last_frame_ = frame;
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (request_.baselines) {
     const StageTimer timer(result, "baselines");
-    result.baselines = run_baselines(*geometry, job, result, record);
+    result.baselines = run_baselines(job, result, record);
   }
   return result;
 }

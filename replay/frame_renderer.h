@@ -60,8 +60,9 @@ struct RenderRequest {
   bool baselines = false;  // run the other schemes as well
 };
 
-// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Frames are independent of each
-// other and of the number of threads.
+// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures are independent of each
+// other and of the number of threads; so are counters, but for frontend.previous_depth_culling, which looks at the
+// frame rendered before when that was the one before.
 class FrameRenderer {
  public:
   // `capture` must outlive the renderer.
@@ -78,9 +79,15 @@ class FrameRenderer {
   frontend::FrameRequest frame_request(int frame) const;
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result` and, unless null, to `record`.
-  void run_machine(const frontend::FrameGeometry& geometry, const hardware::GpuConfiguration& gpu, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);
-  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches, FrameResult& result, MachineRecord* record);
-  BaselineSet run_baselines(const frontend::FrameGeometry& geometry, const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
+  void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);
+  // Bins, renders and finishes tiles: all of them, or those that `only` marks.
+  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
+                 const std::vector<bool>& only, FrameResult& result, MachineRecord* record);
+  // Renders again the tiles where something that the previous frame's depth hid is visible after all.
+  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result, MachineRecord* record);
+  void collect(binner::Binner& binner, FrameResult& result);
+  frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
+  BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
   const frontend::Capture& capture_;
@@ -91,6 +98,8 @@ class FrameRenderer {
   frontend::PyramidLibrary pyramids_;
   frontend::CameraChoice camera_;
   PerThread<tilecore::TileCore> cores_;
+  std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
+  int last_frame_ = 0;
 };
 
 }  // namespace tessera::replay

@@ -231,6 +231,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   shade_layers(job, state);
   resolve_multisample({sample_color_, sample_coverage_, samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
   if (targets.auxiliary) write_auxiliary(state, targets);
+  if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state.z);
 }
 
 void TileCore::shade_opaque(const TileJob& job, const TileState& state) {

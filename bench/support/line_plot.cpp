@@ -23,7 +23,7 @@ std::vector<double> linear_ticks(const Range& range) {
   const double rough = (range.high - range.low) / 5, power = std::pow(10, std::floor(std::log10(rough))), digit = rough / power;
   const double step = power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
   std::vector<double> ticks;
-  for (double t = std::ceil(range.low / step - 1e-9) * step; t <= range.high + 1e-9 * step; t += step) ticks.push_back(t);
+  for (double t = std::ceil(range.low / step - 1e-9) * step; t <= range.high + 1e-9 * step; t += step) ticks.push_back(t + 0.0);
   return ticks;
 }
 

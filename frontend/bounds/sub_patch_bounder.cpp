@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "base/error.h"
-#include "frontend/bounds/interval.h"
+#include "frontend/bounds/enclosure.h"
 #include "frontend/domain_shader.h"
 
 namespace tessera::frontend {
@@ -63,21 +63,32 @@ std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points, const st
 
 // The domain shader over a box of parameters. The normal of a point where the derivatives may be parallel or vanish is
 // any unit vector, up to the rounding of its normalisation.
-Vector3<Interval> domain_box(const PatchNet& net, const ParameterRange& r, bool displaced, const ValueRange& offset) {
-  shaders::ControlPoints<Interval> c;
-  for (std::size_t k = 0; k < 16; ++k) c[k] = {net.c[0][k], net.c[1][k], net.c[2][k]};
-  const Interval u(static_cast<double>(r.u0), static_cast<double>(r.u1)), v(static_cast<double>(r.v0), static_cast<double>(r.v1));
-  const auto p = shaders::bicubic_point<Interval>(shaders::bicubic_row(c, v), u);
-  if (!displaced) return p.position;
-  const auto regular = shaders::regular_normal(p.derivative_u, p.derivative_v);
-  const Interval unit(-1 - 0x1p-20, 1 + 0x1p-20);
-  Vector3<Interval> n = {unit, unit, unit};
-  const auto within = [&](const Interval& x) { return Interval(std::max(x.low(), unit.low()), std::min(x.high(), unit.high())); };
+//
+// Control points are taken relative to the first: their common part would be multiplied by weights whose sum is 1, which
+// enclosures do not see. The float rounding that it brings back is `rounding` in the derivatives, and the vertex margin
+// in the position.
+Vector3<Enclosure> domain_box(const PatchNet& net, const ParameterRange& r, bool displaced, const ValueRange& offset, double rounding) {
+  const DVec3 origin = net.point(0);
+  shaders::ControlPoints<Enclosure> c;
+  for (std::size_t k = 0; k < 16; ++k) c[k] = {net.c[0][k] - origin.x, net.c[1][k] - origin.y, net.c[2][k] - origin.z};
+  const auto u = Enclosure::first_parameter(static_cast<double>(r.u0), static_cast<double>(r.u1));
+  const auto v = Enclosure::second_parameter(static_cast<double>(r.v0), static_cast<double>(r.v1));
+  const auto p = shaders::bicubic_point<Enclosure>(shaders::bicubic_row(c, v), u);
+  const Vector3<Enclosure> position = p.position + Vector3<Enclosure>{origin.x, origin.y, origin.z};
+  if (!displaced) return position;
+  const auto rounded = [&](const Vector3<Enclosure>& d) {
+    return Vector3<Enclosure>{d.x.with_error(rounding), d.y.with_error(rounding), d.z.with_error(rounding)};
+  };
+  const auto regular = shaders::regular_normal(rounded(p.derivative_u), rounded(p.derivative_v));
+  constexpr double kUnit = 1 + 0x1p-20;
+  const auto unit = Enclosure::anything_in(-kUnit, kUnit);
+  Vector3<Enclosure> n = {unit, unit, unit};
+  const auto within = [&](const Enclosure& x) { return Enclosure::anything_in(std::max(x.low(), -kUnit), std::min(x.high(), kUnit)); };
   if (regular.margin.low() > 0) n = {within(regular.normal.x), within(regular.normal.y), within(regular.normal.z)};
-  return p.position + n * Interval(static_cast<double>(offset.low), static_cast<double>(offset.high));
+  return position + n * Enclosure::anything_in(static_cast<double>(offset.low), static_cast<double>(offset.high));
 }
 
-void extend(MovingBox& box, std::size_t key, const Vector3<Interval>& p) {
+void extend(MovingBox& box, std::size_t key, const Vector3<Enclosure>& p) {
   extend(box, key, 0, p.x.low(), p.x.high());
   extend(box, key, 1, p.y.low(), p.y.high());
   extend(box, key, 2, p.z.low(), p.z.high());
@@ -192,7 +203,7 @@ void SubPatchBounder::bound_interior(const CornerFrame& frame, MovingBox& box) {
 }
 
 void SubPatchBounder::bound_interval(MovingBox& box) {
-  for (std::size_t key = 0; key < keys_; ++key) extend(box, key, domain_box(base_[key], range_, displaced_, offsets_));
+  for (std::size_t key = 0; key < keys_; ++key) extend(box, key, domain_box(base_[key], range_, displaced_, offsets_, rounding_));
 }
 
 void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box) {

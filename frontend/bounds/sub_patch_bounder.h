@@ -23,7 +23,7 @@ enum class BoundMethod : std::uint8_t {
   kObb,       // axes from the corners, displacement in every direction
   kTpatch,    // axes from the corners, displacement along the normals that two tangent cones allow
   kNpatch,    // the same with the normal's own control vectors
-  kInterval,  // object axes, the domain shader instantiated with intervals
+  kInterval,  // object axes, the domain shader instantiated with Enclosure
 };
 inline constexpr std::array<std::string_view, 5> kBoundMethodNames = {"aabb", "obb", "tpatch", "npatch", "interval"};
 // Throws UsageError for another name.

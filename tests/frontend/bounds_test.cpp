@@ -164,6 +164,61 @@ TEST(ScreenBounds, BodiesWhollyBehindTheCameraOrBeyondTheFarPlaneAreDropped) {
   EXPECT_FALSE(screen_bounds(corners, p, {}).has_value());
 }
 
+// A cube of half a unit in camera space, its middle at these depths at the two keys.
+MovingCorners cube_between(const Projection& p, double depth0, double depth1) {
+  MovingCorners corners;
+  for (std::size_t k = 0; k < 16; ++k) {
+    const DVec3 corner(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, (k & 4 ? 0.5 : -0.5) - (k < 8 ? depth0 : depth1));
+    corners[k] = p.matrix() * DVec4(corner, 1);
+  }
+  return corners;
+}
+
+struct PlaneCase {
+  const char* name;
+  double depth0, depth1;
+  bool drawn, crosses;
+};
+class CameraPlane : public testing::TestWithParam<PlaneCase> {};
+
+TEST_P(CameraPlane, IsCutWhereTheBoxPassesIt) {
+  const auto [name, depth0, depth1, drawn, crosses] = GetParam();
+  const Projection p = projection(false, 0.02, 2.0);
+  const MovingCorners corners = cube_between(p, depth0, depth1);
+  const auto bounds = screen_bounds(corners, p, {});
+  ASSERT_EQ(bounds.has_value(), drawn);
+  if (!drawn) return;
+  EXPECT_EQ(bounds->crosses_near, crosses);
+  // Corners and edges at many times, those that lie in front of the near plane.
+  for (int t = 0; t <= 64; ++t)
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t b = 0; b < 8; ++b)
+        for (const double s : {0.0, 0.3, 0.9}) {
+          const double time = t / 64.0;
+          const DVec4 open = corners[a] * (1 - s) + corners[b] * s, close = corners[8 + a] * (1 - s) + corners[8 + b] * s;
+          const SampledPoint seen = see(open * (1 - time) + close * time, p, 0.6, -0.8);
+          EXPECT_TRUE(!seen.drawn || inside(*bounds, seen)) << "time " << time;
+        }
+}
+
+std::string plane_name(const testing::TestParamInfo<PlaneCase>& instance) { return instance.param.name; }
+INSTANTIATE_TEST_SUITE_P(Box, CameraPlane,
+                         testing::Values(PlaneCase{"InFrontAtBothKeys", 3, 4, true, false}, PlaneCase{"CrossingAtOneKey", 0.3, 4, true, true},
+                                         PlaneCase{"CrossingAtBothKeys", 0.3, -0.2, true, true}, PlaneCase{"CrossingOnlyBetween", 3, -3, true, true},
+                                         PlaneCase{"CameraInside", 0, 0, true, true}, PlaneCase{"BehindAtBothKeys", -2, -5, false, false}),
+                         plane_name);
+
+TEST(ScreenBounds, AFocusDistanceInsideTheBoxGrowsByItsFartherEnd) {
+  const MovingCorners corners = cube_between(projection(false, 0, 0), 2, 2);
+  const Projection pinhole = projection(false, 0.0, 2.0), lens = projection(false, 0.05, 2.0);
+  const auto sharp = screen_bounds(corners, pinhole, {}), blurred = screen_bounds(corners, lens, {});
+  ASSERT_TRUE(sharp && blurred);
+  const double radius = std::max(defocus_radius(lens, 1.5), defocus_radius(lens, 2.5));
+  EXPECT_GT(radius, 1.0);
+  EXPECT_NEAR(static_cast<double>(sharp->x0 - blurred->x0), radius, 0.01);
+  EXPECT_NEAR(static_cast<double>(blurred->y1 - sharp->y1), radius, 0.01);
+}
+
 TEST(ScreenBounds, PointsThatAreNotFiniteKeepTheBodyEverywhere) {
   const Projection p = projection(false, 0, 0);
   MovingCorners corners;
@@ -173,6 +228,22 @@ TEST(ScreenBounds, PointsThatAreNotFiniteKeepTheBodyEverywhere) {
   ASSERT_TRUE(bounds.has_value());
   EXPECT_LT(bounds->x0, -1e30f);
   EXPECT_GT(bounds->x1, 1e30f);
+}
+
+TEST(MinMaxPyramid, TheWholeTextureAndFootprintsAcrossItsEdgesAreHeld) {
+  Random random(8);
+  for (int trial = 0; trial < 50; ++trial) {
+    const shaders::ScalarTexture texture = random_texture(random, random.integer(2, 20), random.integer(2, 20));
+    const MinMaxPyramid pyramid(texture);
+    const shaders::Sampler sampler = random_sampler(random);
+    for (const auto& [low, high] : {std::pair{Vec2(0), Vec2(1)}, {Vec2(0.95f, 0.4f), Vec2(1.05f, 0.45f)}, {Vec2(-0.05f), Vec2(0.05f)}, {Vec2(1.9f), Vec2(2.1f)}}) {
+      const ValueRange range = pyramid.query(sampler, low, high, 0.0f);
+      for (int k = 0; k < 60; ++k) {
+        const float value = texture.sample(sampler, {random.uniform(low.x, high.x), random.uniform(low.y, high.y)}, 0.0f);
+        EXPECT_TRUE(value >= range.low && value <= range.high);
+      }
+    }
+  }
 }
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------

@@ -3,7 +3,8 @@
 
 #include <cmath>
 
-#include "frontend/bounds/interval.h"
+#include "base/real.h"
+#include "frontend/bounds/enclosure.h"
 #include "tests/frontend/bound_scenes.h"
 
 namespace tessera::frontend {
@@ -113,7 +114,7 @@ int cone_pair_violations(bool signed_cosine) {
   for (int trial = 0; trial < 20000; ++trial) {
     const double beta = static_cast<double>(random.uniform(0.3f, 2.84f)), room = std::min(beta, 3.14159265358979 - beta);
     const double alpha_u = room * static_cast<double>(random.uniform(0.02f, 0.6f)), alpha_v = (room - alpha_u) * static_cast<double>(random.uniform(0.05f, 0.98f));
-    const DVec3 t(1, 0, 0), b(std::cos(beta), std::sin(beta), 0), z(0, 0, 1);
+    const DVec3 t(1, 0, 0), b(std::cos(beta), std::sin(beta), 0);
     const double cosine = signed_cosine ? std::cos(beta) : std::abs(std::cos(beta));
     TangentCones cones{std::sin(alpha_u), std::sin(alpha_v), std::sin(beta), cosine, std::sin(room - alpha_u - alpha_v), 1, 1, 1, 1};
     const auto cone = tpatch_cone(cones, {0, 1, 1});
@@ -164,33 +165,55 @@ TEST(NormalCones, DegenerateNetsHaveNone) {
 
 // ---- Intervals --------------------------------------------------------------------------------------------------
 
-TEST(Interval, HoldsFloatResultsOfEveryOperation) {
+// A polynomial and a quotient with a root, as a stage would be written.
+template <class Real>
+Real stage(Real u, Real v) {
+  using tessera::real_abs, tessera::real_max, tessera::real_min, tessera::real_sqrt;
+  const Real a = (Real(1) - u) * (Real(2) + v * v) - Real(0.25f) * u, b = real_max(real_abs(u * v - Real(0.1f)), Real(0.05f));
+  return real_sqrt(a * a + b) / (Real(0.5f) + b * b) - real_min(u, v) * Real(1000.0f);
+}
+
+TEST(Enclosure, HoldsWhatAStageComputesInFloatsAnywhereInItsBox) {
   Random random(6);
   for (int trial = 0; trial < 20000; ++trial) {
-    const float scale = std::exp2(static_cast<float>(random.integer(-20, 20)));
-    const auto draw = [&] {
-      const float a = random.uniform(-scale, scale), b = random.uniform(-scale, scale);
-      return Interval(static_cast<double>(std::min(a, b)), static_cast<double>(std::max(a, b)));
-    };
-    const auto member = [&](const Interval& i) { return std::clamp(random.uniform(static_cast<float>(i.low()), static_cast<float>(i.high())), static_cast<float>(i.low()), static_cast<float>(i.high())); };
-    const auto holds = [](const Interval& i, float x) { return !(static_cast<double>(x) < i.low()) && !(static_cast<double>(x) > i.high()); };
-    const Interval a = draw(), b = draw();
-    const float x = member(a), y = member(b);
-    EXPECT_TRUE(holds(a + b, x + y));
-    EXPECT_TRUE(holds(a - b, x - y));
-    EXPECT_TRUE(holds(a * b, x * y));
-    EXPECT_TRUE(holds(a / b, x / y));
-    EXPECT_TRUE(holds(real_sqrt(real_abs(a)), std::sqrt(std::abs(x))));
-    EXPECT_TRUE(holds(real_max(a, b), std::max(x, y)));
-    EXPECT_TRUE(holds(real_min(a, b), std::min(x, y)));
+    const float size = std::exp2(static_cast<float>(-random.integer(0, 22)));
+    const float u0 = random.uniform(-1, 1), v0 = random.uniform(-1, 1), u1 = u0 + size * random.uniform(0, 1), v1 = v0 + size * random.uniform(0, 1);
+    const Enclosure e = stage(Enclosure::first_parameter(static_cast<double>(u0), static_cast<double>(u1)), Enclosure::second_parameter(static_cast<double>(v0), static_cast<double>(v1)));
+    for (int k = 0; k < 8; ++k) {
+      const float u = std::clamp(random.uniform(u0, u1), u0, u1), v = std::clamp(random.uniform(v0, v1), v0, v1), result = stage(u, v);
+      EXPECT_GE(static_cast<double>(result), e.low());
+      EXPECT_LE(static_cast<double>(result), e.high());
+    }
   }
 }
 
-TEST(Interval, WhatHasNoValueIsEverything) {
+TEST(Enclosure, TightensWithTheSquareOfItsBox) {
+  // u (1 - u) about its maximum: intervals alone stay as wide as the box.
+  const auto width = [](double half) {
+    const Enclosure u = Enclosure::first_parameter(0.5 - half, 0.5 + half), e = u * (Enclosure(1) - u);
+    return e.range().high() - e.range().low();
+  };
+  EXPECT_LT(width(0.01), 0.05 * width(0.1));
+  EXPECT_GE(width(0.01), 0.0001);
+}
+
+TEST(Interval, HoldsEveryResultAndWhatHasNoValueIsEverything) {
+  Random random(8);
+  for (int trial = 0; trial < 5000; ++trial) {
+    const auto draw = [&] {
+      const double a = static_cast<double>(random.uniform(-2, 2)), b = static_cast<double>(random.uniform(-2, 2));
+      return Interval(std::min(a, b), std::max(a, b));
+    };
+    const Interval a = draw(), b = draw();
+    const auto member = [&](const Interval& i) { return i.low() + (i.high() - i.low()) * static_cast<double>(random.uniform(0, 1)); };
+    const auto holds = [](const Interval& i, double x) { return i.low() <= x && x <= i.high(); };
+    const double x = member(a), y = member(b);
+    EXPECT_TRUE(holds(a + b, x + y) && holds(a - b, x - y) && holds(a * b, x * y) && holds(a / b, x / y) && holds(square_root(absolute(a)), std::sqrt(std::abs(x))));
+  }
   const Interval infinite(0, std::numeric_limits<double>::infinity());
   EXPECT_TRUE(std::isinf((Interval(0.0) * infinite).high()));
   EXPECT_TRUE(std::isinf((Interval(1.0) / Interval(-1, 1)).low()));
-  EXPECT_TRUE(std::isinf(real_sqrt(Interval(-1, 4)).high()));
+  EXPECT_TRUE(std::isinf(square_root(Interval(-1, 4)).high()));
 }
 
 // ---- Whole sub-patches ------------------------------------------------------------------------------------------

@@ -387,6 +387,47 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
   }
 }
 
+// A big ball passes in front of the crowd: what it hid in one frame is seen in the next.
+TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAPicture) {
+  for (const bool tiny_buffer : {false, true}) {
+    Capture capture = crowd(false, 0.0f);
+    frontend::Node wall;
+    wall.mesh = 0;
+    wall.transform.translation = DVec3(-1.5, 0, -2.0);
+    wall.transform.scale = DVec3(0.9);
+    capture.nodes.push_back(wall);
+    const int node = static_cast<int>(capture.nodes.size()) - 1;
+    capture.roots.push_back(node);
+    test::add_motion(capture, node, DVec3(3, 0, 0));
+    capture.settings.frame_rate = 8;
+    hardware::GpuConfiguration gpu;
+    if (tiny_buffer) gpu.parameter_buffer_bytes = 4096;
+    RunSettings settings;
+    settings.target_edge_pixels = 2;
+    hardware::GpuConfiguration guessing = gpu;
+    guessing.frontend_previous_depth_culling = true;
+    FrameRenderer plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));
+    std::uint64_t culled = 0, revived = 0, entries = 0, plain_entries = 0;
+    for (int frame = 0; frame < 6; ++frame) {
+      const FrameResult expected = plain.render(frame), result = guess.render(frame);
+      EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << "frame " << frame;
+      const frontend::FrontendCounters& f = result.counters.frontend;
+      if (frame == 0) {
+        EXPECT_EQ(f.culled_previous_depth + f.revived_previous_depth, 0u) << "there is no frame before";
+      }
+      culled += f.culled_previous_depth;
+      revived += f.revived_previous_depth;
+      entries += result.counters.binner.entries;
+      plain_entries += expected.counters.binner.entries;
+    }
+    EXPECT_GT(culled, 100u);
+    EXPECT_GT(revived, 0u);
+    if (!tiny_buffer) {
+      EXPECT_LT(entries, plain_entries);
+    }
+  }
+}
+
 // ---- Odd frames -------------------------------------------------------------------------------------------------
 
 TEST(OddFrames, OnePixelAndSizesThatNoTileDividesWork) {
