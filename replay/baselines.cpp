@@ -140,6 +140,7 @@ hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu) {
   gpu.frontend_split_depth = 0;
   gpu.frontend_split_budget = 1;
   gpu.tessellator_sub_patch_cells = 64;
+  gpu.frontend_previous_depth_culling = false;
   return gpu;
 }
 

@@ -22,7 +22,7 @@ struct BaselineSet {
   void accumulate(const BaselineSet& frame);
 };
 
-// The machine of `gpu` without splits: one queue entry per base patch, tessellated as a whole by every tile that it may touch.
+// The machine of `gpu` without splits: one queue entry per base patch, tessellated as a whole by every tile that it may touch. Every frame by itself.
 hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu);
 
 // Counters of a machine that bins patches, from those of its run. The cache of tessellator.cache_bytes holds, per sub-patch, 12 bytes for each

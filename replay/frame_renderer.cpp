@@ -149,8 +149,8 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
   return depth;
 }
 
-void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end,
-                                   FrameResult& result, MachineRecord* record) {
+void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result,
+                                   MachineRecord* record) {
   if (front_end.aside.empty()) return;
   std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
   if (revived.empty()) return;
@@ -178,33 +178,32 @@ void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
   });
 }
 
-void FrameRenderer::run_machine(const frontend::FrameGeometry& geometry, const hardware::GpuConfiguration& gpu, const tilecore::TileJob& job,
-                                const frontend::OcclusionGuess* guess, FrameResult& result, MachineRecord* record) {
+void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result,
+                                MachineRecord* record) {
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
-    front_end = frontend::run_front_end(geometry, pyramids_, gpu, guess);
+    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu, guess);
   }
   binner::Binner binner(gpu, *job.grid);
-  result.targets.tile_farthest.resize(job.grid->tile_count());
+  result.targets.tile_farthest.resize(binner.grid().tile_count());
   run_tiles(job, binner, front_end.sub_patches, {}, result, record);
   render_revived(job, binner, front_end, result, record);
+  collect(binner, result);
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
-  collect(binner, result);
 }
 
-BaselineSet FrameRenderer::run_baselines(const frontend::FrameGeometry& geometry, const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
+BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
   BaselineSet set;
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record, gpu_);
-  {
-    const hardware::GpuConfiguration gpu = patch_whole_machine(gpu_);
-    FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
-    MachineRecord whole_record;
-    run_machine(geometry, gpu, job, nullptr, whole, &whole_record);
-    set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record, gpu);
-  }
-  const TriangleMachines machines = measure_triangle_machines(job, record, result.counters.ledger, gpu_);
+  const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
+  FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
+  MachineRecord whole_record;
+  run_machine(whole_gpu, nullptr, job, whole, &whole_record);
+  set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record, whole_gpu);
+  // What the previous frame's depth hid is in no queue of this one, but an immediate machine draws it.
+  const TriangleMachines machines = measure_triangle_machines(job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
   set[binner::Scheme::kPostTessellation] = machines.post_tessellation;
   set[binner::Scheme::kImmediate] = machines.immediate;
   return set;
@@ -212,7 +211,6 @@ BaselineSet FrameRenderer::run_baselines(const frontend::FrameGeometry& geometry
 
 FrameResult FrameRenderer::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}};
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
@@ -224,18 +222,18 @@ FrameResult FrameRenderer::render(int frame) {
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame)});
   const tilecore::TileJob job = make_job(*geometry, grid, pattern);
-  MachineRecord record;
   std::optional<frontend::OcclusionGuess> guess;
   if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
-  run_machine(*geometry, gpu_, job, guess ? &*guess : nullptr, result, request_.baselines ? &record : nullptr);
+  MachineRecord record;
+  run_machine(gpu_, guess ? &*guess : nullptr, job, result, request_.baselines ? &record : nullptr);
   if (gpu_.frontend_previous_depth_culling) {
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;
   }
-  result.seconds = seconds();
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (request_.baselines) {
     const StageTimer timer(result, "baselines");
-    result.baselines = run_baselines(*geometry, job, result, record);
+    result.baselines = run_baselines(job, result, record);
   }
   return result;
 }

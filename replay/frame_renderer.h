@@ -79,17 +79,15 @@ class FrameRenderer {
   frontend::FrameRequest frame_request(int frame) const;
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result` and, unless null, to `record`.
-  void run_machine(const frontend::FrameGeometry& geometry, const hardware::GpuConfiguration& gpu, const tilecore::TileJob& job,
-                   const frontend::OcclusionGuess* guess, FrameResult& result, MachineRecord* record);
+  void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
   void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
                  const std::vector<bool>& only, FrameResult& result, MachineRecord* record);
   // Renders again the tiles where something that the previous frame's depth hid is visible after all.
-  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result,
-                      MachineRecord* record);
+  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result, MachineRecord* record);
   void collect(binner::Binner& binner, FrameResult& result);
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
-  BaselineSet run_baselines(const frontend::FrameGeometry& geometry, const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
+  BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
   const frontend::Capture& capture_;

@@ -101,6 +101,20 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
   }
 }
 
+// Nor what the previous frame hid from this one.
+TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
+  hardware::GpuConfiguration previous;
+  previous.frontend_previous_depth_culling = true;
+  const RenderRequest request{160, 90, {0, 0, 160, 90}, false, true};
+  FrameRenderer renderer(capture, previous, {}, request);
+  const int frame = capture.settings.first_frame;
+  renderer.render(frame);
+  const json after = baselines_json(*renderer.render(frame + 1).baselines);
+  FrameRenderer fresh(capture, {}, {}, request);
+  const json alone = baselines_json(*fresh.render(frame + 1).baselines);
+  for (const char* name : {"patch-whole", "post-tessellation", "immediate"}) EXPECT_EQ(after[name], alone[name]) << name;
+}
+
 TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
   const FrameResult r = render(capture, {});
   const BaselineCounters &post = scheme(r, Scheme::kPostTessellation), &immediate = scheme(r, Scheme::kImmediate);
