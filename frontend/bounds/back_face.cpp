@@ -108,9 +108,10 @@ std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bo
     if (!cone) return std::nullopt;
     normal_error = std::max(normal_error, cone->error);
     const SecondLengths second = second_lengths(net);
+    const double longest_u = 3 * std::sqrt(cones->max_length2_u), longest_v = 3 * std::sqrt(cones->max_length2_v);
     const double area = 9 * cones->min_length_u * cones->min_length_v * cones->min_sine;
-    turn_u = std::max(turn_u, (second.uu * 3 * cones->max_length_v + 3 * cones->max_length_u * second.uv) / area / du);
-    turn_v = std::max(turn_v, (second.uv * 3 * cones->max_length_v + 3 * cones->max_length_u * second.vv) / area / dv);
+    turn_u = std::max(turn_u, (second.uu * longest_v + longest_u * second.uv) / area / du);
+    turn_v = std::max(turn_v, (second.uv * longest_v + longest_u * second.vv) / area / dv);
   }
   const Slopes slope = displacement_slopes(frame_, pyramids, bounder, patch_);
   out.u = slope.u + reach * turn_u;
@@ -135,7 +136,7 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0), dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;
   const double least_u = 3 * tangents->min_length_u / du, least_v = 3 * tangents->min_length_v / dv;
-  const double most_u = 3 * tangents->max_length_u / du, most_v = 3 * tangents->max_length_v / dv;
+  const double most_u = 3 * std::sqrt(tangents->max_length2_u) / du, most_v = 3 * std::sqrt(tangents->max_length2_v) / dv;
   const double extra_u = stretch_ * (extra->u + 2 * extra->vertex_error / step_u), extra_v = stretch_ * (extra->v + 2 * extra->vertex_error / step_v);
 
   // Sizes of what tilts a cross product, relative to the least one.

@@ -122,11 +122,11 @@ MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
 ValueRange MinMaxPyramid::whole() const { return widen(levels_.front().back().entries.front(), kMipSlack); }
 
 ValueRange MinMaxPyramid::texels(const Steps& steps, int x0, int y0, int x1, int y1) {
-  // The finest step at which the box touches at most two entries along each axis: about log2 of the longer side, and
-  // one coarser where it lies across a boundary.
-  const auto longer = static_cast<unsigned>(std::max(x1 - x0, y1 - y0));
-  std::size_t step = longer < 2 ? 0 : static_cast<std::size_t>(std::bit_width(longer)) - 1;
-  while ((x1 >> step) - (x0 >> step) > 1 || (y1 >> step) - (y0 >> step) > 1) ++step;
+  // The finest step at which the box touches at most two entries along each axis: log2 of the longer side, or one
+  // coarser where it lies across two boundaries. No loop and no branch: they would be mispredicted.
+  const auto longer = static_cast<unsigned>(std::max(x1 - x0, y1 - y0)) | 1u;
+  std::size_t step = static_cast<std::size_t>(std::bit_width(longer)) - 1;
+  step += static_cast<std::size_t>(((x1 >> step) - (x0 >> step) > 1) | ((y1 >> step) - (y0 >> step) > 1));
   const Step& s = steps[step];
   const auto at = [&](int x, int y) { return s.entries[static_cast<std::size_t>((y >> step) * s.width + (x >> step))]; };
   return at(x0, y0).hull(at(x1, y0)).hull(at(x0, y1)).hull(at(x1, y1));

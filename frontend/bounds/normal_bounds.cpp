@@ -20,7 +20,7 @@ double widened_sine(double cosine2) { return std::sqrt(std::max(0.0, 1 - cosine2
 // the derivatives' errors turn the normal by their relative sizes over the sine; scaling, cross product and
 // normalisation round a few more times.
 double normal_error(double absolute, double length_u, double length_v, double sine) {
-  return (absolute / length_u + absolute / length_v + 32 * 0x1p-24) / sine;
+  return (absolute * (length_u + length_v) + 32 * 0x1p-24 * length_u * length_v) / (length_u * length_v * sine);
 }
 
 std::optional<NormalCone> checked(double sine, double error) {
@@ -50,16 +50,16 @@ std::optional<TangentCones> tangent_cones(const NetMeasure& m, const CornerFrame
   out.sine_u = widened_sine(m.u.min_cosine2);
   out.sine_v = widened_sine(m.v.min_cosine2);
   out.cosine_between = std::abs(glm::dot(frame.tangent_u, frame.tangent_v));
-  out.sine_between = glm::length(glm::cross(frame.tangent_u, frame.tangent_v));
+  out.sine_between = frame.sine_between;
   // sin(beta' - (alpha_u + alpha_v)) with beta' = min(beta, pi - beta) <= 90 degrees and both alphas below 90.
-  const double cosine_u = std::sqrt(std::max(0.0, 1 - out.sine_u * out.sine_u)), cosine_v = std::sqrt(std::max(0.0, 1 - out.sine_v * out.sine_v));
+  const double cosine_u = std::sqrt(std::max(0.0, m.u.min_cosine2 - kSlack)), cosine_v = std::sqrt(std::max(0.0, m.v.min_cosine2 - kSlack));
   const double sine_sum = out.sine_u * cosine_v + cosine_u * out.sine_v, cosine_sum = cosine_u * cosine_v - out.sine_u * out.sine_v;
   out.min_sine = out.sine_between * cosine_sum - out.cosine_between * sine_sum - kSlack;
   if (!(out.min_sine > kLeastSine)) return std::nullopt;
   out.min_length_u = m.u.min_dot * (1 - kSlack);
   out.min_length_v = m.v.min_dot * (1 - kSlack);
-  out.max_length_u = std::sqrt(m.u.max_length2) * (1 + kSlack);
-  out.max_length_v = std::sqrt(m.v.max_length2) * (1 + kSlack);
+  out.max_length2_u = m.u.max_length2 * (1 + kSlack);
+  out.max_length2_v = m.v.max_length2 * (1 + kSlack);
   return out;
 }
 

@@ -37,7 +37,7 @@ struct TangentCones {
   double sine_between;           // of the axes
   double cosine_between;         // magnitude
   double min_sine;               // least sine of the angle between two tangents
-  double min_length_u, min_length_v, max_length_u, max_length_v;  // of the derivatives by the part's parameters, a third
+  double min_length_u, min_length_v, max_length2_u, max_length2_v;  // of the derivatives by the part's parameters, a third; squared
 };
 
 // TPATCH (Munkberg et al. 2010), made conservative. Published, the cosine between the tangents enters the cone's angle

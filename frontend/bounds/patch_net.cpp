@@ -22,14 +22,14 @@ CornerFrame corner_frame(std::span<const PatchNet> keys) {
     b += (c03 - c00) + (c33 - c30);
   }
   CornerFrame frame;
-  const double t_length = glm::length(t), b_length = glm::length(b);
-  // Written so that NaN leaves the world's axes.
-  if (!(t_length > 0 && b_length > 0 && std::isfinite(t_length) && std::isfinite(b_length))) return frame;
-  const DVec3 tangent_u = t * (1 / t_length), tangent_v = b * (1 / b_length), n = glm::cross(tangent_u, tangent_v);
-  const double n_length = glm::length(n);
-  if (!(n_length > 1e-6)) return frame;
-  const DVec3 z = n * (1 / n_length);
-  return {{tangent_u, glm::cross(z, tangent_u), z}, tangent_u, tangent_v, true};
+  // The three lengths do not wait for each other.
+  const DVec3 n = glm::cross(t, b);
+  const double t_inverse = 1 / glm::length(t), b_inverse = 1 / glm::length(b), n_length = glm::length(n);
+  const double sine = n_length * t_inverse * b_inverse;
+  // Also false for NaN, which zero and infinite lengths give.
+  if (!(sine > 1e-6 && n_length > 0 && std::isfinite(n_length))) return frame;
+  const DVec3 tangent_u = t * t_inverse, z = n * (1 / n_length);
+  return {{tangent_u, glm::cross(z, tangent_u), z}, tangent_u, b * b_inverse, sine, true};
 }
 
 std::array<std::array<double, 4>, 4> cubic_restriction(double a, double b) {

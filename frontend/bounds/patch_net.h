@@ -26,6 +26,7 @@ using Frame = std::array<DVec3, 3>;
 struct CornerFrame {
   Frame axes{DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
   DVec3 tangent_u{1, 0, 0}, tangent_v{0, 1, 0};
+  double sine_between = 1;  // of the tangents' angle
   bool regular = false;
 };
 CornerFrame corner_frame(std::span<const PatchNet> keys);
