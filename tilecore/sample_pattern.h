@@ -87,4 +87,10 @@ struct TileSamples {
   void sort_blocks();
 };
 
+// Time-sorted samples [first, last) of a block, relative to the block.
+struct SampleRange {
+  const TileSamples::Block* block;
+  std::uint32_t first, last;
+};
+
 }  // namespace tessera::tilecore

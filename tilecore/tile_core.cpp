@@ -193,14 +193,8 @@ void TileCore::test_mesh(const TileJob& job, TimeRange entry_times, RayEffects e
     for (std::size_t l = 0; l < mesh_.leaves.size(); ++l) {
       ++work.box_tests;
       if (touching_times(mesh_.leaves[l], samples_.pixels, effects.motion, lens_radius).intersect(entry_times).empty()) continue;
-      ranges_.clear();
-      for (const TileSamples::Block& block : samples_.blocks) {
-        ++work.box_tests;
-        const TimeRange times = touching_times(mesh_.leaves[l], block.pixels, effects.motion, lens_radius).intersect(entry_times);
-        if (times.empty()) continue;
-        const std::uint32_t first = block.first_at[static_cast<std::size_t>(times.first)], last = block.first_at[static_cast<std::size_t>(times.last) + 1];
-        if (first < last) ranges_.push_back({&block, first, last});
-      }
+      work.box_tests += samples_.blocks.size();
+      touched_samples(LeafFrustum(mesh_.leaves[l], effects.motion, lens_radius), samples_, entry_times, ranges_);
       if (!ranges_.empty()) trace_leaf(mesh_, l, samples_, ranges_, effects, settings, sink, work);
     }
   }

@@ -24,13 +24,17 @@ constexpr std::size_t kMaxLanes = hn::MaxLanes(D());
 
 HWY_INLINE V fma(V a, V b, V c) { return simd::fused_multiply_add(D(), a, b, c); }
 
+// One bit per lane, lane 0 the lowest.
+HWY_INLINE std::uint32_t mask_bits(M mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(D(), mask, bytes);
+  return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
+}
+
 // Calls body(lane) for every set lane, in order.
 template <class Body>
 HWY_INLINE void for_each_lane(M mask, const Body& body) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(D(), mask, bytes);
-  for (std::size_t lane = 0; lane < hn::Lanes(D()); ++lane)
-    if (bytes[lane / 8] >> (lane % 8) & 1) body(lane);
+  for (std::uint32_t bits = mask_bits(mask); bits != 0; bits &= bits - 1) body(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
 // The samples of the lanes.
@@ -137,8 +141,7 @@ HWY_INLINE void test_cells(const CornerLanes (&corner)[4], M valid, M second, co
     hn::Store(corner[k].rest_x, d, store[k][4]);
     hn::Store(corner[k].rest_y, d, store[k][5]);
   }
-  std::uint8_t second_bits[8] = {};
-  hn::StoreMaskBits(d, second, second_bits);
+  const std::uint32_t second_bits = mask_bits(second);
   for_each_lane(slow, [&](std::size_t lane) {
     Corner corners[4];
     for (std::size_t k = 0; k < 4; ++k) corners[k] = {store[k][0][lane], store[k][1][lane], store[k][2][lane], store[k][3][lane]};
@@ -154,7 +157,7 @@ HWY_INLINE void test_cells(const CornerLanes (&corner)[4], M valid, M second, co
       sink.add({sample_of(lane), triangle_of(lane) + offset, hit.z, hit.b1, hit.b2, rest(4), rest(5)});
     };
     test(0, 1, 2, 0);
-    if (second_bits[lane / 8] >> (lane % 8) & 1) test(0, 2, 3, 1);
+    if (second_bits >> lane & 1) test(0, 2, 3, 1);
   });
 }
 
@@ -295,6 +298,7 @@ void trace(const MicroMesh& mesh, std::size_t l, const TileSamples& samples, std
   const MicroMesh::Leaf& leaf = mesh.leaves[l];
   const std::size_t first_cell = l * kLeafCells;
   const auto face = [&](V tau, V low, V d_low) HWY_ATTR { return kMotion ? fma(tau, d_low, low) : low; };
+  const hn::RebindToSigned<D> di;
   Pairs pairs;
   alignas(64) float tau[kPacket], reach[4][kPacket];
   for (const SampleRange& range : ranges) {
@@ -322,9 +326,7 @@ void trace(const MicroMesh& mesh, std::size_t l, const TileSamples& samples, std
         const M in_y = hn::And(hn::Ge(y.high, face(time, hn::Set(d, leaf.y_low), hn::Set(d, leaf.y_d_low))),
                                hn::Le(y.low, face(time, hn::Set(d, leaf.y_high), hn::Set(d, leaf.y_d_high))));
         const M inside = hn::And(hn::And(in_x, in_y), hn::FirstN(d, count - k));
-        std::uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, inside, bits);
-        alive |= (static_cast<std::uint32_t>(bits[0]) | static_cast<std::uint32_t>(bits[1]) << 8) << k;
+        alive |= mask_bits(inside) << k;
       }
       // Each sample that is left against all cells of the leaf.
       for (; alive != 0; alive &= alive - 1) {
@@ -340,11 +342,8 @@ void trace(const MicroMesh& mesh, std::size_t l, const TileSamples& samples, std
                                  hn::Le(x_low, face(time, load(mesh.box_x_high), load(mesh.box_x_d_high))));
           const M in_y = hn::And(hn::Ge(y_high, face(time, load(mesh.box_y_low), load(mesh.box_y_d_low))),
                                  hn::Le(y_low, face(time, load(mesh.box_y_high), load(mesh.box_y_d_high))));
-          for_each_lane(hn::And(in_x, in_y), [&](std::size_t lane) {
-            pairs.sample[pairs.count] = static_cast<std::int32_t>(slot + k);
-            pairs.cell[pairs.count] = static_cast<std::int32_t>(cell + lane);
-            ++pairs.count;
-          });
+          hn::StoreU(hn::Set(di, static_cast<std::int32_t>(slot + k)), di, pairs.sample + pairs.count);
+          pairs.count += hn::CompressStore(hn::Iota(di, static_cast<std::int32_t>(cell)), hn::RebindMask(di, hn::And(in_x, in_y)), di, pairs.cell + pairs.count);
         }
         if (pairs.count + kLeafCells > Pairs::kCapacity)
           test_pairs<kMotion, kLens, kOrthographic>(mesh, samples, settings, pairs, sink, work);

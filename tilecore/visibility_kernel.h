@@ -61,12 +61,6 @@ struct VisibilitySettings {
 void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
                  VisibilityWork& work);
 
-// Time-sorted samples [first, last) of a block, relative to the block.
-struct SampleRange {
-  const TileSamples::Block* block;
-  std::uint32_t first, last;
-};
-
 // Motion and defocus: packets of 16 samples, neighbours in time, against the moving box of a leaf; the samples that
 // are left against the boxes of its 16 cells; the pairs that are left against the cells' triangles.
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, std::span<const SampleRange> ranges,

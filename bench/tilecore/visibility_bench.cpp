@@ -57,11 +57,7 @@ class CountingSink final : public HitSink {
 void trace_tile(const MicroMesh& mesh, const TileSamples& samples, HitSink& sink, VisibilityWork& work) {
   std::vector<SampleRange> ranges;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-    ranges.clear();
-    for (const auto& block : samples.blocks) {
-      const TimeRange times = touching_times(mesh.leaves[l], block.pixels, true, 0);
-      if (!times.empty()) ranges.push_back({&block, block.first_at[static_cast<std::size_t>(times.first)], block.first_at[static_cast<std::size_t>(times.last) + 1]});
-    }
+    touched_samples(LeafFrustum(mesh.leaves[l], true, 0), samples, {}, ranges);
     if (!ranges.empty()) trace_leaf(mesh, l, samples, ranges, {true, false}, {}, sink, work);
   }
   sink.flush();
