@@ -70,6 +70,28 @@ Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
   return pieces;
 }
 
+// What the rounding of a coordinate's own float arithmetic may add, in texels: a few units in the last place of it and
+// of its products.
+double coordinate_slack(double from, double to, int size) { return 0x1p-20 * size * (1 + std::abs(from) + std::abs(to)) + 0x1p-10; }
+
+// The common case: all texels that bilinear lookups in [a, b] read, in one piece that does not leave the texture, or
+// only after whole periods of a repeating one.
+bool inner_texels(shaders::Wrap wrap, float a, float b, int size, int& first, int& last) {
+  double from = static_cast<double>(a), to = static_cast<double>(b);
+  if (!(std::abs(from) < 1e9 && std::abs(to) < 1e9)) return false;
+  const double margin = 0.5 + coordinate_slack(from, to, size);
+  if (wrap == shaders::Wrap::kRepeat) {
+    const auto period = static_cast<double>(floor_to_integer(from));
+    from -= period;
+    to -= period;
+  }
+  const double low = from * size - margin, high = to * size + margin;
+  if (!(low >= 0 && high < size)) return false;
+  first = static_cast<int>(low);
+  last = static_cast<int>(high);
+  return true;
+}
+
 // To [0, 1], but NaN and infinities stay what they are.
 float clamp_finite(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : x; }
 
@@ -133,19 +155,23 @@ ValueRange MinMaxPyramid::texels(const Steps& steps, int x0, int y0, int x1, int
 }
 
 ValueRange MinMaxPyramid::footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width, int height) {
-  // A bilinear lookup at x (in texels) reads texels floor(x - 1/2) and the next. Slack covers the rounding of the
-  // coordinate's own float arithmetic: a few units in the last place of it and of its products.
+  const Step& all = steps.front();
+  int x0, x1, y0, y1;
+  if (all.width == width && all.height == height && inner_texels(sampler.wrap_s, low.x, high.x, width, x0, x1) &&
+      inner_texels(sampler.wrap_t, low.y, high.y, height, y0, y1))
+    return texels(steps, x0, y0, x1, y1);
+  // A bilinear lookup at x (in texels) reads texels floor(x - 1/2) and the next.
   const auto pieces = [&](shaders::Wrap wrap, float a, float b, int size, int level_size) {
     // A coordinate outside a clamped texture reads the edge texel of its level, which covers several of level 0.
     if (wrap == shaders::Wrap::kClampToEdge) a = clamp_finite(a), b = clamp_finite(b);
     const double from = static_cast<double>(a), to = static_cast<double>(b), ratio = static_cast<double>(size) / level_size;
-    const double slack = 0x1p-20 * level_size * (1 + std::abs(from) + std::abs(to)) + 0x1p-10;
+    const double slack = coordinate_slack(from, to, level_size);
     const double first = from * level_size - 0.5 - slack, last = to * level_size + 0.5 + slack;
     if (!(std::abs(first) < 1e15 && std::abs(last) < 1e15)) return wrapped_pieces(wrap, -1e300, 1e300, size);
     return wrapped_pieces(wrap, static_cast<double>(floor_to_integer(first)) * ratio, static_cast<double>(floor_to_integer(last) + 1) * ratio - 0x1p-10, size);
   };
-  const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, steps.front().width, width);
-  const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, steps.front().height, height);
+  const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, all.width, width);
+  const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, all.height, height);
   ValueRange range = texels(steps, columns.first[0], rows.first[0], columns.last[0], rows.last[0]);
   if (columns.count == 1 && rows.count == 1) return range;
   for (int j = 0; j < rows.count; ++j)
