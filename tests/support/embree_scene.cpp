@@ -1,0 +1,273 @@
+#include "tests/support/embree_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "base/vec.h"
+#include "tilecore/tessellator.h"
+
+namespace tessera::test {
+namespace {
+
+using frontend::FrameGeometry;
+using tilecore::MicroMesh;
+using Triangle = std::array<std::int32_t, 3>;
+
+// A vertex at a key in Embree's space.
+std::array<float, 3> embree_vertex(const MicroMesh& m, std::size_t v, bool close, const frontend::Projection& projection) {
+  const double x = static_cast<double>(close ? m.x1[v] : m.x0[v]), y = static_cast<double>(close ? m.y1[v] : m.y0[v]);
+  const double z = static_cast<double>(close ? m.z1[v] : m.z0[v]), w = projection.orthographic ? 1.0 : z;
+  const double times = m.projected[v] ? w : 1.0;
+  return {static_cast<float>((x * times - projection.center_x * w) / projection.scale),
+          static_cast<float>((y * times - projection.center_y * w) / projection.scale), static_cast<float>(z)};
+}
+
+// All triangles of a mesh: visit(corners, Tessera's number).
+template <class Visit>
+void for_each_triangle(const MicroMesh& m, const Visit& visit) {
+  for (std::size_t c = 0; c < m.used.size(); ++c) {
+    if (!m.used[c]) continue;
+    visit(Triangle{m.corner[0][c], m.corner[1][c], m.corner[2][c]}, m.triangle[c]);
+    if (m.corner[2][c] != m.corner[3][c]) visit(Triangle{m.corner[0][c], m.corner[2][c], m.corner[3][c]}, m.triangle[c] + 1);
+  }
+}
+
+PerThread<tilecore::Tessellator>& tessellators() {
+  static PerThread<tilecore::Tessellator> instance;
+  return instance;
+}
+PerThread<MicroMesh>& meshes() {
+  static PerThread<MicroMesh> instance;
+  return instance;
+}
+
+}  // namespace
+
+EmbreeDevice::EmbreeDevice(const char* configuration) : device_(rtcNewDevice(configuration)) {
+  if (device_ == nullptr) throw std::runtime_error("Embree has no device for this configuration");
+}
+EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
+
+void Agreement::add(const Agreement& o) {
+  samples += o.samples, visible += o.visible, ties += o.ties, different_ties += o.different_ties;
+  wrong += o.wrong, wrong_depth += o.wrong_depth;
+  farthest_edge_pixels = std::max(farthest_edge_pixels, o.farthest_edge_pixels);
+}
+
+EmbreeScene::EmbreeScene(const EmbreeDevice& device, const FrameGeometry& frame, const std::vector<std::uint32_t>& patches, const EmbreeOptions& options)
+    : frame_(frame),
+      scene_(rtcNewScene(device.get())),
+      patches_(patches.size()),
+      slot_(frame.assembly->patch_count(), Claim::kNothing),
+      near_(static_cast<float>(frame.projection.near)),
+      far_(frame.projection.far > 0 ? static_cast<float>(frame.projection.far) : std::numeric_limits<float>::infinity()) {
+  if (options.robust) rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    patches_[p].number = patches[p];
+    slot_[patches[p]] = static_cast<std::uint32_t>(p);
+  }
+  parallel_for(patches_.size(), [&](std::size_t p) { fill(device, patches_[p], options); });
+  for (const Patch& patch : patches_) triangle_count_ += patch.triangle.size();
+}
+
+EmbreeScene::~EmbreeScene() { rtcReleaseScene(scene_); }
+
+void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOptions& options) {
+  const frontend::PosedDrawable& drawable = frame_.drawable_of(patch.number);
+  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  MicroMesh& mesh = meshes().local();
+  const frontend::CellRange cells = frontend::patch_cells(frame_, patch.number);
+  patch.moving = drawable.moving;
+  tessellators().local().tessellate(frame_, patch.number, cells, {patch.moving, false}, mesh);
+
+  // ---- Vertices: two keys when the patch moves. Grids run backwards along u, so that Embree cuts their cells along the
+  // same diagonal as Tessera. ----
+  patch.grid = bezier && options.geometry == EmbreeOptions::Geometry::kGrids;
+  patch.columns = static_cast<std::uint32_t>(cells.i1 - cells.i0);
+  patch.rows = static_cast<std::uint32_t>(cells.j1 - cells.j0);
+  const RTCGeometry geometry = rtcNewGeometry(device.get(), patch.grid ? RTC_GEOMETRY_TYPE_GRID : RTC_GEOMETRY_TYPE_TRIANGLE);
+  const unsigned keys = patch.moving ? 2 : 1;
+  rtcSetGeometryTimeStepCount(geometry, keys);
+  for (unsigned key = 0; key < keys; ++key) {
+    auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertex_count));
+    for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
+      const std::size_t column = v % (patch.columns + 1);
+      const std::size_t place = patch.grid ? v - column + (patch.columns - column) : v;
+      const auto p = embree_vertex(mesh, v, key == 1, frame_.projection);
+      std::copy(p.begin(), p.end(), to + 3 * place);
+    }
+    patch.vertices[key] = to;
+  }
+
+  // ---- Primitives ----
+  for_each_triangle(mesh, [&](const Triangle& corners, std::uint32_t number) {
+    for (const std::int32_t c : corners) {
+      const auto v = static_cast<std::uint32_t>(c), column = v % (patch.columns + 1);
+      patch.index.push_back(patch.grid ? v - column + (patch.columns - column) : v);
+    }
+    patch.triangle.push_back(number);
+  });
+  if (patch.grid) {
+    auto* grid = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
+    *grid = {0, patch.columns + 1, static_cast<std::uint16_t>(patch.columns + 1), static_cast<std::uint16_t>(patch.rows + 1)};
+  } else {
+    // A patch that is degenerate as a whole keeps one triangle without area: Embree wants a buffer.
+    if (patch.index.empty()) {
+      patch.index = {0, 0, 0};
+      patch.triangle = {Claim::kNothing};
+    }
+    auto* index = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), patch.triangle.size()));
+    for (std::size_t k = 0; k < patch.index.size(); ++k)
+      index[k] = patch.number == options.missing_patch && patch.triangle[k / 3] == options.missing_triangle ? 0 : patch.index[k];
+  }
+  if (options.obey_facing && !drawable.material->double_sided) {
+    patch.keep_positive = drawable.mirrored;
+    patch.keep_negative = !drawable.mirrored;
+    rtcSetGeometryUserData(geometry, &patch);
+    rtcSetGeometryIntersectFilterFunction(geometry, obey_facing);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene_, geometry, slot_[patch.number]);
+  rtcReleaseGeometry(geometry);
+}
+
+// The raster-space area of a triangle seen from the origin has the sign of normal * direction.
+void EmbreeScene::obey_facing(const RTCFilterFunctionNArguments* arguments) {
+  const auto& patch = *static_cast<const Patch*>(arguments->geometryUserPtr);
+  for (unsigned i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i] != -1) continue;
+    const float facing = RTCHitN_Ng_x(arguments->hit, arguments->N, i) * RTCRayN_dir_x(arguments->ray, arguments->N, i) +
+                         RTCHitN_Ng_y(arguments->hit, arguments->N, i) * RTCRayN_dir_y(arguments->ray, arguments->N, i) +
+                         RTCHitN_Ng_z(arguments->hit, arguments->N, i) * RTCRayN_dir_z(arguments->ray, arguments->N, i);
+    const bool positive = (facing > 0) != patch.grid;  // mirrored grids wind the other way
+    if (!(positive ? patch.keep_positive : patch.keep_negative)) arguments->valid[i] = 0;
+  }
+}
+
+double EmbreeScene::mean_area() const {
+  double area = 0;
+  std::uint64_t count = 0;
+  for (const Patch& patch : patches_)
+    for (std::size_t k = 0; k < patch.triangle.size(); ++k) {
+      std::array<glm::dvec2, 3> p;
+      bool in_front = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float* v = patch.vertices[0] + 3 * patch.index[3 * k + c];
+        in_front = in_front && v[2] >= near_;
+        const double scale = frame_.projection.scale / (frame_.projection.orthographic ? 1.0 : static_cast<double>(v[2]));
+        p[c] = glm::dvec2(static_cast<double>(v[0]), static_cast<double>(v[1])) * scale;
+      }
+      if (!in_front) continue;
+      const glm::dvec2 a = p[1] - p[0], b = p[2] - p[0];
+      area += 0.5 * std::abs(a.x * b.y - a.y * b.x);
+      ++count;
+    }
+  return area / static_cast<double>(std::max<std::uint64_t>(count, 1));
+}
+
+EmbreeRay EmbreeScene::ray(const tilecore::TileSamples& samples, std::size_t s) const {
+  const frontend::Projection& p = frame_.projection;
+  const bool lens = !samples.lens_u.empty();
+  const double u = lens ? static_cast<double>(samples.lens_u[s]) : 0.0, v = lens ? static_cast<double>(samples.lens_v[s]) : 0.0;
+  const double x = static_cast<double>(samples.x[s]) - p.center_x, y = static_cast<double>(samples.y[s]) - p.center_y;
+  const float time = static_cast<float>(samples.time[s]) * 0x1p-8f;
+  // The point seen at depth z is at x z + u (1 - z / focus), orthographic x + u (1 - z / focus).
+  const double still = p.orthographic ? 1.0 : 0.0, turning = 1.0 - still;
+  return {static_cast<float>((still * x + u) / p.scale), static_cast<float>((still * y + v) / p.scale),
+          static_cast<float>((turning * x - u * p.inverse_focus) / p.scale), static_cast<float>((turning * y - v * p.inverse_focus) / p.scale), time};
+}
+
+Claim EmbreeScene::claim(std::uint32_t geometry, std::uint32_t primitive, float u, float v, float z) const {
+  if (geometry == RTC_INVALID_GEOMETRY_ID) return {};
+  const Patch& patch = patches_[geometry];
+  if (!patch.grid) return {patch.number, patch.triangle[primitive], z};
+  // Embree's cell (0,0), (1,0), (1,1), (0,1) is Tessera's b, a, d, c; it cuts from (1,0) to (0,1), which is a to c.
+  const float fu = u * static_cast<float>(patch.columns), fv = v * static_cast<float>(patch.rows);
+  const auto column = std::min(static_cast<std::uint32_t>(std::max(fu, 0.0f)), patch.columns - 1), row = std::min(static_cast<std::uint32_t>(std::max(fv, 0.0f)), patch.rows - 1);
+  const bool first = (fu - static_cast<float>(column)) + (fv - static_cast<float>(row)) < 1.0f;
+  return {patch.number, 2 * (row * patch.columns + (patch.columns - 1 - column)) + (first ? 0u : 1u), z};
+}
+
+Claim EmbreeScene::trace(const EmbreeRay& r) const {
+  RTCRayHit hit{};
+  hit.ray.org_x = r.origin_x, hit.ray.org_y = r.origin_y, hit.ray.org_z = 0;
+  hit.ray.dir_x = r.direction_x, hit.ray.dir_y = r.direction_y, hit.ray.dir_z = 1;
+  hit.ray.tnear = near_, hit.ray.tfar = far_, hit.ray.time = r.time, hit.ray.mask = ~0u;
+  hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene_, &context, &hit);
+  return claim(hit.hit.geomID, hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar);
+}
+
+void EmbreeScene::index_triangles() {
+  for (Patch& patch : patches_) {
+    patch.place.clear();
+    for (std::size_t k = 0; k < patch.triangle.size(); ++k) {
+      if (patch.triangle[k] == Claim::kNothing) continue;
+      if (patch.triangle[k] >= patch.place.size()) patch.place.resize(patch.triangle[k] + 1, Claim::kNothing);
+      patch.place[patch.triangle[k]] = static_cast<std::uint32_t>(k);
+    }
+  }
+}
+
+EmbreeScene::Passage EmbreeScene::passage(const EmbreeRay& r, const Claim& claim) const {
+  Passage out{std::numeric_limits<double>::infinity(), 0};
+  if (slot_[claim.patch] == Claim::kNothing) return out;
+  const Patch& patch = patches_[slot_[claim.patch]];
+  if (claim.triangle >= patch.place.size() || patch.place[claim.triangle] == Claim::kNothing) return out;
+  const std::size_t first = std::size_t{3} * patch.place[claim.triangle];
+  const double t = static_cast<double>(r.time), dx = static_cast<double>(r.direction_x), dy = static_cast<double>(r.direction_y);
+  const double scale = frame_.projection.scale;
+  // Corners, and what they are relative to the ray: homogeneous, in pixels.
+  std::array<DVec3, 3> at, relative;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t place = 3 * patch.index[first + c] + a;
+      const double open = static_cast<double>(patch.vertices[0][place]);
+      at[c][static_cast<int>(a)] = patch.moving ? (1 - t) * open + t * static_cast<double>(patch.vertices[1][place]) : open;
+    }
+    relative[c] = {(at[c].x - static_cast<double>(r.origin_x) - at[c].z * dx) * scale, (at[c].y - static_cast<double>(r.origin_y) - at[c].z * dy) * scale,
+                   frame_.projection.orthographic ? 1.0 : at[c].z};
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    const DVec3 line = glm::cross(relative[c], relative[(c + 1) % 3]);
+    const double length = std::hypot(line.x, line.y);
+    out.edge_pixels = std::min(out.edge_pixels, length > 0 ? std::abs(line.z) / length : 0.0);
+  }
+  // A pixel to the side turns the ray by 1 / scale, or shifts it.
+  const DVec3 normal = glm::cross(at[1] - at[0], at[2] - at[0]);
+  const double along = std::abs(normal.x * dx + normal.y * dy + normal.z), z = frame_.projection.orthographic ? 1.0 : static_cast<double>(claim.z);
+  out.slope = along > 0 ? z * std::hypot(normal.x, normal.y) / (along * scale) : 0.0;
+  return out;
+}
+
+void EmbreeScene::compare(const EmbreeRay& r, const Claim& tessera, const Claim& embree, const Tolerance& tolerance, Agreement& agreement) const {
+  ++agreement.samples;
+  if (tessera.patch != Claim::kNothing) ++agreement.visible;
+  const bool agree = tessera == embree;
+  Passage nearest{std::numeric_limits<double>::infinity(), 0};
+  for (const Claim* claim : {&tessera, &embree}) {
+    if (claim->patch == Claim::kNothing || (agree && claim == &embree)) continue;
+    const Passage p = passage(r, *claim);
+    nearest = {std::min(nearest.edge_pixels, p.edge_pixels), std::max(nearest.slope, p.slope)};
+  }
+  const auto same_depth = [&](float a, float b) {
+    const double distance = std::abs(static_cast<double>(a) - static_cast<double>(b));
+    return distance <= tolerance.relative_depth * std::abs(static_cast<double>(b)) + tolerance.edge_pixels * nearest.slope;
+  };
+  bool depth_tie = !agree && tessera.patch != Claim::kNothing && embree.patch != Claim::kNothing && same_depth(tessera.z, embree.z);
+  for (const Claim* claim : {&tessera, &embree})
+    if (claim->patch != Claim::kNothing) depth_tie = depth_tie || same_depth(claim->z, near_) || (std::isfinite(far_) && same_depth(claim->z, far_));
+  const bool tie = depth_tie || nearest.edge_pixels <= tolerance.edge_pixels;
+  if (tie) ++agreement.ties;
+  if (!agree && (!depth_tie || nearest.edge_pixels <= tolerance.edge_pixels)) agreement.farthest_edge_pixels = std::max(agreement.farthest_edge_pixels, nearest.edge_pixels);
+  if (!agree) ++(tie ? agreement.different_ties : agreement.wrong);
+  else if (tessera.patch != Claim::kNothing && !tie && !same_depth(tessera.z, embree.z)) ++agreement.wrong_depth;
+}
+
+}  // namespace tessera::test

@@ -1,0 +1,59 @@
+#include "tests/support/machine_visibility.h"
+
+#include <chrono>
+#include <utility>
+
+namespace tessera::test {
+
+using Clock = std::chrono::steady_clock;
+
+MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles) {
+  Result result;
+  auto lap = Clock::now();
+  const auto charge = [&](double& seconds) {
+    const auto now = Clock::now();
+    seconds += std::chrono::duration<double>(now - lap).count();
+    lap = now;
+  };
+  tilecore::TileJob job;
+  job.frame = &frame;
+  job.grid = &grid_;
+  job.pattern = &pattern_;
+  job.cull_occlusion = gpu_.tilecore_occlusion_culling;
+  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
+
+  frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, gpu_);
+  charge(result.stages.bound_seconds);
+
+  const std::size_t tile_count = grid_.tile_count();
+  binner::Binner binner(gpu_, grid_);
+  binner::Binner::Cursor cursor;
+  PerThread<std::uint64_t> queue_bytes_read;
+  for (bool done = false, first = true; !done; first = false) {
+    done = binner.run(frame, front_end.sub_patches, cursor);
+    charge(result.stages.bin_seconds);
+    // A full parameter buffer: what the tiles have seen so far must survive.
+    const bool keep = keep_tiles || !done || !first;
+    if (keep) result.tiles.resize(tile_count);
+    parallel_for(tile_count, [&](std::size_t t) {
+      const auto tile = static_cast<binner::TileIndex>(t);
+      tilecore::TileCore& core = cores_.local();
+      hardware::Ledger ledger;
+      std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, queue_bytes_read.local());
+      core.charge(ledger);
+      tilecore::TileState& state = keep ? result.tiles[t] : states_.local();
+      if (!keep) state.started = false;
+      core.render_entries(job, tile, std::move(entries), state);
+    });
+    charge(result.stages.tile_seconds);
+    if (!done) binner.reset();
+  }
+  cores_.for_each([&](tilecore::TileCore& core) {
+    hardware::merge(result.counters, core.take_counters());
+    core.take_ledger();
+  });
+  result.sub_patches = std::move(front_end.sub_patches);
+  return result;
+}
+
+}  // namespace tessera::test
