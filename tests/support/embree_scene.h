@@ -62,8 +62,8 @@ struct Claim {
 // surfaces, or a surface and the near or far plane, have the same depth: up to `relative_depth`, plus what the surface's
 // slope changes over `edge_pixels`.
 struct Tolerance {
-  double edge_pixels = 0x1p-10;
-  double relative_depth = 1e-5;
+  double edge_pixels = 0x1p-14;
+  double relative_depth = 2e-6;
 };
 
 struct Agreement {
