@@ -70,7 +70,7 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& device, const FrameGeometry& frame,
     slot_[patches[p]] = static_cast<std::uint32_t>(p);
   }
   parallel_for(patches_.size(), [&](std::size_t p) { fill(device, patches_[p], options); });
-  for (const Patch& patch : patches_) triangle_count_ += patch.triangle.size();
+  for (const Patch& patch : patches_) triangle_count_ += patch.triangle_count;
 }
 
 EmbreeScene::~EmbreeScene() { rtcReleaseScene(scene_); }
@@ -103,26 +103,12 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
   }
 
   // ---- Primitives ----
-  for_each_triangle(mesh, [&](const Triangle& corners, std::uint32_t number) {
-    for (const std::int32_t c : corners) {
-      const auto v = static_cast<std::uint32_t>(c), column = v % (patch.columns + 1);
-      patch.index.push_back(patch.grid ? v - column + (patch.columns - column) : v);
-    }
-    patch.triangle.push_back(number);
-  });
+  patch.triangle_count = mesh.triangle_count;
   if (patch.grid) {
     auto* grid = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
     *grid = {0, patch.columns + 1, static_cast<std::uint16_t>(patch.columns + 1), static_cast<std::uint16_t>(patch.rows + 1)};
   } else {
-    // A patch that is degenerate as a whole keeps one triangle without area: Embree wants a buffer.
-    if (patch.index.empty()) {
-      patch.index = {0, 0, 0};
-      patch.triangle = {Claim::kNothing};
-    }
-    auto* index = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), patch.triangle.size()));
-    for (std::size_t k = 0; k < patch.index.size(); ++k)
-      index[k] = patch.number == options.missing_patch && patch.triangle[k / 3] == options.missing_triangle ? 0 : patch.index[k];
+    fill_index(geometry, mesh, patch, options);
   }
   if (options.obey_facing && !drawable.material->double_sided) {
     patch.keep_positive = drawable.mirrored;
@@ -133,6 +119,26 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene_, geometry, slot_[patch.number]);
   rtcReleaseGeometry(geometry);
+}
+
+void EmbreeScene::fill_index(RTCGeometry geometry, const MicroMesh& mesh, Patch& patch, const EmbreeOptions& options) {
+  // A patch that is degenerate as a whole keeps one triangle without area: Embree wants a buffer.
+  const std::size_t count = std::max<std::size_t>(mesh.triangle_count, 1);
+  auto* index = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
+  std::fill(index, index + 3, 0u);
+  patch.index = index;
+  patch.triangle.reserve(count);
+  std::uint32_t* to = index;
+  for_each_triangle(mesh, [&](const Triangle& corners, std::uint32_t number) {
+    for (const std::int32_t c : corners) *to++ = static_cast<std::uint32_t>(c);
+    patch.triangle.push_back(number);
+  });
+  if (patch.triangle.empty()) patch.triangle.push_back(Claim::kNothing);
+  if (patch.number != options.missing_patch) return;
+  patch.own_index.assign(index, index + 3 * count);
+  patch.index = patch.own_index.data();
+  for (std::size_t k = 0; k < count; ++k)
+    if (patch.triangle[k] == options.missing_triangle) std::fill(index + 3 * k, index + 3 * k + 3, 0u);
 }
 
 // The raster-space area of a triangle seen from the origin has the sign of normal * direction.
@@ -204,8 +210,22 @@ Claim EmbreeScene::trace(const EmbreeRay& r) const {
   return claim(hit.hit.geomID, hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar);
 }
 
+// All triangles of a grid's cells, degenerate ones too: no claim names those.
+void EmbreeScene::index_grid(Patch& patch) {
+  patch.triangle.clear();
+  patch.own_index.clear();
+  for (std::uint32_t row = 0; row < patch.rows; ++row)
+    for (std::uint32_t column = 0; column < patch.columns; ++column) {
+      const std::uint32_t a = row * (patch.columns + 1) + (patch.columns - column), below = patch.columns + 1;
+      for (const std::uint32_t v : {a, a - 1, a - 1 + below, a, a - 1 + below, a + below}) patch.own_index.push_back(v);
+      for (const std::uint32_t half : {0u, 1u}) patch.triangle.push_back(2 * (row * patch.columns + column) + half);
+    }
+  patch.index = patch.own_index.data();
+}
+
 void EmbreeScene::index_triangles() {
   for (Patch& patch : patches_) {
+    if (patch.grid) index_grid(patch);
     patch.place.clear();
     for (std::size_t k = 0; k < patch.triangle.size(); ++k) {
       if (patch.triangle[k] == Claim::kNothing) continue;

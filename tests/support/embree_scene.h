@@ -8,6 +8,7 @@
 #include <embree3/rtcore.h>
 
 #include "frontend/frame_geometry.h"
+#include "tilecore/micro_mesh.h"
 #include "tilecore/sample_pattern.h"
 
 namespace tessera::test {
@@ -62,8 +63,8 @@ struct Claim {
 // surfaces, or a surface and the near or far plane, have the same depth: up to `relative_depth`, plus what the surface's
 // slope changes over `edge_pixels`.
 struct Tolerance {
-  double edge_pixels = 0x1p-10;
-  double relative_depth = 1e-5;
+  double edge_pixels = 0x1p-14;
+  double relative_depth = 2e-6;
 };
 
 struct Agreement {
@@ -88,7 +89,7 @@ class EmbreeScene {
   void commit() { rtcCommitScene(scene_); }
 
   std::uint64_t triangle_count() const { return triangle_count_; }
-  // Mean area on screen at shutter open of the triangles that are fully projected, pixels^2.
+  // Mean area on screen at shutter open of the triangles in front of the near plane, pixels^2. Not for grids.
   double mean_area() const;
 
   EmbreeRay ray(const tilecore::TileSamples& samples, std::size_t sample) const;
@@ -108,14 +109,18 @@ class EmbreeScene {
   struct Patch {
     std::uint32_t number = 0;
     bool moving = false, grid = false;
+    std::uint64_t triangle_count = 0;
     bool keep_positive = true, keep_negative = true;
     std::array<const float*, 2> vertices{};   // Embree's buffers, xyz
-    std::vector<std::uint32_t> index;         // three per triangle
+    const std::uint32_t* index = nullptr;     // three per triangle; Embree's buffer, or `own_index`
+    std::vector<std::uint32_t> own_index;
     std::vector<std::uint32_t> triangle;      // Tessera's number of each
     std::vector<std::uint32_t> place;         // by Tessera's number: place in `triangle`; see index_triangles
     std::uint32_t columns = 0, rows = 0;      // cells of the grid
   };
   void fill(const EmbreeDevice& device, Patch& patch, const EmbreeOptions& options);
+  static void fill_index(RTCGeometry geometry, const tilecore::MicroMesh& mesh, Patch& patch, const EmbreeOptions& options);
+  static void index_grid(Patch& patch);
   // A claimed triangle as the ray passes it: distance from its nearest edge, and change of depth per pixel. Infinite and zero
   // when Embree has no such triangle.
   struct Passage {

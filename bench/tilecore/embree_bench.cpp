@@ -1,0 +1,425 @@
+// Visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
+//
+//   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes rival.csv and the plots area.svg, blur.svg
+//   tessera_embree_rival --check                   a small picture, no times: do both see the same?
+//   tessera_embree_rival --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
+//
+// Scene: a wavy wall of bicubic patches that fills 1280x720 and beyond, and a crowd of closed blobs in front of it; every object
+// moves, each in its own direction. Four samples per pixel, two threads.
+//
+// Tessera: front end, binner and tile cores without shading, all counters on; it makes its samples inside the time. Embree: the
+// patches that Tessera's front end does not cull, tessellated whole by Tessera's tessellator, then built, then traced; its
+// samples are there before. Rounds interleave all of them; figures are medians over the rounds.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/parallel.h"
+#include "bench/support/line_plot.h"
+#include "tests/support/captures.h"
+#include "tests/support/embree_scene.h"
+#include "tests/support/machine_visibility.h"
+
+namespace tessera::bench {
+namespace {
+
+using test::EmbreeScene;
+
+constexpr int kThreads = 2;
+constexpr double kFocalPixels = 720;  // one unit is one pixel at this depth
+constexpr float kWallDepth = 900;
+constexpr float kMargin = 160;        // pixels of wall beyond the frame, so that it fills the frame at all times
+
+struct Row {
+  double area;  // wanted mean area of a triangle, pixels^2
+  double blur;  // pixels that everything moves
+  bool lens;    // 32 pixels of confusion on the wall
+};
+
+// ---- Scene ------------------------------------------------------------------------------------------------------
+
+std::vector<Vec3> wall(int width, int height) {
+  constexpr float kPatchPixels = 32, kUnit = kWallDepth / static_cast<float>(kFocalPixels);
+  const int columns = static_cast<int>((static_cast<float>(width) + 2 * kMargin) / kPatchPixels), rows = static_cast<int>((static_cast<float>(height) + 2 * kMargin) / kPatchPixels) + 1;
+  std::vector<Vec3> points;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 4; ++i) {
+          const float x = static_cast<float>(3 * column + i) / 3.0f - static_cast<float>(columns) / 2, y = static_cast<float>(3 * row + j) / 3.0f - static_cast<float>(rows) / 2;
+          points.push_back({x * kPatchPixels * kUnit, y * kPatchPixels * kUnit, 12.0f * std::sin(1.3f * x) * std::cos(1.1f * y)});
+        }
+  return points;
+}
+
+std::vector<Vec3> blob(float radius) {
+  std::vector<Vec3> points = test::closed_patches(frontend::kNone).vertices.positions;
+  for (Vec3& p : points) p *= radius;
+  return points;
+}
+
+frontend::Capture make_capture(int width, int height, const Row& row) {
+  frontend::Capture capture;
+  test::Random random(7);
+  const auto add = [&](const std::vector<Vec3>& points, double x_pixels, double y_pixels, double depth) {
+    const double unit = depth / kFocalPixels, angle = static_cast<double>(random.uniform(0, 6.2831853f));
+    const int node = test::add_node(capture, test::patches(points), {x_pixels * unit, y_pixels * unit, -depth});
+    if (row.blur > 0) test::add_motion(capture, node, DVec3(std::cos(angle), std::sin(angle), 0) * (row.blur * unit));
+  };
+  add(wall(width, height), 0, 0, static_cast<double>(kWallDepth));
+  for (int y = 50; y < height; y += 100)
+    for (int x = 50; x < width; x += 100) {
+      const double depth = static_cast<double>(random.uniform(560, 800));
+      // Pixels of a radius: a quarter of the circle is about 60 pixels, within the largest tessellation factor.
+      const auto radius = static_cast<float>(32 * depth / kFocalPixels);
+      const double dx = static_cast<double>(random.uniform(-25, 25)), dy = static_cast<double>(random.uniform(-25, 25));
+      add(blob(radius), x + dx - width / 2, y + dy - height / 2, depth);
+    }
+  frontend::Camera camera;
+  camera.vertical_fov = static_cast<float>(2 * std::atan(height / 2 / kFocalPixels));
+  camera.near = 10;
+  // Radius of confusion on the wall: focal length * aperture * (1/focus - 1/depth) = 16 pixels.
+  if (row.lens) camera.lens = {40, 600};
+  test::add_camera(capture, DVec3(0.0), camera);
+  return capture;
+}
+
+// ---- Embree -----------------------------------------------------------------------------------------------------
+
+// What Embree writes for the samples of a tile.
+struct TileHits {
+  std::vector<std::uint32_t> geometry, primitive;
+  std::vector<float> u, v, z;
+  void resize(std::size_t n) {
+    for (auto* a : {&geometry, &primitive}) a->resize(n);
+    for (auto* a : {&u, &v, &z}) a->resize(n);
+  }
+};
+
+// Natural order of a tile's samples, one 8x8 block after the other.
+std::vector<std::uint32_t> block_order(const tilecore::TileSamples& samples) {
+  std::vector<std::uint32_t> order = samples.natural;
+  for (const auto& block : samples.blocks) std::sort(order.begin() + block.first, order.begin() + block.first + block.count);
+  return order;
+}
+
+void trace_single(const EmbreeScene& scene, const tilecore::TileSamples& samples, const std::vector<std::uint32_t>& order, TileHits& out) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  for (const std::uint32_t s : order) {
+    const test::EmbreeRay r = scene.ray(samples, s);
+    RTCRayHit hit;
+    hit.ray = {r.origin_x, r.origin_y, 0, scene.near(), r.direction_x, r.direction_y, 1, r.time, scene.far(), ~0u, 0, 0};
+    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene.scene(), &context, &hit);
+    out.geometry[s] = hit.hit.geomID, out.primitive[s] = hit.hit.primID;
+    out.u[s] = hit.hit.u, out.v[s] = hit.hit.v, out.z[s] = hit.ray.tfar;
+  }
+}
+
+void trace_packets(const EmbreeScene& scene, const tilecore::TileSamples& samples, const std::vector<std::uint32_t>& order, TileHits& out) {
+  constexpr std::size_t kPacket = 8;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  for (std::size_t first = 0; first < order.size(); first += kPacket) {
+    alignas(32) int valid[kPacket];
+    RTCRayHit8 hit;
+    const std::size_t count = std::min(kPacket, order.size() - first);
+    for (std::size_t k = 0; k < kPacket; ++k) {
+      valid[k] = k < count ? -1 : 0;
+      const test::EmbreeRay r = scene.ray(samples, order[first + std::min(k, count - 1)]);
+      hit.ray.org_x[k] = r.origin_x, hit.ray.org_y[k] = r.origin_y, hit.ray.org_z[k] = 0;
+      hit.ray.dir_x[k] = r.direction_x, hit.ray.dir_y[k] = r.direction_y, hit.ray.dir_z[k] = 1;
+      hit.ray.tnear[k] = scene.near(), hit.ray.tfar[k] = scene.far(), hit.ray.time[k] = r.time;
+      hit.ray.mask[k] = ~0u, hit.ray.id[k] = hit.ray.flags[k] = 0;
+      hit.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect8(valid, scene.scene(), &context, &hit);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t s = order[first + k];
+      out.geometry[s] = hit.hit.geomID[k], out.primitive[s] = hit.hit.primID[k];
+      out.u[s] = hit.hit.u[k], out.v[s] = hit.hit.v[k], out.z[s] = hit.ray.tfar[k];
+    }
+  }
+}
+
+// One of Embree's ways.
+struct Rival {
+  const char* name;
+  const char* configuration;
+  test::EmbreeOptions::Geometry geometry;
+  bool moving_only;
+};
+constexpr Rival kRivals[] = {
+    {"bvh", "threads=2", test::EmbreeOptions::Geometry::kTriangles, false},
+    {"bvh8v", "threads=2,tri_accel_mb=bvh8.triangle4vmb", test::EmbreeOptions::Geometry::kTriangles, true},
+    {"grid", "threads=2", test::EmbreeOptions::Geometry::kGrids, false},
+};
+
+// ---- Measuring --------------------------------------------------------------------------------------------------
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// A row's scene, posed, and the samples.
+struct Bench {
+  frontend::Capture capture;
+  frontend::Assembly assembly;
+  frontend::PyramidLibrary pyramids;
+  hardware::GpuConfiguration gpu;
+  tilecore::SamplePattern pattern{{4, 0, 0}};
+  binner::TileGrid grid;
+  test::MachineVisibility machine;
+  std::unique_ptr<frontend::FrameGeometry> frame;
+  std::vector<std::uint32_t> patches;  // that the front end keeps
+  double mean_area = 0;
+  std::vector<tilecore::TileSamples> samples;
+  std::vector<std::vector<std::uint32_t>> order;
+
+  Bench(int width, int height, const Row& row)
+      : capture(make_capture(width, height, row)),
+        assembly(frontend::assemble(capture)),
+        pyramids(assembly),
+        grid(width, height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height)),
+        machine(gpu, pattern, grid) {
+    // Cells are near squares of two triangles; three corrections bring their mean area to the wanted one.
+    frontend::FrameRequest request;
+    request.width = width;
+    request.height = height;
+    request.close_time = row.blur > 0 ? 1 : 0;
+    request.tessellation.target_edge_pixels = std::sqrt(2 * row.area);
+    const test::EmbreeDevice device("threads=2");
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(row.area / mean_area);
+      frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, width, height), request);
+      std::set<std::uint32_t> kept;
+      for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu).sub_patches) kept.insert(piece.base_patch);
+      patches.assign(kept.begin(), kept.end());
+      mean_area = EmbreeScene(device, *frame, patches, {}).mean_area();
+    }
+    const bool lens = frame->projection.lens_scale != 0;
+    samples.resize(grid.tile_count());
+    order.resize(grid.tile_count());
+    parallel_for(grid.tile_count(), [&](std::size_t t) {
+      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)), static_cast<float>(frame->projection.lens_scale), lens, true);
+      order[t] = block_order(samples[t]);
+    });
+  }
+
+  test::EmbreeOptions options(const Rival& rival) const {
+    test::EmbreeOptions o;
+    o.geometry = rival.geometry;
+    o.robust = false;       // Embree's faster intersectors
+    o.obey_facing = false;  // the nearest hit of a closed surface faces the camera
+    return o;
+  }
+
+  void trace(const EmbreeScene& scene, bool packets, std::vector<TileHits>& hits) const {
+    parallel_for(grid.tile_count(), [&](std::size_t t) { (packets ? trace_packets : trace_single)(scene, samples[t], order[t], hits[t]); });
+  }
+
+  std::vector<TileHits> room_for_hits() const {
+    std::vector<TileHits> hits(grid.tile_count());
+    for (std::size_t t = 0; t < hits.size(); ++t) hits[t].resize(samples[t].count);
+    return hits;
+  }
+
+  test::Agreement compare(const EmbreeScene& scene, const std::vector<tilecore::TileState>& seen, const std::vector<TileHits>& hits) const {
+    // Twice the tests' resolution needs, at 8 times their coordinates and with intersectors that are not watertight.
+    const test::Tolerance tolerance{0x1p-10, 1e-5};
+    std::vector<test::Agreement> parts(grid.tile_count());
+    parallel_for(grid.tile_count(), [&](std::size_t t) {
+      const tilecore::TileState& state = seen[t];
+      for (std::size_t s = 0; s < samples[t].count; ++s) {
+        const test::Claim tessera = state.patch[s] == tilecore::TileState::kNoPatch ? test::Claim{} : test::Claim{state.patch[s], state.triangle[s], state.z[s]};
+        const test::Claim embree = scene.claim(hits[t].geometry[s], hits[t].primitive[s], hits[t].u[s], hits[t].v[s], hits[t].z[s]);
+        scene.compare(scene.ray(samples[t], s), tessera, embree, tolerance, parts[t]);
+      }
+    });
+    test::Agreement all;
+    for (const auto& part : parts) all.add(part);
+    return all;
+  }
+};
+
+struct RivalTimes {
+  const Rival* rival = nullptr;
+  std::unique_ptr<test::EmbreeDevice> device;
+  bool packets = false;
+  test::Agreement agreement;
+  std::vector<double> tessellate, build, trace, total;
+};
+
+// Checks a rival against Tessera and finds out whether packets help it.
+void prepare(const Bench& bench, const std::vector<tilecore::TileState>& seen, RivalTimes& r) {
+  r.device = std::make_unique<test::EmbreeDevice>(r.rival->configuration);
+  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.rival));
+  scene.commit();
+  scene.index_triangles();
+  std::vector<TileHits> hits = bench.room_for_hits();
+  double seconds[2];
+  for (const bool packets : {false, true}) {
+    seconds[packets] = 1e300;
+    for (int k = 0; k < 2; ++k) {
+      const double start = now();
+      bench.trace(scene, packets, hits);
+      seconds[packets] = std::min(seconds[packets], now() - start);
+    }
+    r.agreement.add(bench.compare(scene, seen, hits));
+  }
+  r.packets = seconds[1] < seconds[0];
+}
+
+void run_round(const Bench& bench, RivalTimes& r, std::vector<TileHits>& hits) {
+  const double start = now();
+  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.rival));
+  const double tessellated = now();
+  scene.commit();
+  const double built = now();
+  bench.trace(scene, r.packets, hits);
+  const double done = now();
+  r.tessellate.push_back(tessellated - start);
+  r.build.push_back(built - tessellated);
+  r.trace.push_back(done - built);
+  r.total.push_back(done - start);
+}
+
+std::vector<RivalTimes> rivals_of(Bench& bench, const Row& row, const std::vector<tilecore::TileState>& seen) {
+  std::vector<RivalTimes> rivals;
+  for (const Rival& rival : kRivals) {
+    if (rival.moving_only && row.blur == 0) continue;
+    rivals.emplace_back().rival = &rival;
+    prepare(bench, seen, rivals.back());
+  }
+  return rivals;
+}
+
+struct Measured {
+  Row row;
+  double tessera = 0, best_total = 0, best_trace = 0;
+};
+
+Measured measure(const Row& row, int rounds, std::string& csv) {
+  Bench bench(1280, 720, row);
+  auto first = bench.machine.run(*bench.frame, bench.pyramids, true);
+  std::vector<RivalTimes> rivals = rivals_of(bench, row, first.tiles);
+  for (const RivalTimes& r : rivals)
+    if (r.agreement.wrong + r.agreement.wrong_depth > 0)
+      fmt::print("  {}: {} of {} samples see another triangle, {} another depth\n", r.rival->name, r.agreement.wrong, r.agreement.samples, r.agreement.wrong_depth);
+
+  std::vector<double> total, bound, bin, tiles;
+  std::vector<TileHits> hits = bench.room_for_hits();
+  for (int round = 0; round < rounds; ++round) {
+    const auto stages = bench.machine.run(*bench.frame, bench.pyramids, false).stages;
+    total.push_back(stages.total());
+    bound.push_back(stages.bound_seconds);
+    bin.push_back(stages.bin_seconds);
+    tiles.push_back(stages.tile_seconds);
+    for (RivalTimes& r : rivals) run_round(bench, r, hits);
+  }
+
+  Measured out{row, median(total), 1e300, 1e300};
+  for (const RivalTimes& r : rivals) {
+    out.best_total = std::min(out.best_total, median(r.total));
+    out.best_trace = std::min(out.best_trace, median(r.trace));
+  }
+  const auto ms = [](double seconds) { return 1e3 * seconds; };
+  for (const RivalTimes& r : rivals) {
+    const std::string line = fmt::format(
+        "{:g},{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.3f},{},{},{:.4f}\n", row.area, row.blur, row.lens ? 32 : 0,
+        bench.mean_area, bench.patches.size(), first.counters.triangles, ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name,
+        r.packets ? "/8" : "/1", ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)), ms(median(r.total)), out.tessera / median(r.total),
+        out.tessera / median(r.trace), r.agreement.wrong, r.agreement.wrong_depth, 100.0 * static_cast<double>(r.agreement.ties) / static_cast<double>(r.agreement.samples));
+    csv += line;
+    fmt::print("{}", line);
+  }
+  std::fflush(stdout);
+  return out;
+}
+
+void plot(const std::filesystem::path& file, const PlotLabels& labels, const std::vector<Measured>& rows, double Row::* axis, const std::function<bool(const Row&)>& wanted) {
+  std::vector<Series> series = {{"Tessera", {}, {}}, {"Embree, best sum", {}, {}}, {"Embree, best trace alone", {}, {}}};
+  for (const Measured& m : rows) {
+    if (!wanted(m.row)) continue;
+    for (Series& s : series) s.x.push_back(m.row.*axis);
+    series[0].y.push_back(1e3 * m.tessera);
+    series[1].y.push_back(1e3 * m.best_total);
+    series[2].y.push_back(1e3 * m.best_trace);
+  }
+  write_line_plot(file.string(), labels, series);
+}
+
+void measure_all(const std::filesystem::path& folder, int rounds) {
+  std::string csv =
+      "area,blur,lens,mean_area,patches,tessera_triangles,tessera_bound_ms,tessera_bin_ms,tessera_tiles_ms,tessera_ms,embree,embree_tessellate_ms,embree_build_ms,"
+      "embree_trace_ms,embree_ms,tessera_over_embree,tessera_over_embree_trace,wrong,wrong_depth,tied_percent\n";
+  fmt::print("{}", csv);
+  std::vector<Measured> rows;
+  for (const double area : {0.5, 1.0, 4.0, 16.0})
+    for (const double blur : {0.0, 8.0, 32.0, 128.0})
+      for (const bool lens : {false, true})
+        if (!lens || blur == 0 || blur == 32) rows.push_back(measure({area, blur, lens}, rounds, csv));
+  write_file_atomically(folder / "rival.csv", csv);
+  plot(folder / "area.svg", {"Every object moves 32 pixels, pinhole", "mean triangle area, pixels^2", "ms (log), 2 threads", true}, rows, &Row::area,
+       [](const Row& r) { return r.blur == 32 && !r.lens; });
+  plot(folder / "blur.svg", {"Triangles of 1 pixel^2, pinhole", "blur, pixels", "ms (log), 2 threads", true}, rows, &Row::blur,
+       [](const Row& r) { return r.area == 1 && !r.lens; });
+}
+
+int check() {
+  int bad = 0;
+  for (const Row& row : {Row{4, 0, false}, Row{4, 32, false}, Row{4, 32, true}}) {
+    Bench bench(320, 180, row);
+    const auto seen = bench.machine.run(*bench.frame, bench.pyramids, true);
+    for (const RivalTimes& r : rivals_of(bench, row, seen.tiles)) {
+      const test::Agreement& a = r.agreement;
+      fmt::print("blur {} lens {} {}: {} samples, {} visible, {} tied, {} of these differ, {} wrong, {} at another depth\n", row.blur, row.lens, r.rival->name, a.samples,
+                 a.visible, a.ties, a.different_ties, a.wrong, a.wrong_depth);
+      if (a.wrong + a.wrong_depth > 0 || a.visible != a.samples || a.ties * 50 > a.samples) ++bad;
+    }
+  }
+  return bad > 0 ? 1 : 0;
+}
+
+void profile(const Row& row) {
+  Bench bench(1280, 720, row);
+  double seconds = 0;
+  for (int k = 0; k < 10; ++k) seconds += bench.machine.run(*bench.frame, bench.pyramids, false).stages.total();
+  fmt::print("{:.1f} ms, mean area {:.2f}, {} patches\n", 1e2 * seconds, bench.mean_area, bench.patches.size());
+}
+
+}  // namespace
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (argc < 2 || (first == "--profile" && argc != 5)) {
+    fmt::print(stderr, "usage: tessera_embree_rival OUT_FOLDER [ROUNDS] | --check | --profile AREA BLUR LENS\n");
+    return 2;
+  }
+  try {
+    const tessera::ThreadLimit limit(tessera::bench::kThreads);
+    if (first == "--check") return tessera::bench::check();
+    if (first == "--profile") tessera::bench::profile({std::stod(argv[2]), std::stod(argv[3]), std::stoi(argv[4]) != 0});
+    else tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 3);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "tessera_embree_rival: {}\n", error.what());
+    return 1;
+  }
+}
