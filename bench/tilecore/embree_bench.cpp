@@ -240,7 +240,7 @@ struct Bench {
   }
 
   test::Agreement compare(const EmbreeScene& scene, const std::vector<tilecore::TileState>& seen, const std::vector<TileHits>& hits) const {
-    // Twice the tests' resolution needs, at 8 times their coordinates and with intersectors that are not watertight.
+    // 16 times the tests': coordinates are 8 times as large, and these intersectors are not watertight.
     const test::Tolerance tolerance{0x1p-10, 1e-5};
     std::vector<test::Agreement> parts(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
