@@ -41,7 +41,7 @@ class MinMaxPyramid {
   using Steps = std::vector<Step>;
 
   static ValueRange texels(const Steps& steps, int x0, int y0, int x1, int y1);  // inclusive, inside the level
-  // Over the footprint that a lookup in a level of `footprint` texels has, in the steps of a level at least as fine.
+  // Over the footprint that a lookup in a level of width x height texels has, in the steps of a level at least as fine.
   static ValueRange footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width, int height);
 
   std::vector<Steps> levels_;  // per mip level of the texture

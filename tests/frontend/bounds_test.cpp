@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/minmax_pyramid.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "tests/frontend/bound_scenes.h"
@@ -244,6 +245,32 @@ TEST(MinMaxPyramid, TheWholeTextureAndFootprintsAcrossItsEdgesAreHeld) {
       }
     }
   }
+}
+
+// ---- Coarse depth -----------------------------------------------------------------------------------------------
+
+TEST(OcclusionGuess, AViewThatDoesNotChangeKeepsEveryBlocksDepth) {
+  CoarseDepth depth;
+  depth.block_width = depth.block_height = 32;
+  depth.blocks = {0, 0, 4, 3};
+  depth.projection = projection(false, 0.0, 0.0);
+  depth.projection.center_x = 64;
+  depth.projection.center_y = 48;
+  for (int k = 0; k < 12; ++k) depth.farthest.push_back(k == 5 ? std::numeric_limits<float>::infinity() : 2.0f + static_cast<float>(k));
+  const OcclusionGuess guess(depth, depth.projection, depth.view);
+  for (std::size_t k = 0; k < 12; ++k) {
+    if (k == 5) {
+      EXPECT_TRUE(std::isinf(guess.depth().farthest[k]));
+    } else {
+      EXPECT_NEAR(guess.depth().farthest[k], depth.farthest[k], 1e-4);
+    }
+  }
+  // Block 0 ends at depth 2, block 1 at depth 3.
+  const auto bounds = [](float x0, float x1, float near_z) { return ScreenBounds{x0, 4, x1, 20, 0, near_z, 100, false}; };
+  EXPECT_TRUE(guess.hides(bounds(4, 20, 2.5f)));
+  EXPECT_FALSE(guess.hides(bounds(4, 40, 2.5f))) << "it reaches into block 1";
+  EXPECT_TRUE(guess.hides(bounds(4, 40, 3.5f)));
+  EXPECT_FALSE(guess.hides(bounds(4, 20, 1.5f)));
 }
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------

@@ -54,14 +54,12 @@ TEST(PatchNet, AFlatStripHasAMuchTighterBoxInItsOwnFrameThanInTheWorlds) {
 
 // ---- Normal cones -----------------------------------------------------------------------------------------------
 
-enum class ConeTwin { kHonest, kSignedCosine };
-
 struct ConeOutcome {
   int normals = 0, violations = 0, cones = 0, npatch_cones = 0, looser = 0;
 };
 
 // Random nets, half of them with tangents that open beyond 90 degrees; true normals against the ranges.
-ConeOutcome cone_outcome(std::uint32_t seed, bool npatch, ConeTwin twin) {
+ConeOutcome cone_outcome(std::uint32_t seed, bool npatch) {
   Random random(seed);
   ConeOutcome out;
   for (int trial = 0; trial < 20000; ++trial) {
@@ -69,8 +67,7 @@ ConeOutcome cone_outcome(std::uint32_t seed, bool npatch, ConeTwin twin) {
     const CornerFrame frame = corner_frame(net);
     const NetMeasure m = measure_net(net[0], frame.axes, frame.tangent_u, frame.tangent_v);
     const DerivativeError error{0, 1, 1};
-    std::optional<TangentCones> tangents = tangent_cones(m, frame);
-    if (tangents && twin == ConeTwin::kSignedCosine) tangents->cosine_between = glm::dot(frame.tangent_u, frame.tangent_v);
+    const std::optional<TangentCones> tangents = tangent_cones(m, frame);
     std::optional<NormalCone> tpatch = tangents ? tpatch_cone(*tangents, error) : std::nullopt, cone = tpatch;
     if (npatch) cone = npatch_cone(net[0], m, frame, tpatch, error);
     out.cones += tpatch ? 1 : 0;
@@ -102,7 +99,7 @@ ConeOutcome cone_outcome(std::uint32_t seed, bool npatch, ConeTwin twin) {
 }
 
 TEST(Tpatch, ContainsNormalsAlsoWhenTangentsOpenBeyondNinetyDegrees) {
-  const ConeOutcome out = cone_outcome(3, false, ConeTwin::kHonest);
+  const ConeOutcome out = cone_outcome(3, false);
   EXPECT_EQ(out.violations, 0);
   EXPECT_GT(out.normals, 100000);
 }
@@ -140,7 +137,7 @@ TEST(Tpatch, HoldsForAnyPairOfTangentCones) { EXPECT_EQ(cone_pair_violations(fal
 TEST(Tpatch, ThePublishedSignOfTheCosineIsCaught) { EXPECT_GT(cone_pair_violations(true), 0); }
 
 TEST(Npatch, ContainsEveryNormalAndIsNeverLooserThanTpatch) {
-  const ConeOutcome out = cone_outcome(4, true, ConeTwin::kHonest);
+  const ConeOutcome out = cone_outcome(4, true);
   EXPECT_EQ(out.violations, 0);
   EXPECT_EQ(out.looser, 0);
   EXPECT_GT(out.npatch_cones, out.cones) << "NPATCH has a cone where TPATCH has none";
