@@ -365,6 +365,55 @@ void TraceLeaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& sampl
   else run(std::false_type(), std::false_type());
 }
 
+// ---- One cell, chosen samples -----------------------------------------------------------------------------------
+
+template <bool kMotion, bool kLens, bool kOrthographic>
+void cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> chosen, const TileSamples& samples, const VisibilitySettings& settings,
+                  HitSink& sink, VisibilityWork& work) {
+  const D d;
+  VertexLanes vertex[4];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto v = static_cast<std::size_t>(mesh.corner[k][cell]);
+    vertex[k].x0 = hn::Set(d, mesh.x0[v]);
+    vertex[k].y0 = hn::Set(d, mesh.y0[v]);
+    vertex[k].z0 = hn::Set(d, mesh.z0[v]);
+    vertex[k].x1 = hn::Set(d, kMotion ? mesh.x1[v] : 0.0f);
+    vertex[k].y1 = hn::Set(d, kMotion ? mesh.y1[v] : 0.0f);
+    vertex[k].z1 = hn::Set(d, kMotion ? mesh.z1[v] : 0.0f);
+  }
+  const bool has_second = mesh.corner[2][cell] != mesh.corner[3][cell];
+  alignas(64) float lane[5][kMaxLanes] = {};
+  for (std::size_t i = 0; i < chosen.size(); i += hn::Lanes(d)) {
+    const std::size_t count = std::min(hn::Lanes(d), chosen.size() - i);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t s = chosen[i + k];
+      lane[0][k] = samples.x[s];
+      lane[1][k] = samples.y[s];
+      if constexpr (kMotion) lane[2][k] = static_cast<float>(samples.time[s]) * 0x1p-8f;
+      if constexpr (kLens) lane[3][k] = samples.lens_u[s], lane[4][k] = samples.lens_v[s];
+    }
+    const SampleLanes s{hn::Load(d, lane[0]), hn::Load(d, lane[1]), hn::Load(d, lane[2]), hn::Load(d, lane[3]), hn::Load(d, lane[4])};
+    CornerLanes corner[4];
+    for (std::size_t k = 0; k < 4; ++k) corner[k] = place_corner<kMotion, kLens, kOrthographic>(vertex[k], s, hn::Set(d, settings.inverse_focus));
+    const M valid = hn::FirstN(d, count);
+    test_cells<kOrthographic>(
+        corner, valid, has_second ? valid : hn::MaskFromVec(hn::Zero(d)), settings.limits, [&](std::size_t k) { return chosen[i + k]; },
+        [&](std::size_t) { return mesh.triangle[cell]; }, sink, work);
+  }
+}
+
+void TestCellSamples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> chosen, const TileSamples& samples, RayEffects effects,
+                     const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
+  const auto run = [&](auto motion, auto lens) {
+    if (settings.orthographic) cell_samples<motion(), lens(), true>(mesh, cell, chosen, samples, settings, sink, work);
+    else cell_samples<motion(), lens(), false>(mesh, cell, chosen, samples, settings, sink, work);
+  };
+  if (effects.motion && effects.lens) run(std::true_type(), std::true_type());
+  else if (effects.motion) run(std::true_type(), std::false_type());
+  else if (effects.lens) run(std::false_type(), std::true_type());
+  else run(std::false_type(), std::false_type());
+}
+
 }  // namespace tessera::tilecore::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -373,6 +422,7 @@ namespace tessera::tilecore {
 
 HWY_EXPORT(RasterMesh);
 HWY_EXPORT(TraceLeaf);
+HWY_EXPORT(TestCellSamples);
 
 void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   HWY_DYNAMIC_DISPATCH(RasterMesh)(mesh, samples, settings, sink, work);
@@ -380,6 +430,10 @@ void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const Visibi
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, std::span<const SampleRange> ranges, RayEffects effects,
                 const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   HWY_DYNAMIC_DISPATCH(TraceLeaf)(mesh, leaf, samples, ranges, effects, settings, sink, work);
+}
+void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> samples, const TileSamples& tile, RayEffects effects,
+                       const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
+  HWY_DYNAMIC_DISPATCH(TestCellSamples)(mesh, cell, samples, tile, effects, settings, sink, work);
 }
 
 }  // namespace tessera::tilecore

@@ -66,4 +66,8 @@ void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const Visibi
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, std::span<const SampleRange> ranges,
                 RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 
+// One cell, all of whose corners are projected, against chosen samples (natural order of the tile, each once).
+void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> samples, const TileSamples& tile, RayEffects effects,
+                       const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+
 }  // namespace tessera::tilecore
