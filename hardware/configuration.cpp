@@ -141,6 +141,23 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
       {"tilecore.occlusion_culling", &Gpu::tilecore_occlusion_culling,
        "Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.",
        "[spec] hierarchical depth of every GPU, applied to sub-patches"},
+      {"tilecore.visibility_method", &Gpu::tilecore_visibility_method, {"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"},
+       "How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of each cell's whole motion; by a stencil "
+       "test on time for segments of the shutter, for parts of the rectangle, for segments of whole leaves; by a rectangle for each of a few fixed intervals. "
+       "The picture is the same.",
+       "[spec] patch-bvh: US 8791945; segments, partition, clusters: US 9626762; brute and interleaved: what both compare with"},
+      {"tilecore.stencil_segments", &Gpu::tilecore_stencil_segments, "segments", 0, 256,
+       "Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, at most 64.",
+       "[spec] US 9626762 leaves the number open; [assumed] 0"},
+      {"tilecore.interleaved_times", &Gpu::tilecore_interleaved_times, "intervals", 1, 256, "Intervals of the shutter of the method interleaved.",
+       "[assumed] 16, a small fixed number as in US 8791945"},
+      {"tilecore.traversal", &Gpu::tilecore_traversal, {"packet", "ray"},
+       "How patch-bvh tests samples: in packets that are neighbours in time, or each as a ray through the binary tree of the sub-patch's cells.",
+       "[spec] ray: US 8791945; [measured] docs/visibility_methods.md: packet"},
+      {"tilecore.branch_node", &Gpu::tilecore_branch_node, {"root", "both_children", "leaf_mask"},
+       "With tilecore.traversal=ray: the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the "
+       "lowest one above all leaves inside.",
+       "[spec] US 8791945 offers both; [measured] docs/visibility_methods.md: leaf_mask"},
       {"tessellator.max_factor", &Gpu::tessellator_max_factor, "cells", 1, 64,
        "Largest number of cells along an edge of a base patch.", "[spec] 64 in Direct3D 11 and Vulkan"},
       {"tessellator.sub_patch_cells", &Gpu::tessellator_sub_patch_cells, "cells", 4, 64,

@@ -39,6 +39,11 @@ struct GpuConfiguration {
   std::int64_t memory_burst_bytes = 64;
 
   bool tilecore_occlusion_culling = true;
+  std::string tilecore_visibility_method = "patch-bvh";
+  std::int64_t tilecore_stencil_segments = 0;    // of segments and clusters; 0: by blur length over primitive size
+  std::int64_t tilecore_interleaved_times = 16;  // of interleaved
+  std::string tilecore_traversal = "packet";     // of patch-bvh
+  std::string tilecore_branch_node = "leaf_mask";  // where single rays start
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once

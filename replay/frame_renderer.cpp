@@ -33,6 +33,8 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(frontend, frame.frontend);
   hardware::accumulate(binner, frame.binner);
   hardware::accumulate(tilecore, frame.tilecore);
+  hardware::accumulate(stencil, frame.stencil);
+  hardware::accumulate(rays, frame.rays);
   hardware::accumulate(resolve, frame.resolve);
   ledger += frame.ledger;
 }
@@ -73,6 +75,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.force_motion = settings_.motion == "on";
   job.force_lens = settings_.defocus == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
+  job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.record_tessellations = request_.baselines;
   return job;
@@ -173,6 +176,8 @@ void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
+    hardware::merge(result.counters.stencil, core.take_stencil_counters());
+    hardware::merge(result.counters.rays, core.take_ray_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     result.counters.ledger += core.take_ledger();
   });

@@ -23,6 +23,8 @@ struct FrameCounters {
   frontend::FrontendCounters frontend;
   binner::BinnerCounters binner;
   tilecore::TileCoreCounters tilecore;
+  tilecore::StencilCounters stencil;
+  tilecore::RayCounters rays;
   tilecore::ResolveCounters resolve;
   hardware::Ledger ledger;
 
@@ -36,6 +38,8 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.frontend);
   visit(counters.binner);
   visit(counters.tilecore);
+  visit(counters.stencil);
+  visit(counters.rays);
   visit(counters.resolve);
 }
 

@@ -98,6 +98,13 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
   return limits;
 }
 
+// Leaves in a row of the grid that the entry's cells form; clusters are one row.
+std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::QueueEntry& entry) {
+  const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  const std::size_t cells = grid ? 4 : kLeafCells;
+  return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
+}
+
 }  // namespace
 
 void TileState::start(std::size_t samples) {
@@ -165,7 +172,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 
   const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)};
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, {entry.t0, entry.t1}, effects, settings, sink);
+    test_mesh(job, entry, effects, settings, state.z, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
@@ -180,14 +187,18 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
   tessellator_.tessellate(frame, entry.base_patch, entry.range, effects, mesh_);
-  test_mesh(job, {entry.t0, entry.t1}, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
+  test_mesh(job, entry, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, {}, sink);
   sink.flush();
 }
 
-void TileCore::test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, RayEffects effects, const VisibilitySettings& settings, std::span<const float> depth, HitSink& sink) {
+  const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
   if (!effects.motion && !effects.lens) {
     raster_mesh(mesh_, samples_, settings, sink, work);
+  } else if (!job.visibility.packets()) {
+    visibility_.test({mesh_, samples_, entry_times, effects, settings, static_cast<float>(job.frame->projection.lens_scale), leaf_columns(*job.frame, entry), depth}, job.visibility,
+                     sink, work);
   } else {
     const auto lens_radius = static_cast<float>(job.frame->projection.lens_scale);
     for (std::size_t l = 0; l < mesh_.leaves.size(); ++l) {

@@ -17,6 +17,7 @@
 #include "tilecore/tessellator.h"
 #include "tilecore/tile_frustum.h"
 #include "tilecore/visibility_kernel.h"
+#include "tilecore/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -88,6 +89,7 @@ struct TileJob {
   ShadingRate shading = ShadingRate::kPixel;
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
+  VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
   bool record_tessellations = false;  // for TileCore::take_tessellations
 };
@@ -129,14 +131,17 @@ class TileCore {
   // Since the last call; the caller adds them up.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
+  StencilCounters take_stencil_counters() { return visibility_.take_stencil_counters(); }
+  RayCounters take_ray_counters() { return visibility_.take_ray_counters(); }
   ResolveCounters take_resolve_counters();
   hardware::Ledger take_ledger();
 
  private:
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
-  // `entry_times`: codes of the samples that the mesh may touch in this tile; others are not tested.
-  void test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
+  // Tests the mesh of `entry`; samples outside the entry's times are not tested. `depth`: what each sample sees already
+  // (see MeshInTile).
+  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, RayEffects effects, const VisibilitySettings& settings, std::span<const float> depth, HitSink& sink);
   void shade_opaque(const TileJob& job, const TileState& state);
   void fill_background(const TileJob& job, std::size_t first, std::size_t count);
   void shade_layers(const TileJob& job, TileState& state);
@@ -144,6 +149,7 @@ class TileCore {
 
   Tessellator tessellator_;
   MicroMesh mesh_;
+  MeshVisibility visibility_;
   TileSamples samples_;
   std::vector<SampleRange> ranges_;
   std::vector<Vec3> sample_color_;     // natural order, opaque then blended
