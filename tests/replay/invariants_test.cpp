@@ -162,6 +162,36 @@ TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {
   for (const Variant& v : front_end_variants()) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
 }
 
+// Every visibility method, and every way of tracing rays.
+std::vector<Variant> visibility_variants() {
+  std::vector<Variant> variants;
+  for (const char* method : {"brute", "segments", "partition", "clusters", "interleaved"}) {
+    variants.push_back({method, {}, {}, 0, ""});
+    variants.back().gpu.tilecore_visibility_method = method;
+  }
+  for (const char* node : {"root", "both_children", "leaf_mask"}) {
+    variants.push_back({std::string("rays from ") + node, {}, {}, 0, ""});
+    variants.back().gpu.tilecore_traversal = "ray";
+    variants.back().gpu.tilecore_branch_node = node;
+  }
+  return variants;
+}
+
+// Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of it.
+TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
+  const RenderRequest request = whole(96, 54);
+  const FrameResult expected = render(capture, {}, frame, request);
+  for (Variant v : visibility_variants())
+    for (const char* forced : {"auto", "on"}) {
+      v.settings.motion = v.settings.defocus = forced;
+      const FrameResult result = render(capture, v, frame, request);
+      EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name << " " << forced;
+      v.threads = 1;
+      EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters)) << v.name << " " << forced;
+      v.threads = 0;
+    }
+}
+
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
 TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
   const FrameResult expected = render(capture, {}, frame);
@@ -320,6 +350,13 @@ TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
   const Capture capture = closed_capture(GetParam(), random);
   const FrameResult expected = render(capture, plainest_binning({}), 0);
   for (const Variant& v : binning_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
+}
+
+TEST_P(ClosedSurface, LooksTheSameByEveryVisibilityMethod) {
+  Random random(3);
+  const Capture capture = closed_capture(GetParam(), random);
+  const FrameResult expected = render(capture, {}, 0, whole(64, 36));
+  for (const Variant& v : visibility_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0, whole(64, 36)).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ClosedSurface,
