@@ -44,6 +44,7 @@ struct GpuConfiguration {
   std::int64_t tilecore_interleaved_times = 16;  // of interleaved
   std::string tilecore_traversal = "packet";     // of patch-bvh
   std::string tilecore_branch_node = "leaf_mask";  // where single rays start
+  std::int64_t tilecore_ray_segments = 1;        // of the shutter, each with a branch node
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once

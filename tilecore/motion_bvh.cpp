@@ -124,7 +124,7 @@ void MotionBvh::build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffect
   alive_.resize(static_cast<std::size_t>(std::bit_width(leaf_count_)) + 2);
 }
 
-bool MotionBvh::test_node(const BundleFrustum& frustum, std::uint32_t node, Overlap& overlap) {
+bool MotionBvh::test_node(const BundleFrustum& frustum, std::uint32_t node) {
   if (nodes_[node].is_empty()) return false;  // the pattern has no such node
   ++counters_.frustum_node_tests;
   if (node < leaf_count_) return !frustum.outside(nodes_[node]);
@@ -132,32 +132,43 @@ bool MotionBvh::test_node(const BundleFrustum& frustum, std::uint32_t node, Over
   if (times.empty()) return false;
   // Exact: a sample of stencil value s has s <= 256 t < s + 1, and both t are the same floats.
   const auto value = [](float t) { return std::min(255, static_cast<int>(t * 256.0f)); };
-  overlap.stencils = {std::min(overlap.stencils.first, value(times.low)), std::max(overlap.stencils.last, value(times.high))};
-  const std::uint32_t leaf = node - leaf_count_;
-  mask_[leaf / 64] |= std::uint64_t{1} << (leaf % 64);
+  inside_.push_back({node - leaf_count_, {value(times.low), value(times.high)}});
   return true;
 }
 
-void MotionBvh::traverse_inside(const BundleFrustum& frustum, std::uint32_t node, Overlap& overlap) {
-  if (node >= leaf_count_) {
-    overlap.any = true;
-    // No node on the way had two children inside: this leaf is the only one.
-    if (!branch_found_) overlap.branch = node, branch_found_ = true;
-    return;
-  }
-  const bool left = test_node(frustum, 2 * node, overlap), right = test_node(frustum, 2 * node + 1, overlap);
-  if (left && right && !branch_found_) overlap.branch = node, branch_found_ = true;
-  if (left) traverse_inside(frustum, 2 * node, overlap);
-  if (right) traverse_inside(frustum, 2 * node + 1, overlap);
+void MotionBvh::traverse_inside(const BundleFrustum& frustum, std::uint32_t node) {
+  if (node >= leaf_count_) return;
+  const bool left = test_node(frustum, 2 * node), right = test_node(frustum, 2 * node + 1);
+  // Depth first: the first one found is above all others.
+  if (left && right && fork_ == 0) fork_ = node;
+  if (left) traverse_inside(frustum, 2 * node);
+  if (right) traverse_inside(frustum, 2 * node + 1);
 }
 
 MotionBvh::Overlap MotionBvh::traverse(const BundleFrustum& frustum, std::uint32_t start, BranchNode method) {
+  method_ = method;
+  start_ = start;
+  fork_ = 0;
+  inside_.clear();
+  if (test_node(frustum, start)) traverse_inside(frustum, start);
+  return within({0, 255});
+}
+
+MotionBvh::Overlap MotionBvh::within(const TimeRange& values) {
   Overlap overlap;
+  overlap.branch = start_;
   mask_.assign((leaf_count_ + 63) / 64, 0);
-  branch_found_ = false;
-  if (test_node(frustum, start, overlap)) traverse_inside(frustum, start, overlap);
-  if (!overlap.any || method == BranchNode::kRoot) overlap.branch = start;
-  else if (method == BranchNode::kLeafMask) overlap.branch = branch_of_mask();
+  for (const LeafInside& leaf : inside_) {
+    const TimeRange stencils = leaf.stencils.intersect(values);
+    if (stencils.empty()) continue;
+    overlap.any = true;
+    overlap.stencils = {std::min(overlap.stencils.first, stencils.first), std::max(overlap.stencils.last, stencils.last)};
+    mask_[leaf.leaf / 64] |= std::uint64_t{1} << (leaf.leaf % 64);
+  }
+  if (!overlap.any) return overlap;
+  if (method_ == BranchNode::kLeafMask) overlap.branch = branch_of_mask();
+  // Without a fork there is one leaf inside.
+  else if (method_ == BranchNode::kBothChildren) overlap.branch = fork_ != 0 ? fork_ : leaf_count_ + inside_.front().leaf;
   return overlap;
 }
 

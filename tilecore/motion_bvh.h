@@ -17,7 +17,7 @@ namespace tessera::tilecore {
 enum class BranchNode {
   kRoot,
   kBothChildren,  // the first node with both children inside the frustum
-  kLeafMask,      // the lowest node that all leaves inside the frustum are under
+  kLeafMask,      // the lowest node that all leaves inside the frustum are under, at the times in question
 };
 
 struct RayCounters {
@@ -34,14 +34,16 @@ struct RayCounters {
 //   leaves of 4x4 cells on their grid, in Morton order    ->  heap: node 1 is the root, 2n and 2n+1 the children of n,
 //   inside a leaf: the cells of a full one in Morton order    cells the nodes of the last level; absent ones are empty
 //
-// Deviation: the published traversal casts rays from 4x4-pixel tiles only; here the tile core's tile comes first, and
-// its own branch node is where the rectangles inside it begin.
+// Deviations: the published traversal casts rays from 4x4-pixel tiles only; here the tile core's tile comes first, and
+// its own branch node is where the rectangles inside it begin. And the leaves' times may be used for more than one
+// interval: cut the shutter, and each part has a leaf mask, hence a branch node, of its own.
 //
 // Invariants (cited by the tests):
 //   V1  A node's box holds its children's at both keys, hence at every time.
 //   V2  Every sample that the inside test finds in a cell reaches that cell's node by trace(), from the root and from
 //       the branch node of every rectangle that holds the sample: no leaf that a ray hits is outside the branch node.
 //   V3  The leaf-mask branch node is the both-children branch node or below it.
+//   V4  V2 holds for within(values) and samples of those stencil values.
 class MotionBvh {
  public:
   // `leaf_columns`: leaves in a row of the sub-patch's grid; the number of leaves for lists of cells. Clipped cells are
@@ -54,13 +56,15 @@ class MotionBvh {
   std::uint32_t cell_of(std::uint32_t leaf_node) const { return cells_[leaf_node - leaf_count_]; }
   const MotionBox& node(std::uint32_t n) const { return nodes_[n]; }
 
-  // What a frustum meets at or below the node `start`.
+  // What a frustum meets at or below a node.
   struct Overlap {
     bool any = false;
     TimeRange stencils{255, 0};         // hull of the times of the leaves inside, as stencil values
-    std::uint32_t branch = kRoot;       // where rays may start, at or below `start`
+    std::uint32_t branch = kRoot;       // where rays may start: the node itself or one below it
   };
   Overlap traverse(const BundleFrustum& frustum, std::uint32_t start, BranchNode method);
+  // The part of what traverse() found last that is inside at samples of some stencil values.
+  Overlap within(const TimeRange& values);
 
   // A sample's ray o + z d against slabs: z = A x(0) + B x(1) + C with A = (1-t)/d, B = t/d, C = -o/d per axis.
   struct Ray {
@@ -85,9 +89,9 @@ class MotionBvh {
   RayCounters take_counters();
 
  private:
-  // Marks the leaves inside under `node`, which is inside itself.
-  void traverse_inside(const BundleFrustum& frustum, std::uint32_t node, Overlap& overlap);
-  bool test_node(const BundleFrustum& frustum, std::uint32_t node, Overlap& overlap);
+  // Collects the leaves inside under `node`, which is inside itself.
+  void traverse_inside(const BundleFrustum& frustum, std::uint32_t node);
+  bool test_node(const BundleFrustum& frustum, std::uint32_t node);
   std::uint32_t branch_of_mask();  // reduces mask_
   bool meets(const Ray& ray, const MotionBox& box) const;
   // Numbers of the rays of alive_[level - 1] that meet the node, into alive_[level].
@@ -99,10 +103,16 @@ class MotionBvh {
   std::uint32_t leaf_count_ = 0;
   std::vector<MotionBox> nodes_;
   std::vector<std::uint32_t> cells_;
-  std::vector<std::uint64_t> mask_;               // leaves inside the frustum, one bit each
+  struct LeafInside {
+    std::uint32_t leaf;
+    TimeRange stencils;
+  };
+  std::vector<LeafInside> inside_;                // of the last frustum
+  BranchNode method_ = BranchNode::kRoot;         // of the last traversal
+  std::uint32_t start_ = kRoot, fork_ = 0;        // its start, and its first node with both children inside
+  std::vector<std::uint64_t> mask_;               // leaves inside at some times, one bit each
   std::vector<std::vector<std::uint32_t>> alive_;  // per level of the traversal
   std::vector<std::uint32_t> leaf_samples_;
-  bool branch_found_ = false;
   RayCounters counters_;
 };
 

@@ -45,7 +45,7 @@ VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu
   static constexpr std::array<std::pair<std::string_view, BranchNode>, 3> kBranchNodes = {
       {{"root", BranchNode::kRoot}, {"both_children", BranchNode::kBothChildren}, {"leaf_mask", BranchNode::kLeafMask}}};
   return {named(kMethods, gpu.tilecore_visibility_method), static_cast<int>(gpu.tilecore_stencil_segments), static_cast<int>(gpu.tilecore_interleaved_times),
-          gpu.tilecore_traversal == "ray", named(kBranchNodes, gpu.tilecore_branch_node)};
+          gpu.tilecore_traversal == "ray", named(kBranchNodes, gpu.tilecore_branch_node), static_cast<int>(gpu.tilecore_ray_segments)};
 }
 
 void MeshVisibility::DistinctSamples::take(std::span<const Hit> hits) {
@@ -66,7 +66,7 @@ void MeshVisibility::test(const MeshInTile& in, const VisibilityMethodSettings& 
   TESSERA_CHECK(!method.packets(), "packets have kernels of their own");
   if (last_round_.size() < in.samples.count) last_round_.resize(in.samples.count, std::numeric_limits<std::uint64_t>::max());
   DistinctSamples distinct(sink, last_round_, round_);
-  if (method.method == VisibilityMethod::kPatchBvh) test_rays(in, method.branch_node, distinct, work);
+  if (method.method == VisibilityMethod::kPatchBvh) test_rays(in, method, distinct, work);
   else test_polygons(in, method, distinct, work);
 }
 
@@ -105,7 +105,7 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
 
 // ---- Rays -------------------------------------------------------------------------------------------------------
 
-void MeshVisibility::test_rays(const MeshInTile& in, BranchNode branch_node, DistinctSamples& sink, VisibilityWork& work) {
+void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work) {
   const IntRect& tile = in.samples.pixels;
   const RaySpace space{0.5 * (tile.x0 + tile.x1), 0.5 * (tile.y0 + tile.y1), in.settings.orthographic, in.effects.motion, static_cast<double>(in.settings.inverse_focus),
                        in.effects.lens ? static_cast<double>(in.lens_radius) : 0.0};
@@ -115,15 +115,15 @@ void MeshVisibility::test_rays(const MeshInTile& in, BranchNode branch_node, Dis
   for (const float z : in.depth) farthest = std::max(farthest, z);
   BundleFrustum frustum(space, tile, in.settings.limits.near, std::min(farthest, in.settings.limits.far));
   frustum.drop_depth_planes(bvh_.node(MotionBvh::kRoot));
-  const MotionBvh::Overlap overlap = bvh_.traverse(frustum, MotionBvh::kRoot, branch_node);
+  const MotionBvh::Overlap overlap = bvh_.traverse(frustum, MotionBvh::kRoot, method.branch_node);
   if (overlap.any)
     for (int y = tile.y0; y < tile.y1; y += kBundleSide)
       for (int x = tile.x0; x < tile.x1; x += kBundleSide)
-        test_rectangle(in, branch_node, space, IntRect{x, y, x + kBundleSide, y + kBundleSide}.intersect(tile), overlap.branch, sink, work);
+        test_rectangle(in, method, space, IntRect{x, y, x + kBundleSide, y + kBundleSide}.intersect(tile), overlap.branch, sink, work);
   work.box_tests += bvh_.counters().frustum_node_tests + bvh_.counters().node_visits - tests_before;
 }
 
-void MeshVisibility::test_rectangle(const MeshInTile& in, BranchNode branch_node, const RaySpace& space, const IntRect& pixels, std::uint32_t start,
+void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space, const IntRect& pixels, std::uint32_t start,
                                     DistinctSamples& sink, VisibilityWork& work) {
   const float unlimited = in.settings.limits.far;
   float farthest = unlimited;
@@ -135,18 +135,21 @@ void MeshVisibility::test_rectangle(const MeshInTile& in, BranchNode branch_node
   }
   BundleFrustum frustum(space, pixels, in.settings.limits.near, farthest);
   frustum.drop_depth_planes(bvh_.node(start));
-  const MotionBvh::Overlap overlap = bvh_.traverse(frustum, start, branch_node);
-  const TimeRange times = overlap.stencils.intersect(in.times);
-  if (!overlap.any || times.empty()) return;
-  stencil_.keep(in.samples, pixels, StencilReferences::of(times), kept_);
-  rays_.clear();
-  for (const std::uint32_t s : kept_) rays_.push_back(bvh_.ray(in.samples, s, in.depth.empty() ? unlimited : std::min(unlimited, in.depth[s])));
-  bvh_.counters().rays_cast += rays_.size();
-  bvh_.trace(rays_, overlap.branch,
-             [&](const MotionBvh::CellRays& leaf) { test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, in.settings, sink, work); });
-  const std::uint64_t hits = sink.end_round();
-  bvh_.counters().rays_hit += hits;
-  stencil_.record_hits(hits);
+  if (!bvh_.traverse(frustum, start, method.branch_node).any) return;
+  for (int k = 0; k < method.ray_segments; ++k) {
+    const TimeRange segment{256 * k / method.ray_segments, 256 * (k + 1) / method.ray_segments - 1};
+    const MotionBvh::Overlap overlap = bvh_.within(segment.intersect(in.times));
+    if (!overlap.any) continue;
+    stencil_.keep(in.samples, pixels, StencilReferences::of(overlap.stencils), kept_);
+    rays_.clear();
+    for (const std::uint32_t s : kept_) rays_.push_back(bvh_.ray(in.samples, s, in.depth.empty() ? unlimited : std::min(unlimited, in.depth[s])));
+    bvh_.counters().rays_cast += rays_.size();
+    bvh_.trace(rays_, overlap.branch,
+               [&](const MotionBvh::CellRays& leaf) { test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, in.settings, sink, work); });
+    const std::uint64_t hits = sink.end_round();
+    bvh_.counters().rays_hit += hits;
+    stencil_.record_hits(hits);
+  }
 }
 
 }  // namespace tessera::tilecore

@@ -29,11 +29,12 @@ struct VisibilityMethodSettings {
   int interleaved_times = 16;  // N
   bool single_rays = false;    // patch-bvh: one ray at a time from the branch node, instead of packets of samples
   BranchNode branch_node = BranchNode::kLeafMask;
+  int ray_segments = 1;        // parts of the shutter that have branch nodes of their own
 
   // Packets of samples neighbouring in time: the kernels of visibility_kernel.h, without the units below.
   bool packets() const { return method == VisibilityMethod::kPatchBvh && !single_rays; }
 };
-// From the keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal and .branch_node.
+// From the keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node and .ray_segments.
 VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu);
 
 // A tessellated sub-patch and the samples of the tile that it may touch.
@@ -74,9 +75,9 @@ class MeshVisibility {
   };
 
   void test_polygons(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work);
-  void test_rays(const MeshInTile& in, BranchNode branch_node, DistinctSamples& sink, VisibilityWork& work);
-  void test_rectangle(const MeshInTile& in, BranchNode branch_node, const RaySpace& space, const IntRect& pixels, std::uint32_t start, DistinctSamples& sink,
-                      VisibilityWork& work);
+  void test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work);
+  void test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space, const IntRect& pixels, std::uint32_t start,
+                      DistinctSamples& sink, VisibilityWork& work);
 
   StencilUnit stencil_;
   MotionBvh bvh_;

@@ -154,7 +154,9 @@ inline std::vector<NamedMethod> methods_of_units() {
           {"one interval", {M::kInterleaved, 0, 1}},
           {"rays from the root", {M::kPatchBvh, 0, 16, true, BranchNode::kRoot}},
           {"rays from the first fork", {M::kPatchBvh, 0, 16, true, BranchNode::kBothChildren}},
-          {"rays from the leaf mask's node", {M::kPatchBvh, 0, 16, true, BranchNode::kLeafMask}}};
+          {"rays from the leaf mask's node", {M::kPatchBvh, 0, 16, true, BranchNode::kLeafMask}},
+          {"rays in 8 segments of the shutter", {M::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 8}},
+          {"rays from the first fork in 3 segments", {M::kPatchBvh, 0, 16, true, BranchNode::kBothChildren, 3}}};
 }
 
 }  // namespace tessera::tilecore

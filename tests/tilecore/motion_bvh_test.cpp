@@ -254,6 +254,10 @@ TEST(MotionBvh, NoLeafThatARayHitsIsOutsideTheBranchNode) {
             EXPECT_TRUE(is_under(leaf, fork.branch));
             const int s = stencil_of(m.samples.time[std::get<0>(hit)]);
             EXPECT_TRUE(s >= mask.stencils.first && s <= mask.stencils.last);
+            tree.bvh.traverse(frustum, MotionBvh::kRoot, BranchNode::kLeafMask);
+            const MotionBvh::Overlap part = tree.bvh.within({s & ~31, s | 31});
+            EXPECT_TRUE(part.any && is_under(leaf, part.branch) && is_under(part.branch, mask.branch));  // V4
+            EXPECT_TRUE(s >= part.stencils.first && s <= part.stencils.last);
           }
         }
       }
