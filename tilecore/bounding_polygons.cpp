@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tessera::tilecore {
 namespace {
@@ -59,7 +60,8 @@ double PrimitiveBound::margin(const Vertex& v, double t0, double t1, double widt
 }
 
 PrimitiveBound::Box PrimitiveBound::over(double t0, double t1) const {
-  Box box{INFINITY, INFINITY, -INFINITY, -INFINITY};
+  constexpr double kEndless = std::numeric_limits<double>::infinity();
+  Box box{kEndless, kEndless, -kEndless, -kEndless};
   for (const Vertex& v : vertices_) {
     const double lens = reach(v, t0, t1);
     for (const double at : {rate(v, t0), rate(v, t1)}) {

@@ -37,7 +37,11 @@ class PrimitiveBound {
  public:
   // `lens_radius` in pixels per unit of the lens factor; 0 without a lens.
   PrimitiveBound(const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, double lens_radius)
-      : mesh_(mesh), moving_(effects.motion), orthographic_(settings.orthographic), inverse_focus_(static_cast<double>(settings.inverse_focus)), radius_(effects.lens ? lens_radius * (1 + 0x1p-20) : 0) {}
+      : mesh_(mesh),
+        moving_(effects.motion),
+        orthographic_(settings.orthographic),
+        inverse_focus_(static_cast<double>(settings.inverse_focus)),
+        radius_(effects.lens ? lens_radius * (1 + 0x1p-20) : 0) {}  // points of the lens are rounded, too
 
   void clear() { vertices_.clear(); }
   bool empty() const { return vertices_.empty(); }

@@ -43,13 +43,14 @@ float round_up(double v) {
 // with Z, z the largest and smallest depth of the cell's vertices, d their longest way, W the cell's size on screen
 // over the whole shutter, R the lens radius, f the focus.
 MotionBox cell_box(const MicroMesh& m, std::size_t cell, bool moving, const RaySpace& space) {
+  constexpr double kEndless = std::numeric_limits<double>::infinity();
   std::array<std::array<double, 3>, 2> low, high;
   std::array<double, 2> screen_low, screen_high;
-  screen_low.fill(INFINITY);
-  screen_high.fill(-INFINITY);
-  for (auto& key : low) key.fill(INFINITY);
-  for (auto& key : high) key.fill(-INFINITY);
-  double nearest = INFINITY, farthest = 0, way = 0, lens = 0;
+  screen_low.fill(kEndless);
+  screen_high.fill(-kEndless);
+  for (auto& key : low) key.fill(kEndless);
+  for (auto& key : high) key.fill(-kEndless);
+  double nearest = kEndless, farthest = 0, way = 0, lens = 0;
   for (const auto& corners : m.corner) {
     const auto v = static_cast<std::size_t>(corners[cell]);
     for (std::size_t key = 0; key < 2; ++key) {

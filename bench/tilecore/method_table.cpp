@@ -214,7 +214,7 @@ void write_branch_nodes(const std::filesystem::path& folder) {
       "visits_and_tests_saved_percent\n";
   std::vector<Series> series;
   for (const double quad : {1.0, 3.0})
-    for (const char* node : {"both_children", "leaf_mask", "leaf_mask in 16 segments"}) series.push_back({fmt::format("{}, {} px", node, quad), {}, {}});
+    for (const char* node : {"both_children", "leaf_mask", "16 masks"}) series.push_back({fmt::format("{}, {} px", node, quad), {}, {}});
   for (const double quad : {1.0, 3.0})
     for (const double motion : {0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 80.0}) {
       const auto scene = make_toy(quad, motion);
