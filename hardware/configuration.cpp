@@ -138,15 +138,21 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
        "Bursts that the binner keeps open on chip to combine the writes of neighbouring queue entries.", "[assumed]"},
       {"memory.burst_bytes", &Gpu::memory_burst_bytes, "bytes", 16, 256,
        "Smallest amount the external memory interface moves.", "[spec] LPDDR4 x16, burst length 16 = 32; two channels = 64"},
+      {"tilecore.tile_order", &Gpu::tilecore_tile_order, {"row", "z_curve"},
+       "Order in which tiles are handed to tile cores: row by row, or along a Z curve, on which tiles that share sub-patches follow each other.",
+       "[spec] AMD and Arm walk the frame along Z or Hilbert curves"},
       {"tilecore.occlusion_culling", &Gpu::tilecore_occlusion_culling,
        "Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.",
        "[spec] hierarchical depth of every GPU, applied to sub-patches"},
+      {"tilecore.box_bits", &Gpu::tilecore_box_bits, "bits", 8, 32,
+       "Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.",
+       "[assumed] single precision; 8 bits: Ylitie et al. 2017, quantised wide BVH nodes"},
       {"tessellator.max_factor", &Gpu::tessellator_max_factor, "cells", 1, 64,
        "Largest number of cells along an edge of a base patch.", "[spec] 64 in Direct3D 11 and Vulkan"},
       {"tessellator.sub_patch_cells", &Gpu::tessellator_sub_patch_cells, "cells", 4, 64,
        "Largest side of the sub-patches that the front end sends to the binner.", "[assumed]"},
       {"tessellator.cache_bytes", &Gpu::tessellator_cache_bytes, "bytes", 0, 1073741824.0,
-       "With --baselines: on-chip memory that keeps tessellated sub-patches for the tiles that follow.",
+       "On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.",
        "[assumed] half of a middle Mali's L2 ([spec] 32 to 512 KiB on Mali-G51)"},
       {"post_tessellation.cache_bytes", &Gpu::post_tessellation_cache_bytes, "bytes", 0, 1073741824.0,
        "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.", "[assumed] as tessellator.cache_bytes"},
@@ -177,6 +183,8 @@ GpuConfiguration load_gpu(const std::string& preset_or_file) {
 void check_gpu(const GpuConfiguration& gpu) {
   if (gpu.tile_width % 8 != 0 || gpu.tile_height % 8 != 0)
     throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
+  if (gpu.tilecore_box_bits != 8 && gpu.tilecore_box_bits != 16 && gpu.tilecore_box_bits != 32)
+    throw UsageError("tilecore.box_bits must be 8, 16 or 32");
   if ((gpu.memory_burst_bytes & (gpu.memory_burst_bytes - 1)) != 0)
     throw UsageError("memory.burst_bytes must be a power of two");
   if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)

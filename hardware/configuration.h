@@ -38,13 +38,15 @@ struct GpuConfiguration {
   std::int64_t binner_combining_bursts = 256;  // write-combining lines in front of the parameter buffer
   std::int64_t memory_burst_bytes = 64;
 
+  std::string tilecore_tile_order = "row";
   bool tilecore_occlusion_culling = true;
+  std::int64_t tilecore_box_bits = 32;
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
 
-  // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
   std::int64_t tessellator_cache_bytes = 256 << 10;
+  // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
   std::int64_t post_tessellation_cache_bytes = 256 << 10;
   std::int64_t immediate_cache_bytes = 256 << 10;
 };

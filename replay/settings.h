@@ -15,6 +15,8 @@ namespace tessera::replay {
 struct RunSettings {
   std::int64_t samples_per_pixel = 4;
   std::int64_t seed = 0;
+  std::string temporal_pattern = "8x8";
+  std::string time_bits = "8";
   double target_edge_pixels = 3.0;
   std::string shading_rate = "pixel";
   std::string motion = "auto";

@@ -29,6 +29,7 @@ class OpaqueSink final : public HitSink {
     const std::size_t s = hit.sample;
     if (hit.z > state_.z[s]) return;
     if (hit.z == state_.z[s] && std::tie(patch_, hit.triangle) >= std::tie(state_.patch[s], state_.triangle[s])) return;
+    if (state_.patch[s] == TileState::kNoPatch) --state_.unseen;
     state_.z[s] = hit.z;
     state_.patch[s] = patch_;
     state_.triangle[s] = hit.triangle;
@@ -76,7 +77,9 @@ class LayerSink final : public HitSink {
 };
 
 // The tile's far plane: infinity while a sample sees nothing.
-float farthest(const std::vector<float>& z) {
+float farthest(const TileState& state) {
+  if (state.unseen > 0) return std::numeric_limits<float>::infinity();
+  const std::vector<float>& z = state.z;
   // Several running maxima, so that the loop is not one chain of dependent steps.
   std::array<float, 16> most{};
   std::size_t i = 0;
@@ -101,6 +104,7 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
 }  // namespace
 
 void TileState::start(std::size_t samples) {
+  unseen = samples;
   z.assign(samples, std::numeric_limits<float>::infinity());
   patch.assign(samples, kNoPatch);
   triangle.assign(samples, kNoPatch);
@@ -123,8 +127,8 @@ hardware::Ledger TileCore::take_ledger() { return std::exchange(ledger_, {}); }
 ResolveCounters TileCore::take_resolve_counters() { return std::exchange(resolve_counters_, {}); }
 
 void TileCore::prepare_samples(const TileJob& job, IntRect pixels) {
-  const bool motion = job.frame->any_motion || job.force_motion, lens = job.frame->projection.lens_scale != 0 || job.force_lens;
-  samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens, motion || lens);
+  const bool lens = job.frame->projection.lens_scale != 0 || job.force_lens;
+  samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens);
 }
 
 // ---- Visibility -------------------------------------------------------------------------------------------------
@@ -140,7 +144,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
   for (std::size_t e = 0; e < entries.size(); ++e) {
-    if (job.cull_occlusion && entries[e].near_depth > farthest(state.z)) {
+    if (job.cull_occlusion && entries[e].near_depth > farthest(state)) {
       counters_.culled_occlusion += entries.size() - e;
       break;
     }
@@ -154,18 +158,13 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
-  const Tessellator::Work tessellated = tessellator_.tessellate(frame, entry.base_patch, entry.range, {effects.motion, effects.lens}, mesh_);
-  ++counters_.tessellated_sub_patches;
-  counters_.domain_evaluations += tessellated.domain_evaluations;
-  counters_.triangles += tessellated.triangles;
-  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kPatchData, hardware::burst_bytes(0, tessellated.patch_bytes, job.burst_bytes));
-  if (job.record_tessellations)
-    tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(tessellated.domain_evaluations),
-                              hardware::burst_bytes(0, tessellated.patch_bytes, job.burst_bytes), effects.motion});
+  const auto& [mesh, work] = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits);
+  tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations), static_cast<std::uint32_t>(work.triangles),
+                            hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.motion});
 
-  const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)};
+  const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), state.z.data()};
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, {entry.t0, entry.t1}, effects, settings, sink);
+    test_mesh(job, mesh, {entry.t0, entry.t1}, effects, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
@@ -179,26 +178,23 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
-  tessellator_.tessellate(frame, entry.base_patch, entry.range, effects, mesh_);
-  test_mesh(job, {entry.t0, entry.t1}, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
+  const MicroMesh& mesh = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits).mesh;
+  test_mesh(job, mesh, {entry.t0, entry.t1}, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
   sink.flush();
 }
 
-void TileCore::test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
   VisibilityWork work;
   if (!effects.motion && !effects.lens) {
-    raster_mesh(mesh_, samples_, settings, sink, work);
+    raster_mesh(mesh, samples_, settings, sink, work);
   } else {
-    const auto lens_radius = static_cast<float>(job.frame->projection.lens_scale);
-    for (std::size_t l = 0; l < mesh_.leaves.size(); ++l) {
+    for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
       ++work.box_tests;
-      if (touching_times(mesh_.leaves[l], samples_.pixels, effects.motion, lens_radius).intersect(entry_times).empty()) continue;
-      work.box_tests += samples_.blocks.size();
-      touched_samples(LeafFrustum(mesh_.leaves[l], effects.motion, lens_radius), samples_, entry_times, ranges_);
-      if (!ranges_.empty()) trace_leaf(mesh_, l, samples_, ranges_, effects, settings, sink, work);
+      const TimeRange times = touching_times(mesh.leaves[l], samples_.pixels, effects.motion, samples_.lens_scale).intersect(entry_times);
+      if (!times.empty()) trace_leaf(mesh, l, samples_, times, effects, settings, sink, work);
     }
   }
-  if (!mesh_.clipped_cells.empty()) test_clipped_cells(mesh_, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
+  if (!mesh.clipped_cells.empty()) test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;
   counters_.sample_hits += work.sample_hits;
@@ -225,7 +221,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
   shade_layers(job, state);
   resolve_multisample({sample_color_, sample_coverage_, samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
   if (targets.auxiliary) write_auxiliary(state, targets);
-  if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state.z);
+  if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state);
 }
 
 void TileCore::shade_opaque(const TileJob& job, const TileState& state) {
@@ -264,7 +260,7 @@ void TileCore::shade_opaque(const TileJob& job, const TileState& state) {
     }
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const std::size_t s = groups[g].sample;
-      const float t = static_cast<float>(samples_.time[s]) * 0x1p-8f;
+      const float t = samples_.t(s);
       const ShadedPoint point = shade_point(frame, job.lighting, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], t});
       ++pixel_invocations_[pixel];
       pixel_normal_[pixel] += point.normal;
@@ -314,7 +310,7 @@ void TileCore::shade_layers(const TileJob& job, TileState& state) {
       return s.patch == layer.patch && s.triangle == layer.triangle && s.cell_x == cell_x && s.cell_y == cell_y;
     });
     if (found == shaded.end() || job.shading == ShadingRate::kSample) {
-      const float t = static_cast<float>(samples_.time[layer.sample]) * 0x1p-8f;
+      const float t = samples_.t(layer.sample);
       shaded.push_back({layer.patch, layer.triangle, cell_x, cell_y, shade_point(frame, job.lighting, {layer.patch, layer.triangle, layer.b1, layer.b2, t})});
       found = shaded.end() - 1;
       ++counters_.pixel_shader_invocations;

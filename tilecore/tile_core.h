@@ -14,7 +14,8 @@
 #include "tilecore/pixel_shader.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/sample_pattern.h"
-#include "tilecore/tessellator.h"
+#include "tilecore/mesh_store.h"
+#include "tilecore/tessellation_cache.h"
 #include "tilecore/tile_frustum.h"
 #include "tilecore/visibility_kernel.h"
 
@@ -23,9 +24,6 @@ namespace tessera::tilecore {
 struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
   std::uint64_t culled_occlusion = 0;
-  std::uint64_t tessellated_sub_patches = 0;
-  std::uint64_t domain_evaluations = 0;
-  std::uint64_t triangles = 0;
   std::uint64_t box_tests = 0;
   std::uint64_t triangle_tests = 0;
   std::uint64_t sample_hits = 0;
@@ -58,6 +56,8 @@ struct TileState {
   };
   std::vector<Layer> layers;
 
+  std::size_t unseen = 0;  // samples that see nothing opaque yet
+
   bool started = false;
   void start(std::size_t samples);
 };
@@ -89,16 +89,7 @@ struct TileJob {
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
-  bool record_tessellations = false;  // for TileCore::take_tessellations
-};
-
-// A tessellation that a tile asked for, as a cache in front of the tessellator sees it.
-struct TessellationRequest {
-  std::uint32_t patch = 0;
-  frontend::CellRange range;
-  std::uint32_t vertices = 0;
-  std::uint64_t patch_bytes = 0;  // bursts fetched
-  bool moving = false;
+  int box_bits = 32;  // precision of the boxes of cells
 };
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
@@ -126,7 +117,7 @@ class TileCore {
   void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile)); }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
-  // Since the last call; the caller adds them up.
+  // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
   ResolveCounters take_resolve_counters();
@@ -136,16 +127,14 @@ class TileCore {
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // `entry_times`: codes of the samples that the mesh may touch in this tile; others are not tested.
-  void test_mesh(const TileJob& job, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
+  void test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
   void shade_opaque(const TileJob& job, const TileState& state);
   void fill_background(const TileJob& job, std::size_t first, std::size_t count);
   void shade_layers(const TileJob& job, TileState& state);
   void write_auxiliary(const TileState& state, FrameTargets& targets);
 
-  Tessellator tessellator_;
-  MicroMesh mesh_;
+  MeshStore meshes_;
   TileSamples samples_;
-  std::vector<SampleRange> ranges_;
   std::vector<Vec3> sample_color_;     // natural order, opaque then blended
   std::vector<float> sample_coverage_;
   std::vector<Vec3> pixel_normal_;     // sums over the pixel's shaded points
@@ -167,13 +156,6 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
     {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
      "Entries dropped before tessellation because every sample of the tile sees something nearer.",
      "MaliFragFPKKilledQd; Adreno LRZ; PowerVR HSR (after rasterisation, there)"},
-    {"tilecore.tessellated_sub_patches", &tilecore::TileCoreCounters::tessellated_sub_patches, Combine::kSum, "sub-patches",
-     "Sub-patches tessellated. One that several tiles need counts once for each.", ""},
-    {"tilecore.domain_evaluations", &tilecore::TileCoreCounters::domain_evaluations, Combine::kSum, "vertices",
-     "Vertices computed by the domain shader, repeated ones included; both keys of the shutter count once.",
-     "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
-    {"tilecore.triangles", &tilecore::TileCoreCounters::triangles, Combine::kSum, "triangles",
-     "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},
     {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
      "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
     {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",

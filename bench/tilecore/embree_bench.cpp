@@ -13,9 +13,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <set>
 #include <string>
 
@@ -106,8 +108,13 @@ struct TileHits {
 
 // Natural order of a tile's samples, one 8x8 block after the other.
 std::vector<std::uint32_t> block_order(const tilecore::TileSamples& samples) {
-  std::vector<std::uint32_t> order = samples.natural;
-  for (const auto& block : samples.blocks) std::sort(order.begin() + block.first, order.begin() + block.first + block.count);
+  const auto block_of = [&](std::uint32_t s) {
+    const auto pixel = static_cast<int>(s) / samples.spp, width = samples.pixels.width();
+    return pixel / width / 8 * ((width + 7) / 8) + pixel % width / 8;
+  };
+  std::vector<std::uint32_t> order(samples.count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return block_of(a) < block_of(b); });
   return order;
 }
 
@@ -216,7 +223,7 @@ struct Bench {
     samples.resize(grid.tile_count());
     order.resize(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
-      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)), static_cast<float>(frame->projection.lens_scale), lens, true);
+      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)), static_cast<float>(frame->projection.lens_scale), lens);
       order[t] = block_order(samples[t]);
     });
   }
@@ -342,7 +349,7 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
   for (const RivalTimes& r : rivals) {
     const std::string line = fmt::format(
         "{:g},{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.3f},{},{},{:.4f}\n", row.area, row.blur, row.lens ? 32 : 0,
-        bench.mean_area, bench.patches.size(), first.counters.triangles, ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name,
+        bench.mean_area, bench.patches.size(), first.tessellation.triangles, ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name,
         r.packets ? "/8" : "/1", ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)), ms(median(r.total)), out.tessera / median(r.total),
         out.tessera / median(r.trace), r.agreement.wrong, r.agreement.wrong_depth, 100.0 * static_cast<double>(r.agreement.ties) / static_cast<double>(r.agreement.samples));
     csv += line;
@@ -399,8 +406,15 @@ int check() {
 void profile(const Row& row) {
   Bench bench(1280, 720, row);
   double seconds = 0;
+  const std::clock_t start = std::clock();
   for (int k = 0; k < 10; ++k) seconds += bench.machine.run(*bench.frame, bench.pyramids, false).stages.total();
-  fmt::print("{:.1f} ms, mean area {:.2f}, {} patches\n", 1e2 * seconds, bench.mean_area, bench.patches.size());
+  const double processor = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const auto result = bench.machine.run(*bench.frame, bench.pyramids, false);
+  const tilecore::TileCoreCounters& c = result.counters;
+  fmt::print("bound {:.1f} bin {:.1f} tiles {:.1f} ms\n", 1e3 * result.stages.bound_seconds, 1e3 * result.stages.bin_seconds, 1e3 * result.stages.tile_seconds);
+  fmt::print("{} requests, {} tessellated; {} box tests, {} triangle tests, {} hits\n", result.tessellation.requests, result.tessellation.sub_patches, c.box_tests,
+             c.triangle_tests, c.sample_hits);
+  fmt::print("{:.1f} ms, {:.1f} ms of processor time, mean area {:.2f}, {} patches\n", 1e2 * seconds, 1e2 * processor, bench.mean_area, bench.patches.size());
 }
 
 }  // namespace

@@ -180,7 +180,7 @@ EmbreeRay EmbreeScene::ray(const tilecore::TileSamples& samples, std::size_t s) 
   const bool lens = !samples.lens_u.empty();
   const double u = lens ? static_cast<double>(samples.lens_u[s]) : 0.0, v = lens ? static_cast<double>(samples.lens_v[s]) : 0.0;
   const double x = static_cast<double>(samples.x[s]) - p.center_x, y = static_cast<double>(samples.y[s]) - p.center_y;
-  const float time = static_cast<float>(samples.time[s]) * 0x1p-8f;
+  const float time = samples.t(s);
   // The point seen at depth z is at x z + u (1 - z / focus), orthographic x + u (1 - z / focus).
   const double still = p.orthographic ? 1.0 : 0.0, turning = 1.0 - still;
   return {static_cast<float>((still * x + u) / p.scale), static_cast<float>((still * y + v) / p.scale),

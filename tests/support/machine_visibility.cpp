@@ -26,16 +26,20 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   charge(result.stages.bound_seconds);
 
   const std::size_t tile_count = grid_.tile_count();
+  const std::vector<binner::TileIndex> walk = grid_.walk(gpu_.tilecore_tile_order == "z_curve");
   binner::Binner binner(gpu_, grid_);
   binner::Binner::Cursor cursor;
   PerThread<std::uint64_t> queue_bytes_read;
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator_cache_bytes));
+  std::vector<std::vector<tilecore::TessellationRequest>> requests(tile_count);
   for (bool done = false, first = true; !done; first = false) {
     done = binner.run(frame, front_end.sub_patches, cursor);
     charge(result.stages.bin_seconds);
     // A full parameter buffer: what the tiles have seen so far must survive.
     const bool keep = keep_tiles || !done || !first;
     if (keep) result.tiles.resize(tile_count);
-    parallel_for(tile_count, [&](std::size_t t) {
+    parallel_for(walk.size(), [&](std::size_t place) {
+      const std::size_t t = walk[place];
       const auto tile = static_cast<binner::TileIndex>(t);
       tilecore::TileCore& core = cores_.local();
       hardware::Ledger ledger;
@@ -44,10 +48,13 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
       tilecore::TileState& state = keep ? result.tiles[t] : states_.local();
       if (!keep) state.started = false;
       core.render_entries(job, tile, std::move(entries), state);
+      requests[t] = core.take_tessellations();
     });
+    for (const binner::TileIndex t : walk) cache.use(requests[t]);
     charge(result.stages.tile_seconds);
     if (!done) binner.reset();
   }
+  result.tessellation = cache.counters();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters, core.take_counters());
     core.take_ledger();

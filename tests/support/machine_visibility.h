@@ -24,6 +24,7 @@ class MachineVisibility {
     std::vector<tilecore::TileState> tiles;          // by tile, when they are kept; else empty
     std::vector<frontend::BoundedSubPatch> sub_patches;  // that went to the binner
     tilecore::TileCoreCounters counters;
+    tilecore::TessellationCounters tessellation;
     Stages stages;
   };
   Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles);
