@@ -111,13 +111,16 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
   }
 }
 
+double TriangleList::front_area(std::size_t triangle) const {
+  const Vertex &a = keys[0][indices[3 * triangle]], &b = keys[0][indices[3 * triangle + 1]], &c = keys[0][indices[3 * triangle + 2]];
+  const auto difference = [](float p, float q) { return static_cast<double>(p) - static_cast<double>(q); };
+  // Rows run downwards, so what winds counter-clockwise with y up has a negative determinant.
+  return 0.5 * (difference(b.y, a.y) * difference(c.x, a.x) - difference(b.x, a.x) * difference(c.y, a.y));
+}
+
 double TriangleList::mean_area() const {
   double area = 0;
-  for (std::size_t i = 0; i < indices.size(); i += 3) {
-    const Vertex &a = keys[0][indices[i]], &b = keys[0][indices[i + 1]], &c = keys[0][indices[i + 2]];
-    const auto difference = [](float p, float q) { return static_cast<double>(p) - static_cast<double>(q); };
-    area += 0.5 * std::abs(difference(b.x, a.x) * difference(c.y, a.y) - difference(b.y, a.y) * difference(c.x, a.x));
-  }
+  for (std::size_t t = 0; t < triangle_count(); ++t) area += std::abs(front_area(t));
   return area / static_cast<double>(std::max<std::size_t>(triangle_count(), 1));
 }
 

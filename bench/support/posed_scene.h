@@ -50,7 +50,9 @@ struct TriangleList {
   float near_depth = 0, far_depth = 0;      // of all vertices
 
   std::size_t triangle_count() const { return indices.size() / 3; }
-  double mean_area() const;  // at shutter open, pixels^2
+  // At shutter open, pixels^2.
+  double front_area(std::size_t triangle) const;  // negative for back faces
+  double mean_area() const;
 };
 
 // Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the picture,

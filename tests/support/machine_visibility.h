@@ -26,7 +26,8 @@ class MachineVisibility {
     tilecore::TileCoreCounters counters;
     Stages stages;
   };
-  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles);
+  // `force_motion`: the ray path, though nothing moves.
+  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion = false);
 
  private:
   hardware::GpuConfiguration gpu_;
