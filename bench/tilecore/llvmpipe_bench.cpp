@@ -231,7 +231,7 @@ int main(int argc, char** argv) {
   try {
     const tessera::ThreadLimit limit(tessera::bench::kThreads);
     if (first == "--check") return tessera::bench::check();
-    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 5);
+    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 7);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "tessera_llvmpipe_rival: {}\n", error.what());

@@ -127,7 +127,7 @@ class Curves {
     write_goals();
     const auto ms = [](const Measured& m) { return m.ms(); };
     const auto tests = [](const Measured& m) { return m.tests_per_hit(); };
-    plot("curve_blur.svg", {"Ray path, 4 samples per pixel", "blur, pixels", "ms, 2 threads"},
+    plot("curve_blur.svg", {"Ray path, 4 samples per pixel", "blur, pixels", "ms, 2 threads", false, true},
          {blur_series("1-pixel quads", 1, ms), blur_series("3-pixel quads", 3, ms)});
     const auto brute = [](const Measured& m) { return m.brute; };
     plot("curve_tests.svg", {"Triangle tests per hit, 4 samples per pixel", "blur, pixels", "tests per hit (log)", true},
@@ -254,7 +254,7 @@ int main(int argc, char** argv) {
   try {
     const tessera::ThreadLimit limit(tessera::bench::kThreads);
     if (first == "--check") return tessera::bench::check();
-    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 5);
+    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 3);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "tessera_visibility_curves: {}\n", error.what());
