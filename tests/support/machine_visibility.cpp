@@ -7,7 +7,7 @@ namespace tessera::test {
 
 using Clock = std::chrono::steady_clock;
 
-MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles) {
+MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion) {
   Result result;
   auto lap = Clock::now();
   const auto charge = [&](double& seconds) {
@@ -19,6 +19,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   job.frame = &frame;
   job.grid = &grid_;
   job.pattern = &pattern_;
+  job.force_motion = force_motion;
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
 

@@ -27,7 +27,8 @@ class MachineVisibility {
     tilecore::TessellationCounters tessellation;
     Stages stages;
   };
-  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles);
+  // `force_motion`: the ray path, though nothing moves.
+  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion = false);
 
  private:
   hardware::GpuConfiguration gpu_;
