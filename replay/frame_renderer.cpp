@@ -33,6 +33,7 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(frontend, frame.frontend);
   hardware::accumulate(binner, frame.binner);
   hardware::accumulate(tilecore, frame.tilecore);
+  hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
   ledger += frame.ledger;
 }
@@ -173,6 +174,7 @@ void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
+    hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     result.counters.ledger += core.take_ledger();
   });

@@ -23,6 +23,7 @@ struct FrameCounters {
   frontend::FrontendCounters frontend;
   binner::BinnerCounters binner;
   tilecore::TileCoreCounters tilecore;
+  tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
   hardware::Ledger ledger;
 
@@ -36,6 +37,7 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.frontend);
   visit(counters.binner);
   visit(counters.tilecore);
+  visit(counters.shading);
   visit(counters.resolve);
 }
 

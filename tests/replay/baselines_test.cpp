@@ -151,7 +151,7 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   gpu.immediate_cache_bytes = 1 << 30;
   const FrameResult r = render(capture, gpu);
   const BaselineCounters& immediate = (*r.baselines)[Scheme::kImmediate];
-  EXPECT_EQ(r.counters.tilecore.samples_visible, 160u * 90 * 4);
+  EXPECT_EQ(r.counters.shading.samples_visible, 160u * 90 * 4);
   EXPECT_EQ(immediate.frame_bytes_read, 0u);
   EXPECT_EQ(immediate.frame_bytes_written, 160u * 90 * 4 * (4 + 4) + r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
 }

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/vec.h"
+#include "binner/tile_grid.h"
+#include "frontend/frame_geometry.h"
+#include "tilecore/pixel_shader.h"
+#include "tilecore/sample_pattern.h"
+
+namespace tessera::tilecore {
+
+// When samples of a pixel share one run of the pixel shader.
+enum class ShadingRate {
+  kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
+  kSample,  // one run per visible sample
+};
+
+// Everything that the tile cores of one frame share; read only.
+struct TileJob {
+  const frontend::FrameGeometry* frame = nullptr;
+  const binner::TileGrid* grid = nullptr;
+  const SamplePattern* pattern = nullptr;
+  Lighting lighting;
+  Vec3 background{0.0f};
+  bool has_background = false;  // else the environment
+  ShadingRate shading = ShadingRate::kPixel;
+  bool cull_occlusion = true;
+  bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
+  std::uint64_t burst_bytes = 64;
+  bool record_tessellations = false;  // for TileCore::take_tessellations
+};
+
+}  // namespace tessera::tilecore
