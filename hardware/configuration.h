@@ -39,6 +39,9 @@ struct GpuConfiguration {
   std::int64_t memory_burst_bytes = 64;
 
   bool tilecore_occlusion_culling = true;
+  std::int64_t tilecore_blend_layers = 8;
+  std::int64_t shading_cache_entries = 1024;
+  std::int64_t shading_cache_group = 1;  // tiles
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once

@@ -15,8 +15,9 @@ const KeyTable<RunSettings>& settings_keys() {
       {"sampling.seed", &S::seed, "", 0, 4294967295.0, "Chooses among equally good sample patterns; the same as --seed."},
       {"tessellation.target_edge_pixels", &S::target_edge_pixels, "pixels", 0.25, 64,
        "Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower."},
-      {"shading.rate", &S::shading_rate, {"pixel", "sample"},
-       "Runs of the pixel shader: once per pixel and surface (multisampling), or once per visible sample."},
+      {"shading.rate", &S::shading_rate, {"pixel", "sample", "cache"},
+       "Runs of the pixel shader: once per pixel and surface (multisampling), once per visible sample, or once per cell of the surface about a pixel wide, "
+       "while the shading cache holds it."},
       {"effects.motion", &S::motion, {"auto", "on", "off"},
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},

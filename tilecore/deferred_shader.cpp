@@ -6,63 +6,110 @@
 #include <tuple>
 
 namespace tessera::tilecore {
+namespace {
 
-void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state) {
+float time_of(const TileSamples& samples, std::size_t sample) { return static_cast<float>(samples.time[sample]) * 0x1p-8f; }
+
+// Whether samples see a surface where it is at rest: it does not move and there is no lens.
+bool at_rest(const frontend::FrameGeometry& frame, std::uint32_t patch) { return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0; }
+
+}  // namespace
+
+void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache) {
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
+  if (job.shading == ShadingRate::kCache && empty_cache) {
+    cells_.start(*job.frame);
+    cache_.empty(job.shading_cache_entries);
+  }
   shade_opaque(job, samples, state);
   shade_layers(job, samples, state);
 }
 
+// ---- Runs of the pixel shader -----------------------------------------------------------------------------------
+
+ShadedPoint DeferredShader::run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
+  ++counters_.pixel_shader_invocations;
+  ++pixel_invocations_[pixel];
+  return shade_point(*job.frame, job.lighting, at);
+}
+
+const ShadedPoint& DeferredShader::shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
+  const ShadingCell cell = cells_.cell_of(at);
+  if (const ShadedPoint* found = cache_.find(cell)) {
+    ++counters_.shading_cache_hits;
+    ++counters_.pixel_shader_invocations_saved;
+    return *found;
+  }
+  ++counters_.shading_cache_misses;
+  return cache_.insert(cell, run_shader(job, ShadingCells::canonical_point(*job.frame, cell), pixel));
+}
+
+// ---- What is opaque ---------------------------------------------------------------------------------------------
+
 void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
-  const frontend::FrameGeometry& frame = *job.frame;
   const auto spp = static_cast<std::size_t>(samples.spp);
   sample_color_.resize(samples.count);
   sample_coverage_.assign(samples.count, 0.0f);
-  // Samples of one pixel that share a run of the shader: same patch and, where the picture of the surface at rest
-  // differs from where the samples are, same pixel of that picture.
-  struct Group {
-    std::uint32_t patch;
-    float cell_x, cell_y;
-    std::size_t sample;  // the one nearest to the middle of the cell is shaded
-    float distance2;
-  };
-  std::vector<Group> groups;
-  std::vector<std::size_t> group_of(spp);
-  for (std::size_t pixel = 0; pixel < samples.count / spp; ++pixel) {
-    groups.clear();
-    const std::size_t first = pixel * spp;
-    for (std::size_t k = 0; k < spp; ++k) {
-      const std::size_t s = first + k;
-      if (state.patch[s] == TileState::kNoPatch) continue;
-      ++counters_.samples_visible;
-      const bool at_rest = !frame.drawable_of(state.patch[s]).moving && frame.projection.lens_scale == 0;
-      // A still pinhole sample sees the surface where it is itself.
-      const float x = at_rest ? samples.x[s] : state.rest_x[s], y = at_rest ? samples.y[s] : state.rest_y[s];
-      const float cell_x = std::floor(x), cell_y = std::floor(y);
-      const float dx = x - cell_x - 0.5f, dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
-      std::size_t g = 0;
-      if (job.shading == ShadingRate::kSample) g = groups.size();
-      while (g < groups.size() && (groups[g].patch != state.patch[s] || groups[g].cell_x != cell_x || groups[g].cell_y != cell_y)) ++g;
-      if (g == groups.size()) groups.push_back({state.patch[s], cell_x, cell_y, s, distance2});
-      else if (distance2 < groups[g].distance2) groups[g].sample = s, groups[g].distance2 = distance2;
-      group_of[k] = g;
-    }
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      const std::size_t s = groups[g].sample;
-      const float t = static_cast<float>(samples.time[s]) * 0x1p-8f;
-      const ShadedPoint point = shade_point(frame, job.lighting, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], t});
-      ++pixel_invocations_[pixel];
-      pixel_normal_[pixel] += point.normal;
-      for (std::size_t k = 0; k < spp; ++k)
-        if (state.patch[first + k] != TileState::kNoPatch && group_of[k] == g) {
-          sample_color_[first + k] = point.color;
-          sample_coverage_[first + k] = 1.0f;
+  // Block by block, so that neighbours in both directions find the shading cache warm.
+  const int width = samples.pixels.width(), height = samples.pixels.height();
+  for (int block_y = 0; block_y < height; block_y += kBlockSide)
+    for (int block_x = 0; block_x < width; block_x += kBlockSide)
+      for (int y = block_y; y < std::min(block_y + kBlockSide, height); ++y)
+        for (int x = block_x; x < std::min(block_x + kBlockSide, width); ++x) {
+          const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+          if (job.shading == ShadingRate::kCache) shade_pixel_from_cells(job, samples, state, pixel);
+          else shade_pixel(job, samples, state, pixel);
+          fill_background(job, samples, pixel * spp, spp);
         }
-    }
-    counters_.pixel_shader_invocations += groups.size();
-    if (groups.empty() || groups.size() < spp || std::count(sample_coverage_.begin() + static_cast<std::ptrdiff_t>(first), sample_coverage_.begin() + static_cast<std::ptrdiff_t>(first + spp), 0.0f) > 0)
-      fill_background(job, samples, first, spp);
+}
+
+void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+  const frontend::FrameGeometry& frame = *job.frame;
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  const std::size_t first = pixel * spp;
+  groups_.clear();
+  group_of_.resize(spp);
+  std::size_t visible = 0;
+  for (std::size_t k = 0; k < spp; ++k) {
+    const std::size_t s = first + k;
+    if (state.patch[s] == TileState::kNoPatch) continue;
+    ++visible;
+    // A still pinhole sample sees the surface where it is itself.
+    const bool rests = at_rest(frame, state.patch[s]);
+    const float x = rests ? samples.x[s] : state.rest_x[s], y = rests ? samples.y[s] : state.rest_y[s];
+    const float cell_x = std::floor(x), cell_y = std::floor(y);
+    const float dx = x - cell_x - 0.5f, dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
+    std::size_t g = 0;
+    if (job.shading == ShadingRate::kSample) g = groups_.size();
+    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x || groups_[g].cell_y != cell_y)) ++g;
+    if (g == groups_.size()) groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2});
+    else if (distance2 < groups_[g].distance2) groups_[g].sample = s, groups_[g].distance2 = distance2;
+    group_of_[k] = g;
+  }
+  counters_.samples_visible += visible;
+  counters_.pixel_shader_invocations_saved += visible - groups_.size();
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const std::size_t s = groups_[g].sample;
+    const ShadedPoint point = run_shader(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], time_of(samples, s)}, pixel);
+    pixel_normal_[pixel] += point.normal;
+    for (std::size_t k = 0; k < spp; ++k)
+      if (state.patch[first + k] != TileState::kNoPatch && group_of_[k] == g) {
+        sample_color_[first + k] = point.color;
+        sample_coverage_[first + k] = 1.0f;
+      }
+  }
+}
+
+void DeferredShader::shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  for (std::size_t s = pixel * spp; s < (pixel + 1) * spp; ++s) {
+    if (state.patch[s] == TileState::kNoPatch) continue;
+    ++counters_.samples_visible;
+    const ShadedPoint& point = shade_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
+    pixel_normal_[pixel] += point.normal;
+    sample_color_[s] = point.color;
+    sample_coverage_[s] = 1.0f;
   }
 }
 
@@ -73,44 +120,51 @@ void DeferredShader::fill_background(const TileJob& job, const TileSamples& samp
   }
 }
 
+// ---- Blending ---------------------------------------------------------------------------------------------------
+
 void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples, TileState& state) {
-  const frontend::FrameGeometry& frame = *job.frame;
-  std::erase_if(state.layers, [&](const TileState::Layer& layer) { return layer.z >= state.z[layer.sample]; });
+  state.drop_hidden_layers();
   if (state.layers.empty()) return;
   counters_.blended_layers += state.layers.size();
   // Far to near within a sample; equal depths by patch and triangle.
   std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
     return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
   });
-  // One run of the shader per pixel and triangle (and pixel of the resting picture where things move).
-  struct Shaded {
-    std::uint32_t patch, triangle;
-    float cell_x, cell_y;
-    ShadedPoint point;
-  };
-  std::vector<Shaded> shaded;
   std::size_t pixel = samples.count;
-  for (const TileState::Layer& layer : state.layers) {
-    const std::size_t here = layer.sample / static_cast<std::size_t>(samples.spp);
-    if (here != pixel) shaded.clear();
+  for (std::size_t begin = 0, end = 0; begin < state.layers.size(); begin = end) {
+    const std::size_t s = state.layers[begin].sample, here = s / static_cast<std::size_t>(samples.spp);
+    if (here != pixel) shaded_layers_.clear();
     pixel = here;
-    const bool at_rest = !frame.drawable_of(layer.patch).moving && frame.projection.lens_scale == 0;
-    const float cell_x = at_rest ? 0.0f : std::floor(layer.rest_x), cell_y = at_rest ? 0.0f : std::floor(layer.rest_y);
-    auto found = std::find_if(shaded.begin(), shaded.end(), [&](const Shaded& s) {
-      return s.patch == layer.patch && s.triangle == layer.triangle && s.cell_x == cell_x && s.cell_y == cell_y;
-    });
-    if (found == shaded.end() || job.shading == ShadingRate::kSample) {
-      const float t = static_cast<float>(samples.time[layer.sample]) * 0x1p-8f;
-      shaded.push_back({layer.patch, layer.triangle, cell_x, cell_y, shade_point(frame, job.lighting, {layer.patch, layer.triangle, layer.b1, layer.b2, t})});
-      found = shaded.end() - 1;
-      ++counters_.pixel_shader_invocations;
-      ++pixel_invocations_[pixel];
+    blended_.clear();
+    for (; end < state.layers.size() && state.layers[end].sample == s; ++end) {
+      const TileState::Layer& layer = state.layers[end];
+      const ShadedPoint point = shade_layer(job, samples, layer, pixel);
+      blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
     }
-    const float alpha = found->point.alpha;
-    sample_color_[layer.sample] = sample_color_[layer.sample] * (1.0f - alpha) + found->point.color * alpha;
-    sample_coverage_[layer.sample] = sample_coverage_[layer.sample] * (1.0f - alpha) + alpha;
+    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
+    for (const BlendedLayer& layer : blended_) {
+      sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
+      sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
+    }
   }
 }
+
+ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer, std::size_t pixel) {
+  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2, time_of(samples, layer.sample)};
+  if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
+  if (job.shading == ShadingRate::kSample) return run_shader(job, at, pixel);
+  const bool rests = at_rest(*job.frame, layer.patch);
+  const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
+  for (const ShadedLayer& shaded : shaded_layers_)
+    if (shaded.patch == layer.patch && shaded.triangle == layer.triangle && shaded.cell_x == cell_x && shaded.cell_y == cell_y) {
+      ++counters_.pixel_shader_invocations_saved;
+      return shaded.point;
+    }
+  shaded_layers_.push_back({layer.patch, layer.triangle, cell_x, cell_y, run_shader(job, at, pixel)});
+  return shaded_layers_.back().point;
+}
+
+// ---- Layers for the EXR file ------------------------------------------------------------------------------------
 
 void DeferredShader::write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const {
   const auto spp = static_cast<std::size_t>(samples.spp);

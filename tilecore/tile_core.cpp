@@ -65,7 +65,7 @@ class LayerSink final : public HitSink {
   LayerSink(std::uint32_t patch, TileState& state) : patch_(patch), state_(state) {}
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits)
-      state_.layers.push_back({hit.sample, patch_, hit.triangle, hit.z, hit.b1, hit.b2, hit.rest_x, hit.rest_y});
+      state_.add_layer({hit.sample, patch_, hit.triangle, hit.z, hit.b1, hit.b2, hit.rest_x, hit.rest_y});
   }
 
  private:
@@ -185,21 +185,19 @@ void TileCore::test_mesh(const TileJob& job, TimeRange entry_times, RayEffects e
 }
 
 void TileCore::store_state(const TileJob& job, const TileState& state) {
-  const std::uint64_t bytes = state.z.size() * TileState::kBytesPerSample + state.layers.size() * TileState::kBytesPerLayer;
-  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, bytes, job.burst_bytes));
+  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 void TileCore::load_state(const TileJob& job, const TileState& state) {
-  const std::uint64_t bytes = state.z.size() * TileState::kBytesPerSample + state.layers.size() * TileState::kBytesPerLayer;
-  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, bytes, job.burst_bytes));
+  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
-void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets) {
+void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
-  shader_.shade(job, samples_, state);
+  shader_.shade(job, samples_, state, first_of_group);
   resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state.z);

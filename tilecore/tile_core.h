@@ -53,8 +53,9 @@ class TileCore {
   // times for one tile (partial renders); the result does not depend on how the entries are divided or ordered.
   void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries, TileState& state);
 
-  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
-  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets);
+  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for. `first_of_group`
+  // false: this core finished another tile of the same group and frame right before; its shading cache is not emptied.
+  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group = true);
 
   // Traffic of storing and loading an unfinished tile.
   void store_state(const TileJob& job, const TileState& state);

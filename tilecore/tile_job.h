@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "base/vec.h"
@@ -14,6 +15,7 @@ namespace tessera::tilecore {
 enum class ShadingRate {
   kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
   kSample,  // one run per visible sample
+  kCache,   // one run per shading cell, shared by all samples that see it while the shading cache holds it
 };
 
 // Everything that the tile cores of one frame share; read only.
@@ -25,6 +27,9 @@ struct TileJob {
   Vec3 background{0.0f};
   bool has_background = false;  // else the environment
   ShadingRate shading = ShadingRate::kPixel;
+  std::size_t shading_cache_entries = 1024;
+  int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied
+  std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMostCapacity
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
