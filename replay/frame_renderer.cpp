@@ -87,6 +87,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   if (job.has_background) job.background = *capture_.settings.background;
   using tilecore::ShadingRate;
   job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
   job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
   job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);

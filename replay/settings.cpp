@@ -18,6 +18,8 @@ const KeyTable<RunSettings>& settings_keys() {
       {"shading.rate", &S::shading_rate, {"pixel", "sample", "cache"},
        "Runs of the pixel shader: once per pixel and surface (multisampling), once per visible sample, or once per cell of the surface about a pixel wide, "
        "while the shading cache holds it."},
+      {"shading.cell_pixels", &S::shading_cell_pixels, "pixels", 0.125, 16,
+       "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
       {"effects.motion", &S::motion, {"auto", "on", "off"},
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},

@@ -19,7 +19,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
   if (job.shading == ShadingRate::kCache && empty_cache) {
-    cells_.start(*job.frame);
+    cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
   shade_opaque(job, samples, state);

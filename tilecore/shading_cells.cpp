@@ -36,9 +36,10 @@ std::uint8_t bits_for(float pixels) {
 
 float cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
 
-// Lengths of a part's sides and its area (of the whole parallelogram for a triangle).
+// Lengths of a part's sides and its area (of the whole parallelogram for a triangle), and the corner where the sides meet.
 struct PartSize {
   float along_p = 0, along_q = 0, area = 0;
+  std::uint8_t origin = 0;
 };
 
 PartSize block_size(const FrameGeometry& frame, std::uint32_t patch, Vec2 low, Vec2 size) {
@@ -58,45 +59,55 @@ PartSize block_size(const FrameGeometry& frame, std::uint32_t patch, Vec2 low, V
 
 PartSize triangle_size(const FrameGeometry& frame, std::uint32_t patch, std::uint32_t triangle) {
   const auto corner = [&](float b1, float b2) { return on_screen(frame, {patch, triangle, b1, b2, ShadingCells::kTime}); };
-  const Vec2 a = corner(0, 0), p = corner(1, 0) - a, q = corner(0, 1) - a;
-  return {glm::length(p), glm::length(q), std::abs(cross(p, q))};
+  const std::array<Vec2, 3> point = {corner(0, 0), corner(1, 0), corner(0, 1)};
+  PartSize out;
+  for (std::uint8_t k = 0; k < 3; ++k) {
+    const Vec2 p = point[(k + 1u) % 3] - point[k], q = point[(k + 2u) % 3] - point[k];
+    const PartSize from{glm::length(p), glm::length(q), std::abs(cross(p, q)), k};
+    // The area is the same from each corner: the sine of the angle is largest where the product of the sides is smallest.
+    if (k == 0 || from.along_p * from.along_q < out.along_p * out.along_q) out = from;
+  }
+  return out;
 }
 
 }  // namespace
 
-void ShadingCells::start(const FrameGeometry& frame) {
+void ShadingCells::start(const FrameGeometry& frame, float cell_pixels) {
   frame_ = &frame;
+  cell_pixels_ = cell_pixels;
   measured_.fill({});
 }
 
-ShadingCells::Bits ShadingCells::bits_of(std::uint32_t patch, std::uint32_t part) {
+ShadingCells::Grid ShadingCells::grid_of(std::uint32_t patch, std::uint32_t part) {
   Measured& m = measured_[(patch * 0x9E3779B1u + part * 0x85EBCA77u) >> 20];
-  if (m.patch == patch && m.part == part) return m.bits;
+  if (m.patch == patch && m.part == part) return m.grid;
   PartSize size;
   if (is_bezier(frame_->drawable_of(patch))) {
     const frontend::TessellationPattern& pattern = frame_->patterns[patch];
-    const int columns = 1 << block_bits(*frame_, pattern.nu), rows = 1 << block_bits(*frame_, pattern.nv);
-    const auto column = static_cast<float>(part % static_cast<std::uint32_t>(columns)), row = static_cast<float>(part / static_cast<std::uint32_t>(columns));
-    const Vec2 block(1.0f / static_cast<float>(columns), 1.0f / static_cast<float>(rows));
-    size = block_size(*frame_, patch, Vec2(column, row) * block, block);
+    const int columns = block_bits(*frame_, pattern.nu), rows = block_bits(*frame_, pattern.nv);
+    const Vec2 block(1.0f / static_cast<float>(1 << columns), 1.0f / static_cast<float>(1 << rows));
+    const Vec2 place(static_cast<float>(part & ((1u << columns) - 1)), static_cast<float>(part >> columns));
+    size = block_size(*frame_, patch, place * block, block);
   } else {
     size = triangle_size(*frame_, patch, part);
   }
   // Sides s_p and s_q that meet at an angle of sine a hold a parallelogram of a * s_p * s_q: both shrink by sqrt(a).
   const float sides = size.along_p * size.along_q;
   const float shrink = sides > 0 ? std::sqrt(std::clamp(size.area / sides, 1.0f / (kMostStretch * kMostStretch), 1.0f)) : 1.0f;
-  m = {patch, part, {bits_for(size.along_p * shrink), bits_for(size.along_q * shrink)}};
-  return m.bits;
+  const float scale = shrink / cell_pixels_;
+  m = {patch, part, {bits_for(size.along_p * scale), bits_for(size.along_q * scale), size.origin}};
+  return m.grid;
 }
 
 ShadingCell ShadingCells::cell_of(const SurfaceLocation& at) {
-  // Rounding may leave a parameter a little outside.
-  Vec2 parameters = glm::clamp(surface_parameters(*frame_, at), 0.0f, 1.0f);
+  Vec2 parameters = surface_parameters(*frame_, at);
   ShadingCell cell;
   cell.patch = at.patch;
   cell.part = at.triangle;
   const auto cut = [](float value, int bits, float& rest) {  // piece of [0, 1] that holds the value, and where in it
-    const float scaled = value * static_cast<float>(1 << bits), piece = std::min(std::floor(scaled), static_cast<float>((1 << bits) - 1));
+    // Rounding may leave a parameter a little outside; not a number counts as 0.
+    const float inside = value > 0.0f ? std::min(value, 1.0f) : 0.0f, scaled = inside * static_cast<float>(1 << bits);
+    const float piece = std::min(std::floor(scaled), static_cast<float>((1 << bits) - 1));
     rest = scaled - piece;
     return static_cast<std::uint32_t>(piece);
   };
@@ -107,12 +118,15 @@ ShadingCell ShadingCells::cell_of(const SurfaceLocation& at) {
     const std::uint32_t column = cut(whole.x, columns, parameters.x), row = cut(whole.y, rows, parameters.y);
     cell.part = (row << columns) + column;
   }
-  const Bits bits = bits_of(cell.patch, cell.part);
-  cell.i_bits = bits.i;
-  cell.j_bits = bits.j;
+  const Grid grid = grid_of(cell.patch, cell.part);
+  cell.i_bits = grid.i_bits;
+  cell.j_bits = grid.j_bits;
+  cell.origin = grid.origin;
+  const std::array<float, 3> weight = {1.0f - parameters.x - parameters.y, parameters.x, parameters.y};
+  if (grid.origin != 0) parameters = Vec2(weight[(grid.origin + 1u) % 3], weight[(grid.origin + 2u) % 3]);
   float rest;
-  cell.i = static_cast<std::uint16_t>(cut(parameters.x, bits.i, rest));
-  cell.j = static_cast<std::uint16_t>(cut(parameters.y, bits.j, rest));
+  cell.i = static_cast<std::uint16_t>(cut(parameters.x, grid.i_bits, rest));
+  cell.j = static_cast<std::uint16_t>(cut(parameters.y, grid.j_bits, rest));
   return cell;
 }
 
@@ -130,7 +144,11 @@ SurfaceLocation ShadingCells::canonical_point(const FrameGeometry& frame, const 
   const Vec2 way = size * 0.5f;
   const float room = 1.0f - corner.x - corner.y, full = way.x + way.y;
   const Vec2 point = corner + way * (full < room ? 1.0f : room > 0.0f ? room / full * (2.0f / 3.0f) : 0.0f);
-  return {cell.patch, cell.part, point.x, point.y, kTime};
+  std::array<float, 3> weight;
+  weight[cell.origin] = 1.0f - point.x - point.y;
+  weight[(cell.origin + 1u) % 3] = point.x;
+  weight[(cell.origin + 2u) % 3] = point.y;
+  return {cell.patch, cell.part, weight[1], weight[2], kTime};
 }
 
 }  // namespace tessera::tilecore

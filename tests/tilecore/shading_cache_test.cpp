@@ -99,21 +99,24 @@ TEST(ShadingCells, AreAboutAPixelWideWhateverTheSizeOfTheSurface) {
       PixelScene scene(416, 416, 1);
       scene.add_quad(8, 8, side, side * 0.6f, 0, unlit(Vec4(1)), bezier);
       scene.look();
-      ShadingCells cells;
-      cells.start(*scene.frame);
-      // Distinct cells along a row of the surface, well inside; a triangle's cells run along its sides as a patch's do.
-      std::map<std::tuple<std::uint32_t, std::uint32_t>, int> seen;
-      constexpr int kSteps = 4000;
-      for (int k = 0; k < kSteps; ++k) {
-        const float p = (static_cast<float>(k) + 0.5f) / kSteps;
-        const ShadingCell cell = cells.cell_of({0, bezier ? SurfaceLocation::kWholePatch : 0u, p, bezier ? 0.3f : 0.0f, 0});
-        ++seen[{cell.part, cell.i}];
+      for (const float wanted : {0.5f, 1.0f, 2.5f}) {
+        ShadingCells cells;
+        cells.start(*scene.frame, wanted);
+        // Distinct cells along a row of the surface; the triangles' corners at the quad's own are right angles.
+        std::map<std::tuple<std::uint32_t, std::uint32_t>, int> seen;
+        constexpr int kSteps = 4000;
+        for (int k = 0; k < kSteps; ++k) {
+          const float p = (static_cast<float>(k) + 0.5f) / kSteps;
+          const ShadingCell cell = cells.cell_of({0, bezier ? SurfaceLocation::kWholePatch : 0u, p, bezier ? 0.3f : 0.0f, 0});
+          if (!bezier) {
+            EXPECT_EQ(cell.origin, 1);  // of (0, 1, 2): below right
+          }
+          ++seen[{cell.part, bezier ? cell.i : cell.j}];
+        }
+        const double pixels = static_cast<double>(side) / static_cast<double>(seen.size());
+        EXPECT_GT(pixels / static_cast<double>(wanted), 0.70) << side << (bezier ? " patch" : " triangles");
+        EXPECT_LT(pixels / static_cast<double>(wanted), 1.42) << side << (bezier ? " patch" : " triangles");
       }
-      // The triangle's other parameter runs along the diagonal, at an angle of this sine: its cells are longer by the root.
-      const double sine = bezier ? 1.0 : 0.6 / std::hypot(1.0, 0.6);
-      const double pixels = static_cast<double>(side) / static_cast<double>(seen.size()) * std::sqrt(sine);
-      EXPECT_GT(pixels, 0.70) << side << (bezier ? " patch" : " triangles");
-      EXPECT_LT(pixels, 1.42) << side << (bezier ? " patch" : " triangles");
     }
 }
 
@@ -345,6 +348,20 @@ TEST(ShadingRateCache, CostDoesNotGrowWithMotionBlur) {
         }
       }
     }
+  }
+}
+
+TEST(ShadingRateCache, TilesShadeAgainWhatBlurCarriesIntoThem) {
+  // A wall that moves by L pixels along rows of tiles of side T: each tile sees T + L columns of cells.
+  PixelScene scene(128, 32, 64);
+  test::add_motion(*scene.capture, scene.add_quad(-128, -16, 512, 64, 0, waves(64), true), {48, 0, 0});
+  scene.look();
+  scene.job.shading = ShadingRate::kCache;
+  scene.job.shading_cache_entries = 1000000;
+  for (const int side : {16, 32}) {
+    scene.tile(side, 32);
+    const auto runs = static_cast<double>(render(scene).counters.pixel_shader_invocations);
+    EXPECT_NEAR(runs / (128 * 32), 1 + 48.0 / side, 0.15 * (1 + 48.0 / side)) << side;
   }
 }
 
