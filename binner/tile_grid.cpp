@@ -1,7 +1,6 @@
 #include "binner/tile_grid.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace tessera::binner {
@@ -40,27 +39,6 @@ IntRect TileGrid::covered(const frontend::ScreenBounds& b) const {
   const int x1 = std::min(tile_of(b.x1, tile_width_, tiles_.x0 - 1, tiles_.x1), tiles_.x1 - 1);
   const int y1 = std::min(tile_of(b.y1, tile_height_, tiles_.y0 - 1, tiles_.y1), tiles_.y1 - 1);
   return {x0 - tiles_.x0, y0 - tiles_.y0, x1 + 1 - tiles_.x0, y1 + 1 - tiles_.y0};
-}
-
-std::vector<TileIndex> TileGrid::walk(bool z_curve) const {
-  std::vector<TileIndex> tiles;
-  tiles.reserve(tile_count());
-  if (!z_curve) {
-    for (TileIndex t = 0; t < tile_count(); ++t) tiles.push_back(t);
-    return tiles;
-  }
-  // Squares of halving side, those outside left out; on the frame's grid, so that a region's tiles keep their order.
-  const auto visit = [&](const auto& self, int column, int row, int side) -> void {
-    if (column >= tiles_.x1 || row >= tiles_.y1 || column + side <= tiles_.x0 || row + side <= tiles_.y0) return;
-    if (side == 1) {
-      tiles.push_back(index(column - tiles_.x0, row - tiles_.y0));
-      return;
-    }
-    const int half = side / 2;
-    for (int quarter = 0; quarter < 4; ++quarter) self(self, column + (quarter & 1) * half, row + (quarter >> 1) * half, half);
-  };
-  visit(visit, 0, 0, static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::max({tiles_.x1, tiles_.y1, 1})))));
-  return tiles;
 }
 
 }  // namespace tessera::binner

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "base/rect.h"
 #include "frontend/bounds/screen_bounds.h"
@@ -37,10 +36,6 @@ class TileGrid {
   // Columns and rows (of this grid) whose pixels a bound may touch; the bound is closed, so one that ends exactly on a
   // tile's edge belongs to both tiles.
   IntRect covered(const frontend::ScreenBounds& bounds) const;
-
-  // All tiles in the order in which they are handed to tile cores: row by row, or along a Z curve (Morton order), on which
-  // neighbours in time are neighbours on screen and share sub-patches.
-  std::vector<TileIndex> walk(bool z_curve) const;
 
   TileIndex index(int column, int row) const { return static_cast<TileIndex>(row * tiles_.width() + column); }
 

@@ -38,9 +38,11 @@ struct GpuConfiguration {
   std::int64_t binner_combining_bursts = 256;  // write-combining lines in front of the parameter buffer
   std::int64_t memory_burst_bytes = 64;
 
-  std::string tilecore_tile_order = "row";
   bool tilecore_occlusion_culling = true;
   std::int64_t tilecore_box_bits = 32;
+  std::int64_t tilecore_blend_layers = 8;
+  std::int64_t shading_cache_entries = 1024;
+  std::int64_t shading_cache_group = 1;  // tiles
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once

@@ -1,5 +1,6 @@
 #include "replay/frame_renderer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -20,6 +21,20 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// Calls visit(tile, first_of_group) for every tile: groups on any thread, the tiles of a group one after the other on the
+// same, row by row. `first_of_group` is true until a visit clears it.
+template <class Visit>
+void for_each_tile(const binner::TileGrid& grid, const tilecore::TileJob& job, const Visit& visit) {
+  const int side = job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
+  const int columns = (grid.columns() + side - 1) / side, rows = (grid.rows() + side - 1) / side;
+  parallel_for(static_cast<std::size_t>(columns * rows), [&](std::size_t group) {
+    const int x0 = static_cast<int>(group) % columns * side, y0 = static_cast<int>(group) / columns * side;
+    bool first_of_group = true;
+    for (int y = y0; y < std::min(y0 + side, grid.rows()); ++y)
+      for (int x = x0; x < std::min(x0 + side, grid.columns()); ++x) visit(std::size_t{grid.index(x, y)}, first_of_group);
+  });
+}
+
 frontend::CameraChoice choose_camera(const frontend::Capture& capture, const RunSettings& settings, const RenderRequest& request) {
   const frontend::CaptureSettings& own = capture.settings;
   frontend::CameraChoice choice = frontend::choose_camera(capture, own.first_frame / own.frame_rate, request.width, request.height);
@@ -34,6 +49,7 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(binner, frame.binner);
   hardware::accumulate(tessellation, frame.tessellation);
   hardware::accumulate(tilecore, frame.tilecore);
+  hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
   ledger += frame.ledger;
 }
@@ -70,7 +86,12 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.lighting.environment = shaders::Environment(environment);
   job.has_background = capture_.settings.background.has_value();
   if (job.has_background) job.background = *capture_.settings.background;
-  job.shading = settings_.shading_rate == "sample" ? tilecore::ShadingRate::kSample : tilecore::ShadingRate::kPixel;
+  using tilecore::ShadingRate;
+  job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
+  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
+  job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
+  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);
   job.force_motion = settings_.motion == "on";
   job.force_lens = settings_.defocus == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
@@ -94,7 +115,6 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
                               const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
-  const std::vector<binner::TileIndex> walk = binner.grid().walk(gpu_.tilecore_tile_order == "z_curve");
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   PerThread<std::uint64_t> queue_bytes_read;
   binner::Binner::Cursor cursor;
@@ -111,8 +131,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       ++result.counters.binner.partial_renders;
       unfinished.resize(tile_count);
     }
-    parallel_for(walk.size(), [&](std::size_t place) {
-      const std::size_t t = walk[place];
+    for_each_tile(binner.grid(), job, [&](std::size_t t, bool& first_of_group) {
       if (!only.empty() && !only[t]) return;
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
@@ -127,11 +146,10 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
       core.render_entries(job, tile, std::move(entries), state);
       tessellations[t] = core.take_tessellations();
-      if (done) core.finish(job, tile, state, result.targets);
+      if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
       else core.store_state(job, state);
     });
-    for (const binner::TileIndex t : walk) {
-      auto& tile = tessellations[t];
+    for (auto& tile : tessellations) {
       cache.use(tile);
       if (record != nullptr) record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
       tile.clear();
@@ -180,6 +198,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
+    hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     result.counters.ledger += core.take_ledger();
   });

@@ -24,6 +24,7 @@ struct FrameCounters {
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   tilecore::TileCoreCounters tilecore;
+  tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
   hardware::Ledger ledger;
 
@@ -38,6 +39,7 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.binner);
   visit(counters.tessellation);
   visit(counters.tilecore);
+  visit(counters.shading);
   visit(counters.resolve);
 }
 

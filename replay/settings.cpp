@@ -18,8 +18,11 @@ const KeyTable<RunSettings>& settings_keys() {
       {"sampling.time_bits", &S::time_bits, {"8", "16"}, "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
       {"tessellation.target_edge_pixels", &S::target_edge_pixels, "pixels", 0.25, 64,
        "Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower."},
-      {"shading.rate", &S::shading_rate, {"pixel", "sample"},
-       "Runs of the pixel shader: once per pixel and surface (multisampling), or once per visible sample."},
+      {"shading.rate", &S::shading_rate, {"pixel", "sample", "cache"},
+       "Runs of the pixel shader: once per pixel and surface (multisampling), once per visible sample, or once per cell of the surface about a pixel wide, "
+       "while the shading cache holds it."},
+      {"shading.cell_pixels", &S::shading_cell_pixels, "pixels", 0.125, 16,
+       "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
       {"effects.motion", &S::motion, {"auto", "on", "off"},
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},

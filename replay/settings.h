@@ -19,6 +19,7 @@ struct RunSettings {
   std::string time_bits = "8";
   double target_edge_pixels = 3.0;
   std::string shading_rate = "pixel";
+  double shading_cell_pixels = 1.0;
   std::string motion = "auto";
   std::string defocus = "auto";
   double exposure = 0;  // 0: the capture's

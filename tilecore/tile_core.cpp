@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -68,7 +66,7 @@ class LayerSink final : public HitSink {
   LayerSink(std::uint32_t patch, TileState& state) : patch_(patch), state_(state) {}
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits)
-      state_.layers.push_back({hit.sample, patch_, hit.triangle, hit.z, hit.b1, hit.b2, hit.rest_x, hit.rest_y});
+      state_.add_layer({hit.sample, patch_, hit.triangle, hit.z, hit.b1, hit.b2, hit.rest_x, hit.rest_y});
   }
 
  private:
@@ -102,25 +100,6 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
 }
 
 }  // namespace
-
-void TileState::start(std::size_t samples) {
-  unseen = samples;
-  z.assign(samples, std::numeric_limits<float>::infinity());
-  patch.assign(samples, kNoPatch);
-  triangle.assign(samples, kNoPatch);
-  for (auto* v : {&b1, &b2, &rest_x, &rest_y}) v->assign(samples, 0.0f);
-  layers.clear();
-  started = true;
-}
-
-FrameTargets::FrameTargets(IntRect region_in, bool auxiliary_in)
-    : color(region_in.width(), region_in.height(), 4), auxiliary(auxiliary_in), region(region_in) {
-  if (!auxiliary) return;
-  depth = Image(region.width(), region.height(), 1);
-  normal = Image(region.width(), region.height(), 3);
-  invocations = Image(region.width(), region.height(), 1);
-  patch = ImageOf<std::uint32_t>(region.width(), region.height(), 1);
-}
 
 TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
 hardware::Ledger TileCore::take_ledger() { return std::exchange(ledger_, {}); }
@@ -201,141 +180,22 @@ void TileCore::test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange en
 }
 
 void TileCore::store_state(const TileJob& job, const TileState& state) {
-  const std::uint64_t bytes = state.z.size() * TileState::kBytesPerSample + state.layers.size() * TileState::kBytesPerLayer;
-  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, bytes, job.burst_bytes));
+  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 void TileCore::load_state(const TileJob& job, const TileState& state) {
-  const std::uint64_t bytes = state.z.size() * TileState::kBytesPerSample + state.layers.size() * TileState::kBytesPerLayer;
-  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, bytes, job.burst_bytes));
+  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
-void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets) {
+void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
-  pixel_invocations_.assign(samples_.count / static_cast<std::size_t>(samples_.spp), 0);
-  pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
-  shade_opaque(job, state);
-  shade_layers(job, state);
-  resolve_multisample({sample_color_, sample_coverage_, samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
-  if (targets.auxiliary) write_auxiliary(state, targets);
+  shader_.shade(job, samples_, state, first_of_group);
+  resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
+  if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state);
-}
-
-void TileCore::shade_opaque(const TileJob& job, const TileState& state) {
-  const frontend::FrameGeometry& frame = *job.frame;
-  const auto spp = static_cast<std::size_t>(samples_.spp);
-  sample_color_.resize(samples_.count);
-  sample_coverage_.assign(samples_.count, 0.0f);
-  // Samples of one pixel that share a run of the shader: same patch and, where the picture of the surface at rest
-  // differs from where the samples are, same pixel of that picture.
-  struct Group {
-    std::uint32_t patch;
-    float cell_x, cell_y;
-    std::size_t sample;  // the one nearest to the middle of the cell is shaded
-    float distance2;
-  };
-  std::vector<Group> groups;
-  std::vector<std::size_t> group_of(spp);
-  for (std::size_t pixel = 0; pixel < samples_.count / spp; ++pixel) {
-    groups.clear();
-    const std::size_t first = pixel * spp;
-    for (std::size_t k = 0; k < spp; ++k) {
-      const std::size_t s = first + k;
-      if (state.patch[s] == TileState::kNoPatch) continue;
-      ++counters_.samples_visible;
-      const bool at_rest = !frame.drawable_of(state.patch[s]).moving && frame.projection.lens_scale == 0;
-      // A still pinhole sample sees the surface where it is itself.
-      const float x = at_rest ? samples_.x[s] : state.rest_x[s], y = at_rest ? samples_.y[s] : state.rest_y[s];
-      const float cell_x = std::floor(x), cell_y = std::floor(y);
-      const float dx = x - cell_x - 0.5f, dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
-      std::size_t g = 0;
-      if (job.shading == ShadingRate::kSample) g = groups.size();
-      while (g < groups.size() && (groups[g].patch != state.patch[s] || groups[g].cell_x != cell_x || groups[g].cell_y != cell_y)) ++g;
-      if (g == groups.size()) groups.push_back({state.patch[s], cell_x, cell_y, s, distance2});
-      else if (distance2 < groups[g].distance2) groups[g].sample = s, groups[g].distance2 = distance2;
-      group_of[k] = g;
-    }
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      const std::size_t s = groups[g].sample;
-      const float t = samples_.t(s);
-      const ShadedPoint point = shade_point(frame, job.lighting, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], t});
-      ++pixel_invocations_[pixel];
-      pixel_normal_[pixel] += point.normal;
-      for (std::size_t k = 0; k < spp; ++k)
-        if (state.patch[first + k] != TileState::kNoPatch && group_of[k] == g) {
-          sample_color_[first + k] = point.color;
-          sample_coverage_[first + k] = 1.0f;
-        }
-    }
-    counters_.pixel_shader_invocations += groups.size();
-    if (groups.empty() || groups.size() < spp || std::count(sample_coverage_.begin() + static_cast<std::ptrdiff_t>(first), sample_coverage_.begin() + static_cast<std::ptrdiff_t>(first + spp), 0.0f) > 0)
-      fill_background(job, first, spp);
-  }
-}
-
-void TileCore::fill_background(const TileJob& job, std::size_t first, std::size_t count) {
-  for (std::size_t s = first; s < first + count; ++s) {
-    if (sample_coverage_[s] > 0.0f) continue;
-    sample_color_[s] = job.has_background ? job.background : job.lighting.environment.background(view_direction(*job.frame, samples_.x[s], samples_.y[s]));
-  }
-}
-
-void TileCore::shade_layers(const TileJob& job, TileState& state) {
-  const frontend::FrameGeometry& frame = *job.frame;
-  std::erase_if(state.layers, [&](const TileState::Layer& layer) { return layer.z >= state.z[layer.sample]; });
-  if (state.layers.empty()) return;
-  counters_.blended_layers += state.layers.size();
-  // Far to near within a sample; equal depths by patch and triangle.
-  std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
-    return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
-  });
-  // One run of the shader per pixel and triangle (and pixel of the resting picture where things move).
-  struct Shaded {
-    std::uint32_t patch, triangle;
-    float cell_x, cell_y;
-    ShadedPoint point;
-  };
-  std::vector<Shaded> shaded;
-  std::size_t pixel = samples_.count;
-  for (const TileState::Layer& layer : state.layers) {
-    const std::size_t here = layer.sample / static_cast<std::size_t>(samples_.spp);
-    if (here != pixel) shaded.clear();
-    pixel = here;
-    const bool at_rest = !frame.drawable_of(layer.patch).moving && frame.projection.lens_scale == 0;
-    const float cell_x = at_rest ? 0.0f : std::floor(layer.rest_x), cell_y = at_rest ? 0.0f : std::floor(layer.rest_y);
-    auto found = std::find_if(shaded.begin(), shaded.end(), [&](const Shaded& s) {
-      return s.patch == layer.patch && s.triangle == layer.triangle && s.cell_x == cell_x && s.cell_y == cell_y;
-    });
-    if (found == shaded.end() || job.shading == ShadingRate::kSample) {
-      const float t = samples_.t(layer.sample);
-      shaded.push_back({layer.patch, layer.triangle, cell_x, cell_y, shade_point(frame, job.lighting, {layer.patch, layer.triangle, layer.b1, layer.b2, t})});
-      found = shaded.end() - 1;
-      ++counters_.pixel_shader_invocations;
-      ++pixel_invocations_[pixel];
-    }
-    const float alpha = found->point.alpha;
-    sample_color_[layer.sample] = sample_color_[layer.sample] * (1.0f - alpha) + found->point.color * alpha;
-    sample_coverage_[layer.sample] = sample_coverage_[layer.sample] * (1.0f - alpha) + alpha;
-  }
-}
-
-void TileCore::write_auxiliary(const TileState& state, FrameTargets& targets) {
-  const auto spp = static_cast<std::size_t>(samples_.spp);
-  std::size_t pixel = 0;
-  for (int y = samples_.pixels.y0; y < samples_.pixels.y1; ++y)
-    for (int x = samples_.pixels.x0; x < samples_.pixels.x1; ++x, ++pixel) {
-      const int tx = x - targets.region.x0, ty = y - targets.region.y0;
-      float nearest = std::numeric_limits<float>::infinity();
-      for (std::size_t k = 0; k < spp; ++k) nearest = std::min(nearest, state.z[pixel * spp + k]);
-      targets.depth.at(tx, ty)[0] = std::isinf(nearest) ? 0.0f : nearest;
-      targets.patch.at(tx, ty)[0] = state.patch[pixel * spp] + 1;  // kNoPatch wraps to 0
-      targets.invocations.at(tx, ty)[0] = static_cast<float>(pixel_invocations_[pixel]);
-      const float length = glm::length(pixel_normal_[pixel]);
-      for (int c = 0; c < 3; ++c) targets.normal.at(tx, ty)[static_cast<std::size_t>(c)] = length > 0 ? pixel_normal_[pixel][c] / length : 0.0f;
-    }
 }
 
 }  // namespace tessera::tilecore

@@ -132,10 +132,12 @@ void measure(const Row& row, int rounds, std::string& csv) {
   const std::uint64_t different = moves ? 0 : differing_multisamples(llvmpipe);
 
   tilecore::TileCoreCounters counters;
+  std::uint64_t made = 0;
   std::vector<double> total, bound, bin, tiles, draw, add, theirs;
   for (int round = 0; round < rounds; ++round) {
     const auto result = scene.machine.run(*scene.frame, scene.pyramids, false);
     counters = result.counters;
+    made = result.tessellation.triangles;
     total.push_back(result.stages.total());
     bound.push_back(result.stages.bound_seconds);
     bin.push_back(result.stages.bin_seconds);
@@ -156,7 +158,7 @@ void measure(const Row& row, int rounds, std::string& csv) {
   }
   const auto ms = [](const std::vector<double>& seconds) { return 1e3 * median(seconds); };
   const std::string line = fmt::format("{:g},{:g},{},{:.2f},{},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{},{},{},{},{},{},\"{}\",\"{}\"\n", row.scene.area,
-                                       row.scene.blur, spp, scene.mean_area, scene.patches.size(), counters.triangles, triangles.triangle_count(), ms(bound), ms(bin), ms(tiles), ms(total),
+                                       row.scene.blur, spp, scene.mean_area, scene.patches.size(), made, triangles.triangle_count(), ms(bound), ms(bin), ms(tiles), ms(total),
                                        ms(draw), moves ? ms(add) : 0.0, ms(theirs), median(total) / median(theirs), row.goal > 0 ? fmt::format("{:g}", row.goal) : "", agreement.samples,
                                        agreement.samples - agreement.same, agreement.inside, agreement.inside - agreement.inside_same, different, processor(), llvmpipe.renderer());
   csv += line;

@@ -27,7 +27,6 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   charge(result.stages.bound_seconds);
 
   const std::size_t tile_count = grid_.tile_count();
-  const std::vector<binner::TileIndex> walk = grid_.walk(gpu_.tilecore_tile_order == "z_curve");
   binner::Binner binner(gpu_, grid_);
   binner::Binner::Cursor cursor;
   PerThread<std::uint64_t> queue_bytes_read;
@@ -39,8 +38,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
     // A full parameter buffer: what the tiles have seen so far must survive.
     const bool keep = keep_tiles || !done || !first;
     if (keep) result.tiles.resize(tile_count);
-    parallel_for(walk.size(), [&](std::size_t place) {
-      const std::size_t t = walk[place];
+    parallel_for(tile_count, [&](std::size_t t) {
       const auto tile = static_cast<binner::TileIndex>(t);
       tilecore::TileCore& core = cores_.local();
       hardware::Ledger ledger;
@@ -51,7 +49,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
       core.render_entries(job, tile, std::move(entries), state);
       requests[t] = core.take_tessellations();
     });
-    for (const binner::TileIndex t : walk) cache.use(requests[t]);
+    for (const auto& tile : requests) cache.use(tile);
     charge(result.stages.tile_seconds);
     if (!done) binner.reset();
   }
