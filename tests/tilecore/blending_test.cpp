@@ -77,8 +77,8 @@ TEST(LayerMerger, LayersSubmittedInOrderOfDepthMergeWithoutError) {
 }
 
 TEST(LayerMerger, WhatComesBetweenMergedLayersIsBehindThem) {
-  // Room for two. Submitted at depths 1, 5, 3, 4, 2; a..e by depth. 3 pushes (3 over 5) together, which stays at 3; 4 goes behind it and is
-  // pushed into it: (3 over 5) over 4; 2 comes before and pushes nothing but (2 over that) ... the nearest is always 1.
+  // Room for two; a to e by depth, submitted as a, e, c, d, b. The third makes (c over e), at c's depth; d lies behind that and makes
+  // ((c over e) over d): wrong, d was before e. b makes (b over all that); a is nearest throughout.
   const BlendedLayer a = layer(1, 0, {1, 0, 0}, 0.5f), e = layer(5, 1, {0, 1, 0}, 0.25f), c = layer(3, 2, {0, 0, 1}, 0.5f), d = layer(4, 3, {1, 1, 0}, 0.75f), b = layer(2, 4, {0, 1, 1}, 0.5f);
   const auto over = [](const Vec4& front, const Vec4& back) { return front + back * (1.0f - front.w); };
   const auto whole = [](const BlendedLayer& l) { return Vec4(l.color, l.alpha); };
@@ -130,7 +130,7 @@ TEST(LayerMerger, TheOrderOfArrivalDoesNotMatter) {
 
 // ---- In the tile ------------------------------------------------------------------------------------------------
 
-// Blended quads one behind the other, nearest first: quad k has depth 10 - (n - k), an alpha and a colour of its own.
+// Blended quads one behind the other, nearest first, before an opaque wall.
 PixelScene stack(const std::vector<Vec4>& near_to_far, bool moving) {
   PixelScene scene(16, 16, 4);
   for (std::size_t k = 0; k < near_to_far.size(); ++k) {
