@@ -137,7 +137,9 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
-  const auto& [mesh, work] = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits);
+  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits);
+  const MicroMesh& mesh = item.mesh;
+  const Tessellator::Work& work = item.work;
   tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations), static_cast<std::uint32_t>(work.triangles),
                             hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.motion});
 
