@@ -129,7 +129,10 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {
   for (const Variant& v : binning_variants()) {
     const FrameResult result = render(capture, v, frame);
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
-    EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
+    // A search limited by the samples' depth hits more where a partial render comes before what is nearer.
+    if (result.counters.binner.partial_renders == 0) {
+      EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
+    }
     const binner::BinnerCounters& b = result.counters.binner;
     EXPECT_EQ(b.tile_overlaps + b.tiles_dropped_exact + b.tiles_dropped_time, overlaps_of_rectangles(capture, v, frame)) << v.name;
   }
