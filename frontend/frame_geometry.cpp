@@ -1,5 +1,7 @@
 #include "frontend/frame_geometry.h"
 
+#include <atomic>
+
 #include "base/parallel.h"
 #include "frontend/patch_displacement.h"
 
@@ -85,7 +87,9 @@ CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
 }
 
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera, const FrameRequest& request) {
+  static std::atomic<std::uint64_t> last_identity = 0;
   auto frame = std::make_unique<FrameGeometry>();
+  frame->identity = ++last_identity;
   frame->assembly = &assembly;
   frame->request = request;
   frame->projection = make_projection(camera.camera, request.width, request.height);

@@ -49,6 +49,7 @@ struct FrameGeometry {
   std::vector<float> displacement_lod;       // per base patch: level of detail of its heights; 0 where nothing displaces
   std::vector<shaders::Light> lights;        // in world space, at shutter open
   bool any_motion = false;
+  std::uint64_t identity = 0;                // tells poses apart, for what is kept of them; never 0 once posed
 
   const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
 

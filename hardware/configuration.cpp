@@ -151,9 +151,10 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
        "[spec] US 9626762 leaves the number open; [assumed] 0"},
       {"tilecore.interleaved_times", &Gpu::tilecore_interleaved_times, "intervals", 1, 256, "Intervals of the shutter of the method interleaved.",
        "[assumed] 16, a small fixed number as in US 8791945"},
-      {"tilecore.traversal", &Gpu::tilecore_traversal, {"packet", "ray"},
-       "How patch-bvh tests samples: in packets that are neighbours in time, or each as a ray through the binary tree of the sub-patch's cells.",
-       "[spec] ray: US 8791945; [assumed] packet"},
+      {"tilecore.traversal", &Gpu::tilecore_traversal, {"class", "ray"},
+       "How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through "
+       "the binary tree of the sub-patch's cells.",
+       "[spec] ray: US 8791945; [assumed] class"},
       {"tilecore.branch_node", &Gpu::tilecore_branch_node, {"root", "both_children", "leaf_mask"},
        "With tilecore.traversal=ray: the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the "
        "lowest one above all leaves inside.",
@@ -161,12 +162,22 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
       {"tilecore.ray_segments", &Gpu::tilecore_ray_segments, "segments", 1, 64,
        "With tilecore.traversal=ray: parts of the shutter that have a stencil test, a leaf mask and a branch node of their own.",
        "[spec] US 8791945: 1; more is what US 9626762 does to a polygon"},
+      {"tilecore.box_bits", &Gpu::tilecore_box_bits, "bits", 8, 32,
+       "Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.",
+       "[assumed] single precision; 8 bits: Ylitie et al. 2017, quantised wide BVH nodes"},
+      {"tilecore.blend_layers", &Gpu::tilecore_blend_layers, "layers", 1, 64,
+       "Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.",
+       "[assumed] 8; multi-layer alpha blending: Salvi and Vaidyanathan 2014"},
+      {"shading_cache.entries", &Gpu::shading_cache_entries, "cells", 1, 1048576,
+       "With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used goes first.", "[assumed] 24 KiB"},
+      {"shading_cache.group", &Gpu::shading_cache_group, "tiles", 1, 64,
+       "Side of the square group of tiles that a core renders before it empties its shading cache, with shading.rate=cache.", "[assumed] emptied after every tile"},
       {"tessellator.max_factor", &Gpu::tessellator_max_factor, "cells", 1, 64,
        "Largest number of cells along an edge of a base patch.", "[spec] 64 in Direct3D 11 and Vulkan"},
       {"tessellator.sub_patch_cells", &Gpu::tessellator_sub_patch_cells, "cells", 4, 64,
        "Largest side of the sub-patches that the front end sends to the binner.", "[assumed]"},
       {"tessellator.cache_bytes", &Gpu::tessellator_cache_bytes, "bytes", 0, 1073741824.0,
-       "With --baselines: on-chip memory that keeps tessellated sub-patches for the tiles that follow.",
+       "On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.",
        "[assumed] half of a middle Mali's L2 ([spec] 32 to 512 KiB on Mali-G51)"},
       {"post_tessellation.cache_bytes", &Gpu::post_tessellation_cache_bytes, "bytes", 0, 1073741824.0,
        "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.", "[assumed] as tessellator.cache_bytes"},
@@ -197,6 +208,8 @@ GpuConfiguration load_gpu(const std::string& preset_or_file) {
 void check_gpu(const GpuConfiguration& gpu) {
   if (gpu.tile_width % 8 != 0 || gpu.tile_height % 8 != 0)
     throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
+  if (gpu.tilecore_box_bits != 8 && gpu.tilecore_box_bits != 16 && gpu.tilecore_box_bits != 32)
+    throw UsageError("tilecore.box_bits must be 8, 16 or 32");
   if ((gpu.memory_burst_bytes & (gpu.memory_burst_bytes - 1)) != 0)
     throw UsageError("memory.burst_bytes must be a power of two");
   if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)

@@ -42,15 +42,19 @@ struct GpuConfiguration {
   std::string tilecore_visibility_method = "patch-bvh";
   std::int64_t tilecore_stencil_segments = 0;    // of segments and clusters; 0: by blur length over primitive size
   std::int64_t tilecore_interleaved_times = 16;  // of interleaved
-  std::string tilecore_traversal = "packet";     // of patch-bvh
+  std::string tilecore_traversal = "class";      // of patch-bvh
   std::string tilecore_branch_node = "leaf_mask";  // where single rays start
   std::int64_t tilecore_ray_segments = 1;        // of the shutter, each with a branch node
+  std::int64_t tilecore_box_bits = 32;
+  std::int64_t tilecore_blend_layers = 8;
+  std::int64_t shading_cache_entries = 1024;
+  std::int64_t shading_cache_group = 1;  // tiles
 
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
 
-  // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
   std::int64_t tessellator_cache_bytes = 256 << 10;
+  // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
   std::int64_t post_tessellation_cache_bytes = 256 << 10;
   std::int64_t immediate_cache_bytes = 256 << 10;
 };

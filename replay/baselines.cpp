@@ -1,12 +1,9 @@
 #include "replay/baselines.h"
 
 #include <algorithm>
-#include <map>
-#include <tuple>
 
 #include "base/parallel.h"
 #include "binner/baselines/post_tessellation.h"
-#include "binner/baselines/recency_cache.h"
 #include "replay/frame_renderer.h"
 #include "replay/immediate_baseline.h"
 #include "tilecore/tessellator.h"
@@ -17,8 +14,6 @@ namespace {
 using binner::BaselineCounters;
 using hardware::Purpose;
 using hardware::Unit;
-
-constexpr std::uint64_t kPositionBytes = 12;  // of a vertex on chip, per key
 
 // Cells of a grid that share a block: 8x8 vertices, 98 triangles.
 constexpr int kGroupCells = 7;
@@ -111,25 +106,6 @@ BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const hardw
   return counters;
 }
 
-// What the cache of tessellated sub-patches leaves to be done.
-struct CachedTessellations {
-  std::uint64_t domain_evaluations = 0, patch_bytes = 0;
-};
-
-CachedTessellations through_cache(const std::vector<tilecore::TessellationRequest>& requests, std::uint64_t cache_bytes) {
-  CachedTessellations left;
-  binner::RecencyCache cache(cache_bytes);
-  std::map<std::tuple<std::uint32_t, std::uint8_t, std::uint8_t, std::uint8_t, std::uint8_t>, std::uint32_t> keys;
-  for (const tilecore::TessellationRequest& r : requests) {
-    const auto next = static_cast<std::uint32_t>(keys.size());
-    const std::uint32_t key = keys.try_emplace({r.patch, r.range.i0, r.range.j0, r.range.i1, r.range.j1}, next).first->second;
-    if (cache.use(key, r.vertices * kPositionBytes * (r.moving ? 2 : 1))) continue;
-    left.domain_evaluations += r.vertices;
-    left.patch_bytes += r.patch_bytes;
-  }
-  return left;
-}
-
 }  // namespace
 
 void BaselineSet::accumulate(const BaselineSet& frame) {
@@ -144,12 +120,14 @@ hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu) {
   return gpu;
 }
 
-BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record, const hardware::GpuConfiguration& gpu) {
+BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record) {
   const hardware::Ledger& ledger = counters.ledger;
   const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState), frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer), all = ledger.total();
   const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
-  const CachedTessellations cached = through_cache(record.tessellations, static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
+  // Without the cache every request is a tessellation.
+  std::uint64_t evaluations_uncached = 0, tiles_uncached = 0;
+  for (const tilecore::TessellationRequest& r : record.tessellations) evaluations_uncached += r.vertices, tiles_uncached += r.patch_bytes;
   BaselineCounters out;
   out.primitives = counters.frontend.sub_patches;
   out.culled_frustum = counters.frontend.culled_frustum;
@@ -162,14 +140,14 @@ BaselineCounters measure_patch_machine(const FrameCounters& counters, const Mach
   out.queue_bytes_read = counters.binner.queue_bytes_read;
   out.queue_bytes_peak = counters.binner.queue_bytes_peak;
   out.buffer_overflows = counters.binner.partial_renders;
-  out.domain_evaluations = counters.tilecore.domain_evaluations;
-  out.domain_evaluations_cached = cached.domain_evaluations;
-  out.patch_bytes = front_end + tiles;
-  out.patch_bytes_cached = front_end + cached.patch_bytes;
+  out.domain_evaluations = evaluations_uncached;
+  out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
+  out.patch_bytes = front_end + tiles_uncached;
+  out.patch_bytes_cached = front_end + tiles;
   out.frame_bytes_read = state.read_bytes;
   out.frame_bytes_written = state.written_bytes + frame.written_bytes;
-  out.dram_bytes_uncached = all.read_bytes + all.written_bytes;
-  out.dram_bytes = out.dram_bytes_uncached - tiles + cached.patch_bytes;
+  out.dram_bytes = all.read_bytes + all.written_bytes;
+  out.dram_bytes_uncached = out.dram_bytes - tiles + tiles_uncached;
   return out;
 }
 

@@ -27,7 +27,7 @@ hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu);
 
 // Counters of a machine that bins patches, from those of its run. The cache of tessellator.cache_bytes holds, per sub-patch, 12 bytes for each
 // vertex and key; tiles use it in the order in which they were rendered.
-binner::BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record, const hardware::GpuConfiguration& gpu);
+binner::BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record);
 
 // The two machines that tessellate first. `frame_ledger`: that of the run of `job`, for what the finished frame takes. `record`: its entries, which
 // lead the immediate machine to the samples that its triangles touch. Counters do not depend on the number of threads.

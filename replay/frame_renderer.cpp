@@ -1,5 +1,6 @@
 #include "replay/frame_renderer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -20,6 +21,20 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// Calls visit(tile, first_of_group) for every tile: groups on any thread, the tiles of a group one after the other on the
+// same, row by row. `first_of_group` is true until a visit clears it.
+template <class Visit>
+void for_each_tile(const binner::TileGrid& grid, const tilecore::TileJob& job, const Visit& visit) {
+  const int side = job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
+  const int columns = (grid.columns() + side - 1) / side, rows = (grid.rows() + side - 1) / side;
+  parallel_for(static_cast<std::size_t>(columns * rows), [&](std::size_t group) {
+    const int x0 = static_cast<int>(group) % columns * side, y0 = static_cast<int>(group) / columns * side;
+    bool first_of_group = true;
+    for (int y = y0; y < std::min(y0 + side, grid.rows()); ++y)
+      for (int x = x0; x < std::min(x0 + side, grid.columns()); ++x) visit(std::size_t{grid.index(x, y)}, first_of_group);
+  });
+}
+
 frontend::CameraChoice choose_camera(const frontend::Capture& capture, const RunSettings& settings, const RenderRequest& request) {
   const frontend::CaptureSettings& own = capture.settings;
   frontend::CameraChoice choice = frontend::choose_camera(capture, own.first_frame / own.frame_rate, request.width, request.height);
@@ -32,9 +47,11 @@ frontend::CameraChoice choose_camera(const frontend::Capture& capture, const Run
 void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(frontend, frame.frontend);
   hardware::accumulate(binner, frame.binner);
+  hardware::accumulate(tessellation, frame.tessellation);
   hardware::accumulate(tilecore, frame.tilecore);
   hardware::accumulate(stencil, frame.stencil);
   hardware::accumulate(rays, frame.rays);
+  hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
   ledger += frame.ledger;
 }
@@ -71,13 +88,18 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.lighting.environment = shaders::Environment(environment);
   job.has_background = capture_.settings.background.has_value();
   if (job.has_background) job.background = *capture_.settings.background;
-  job.shading = settings_.shading_rate == "sample" ? tilecore::ShadingRate::kSample : tilecore::ShadingRate::kPixel;
+  using tilecore::ShadingRate;
+  job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
+  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
+  job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
+  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);
   job.force_motion = settings_.motion == "on";
   job.force_lens = settings_.defocus == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
-  job.record_tessellations = request_.baselines;
+  job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
   return job;
 }
 
@@ -94,12 +116,12 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              const std::vector<bool>& only, FrameResult& result, MachineRecord* record) {
+                              const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   PerThread<std::uint64_t> queue_bytes_read;
   binner::Binner::Cursor cursor;
-  std::vector<std::vector<tilecore::TessellationRequest>> tessellations(record != nullptr ? tile_count : 0);
+  std::vector<std::vector<tilecore::TessellationRequest>> tessellations(tile_count);
   if (record != nullptr) record->entries.resize(tile_count);
   bool done = false;
   while (!done) {
@@ -112,7 +134,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       ++result.counters.binner.partial_renders;
       unfinished.resize(tile_count);
     }
-    parallel_for(tile_count, [&](std::size_t t) {
+    for_each_tile(binner.grid(), job, [&](std::size_t t, bool& first_of_group) {
       if (!only.empty() && !only[t]) return;
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
@@ -126,12 +148,13 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       if (!done && entries.empty()) return;
       if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
       core.render_entries(job, tile, std::move(entries), state);
-      if (record != nullptr) tessellations[t] = core.take_tessellations();
-      if (done) core.finish(job, tile, state, result.targets);
+      tessellations[t] = core.take_tessellations();
+      if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
       else core.store_state(job, state);
     });
     for (auto& tile : tessellations) {
-      record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
+      cache.use(tile);
+      if (record != nullptr) record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
       tile.clear();
     }
     if (!done) binner.reset();
@@ -152,8 +175,8 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
   return depth;
 }
 
-void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result,
-                                   MachineRecord* record) {
+void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
+                                   FrameResult& result, MachineRecord* record) {
   if (front_end.aside.empty()) return;
   std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
   if (revived.empty()) return;
@@ -168,16 +191,19 @@ void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner&
     binner.reset();
     revived.insert(revived.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
-  run_tiles(job, binner, revived, again, result, record);
+  run_tiles(job, binner, revived, again, cache, result, record);
 }
 
-void FrameRenderer::collect(binner::Binner& binner, FrameResult& result) {
+void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, FrameResult& result) {
+  hardware::merge(result.counters.tessellation, cache.counters());
+  result.counters.ledger += cache.ledger();
   hardware::merge(result.counters.binner, binner.buffer().counters());
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
     hardware::merge(result.counters.stencil, core.take_stencil_counters());
     hardware::merge(result.counters.rays, core.take_ray_counters());
+    hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     result.counters.ledger += core.take_ledger();
   });
@@ -192,21 +218,22 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   }
   binner::Binner binner(gpu, *job.grid);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
-  run_tiles(job, binner, front_end.sub_patches, {}, result, record);
-  render_revived(job, binner, front_end, result, record);
-  collect(binner, result);
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
+  run_tiles(job, binner, front_end.sub_patches, {}, cache, result, record);
+  render_revived(job, binner, front_end, cache, result, record);
+  collect(binner, cache, result);
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
 }
 
 BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
   BaselineSet set;
-  set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record, gpu_);
+  set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
   FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
   MachineRecord whole_record;
   run_machine(whole_gpu, nullptr, job, whole, &whole_record);
-  set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record, whole_gpu);
+  set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
   // What the previous frame's depth hid is in no queue of this one, but an immediate machine draws it.
   const TriangleMachines machines = measure_triangle_machines(job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
   set[binner::Scheme::kPostTessellation] = machines.post_tessellation;
@@ -225,7 +252,7 @@ FrameResult FrameRenderer::render(int frame) {
   result.effects = effects_of(*geometry);
   const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
-                                         static_cast<std::uint32_t>(frame)});
+                                         static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
   const tilecore::TileJob job = make_job(*geometry, grid, pattern);
   std::optional<frontend::OcclusionGuess> guess;
   if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);

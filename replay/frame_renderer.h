@@ -22,9 +22,11 @@ namespace tessera::replay {
 struct FrameCounters {
   frontend::FrontendCounters frontend;
   binner::BinnerCounters binner;
+  tilecore::TessellationCounters tessellation;
   tilecore::TileCoreCounters tilecore;
   tilecore::StencilCounters stencil;
   tilecore::RayCounters rays;
+  tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
   hardware::Ledger ledger;
 
@@ -37,9 +39,11 @@ template <class Counters, class Visit>
 void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.frontend);
   visit(counters.binner);
+  visit(counters.tessellation);
   visit(counters.tilecore);
   visit(counters.stencil);
   visit(counters.rays);
+  visit(counters.shading);
   visit(counters.resolve);
 }
 
@@ -86,10 +90,11 @@ class FrameRenderer {
   void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
   void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                 const std::vector<bool>& only, FrameResult& result, MachineRecord* record);
+                 const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record);
   // Renders again the tiles where something that the previous frame's depth hid is visible after all.
-  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, FrameResult& result, MachineRecord* record);
-  void collect(binner::Binner& binner, FrameResult& result);
+  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
+                      FrameResult& result, MachineRecord* record);
+  void collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, FrameResult& result);
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
   BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;

@@ -13,10 +13,16 @@ const KeyTable<RunSettings>& settings_keys() {
   static const KeyTable<S> table({
       {"sampling.samples_per_pixel", &S::samples_per_pixel, "samples", 1, 64, "Visibility samples per pixel; the same as --spp."},
       {"sampling.seed", &S::seed, "", 0, 4294967295.0, "Chooses among equally good sample patterns; the same as --seed."},
+      {"sampling.temporal_pattern", &S::temporal_pattern, {"8x8", "32x32"},
+       "Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to replay."},
+      {"sampling.time_bits", &S::time_bits, {"8", "16"}, "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
       {"tessellation.target_edge_pixels", &S::target_edge_pixels, "pixels", 0.25, 64,
        "Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower."},
-      {"shading.rate", &S::shading_rate, {"pixel", "sample"},
-       "Runs of the pixel shader: once per pixel and surface (multisampling), or once per visible sample."},
+      {"shading.rate", &S::shading_rate, {"pixel", "sample", "cache"},
+       "Runs of the pixel shader: once per pixel and surface (multisampling), once per visible sample, or once per cell of the surface about a pixel wide, "
+       "while the shading cache holds it."},
+      {"shading.cell_pixels", &S::shading_cell_pixels, "pixels", 0.125, 16,
+       "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
       {"effects.motion", &S::motion, {"auto", "on", "off"},
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},

@@ -15,8 +15,11 @@ namespace tessera::replay {
 struct RunSettings {
   std::int64_t samples_per_pixel = 4;
   std::int64_t seed = 0;
+  std::string temporal_pattern = "8x8";
+  std::string time_bits = "8";
   double target_edge_pixels = 3.0;
   std::string shading_rate = "pixel";
+  double shading_cell_pixels = 1.0;
   std::string motion = "auto";
   std::string defocus = "auto";
   double exposure = 0;  // 0: the capture's

@@ -22,9 +22,7 @@ TimeRange first_and_last(const PrimitiveBound::Times& times) {
 }  // namespace
 
 bool is_projected(const MicroMesh& mesh, std::size_t cell) {
-  for (const auto& corners : mesh.corner)
-    if (!mesh.projected[static_cast<std::size_t>(corners[cell])]) return false;
-  return true;
+  return (mesh.leaves[cell / kLeafCells].cells >> (cell % kLeafCells) & 1) != 0;
 }
 
 void PrimitiveBound::add_cell(std::size_t cell) {

@@ -15,7 +15,7 @@ namespace tessera::tilecore {
 // 8 u of single precision: the unit of margins for the rounding of the inside test.
 inline constexpr double kRoundingMargin = 0x1p-21;
 
-// Whether every corner of a cell has a place on screen; test_clipped_cells sees to the others.
+// Whether a cell has triangles and all its corners a place on screen; test_clipped_cells sees to those without.
 bool is_projected(const MicroMesh& mesh, std::size_t cell);
 
 // Where a primitive of a few projected vertices may be hit: a box of pixels over an interval of time, lens and the
@@ -29,7 +29,7 @@ bool is_projected(const MicroMesh& mesh, std::size_t cell);
 // Rounding of a corner (u = 2^-24; Z the larger, z the smallest depth of the vertex over the interval, d its way, R the
 // lens radius, f the focus, W the size of the primitive's box, which bounds the corner's distance from a sample inside):
 //   depth     |dz| <= 2 u Z                                 one fma of a rounded difference
-//   rate      |dl| <= 2 u Z / z + 3 u <= 5 u Z / z          a quotient and two products; exact when orthographic
+//   rate      |dl| <= 2 u Z / z + 2 u <= 4 u Z / z          a quotient and a product; exact when orthographic
 //   lens      |dc| <= (2 u Z / z + u) / z + u |c|           perspective; u (3 Z / f + |c|) when orthographic
 //   corner    |dx| <= |d| |dl| + R |dc| + 2 u W             two more fused additions
 // The margin is 8 u (|d| Z / z + W + R (Z / z^2 + Z / f + |c|)), twice W's share and more than 1.5 times the rest.

@@ -24,7 +24,7 @@ Corner place_corner(const MicroMesh& m, std::size_t v, const SampleView& s, RayE
     c.x = m.x0[v] - s.x;
     c.y = m.y0[v] - s.y;
     if (effects.motion) {
-      const float lambda = settings.orthographic ? s.t : (s.t * m.z1[v]) * c.scale;
+      const float lambda = settings.orthographic ? s.t : s.t * (m.z1[v] / c.z);
       c.x = std::fma(lambda, m.x1[v] - m.x0[v], c.x);
       c.y = std::fma(lambda, m.y1[v] - m.y0[v], c.y);
     }
@@ -95,9 +95,9 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeR
         const auto first = static_cast<std::size_t>(((y - samples.pixels.y0) * samples.pixels.width() + (box.x0 - samples.pixels.x0)) * samples.spp);
         const auto last = first + static_cast<std::size_t>(box.width() * samples.spp);
         for (std::size_t i = first; i < last; ++i) {
-          if (samples.time[i] < times.first || samples.time[i] > times.last) continue;
-          const SampleView s{samples.x[i], samples.y[i], static_cast<float>(samples.time[i]) * 0x1p-8f,
-                             effects.lens ? samples.lens_u[i] : 0.0f, effects.lens ? samples.lens_v[i] : 0.0f};
+          if (samples.stencil(i) < times.first || samples.stencil(i) > times.last) continue;
+          const SampleView s{samples.x[i], samples.y[i], samples.t(i), effects.lens ? samples.lens_u[i] : 0.0f,
+                             effects.lens ? samples.lens_v[i] : 0.0f};
           std::array<Corner, 3> c;
           for (std::size_t k = 0; k < 3; ++k) c[k] = place_corner(mesh, vertices[k], s, effects, settings);
           ++work.triangle_tests;

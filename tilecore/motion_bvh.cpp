@@ -111,7 +111,7 @@ void MotionBvh::build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffect
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::size_t cell = l * kLeafCells + k;
       if (!is_projected(mesh, cell)) continue;
-      // Cells that the tessellator dropped leave a leaf without its grid; its order of rows serves then.
+      // At the end of a grid a leaf is not 4x4; its order of rows serves then.
       const std::uint32_t leaf = first + (count == kLeafCells ? morton(k % 4, k / 4, 2, 2) : k);
       cells_[leaf] = static_cast<std::uint32_t>(cell);
       nodes_[leaf_count_ + leaf] = cell_box(mesh, cell, effects.motion, space);
@@ -189,7 +189,7 @@ std::uint32_t MotionBvh::branch_of_mask() {
 
 MotionBvh::Ray MotionBvh::ray(const TileSamples& samples, std::uint32_t sample, float limit) const {
   Ray ray{};
-  ray.t = space_.moving ? time_of(samples.time[sample]) : 0.0;
+  ray.t = space_.moving ? static_cast<double>(samples.t(sample)) : 0.0;
   ray.limit = static_cast<double>(limit);
   ray.sample = sample;
   const std::array<double, 2> at = {static_cast<double>(samples.x[sample]) - space_.center_x, static_cast<double>(samples.y[sample]) - space_.center_y};

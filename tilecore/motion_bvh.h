@@ -9,7 +9,6 @@
 #include "tilecore/micro_mesh.h"
 #include "tilecore/ray_effects.h"
 #include "tilecore/sample_pattern.h"
-#include "tilecore/tile_frustum.h"
 
 namespace tessera::tilecore {
 

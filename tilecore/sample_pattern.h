@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -8,89 +10,112 @@
 
 namespace tessera::tilecore {
 
-// Side of the pixel block that the temporal pattern and the sample packets are built on.
-inline constexpr int kBlockSide = 8;
-inline constexpr int kBlockPixels = kBlockSide * kBlockSide;
-
 struct SamplingSettings {
   int samples_per_pixel = 4;   // 1 to 64
   std::uint32_t seed = 0;
   std::uint32_t frame = 0;
+  int pattern_side = 8;        // pixels after which the pattern repeats: 8 or 32
+  int time_bits = 8;           // 8 or 16: precision of a sample's time
+};
+
+// Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
+struct TimeRange {
+  int first = 0, last = 255;
+  bool empty() const { return first > last; }
+  TimeRange intersect(const TimeRange& o) const { return {std::max(first, o.first), std::min(last, o.last)}; }
+};
+
+// Samples of one pattern, sorted by time. A *class* is one sample of the pattern; since the pattern repeats, the samples
+// of a class lie on a grid as wide as the pattern, all with the same time and nearly the same lens point. So the
+// samples that a moving box may touch need no search: per class, the box at the class's time and lens point covers a
+// range of that grid. This is what keeps visibility's cost apart from blur (see visibility_kernel.h).
+//
+// Arrays are padded, so that vectors may be loaded at any class.
+struct SampleClasses {
+  static constexpr std::size_t kPadding = 16;
+
+  int side = 8;
+  std::uint32_t count = 0;              // side * side * samples per pixel
+  std::vector<float> x, y;              // in [0, side)
+  std::vector<float> t;
+  std::vector<std::int32_t> column, row, sample;  // pixel within the pattern, number within the pixel
+  // The unit lens points of the class in all blocks: middle and half extent of their box.
+  std::vector<float> lens_u, lens_v, lens_extent_u, lens_extent_v;
+  std::array<std::uint32_t, 257> first_at{};      // first class with stencil value >= k
 };
 
 // Where, when and through which point of the lens a sample looks. Everything follows from (pixel, sample index, frame,
 // seed): no state, any order.
 //   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence, the same for all pixels
-//   time    0..255; the sample is at t = time / 256. Stratified over a pixel's samples, and over the 8x8 pattern of
-//           blue-noise ranks that repeats over the frame and is shifted from frame to frame
-//   u, v    point of the unit disc; a (0,2)-sequence scrambled per pixel, concentric map (Shirley and Chiu 1997)
+//   time    code 0..65535, the sample is at t = code / 65536; its upper 8 bits are the stencil value, the lower are zero
+//           unless 16 bits are asked for. Stratified over a pixel's samples, and over a pattern of blue-noise ranks
+//           that repeats over the frame and is shifted from frame to frame
+//   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
+//           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block
 class SamplePattern {
  public:
   explicit SamplePattern(const SamplingSettings& settings);
 
   int samples_per_pixel() const { return settings_.samples_per_pixel; }
+  int side() const { return settings_.pattern_side; }
 
   struct Offset {
     float x, y;
   };
   Offset offset(int sample) const { return offsets_[static_cast<std::size_t>(sample)]; }
-  std::uint8_t time(int x, int y, int sample) const {
-    const int column = (x + shift_x_) & (kBlockSide - 1), row = (y + shift_y_) & (kBlockSide - 1);
-    return times_[static_cast<std::size_t>((row * kBlockSide + column) * settings_.samples_per_pixel + sample)];
-  }
+  std::uint16_t time(int x, int y, int sample) const { return times_[index(x, y, sample)]; }
   struct LensPoint {
     float u, v;
   };
-  LensPoint lens(int x, int y, int sample) const;
+  LensPoint lens(int x, int y, int sample) const { return lens_[lens_variant(x, y) * times_.size() + index(x, y, sample)]; }
+
+  const SampleClasses& classes() const { return classes_; }
 
  private:
+  // Of a sample within the pattern: row by row, pixel by pixel.
+  std::size_t index(int x, int y, int sample) const {
+    const int mask = settings_.pattern_side - 1;
+    return static_cast<std::size_t>(((y & mask) * settings_.pattern_side + (x & mask)) * settings_.samples_per_pixel + sample);
+  }
+  // Which of the lens tables the block of a pixel uses.
+  std::size_t lens_variant(int x, int y) const;
+  void make_offsets();
+  void make_times_and_lens();
+  void make_classes();
+
   SamplingSettings settings_;
   std::uint32_t power_of_two_;  // smallest that is >= samples per pixel
-  int shift_x_, shift_y_;
+  std::uint32_t variants_;
   std::vector<Offset> offsets_;
-  std::vector<std::uint8_t> times_;
+  std::vector<std::uint16_t> times_;
+  std::vector<LensPoint> lens_;  // variant by variant
+  SampleClasses classes_;
+
+  friend struct TileSamples;
 };
 
-// Samples of one tile as structure of arrays, in two orders.
-//
-// Natural order: pixel by pixel, row by row; sample k of pixel (x, y) is (y * width + x) * spp + k, coordinates local
-// to the tile. Time order: block by block (8x8 pixels on the frame's grid, cut to the tile), each sorted by time, so
-// that an interval of time is a contiguous range; `natural` leads back.
+// Samples of one tile as structure of arrays in natural order: pixel by pixel, row by row; sample k of pixel (x, y) is
+// (y * width + x) * spp + k, coordinates local to the tile.
 struct TileSamples {
   // Arrays of floats are longer than their samples by this, so that vectors may be loaded anywhere.
   static constexpr std::size_t kPadding = 16;
 
   IntRect pixels;
   int spp = 0;
-  std::vector<float> x, y;                   // natural order, pixels of the frame
-  std::vector<std::uint8_t> time;            // natural order
-  std::vector<float> lens_u, lens_v;         // natural order; empty for a pinhole
-
-  struct Block {
-    IntRect pixels;
-    std::uint32_t first, count;              // in the arrays below
-    std::array<std::uint32_t, 257> first_at; // first sample with time >= k, relative to `first`
-  };
-  int block_columns = 0;
-  std::vector<Block> blocks;
-  // Time order.
-  std::vector<float> sorted_x, sorted_y, sorted_t, sorted_lens_u, sorted_lens_v;
-  std::vector<std::uint32_t> natural;
-
   std::size_t count = 0;
+  std::vector<float> x, y;                   // pixels of the frame
+  std::vector<std::uint16_t> time;           // t = time / 65536
+  std::vector<float> lens_u, lens_v;         // in lens_scale; empty for a pinhole
+  float lens_scale = 0;                      // largest |(u, v)|
+  const SampleClasses* classes = nullptr;    // the pattern's
 
-  // Fills everything for a tile. `lens_scale` in pixels multiplies the lens points, which are left out without `lens`;
-  // `sorted` asks for the time order.
-  void fill(const SamplePattern& pattern, IntRect tile, float lens_scale, bool lens, bool sorted);
+  float t(std::size_t sample) const { return static_cast<float>(time[sample]) * 0x1p-16f; }
+  int stencil(std::size_t sample) const { return time[sample] >> 8; }
 
- private:
-  void sort_blocks();
-};
-
-// Time-sorted samples [first, last) of a block, relative to the block.
-struct SampleRange {
-  const TileSamples::Block* block;
-  std::uint32_t first, last;
+  // Fills everything for a tile. `lens_scale` in pixels multiplies the lens points, which are left out without `lens`.
+  // Refers to the pattern's classes.
+  void fill(const SamplePattern& pattern, IntRect tile, float lens_scale_in, bool lens);
+  void fill(SamplePattern&& pattern, IntRect tile, float lens_scale_in, bool lens) = delete;
 };
 
 }  // namespace tessera::tilecore

@@ -25,7 +25,7 @@ void StencilUnit::keep(const TileSamples& samples, const IntRect& pixels, const 
   for_each_row(samples, pixels, [&](std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t i = first; i < last; ++i) {
       kept[count] = i;
-      count += references.keeps(stencil_of(samples.time[i])) ? 1 : 0;
+      count += references.keeps(samples.stencil(i)) ? 1 : 0;
       if (++lane < kLanes) continue;
       counters_.lanes_issued += count > count_before ? kLanes : 0;
       count_before = count;

@@ -1,34 +1,21 @@
 #pragma once
 
-#include <concepts>
 #include <cstdint>
 #include <vector>
 
 #include "base/rect.h"
 #include "hardware/counter.h"
 #include "tilecore/sample_pattern.h"
-#include "tilecore/tile_frustum.h"
 
 namespace tessera::tilecore {
 
-// The stencil value of a sample: the upper 8 bits of its time code, whatever the code's width.
-template <std::unsigned_integral Code>
-constexpr std::uint8_t stencil_of(Code time) {
-  return static_cast<std::uint8_t>(time >> (8 * sizeof(Code) - 8));
-}
-// The time of a sample in [0, 1). A sample of stencil value s has s / 256 <= t < (s + 1) / 256.
-template <std::unsigned_integral Code>
-constexpr double time_of(Code time) {
-  return static_cast<double>(time) / (2.0 * static_cast<double>(Code{1} << (8 * sizeof(Code) - 1)));
-}
-
 // The two reference values of a draw, 8 bits each as the stencil itself: ref1 <= stencil < ref2. That form cannot reach
-// 255, so the last segment of the shutter is closed at the top.
+// 255, so the last segment of the shutter is closed at the top. A sample of stencil value s has s/256 <= t < (s+1)/256.
 struct StencilReferences {
   std::uint8_t ref1 = 0, ref2 = 255;
   bool closed = true;
 
-  bool keeps(std::uint8_t stencil) const { return stencil >= ref1 && (stencil < ref2 || (closed && stencil == ref2)); }
+  bool keeps(int stencil) const { return stencil >= ref1 && (stencil < ref2 || (closed && stencil == ref2)); }
   bool whole_shutter() const { return ref1 == 0 && ref2 == 255 && closed; }
 
   // All values of a range that is not empty.

@@ -59,6 +59,7 @@ void set_bilinear_weights(Surface& s, std::uint32_t first_vertex, float u, float
 
 // (u, v) of a triangle's point, from the parameters of its grid vertices.
 Vec2 patch_parameters(const frontend::TessellationPattern& pattern, const SurfaceLocation& at) {
+  if (at.triangle == SurfaceLocation::kWholePatch) return {at.b1, at.b2};
   const int cell = static_cast<int>(at.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
   const auto vertex = [&](int di, int dj) { return Vec2(pattern.u(i + di, j + dj), pattern.v(i + di, j + dj)); };
   const Vec2 a = vertex(0, 0), c = vertex(1, 1);
@@ -121,6 +122,7 @@ void fill_bezier(const FrameGeometry& frame, const SurfaceLocation& at, Surface&
   const Vec4 r = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point[k].position, 1.0f); });
   const Vec4 r_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point[k].derivative_u, 0.0f); });
   const Vec4 r_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point[k].derivative_v, 0.0f); });
+  s.raster = r;
   s.parameters_by_pixel = parameters_by_pixel(r, r_p, r_q, frame.projection.orthographic);
 }
 
@@ -159,10 +161,9 @@ void fill_cluster(const FrameGeometry& frame, const SurfaceLocation& at, Surface
     s.normal = unit_or(sum, s.geometric_normal);
   }
   const Vec4 r = raster[0] * s.weight[0] + raster[1] * s.weight[1] + raster[2] * s.weight[2];
+  s.raster = r;
   s.parameters_by_pixel = parameters_by_pixel(r, raster[1] - raster[0], raster[2] - raster[0], frame.projection.orthographic);
 }
-
-bool is_bezier(const PosedDrawable& drawable) { return drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches; }
 
 // Attribute weights only.
 Surface attribute_weights(const FrameGeometry& frame, const SurfaceLocation& at) {
@@ -208,6 +209,12 @@ Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) 
   if (is_bezier(*s.drawable)) fill_bezier(frame, at, s);
   else fill_cluster(frame, at, s);
   return s;
+}
+
+bool is_bezier(const PosedDrawable& drawable) { return drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches; }
+
+Vec2 surface_parameters(const FrameGeometry& frame, const SurfaceLocation& at) {
+  return is_bezier(frame.drawable_of(at.patch)) ? patch_parameters(frame.patterns[at.patch], at) : Vec2(at.b1, at.b2);
 }
 
 Vec2 surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform) {

@@ -8,8 +8,9 @@
 namespace tessera::tilecore {
 
 // A point on a base patch as visibility reports it: the triangle of the patch's grid or cluster, the weights of its
-// second and third corner, and the time.
+// second and third corner, and the time. With triangle kWholePatch, of Bezier patches only, b1 and b2 are (u, v).
 struct SurfaceLocation {
+  static constexpr std::uint32_t kWholePatch = 0xFFFFFFFFu;
   std::uint32_t patch = 0, triangle = 0;
   float b1 = 0, b2 = 0;
   float t = 0;
@@ -23,6 +24,7 @@ struct Surface {
   Vec3 geometric_normal;      // world, unit, on the side that is the front
   Vec3 normal;                // world, unit, interpolated or displaced
   Vec3 position_p, position_q;  // world derivatives
+  Vec4 raster;                // (xh, yh, depth, w)
   // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on.
   glm::mat2 parameters_by_pixel{0.0f};
 
@@ -40,6 +42,12 @@ struct Surface {
 };
 
 Surface evaluate_surface(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
+
+// Whether a drawable consists of Bezier patches; else of clusters.
+bool is_bezier(const frontend::PosedDrawable& drawable);
+
+// (p, q) of a location.
+Vec2 surface_parameters(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
 
 // Interpolated texture coordinate alone, for the alpha test.
 Vec2 surface_texcoord(const frontend::FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform);

@@ -20,7 +20,7 @@ using frontend::TessellationPattern;
 
 constexpr std::size_t kVertexPadding = 64;  // vectors may write past the last vertex
 
-void build_grid_cells(const TessellationPattern& pattern, const frontend::CellRange& range, bool moving, MicroMesh& mesh) {
+void build_grid_cells(const TessellationPattern& pattern, const frontend::CellRange& range, MicroMesh& mesh) {
   constexpr int kLeafSide = 4;  // kLeafCells = 16
   const int columns = range.i1 - range.i0 + 1;
   for (int lj = range.j0; lj < range.j1; lj += kLeafSide)
@@ -29,16 +29,16 @@ void build_grid_cells(const TessellationPattern& pattern, const frontend::CellRa
       for (int j = lj; j < std::min<int>(lj + kLeafSide, range.j1); ++j)
         for (int i = li; i < std::min<int>(li + kLeafSide, range.i1); ++i) {
           const std::int32_t a = (j - range.j0) * columns + (i - range.i0);
-          mesh.add_cell({a, a + 1, a + 1 + columns, a + columns}, 2u * static_cast<std::uint32_t>(j * pattern.nu + i), moving);
+          mesh.add_cell({a, a + 1, a + 1 + columns, a + columns}, 2u * static_cast<std::uint32_t>(j * pattern.nu + i));
         }
     }
 }
 
-void build_cluster_cells(const frontend::MeshClusters& clusters, const frontend::Cluster& cluster, bool moving, MicroMesh& mesh) {
+void build_cluster_cells(const frontend::MeshClusters& clusters, const frontend::Cluster& cluster, MicroMesh& mesh) {
   for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {
     if (c % kLeafCells == 0) mesh.begin_leaf();
     const auto& corner = clusters.cells[cluster.first_cell + c].corner;
-    mesh.add_cell({corner[0], corner[1], corner[2], corner[3]}, 2u * c, moving);
+    mesh.add_cell({corner[0], corner[1], corner[2], corner[3]}, 2u * c);
   }
 }
 
@@ -160,12 +160,13 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
 
   mesh.clear_cells();
   if (bezier) {
-    build_grid_cells(frame.patterns[patch], range, moving, mesh);
+    build_grid_cells(frame.patterns[patch], range, mesh);
   } else {
     const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
-    build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], moving, mesh);
+    build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], mesh);
   }
-  build_boxes(mesh, {moving, effects.lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)});
+  build_cells(mesh, {moving, effects.lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
+                     effects.lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_});
   return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range)};
 }
 

@@ -5,17 +5,20 @@
 #include <utility>
 #include <vector>
 
-#include "base/image.h"
 #include "binner/parameter_buffer.h"
 #include "binner/tile_grid.h"
 #include "frontend/frame_geometry.h"
 #include "hardware/counter.h"
 #include "hardware/ledger.h"
-#include "tilecore/pixel_shader.h"
+#include "tilecore/deferred_shader.h"
+#include "tilecore/frame_targets.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/sample_pattern.h"
-#include "tilecore/tessellator.h"
+#include "tilecore/mesh_store.h"
+#include "tilecore/tessellation_cache.h"
 #include "tilecore/tile_frustum.h"
+#include "tilecore/tile_job.h"
+#include "tilecore/tile_state.h"
 #include "tilecore/visibility_kernel.h"
 #include "tilecore/visibility_method.h"
 
@@ -24,83 +27,10 @@ namespace tessera::tilecore {
 struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
   std::uint64_t culled_occlusion = 0;
-  std::uint64_t tessellated_sub_patches = 0;
-  std::uint64_t domain_evaluations = 0;
-  std::uint64_t triangles = 0;
   std::uint64_t box_tests = 0;
   std::uint64_t triangle_tests = 0;
   std::uint64_t sample_hits = 0;
   std::uint64_t alpha_tests = 0;
-  std::uint64_t samples_visible = 0;
-  std::uint64_t blended_layers = 0;
-  std::uint64_t pixel_shader_invocations = 0;
-};
-
-// When samples of a pixel share one run of the pixel shader.
-enum class ShadingRate {
-  kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
-  kSample,  // one run per visible sample
-};
-
-// What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
-struct TileState {
-  static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;
-  static constexpr std::uint64_t kBytesPerSample = 20;   // z, patch, triangle, two weights
-  static constexpr std::uint64_t kBytesPerLayer = 24;    // the same and the sample's number
-
-  // Nearest opaque surface per sample, natural order.
-  std::vector<float> z, b1, b2, rest_x, rest_y;
-  std::vector<std::uint32_t> patch, triangle;
-
-  // Blended surfaces in front of it, in any order until the tile is finished.
-  struct Layer {
-    std::uint32_t sample, patch, triangle;
-    float z, b1, b2, rest_x, rest_y;
-  };
-  std::vector<Layer> layers;
-
-  bool started = false;
-  void start(std::size_t samples);
-};
-
-// Pictures that a frame is made of; tiles write disjoint pixels. Coordinates are those of the region.
-struct FrameTargets {
-  Image color;           // linear RGB and coverage
-  bool auxiliary = false;
-  Image depth;           // of the nearest sample; 0 where nothing is seen
-  Image normal;          // world, mean of the pixel's shaded points
-  Image invocations;     // runs of the pixel shader
-  ImageOf<std::uint32_t> patch;  // base patch + 1 of the first sample; 0 where nothing is seen
-  std::vector<float> tile_farthest;  // per tile: depth of its farthest sample; infinity where one sees
-                                     // nothing opaque; kept where it has room
-  IntRect region;
-
-  FrameTargets(IntRect region_in, bool auxiliary_in);
-};
-
-// Everything that the tile cores of one frame share; read only.
-struct TileJob {
-  const frontend::FrameGeometry* frame = nullptr;
-  const binner::TileGrid* grid = nullptr;
-  const SamplePattern* pattern = nullptr;
-  Lighting lighting;
-  Vec3 background{0.0f};
-  bool has_background = false;  // else the environment
-  ShadingRate shading = ShadingRate::kPixel;
-  bool cull_occlusion = true;
-  bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
-  VisibilityMethodSettings visibility;
-  std::uint64_t burst_bytes = 64;
-  bool record_tessellations = false;  // for TileCore::take_tessellations
-};
-
-// A tessellation that a tile asked for, as a cache in front of the tessellator sees it.
-struct TessellationRequest {
-  std::uint32_t patch = 0;
-  frontend::CellRange range;
-  std::uint32_t vertices = 0;
-  std::uint64_t patch_bytes = 0;  // bursts fetched
-  bool moving = false;
 };
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
@@ -113,8 +43,9 @@ class TileCore {
   // times for one tile (partial renders); the result does not depend on how the entries are divided or ordered.
   void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries, TileState& state);
 
-  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
-  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets);
+  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for. `first_of_group`
+  // false: this core finished another tile of the same group and frame right before; its shading cache is not emptied.
+  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group = true);
 
   // Traffic of storing and loading an unfinished tile.
   void store_state(const TileJob& job, const TileState& state);
@@ -128,34 +59,25 @@ class TileCore {
   void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile)); }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
-  // Since the last call; the caller adds them up.
+  // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
   StencilCounters take_stencil_counters() { return visibility_.take_stencil_counters(); }
   RayCounters take_ray_counters() { return visibility_.take_ray_counters(); }
+  ShadingCounters take_shading_counters() { return shader_.take_counters(); }
   ResolveCounters take_resolve_counters();
   hardware::Ledger take_ledger();
 
  private:
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
-  // Tests the mesh of `entry`; samples outside the entry's times are not tested. `depth`: what each sample sees already
-  // (see MeshInTile).
-  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, RayEffects effects, const VisibilitySettings& settings, std::span<const float> depth, HitSink& sink);
-  void shade_opaque(const TileJob& job, const TileState& state);
-  void fill_background(const TileJob& job, std::size_t first, std::size_t count);
-  void shade_layers(const TileJob& job, TileState& state);
-  void write_auxiliary(const TileState& state, FrameTargets& targets);
+  // Tests the mesh of `entry`; samples outside the entry's times are not tested.
+  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
 
-  Tessellator tessellator_;
-  MicroMesh mesh_;
+  MeshStore meshes_;
   MeshVisibility visibility_;
   TileSamples samples_;
-  std::vector<SampleRange> ranges_;
-  std::vector<Vec3> sample_color_;     // natural order, opaque then blended
-  std::vector<float> sample_coverage_;
-  std::vector<Vec3> pixel_normal_;     // sums over the pixel's shaded points
-  std::vector<std::uint32_t> pixel_invocations_;
+  DeferredShader shader_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;
@@ -173,13 +95,6 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
     {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
      "Entries dropped before tessellation because every sample of the tile sees something nearer.",
      "MaliFragFPKKilledQd; Adreno LRZ; PowerVR HSR (after rasterisation, there)"},
-    {"tilecore.tessellated_sub_patches", &tilecore::TileCoreCounters::tessellated_sub_patches, Combine::kSum, "sub-patches",
-     "Sub-patches tessellated. One that several tiles need counts once for each.", ""},
-    {"tilecore.domain_evaluations", &tilecore::TileCoreCounters::domain_evaluations, Combine::kSum, "vertices",
-     "Vertices computed by the domain shader, repeated ones included; both keys of the shutter count once.",
-     "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
-    {"tilecore.triangles", &tilecore::TileCoreCounters::triangles, Combine::kSum, "triangles",
-     "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},
     {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
      "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
     {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
@@ -188,12 +103,6 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
      "Triangle tests whose sample is inside, facing and depth range included.", ""},
     {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
      "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
-    {"tilecore.samples_visible", &tilecore::TileCoreCounters::samples_visible, Combine::kSum, "samples",
-     "Samples that see an opaque surface when the tile is finished.", ""},
-    {"tilecore.blended_layers", &tilecore::TileCoreCounters::blended_layers, Combine::kSum, "layers",
-     "Blended surfaces that samples see in front of what is opaque.", ""},
-    {"tilecore.pixel_shader_invocations", &tilecore::TileCoreCounters::pixel_shader_invocations, Combine::kSum, "invocations",
-     "Runs of the pixel shader.", "MaliFragThread; fragment invocations"},
 });
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
 

@@ -54,6 +54,9 @@ struct VisibilitySettings {
   HitLimits limits;
   bool orthographic = false;
   float inverse_focus = 0;
+  // Of the tile's samples, natural order, or null: what cannot be nearer is not looked for, and hits that are farther
+  // are counted but not handed over. It may change while a sink takes hits.
+  const float* depth = nullptr;
 };
 
 // Static scene, pinhole: no rays; each cell's rectangle of samples in natural order. Vertices and samples lie on the
@@ -61,13 +64,17 @@ struct VisibilitySettings {
 void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
                  VisibilityWork& work);
 
-// Motion and defocus: packets of 16 samples, neighbours in time, against the moving box of a leaf; the samples that
-// are left against the boxes of its 16 cells; the pairs that are left against the cells' triangles.
-void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, std::span<const SampleRange> ranges,
-                RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+// Motion and defocus: all samples whose stencil value lies in `times` against one leaf.
+//   1. Per class of the sample pattern, the leaf's box at the class's time and lens point gives the samples inside it, by
+//      division: no search, the same work for any blur. Those that already see something nearer drop out.
+//   2. They are brought to the leaf's rest frame and compared with the boxes of its cells, a sample with all boxes at once.
+//   3. The pairs of a sample and a cell that are left are tested, a vector of pairs with both triangles at once.
+void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, RayEffects effects,
+                const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 
-// One cell, all of whose corners are projected, against chosen samples (natural order of the tile, each once).
-void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> samples, const TileSamples& tile, RayEffects effects,
-                       const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+// The triangles of one cell, all corners projected, against given samples (natural order, each once). For visibility methods that find
+// their samples in another way: the same hits with the same bits as above.
+void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
+                       RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 
 }  // namespace tessera::tilecore

@@ -63,8 +63,11 @@ std::uint64_t MeshVisibility::DistinctSamples::end_round() {
 }
 
 void MeshVisibility::test(const MeshInTile& in, const VisibilityMethodSettings& method, HitSink& sink, VisibilityWork& work) {
-  TESSERA_CHECK(!method.packets(), "packets have kernels of their own");
+  TESSERA_CHECK(!method.by_class(), "classes have kernels of their own");
   if (last_round_.size() < in.samples.count) last_round_.resize(in.samples.count, std::numeric_limits<std::uint64_t>::max());
+  // The inside test finds hidden hits, too: whether samples are inside is what the units count.
+  inside_settings_ = in.settings;
+  inside_settings_.depth = nullptr;
   DistinctSamples distinct(sink, last_round_, round_);
   if (method.method == VisibilityMethod::kPatchBvh) test_rays(in, method, distinct, work);
   else test_polygons(in, method, distinct, work);
@@ -74,7 +77,7 @@ void MeshVisibility::test(const MeshInTile& in, const VisibilityMethodSettings& 
 
 void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work) {
   const MicroMesh& mesh = in.mesh;
-  PrimitiveBound bound(mesh, in.effects, in.settings, static_cast<double>(in.lens_radius));
+  PrimitiveBound bound(mesh, in.effects, in.settings, static_cast<double>(in.samples.lens_scale));
   const std::size_t cells_per_polygon = method.method == VisibilityMethod::kClusters ? kLeafCells : 1;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
     const std::size_t end = l * kLeafCells + mesh.leaves[l].cell_count;
@@ -95,7 +98,7 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
         if (stencil) stencil_.keep(in.samples, piece.pixels, piece.references, kept_);
         else all_samples(in.samples, piece.pixels, kept_);
         if (kept_.empty()) continue;
-        for (const std::uint32_t cell : cells_) test_cell_samples(mesh, cell, kept_, in.samples, in.effects, in.settings, sink, work);
+        for (const std::uint32_t cell : cells_) test_cell_samples(mesh, cell, kept_, in.samples, in.effects, inside_settings_, sink, work);
         const std::uint64_t hits = sink.end_round();
         if (stencil) stencil_.record_hits(hits);
       }
@@ -108,11 +111,13 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
 void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work) {
   const IntRect& tile = in.samples.pixels;
   const RaySpace space{0.5 * (tile.x0 + tile.x1), 0.5 * (tile.y0 + tile.y1), in.settings.orthographic, in.effects.motion, static_cast<double>(in.settings.inverse_focus),
-                       in.effects.lens ? static_cast<double>(in.lens_radius) : 0.0};
+                       in.effects.lens ? static_cast<double>(in.samples.lens_scale) : 0.0};
   const std::uint64_t tests_before = bvh_.counters().frustum_node_tests + bvh_.counters().node_visits;
   bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
-  float farthest = in.depth.empty() ? std::numeric_limits<float>::infinity() : 0.0f;
-  for (const float z : in.depth) farthest = std::max(farthest, z);
+  const float* depth = in.settings.depth;
+  float farthest = depth == nullptr ? std::numeric_limits<float>::infinity() : 0.0f;
+  if (depth != nullptr)
+    for (const float z : std::span(depth, in.samples.count)) farthest = std::max(farthest, z);
   BundleFrustum frustum(space, tile, in.settings.limits.near, std::min(farthest, in.settings.limits.far));
   frustum.drop_depth_planes(bvh_.node(MotionBvh::kRoot));
   const MotionBvh::Overlap overlap = bvh_.traverse(frustum, MotionBvh::kRoot, method.branch_node);
@@ -126,11 +131,12 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
 void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space, const IntRect& pixels, std::uint32_t start,
                                     DistinctSamples& sink, VisibilityWork& work) {
   const float unlimited = in.settings.limits.far;
+  const float* depth = in.settings.depth;
   float farthest = unlimited;
-  if (!in.depth.empty()) {
+  if (depth != nullptr) {
     all_samples(in.samples, pixels, kept_);
     farthest = 0.0f;
-    for (const std::uint32_t s : kept_) farthest = std::max(farthest, in.depth[s]);
+    for (const std::uint32_t s : kept_) farthest = std::max(farthest, depth[s]);
     farthest = std::min(farthest, unlimited);
   }
   BundleFrustum frustum(space, pixels, in.settings.limits.near, farthest);
@@ -142,10 +148,10 @@ void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethod
     if (!overlap.any) continue;
     stencil_.keep(in.samples, pixels, StencilReferences::of(overlap.stencils), kept_);
     rays_.clear();
-    for (const std::uint32_t s : kept_) rays_.push_back(bvh_.ray(in.samples, s, in.depth.empty() ? unlimited : std::min(unlimited, in.depth[s])));
+    for (const std::uint32_t s : kept_) rays_.push_back(bvh_.ray(in.samples, s, depth == nullptr ? unlimited : std::min(unlimited, depth[s])));
     bvh_.counters().rays_cast += rays_.size();
     bvh_.trace(rays_, overlap.branch,
-               [&](const MotionBvh::CellRays& leaf) { test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, in.settings, sink, work); });
+               [&](const MotionBvh::CellRays& leaf) { test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, inside_settings_, sink, work); });
     const std::uint64_t hits = sink.end_round();
     bvh_.counters().rays_hit += hits;
     stencil_.record_hits(hits);

@@ -27,12 +27,12 @@ struct VisibilityMethodSettings {
   VisibilityMethod method = VisibilityMethod::kPatchBvh;
   int stencil_segments = 0;    // k; 0: by blur length over primitive size
   int interleaved_times = 16;  // N
-  bool single_rays = false;    // patch-bvh: one ray at a time from the branch node, instead of packets of samples
+  bool single_rays = false;    // patch-bvh: one ray at a time from the branch node, instead of by classes of samples
   BranchNode branch_node = BranchNode::kLeafMask;
   int ray_segments = 1;        // parts of the shutter that have branch nodes of their own
 
-  // Packets of samples neighbouring in time: the kernels of visibility_kernel.h, without the units below.
-  bool packets() const { return method == VisibilityMethod::kPatchBvh && !single_rays; }
+  // Classes of the sample pattern against moving boxes: the kernels of visibility_kernel.h, without the units below.
+  bool by_class() const { return method == VisibilityMethod::kPatchBvh && !single_rays; }
 };
 // From the keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node and .ray_segments.
 VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu);
@@ -41,16 +41,15 @@ VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu
 struct MeshInTile {
   const MicroMesh& mesh;
   const TileSamples& samples;
-  TimeRange times;                      // stencil values of samples that are tested at all
+  TimeRange times;                     // stencil values of samples that are tested at all
   RayEffects effects;
-  const VisibilitySettings& settings;
-  float lens_radius = 0;                // pixels per unit of the lens factor
-  std::size_t leaf_columns = 1;         // of the sub-patch's grid of leaves
-  std::span<const float> depth;         // what each sample sees already, natural order; empty: everything counts
+  const VisibilitySettings& settings;  // the depth of samples limits single rays; bounding polygons have a late depth test
+  std::size_t leaf_columns = 1;        // of the sub-patch's grid of leaves
 };
 
-// Finds the samples that a mesh covers by any method but packets; clipped cells are left to test_clipped_cells. Keeps
-// its scratch memory; one instance per tile core.
+// Finds the samples that a mesh covers by any method that is not by_class(); clipped cells are left to
+// test_clipped_cells. Hits behind what a sample sees already may be handed over, too. Keeps its scratch memory; one
+// instance per tile core.
 class MeshVisibility {
  public:
   void test(const MeshInTile& in, const VisibilityMethodSettings& method, HitSink& sink, VisibilityWork& work);
@@ -79,6 +78,7 @@ class MeshVisibility {
   void test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space, const IntRect& pixels, std::uint32_t start,
                       DistinctSamples& sink, VisibilityWork& work);
 
+  VisibilitySettings inside_settings_;  // of the mesh at hand, for the inside test
   StencilUnit stencil_;
   MotionBvh bvh_;
   std::vector<BoundingPiece> pieces_;

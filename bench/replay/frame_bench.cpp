@@ -21,7 +21,7 @@ void Frame(benchmark::State& state, const std::string& name) {
   settings.samples_per_pixel = state.range(0);
   FrameRenderer renderer(capture, {}, settings, {640, 360, {0, 0, 640, 360}, false});
   const FrameResult first = renderer.render(capture.settings.first_frame);
-  if (first.counters.tilecore.samples_visible == 0) state.SkipWithError("the frame is empty");
+  if (first.counters.shading.samples_visible == 0) state.SkipWithError("the frame is empty");
   for (auto _ : state) benchmark::DoNotOptimize(renderer.render(capture.settings.first_frame).seconds);
   state.SetItemsProcessed(state.iterations() * 640 * 360 * state.range(0));
 }

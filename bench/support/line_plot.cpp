@@ -36,6 +36,7 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
     for (const double x : s.x) xs.add(x);
     for (const double y : s.y) ys.add(mapped(y));
   }
+  if (labels.from_zero) ys.add(0);
   if (ys.high - ys.low < 1e-9) ys.high = ys.low + 1;
   const auto px = [&](double x) { return kLeft + (x - xs.low) / std::max(xs.high - xs.low, 1e-9) * kWidth; };
   const auto py = [&](double y) { return kTop + kHeight - (mapped(y) - ys.low) / (ys.high - ys.low) * kHeight; };
@@ -49,9 +50,10 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:g}</text>\n", px(t), kTop + kHeight + 18, t);
   std::vector<double> ticks = linear_ticks(ys);
   for (const double t : ticks) {
+    const double value = labels.logarithmic_y ? std::pow(10, t) : t;
     const double at = kTop + kHeight - (t - ys.low) / (ys.high - ys.low) * kHeight;
-    svg += fmt::format("<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\">{:.3g}</text>\n", kLeft, at,
-                       kLeft + kWidth, at, kLeft - 6, at + 4, labels.logarithmic_y ? std::pow(10, t) : t);
+    svg += fmt::format("<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", kLeft, at,
+                       kLeft + kWidth, at, kLeft - 6, at + 4, value >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value));
   }
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", kLeft + kWidth / 2, kTop + kHeight + 40, labels.x);
   svg += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", kTop + kHeight / 2, labels.y);

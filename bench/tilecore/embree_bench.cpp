@@ -4,19 +4,17 @@
 //   tessera_embree_rival --check                   a small picture, no times: do both see the same?
 //   tessera_embree_rival --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
 //
-// Scene: a wavy wall of bicubic patches that fills 1280x720 and beyond, and a crowd of closed blobs in front of it; every object
-// moves, each in its own direction. Four samples per pixel, two threads.
+// Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
 //
 // Tessera: front end, binner and tile cores without shading, all counters on; it makes its samples inside the time. Embree: the
 // patches that Tessera's front end does not cull, tessellated whole by Tessera's tessellator, then built, then traced; its
 // samples are there before. Rounds interleave all of them; figures are medians over the rounds.
 #include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <set>
+#include <numeric>
 #include <string>
 
 #include <fmt/format.h>
@@ -24,73 +22,17 @@
 #include "base/atomic_file.h"
 #include "base/parallel.h"
 #include "bench/support/line_plot.h"
-#include "tests/support/captures.h"
+#include "bench/support/posed_scene.h"
+#include "bench/support/timing.h"
 #include "tests/support/embree_scene.h"
-#include "tests/support/machine_visibility.h"
 
 namespace tessera::bench {
 namespace {
 
 using test::EmbreeScene;
+using Row = SceneSettings;
 
 constexpr int kThreads = 2;
-constexpr double kFocalPixels = 720;  // one unit is one pixel at this depth
-constexpr float kWallDepth = 900;
-constexpr float kMargin = 160;        // pixels of wall beyond the frame, so that it fills the frame at all times
-
-struct Row {
-  double area;  // wanted mean area of a triangle, pixels^2
-  double blur;  // pixels that everything moves
-  bool lens;    // 32 pixels of confusion on the wall
-};
-
-// ---- Scene ------------------------------------------------------------------------------------------------------
-
-std::vector<Vec3> wall(int width, int height) {
-  constexpr float kPatchPixels = 32, kUnit = kWallDepth / static_cast<float>(kFocalPixels);
-  const int columns = static_cast<int>((static_cast<float>(width) + 2 * kMargin) / kPatchPixels), rows = static_cast<int>((static_cast<float>(height) + 2 * kMargin) / kPatchPixels) + 1;
-  std::vector<Vec3> points;
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column)
-      for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i) {
-          const float x = static_cast<float>(3 * column + i) / 3.0f - static_cast<float>(columns) / 2, y = static_cast<float>(3 * row + j) / 3.0f - static_cast<float>(rows) / 2;
-          points.push_back({x * kPatchPixels * kUnit, y * kPatchPixels * kUnit, 12.0f * std::sin(1.3f * x) * std::cos(1.1f * y)});
-        }
-  return points;
-}
-
-std::vector<Vec3> blob(float radius) {
-  std::vector<Vec3> points = test::closed_patches(frontend::kNone).vertices.positions;
-  for (Vec3& p : points) p *= radius;
-  return points;
-}
-
-frontend::Capture make_capture(int width, int height, const Row& row) {
-  frontend::Capture capture;
-  test::Random random(7);
-  const auto add = [&](const std::vector<Vec3>& points, double x_pixels, double y_pixels, double depth) {
-    const double unit = depth / kFocalPixels, angle = static_cast<double>(random.uniform(0, 6.2831853f));
-    const int node = test::add_node(capture, test::patches(points), {x_pixels * unit, y_pixels * unit, -depth});
-    if (row.blur > 0) test::add_motion(capture, node, DVec3(std::cos(angle), std::sin(angle), 0) * (row.blur * unit));
-  };
-  add(wall(width, height), 0, 0, static_cast<double>(kWallDepth));
-  for (int y = 50; y < height; y += 100)
-    for (int x = 50; x < width; x += 100) {
-      const double depth = static_cast<double>(random.uniform(560, 800));
-      // Pixels of a radius: a quarter of the circle is about 60 pixels, within the largest tessellation factor.
-      const auto radius = static_cast<float>(32 * depth / kFocalPixels);
-      const double dx = static_cast<double>(random.uniform(-25, 25)), dy = static_cast<double>(random.uniform(-25, 25));
-      add(blob(radius), x + dx - width / 2, y + dy - height / 2, depth);
-    }
-  frontend::Camera camera;
-  camera.vertical_fov = static_cast<float>(2 * std::atan(height / 2 / kFocalPixels));
-  camera.near = 10;
-  // Radius of confusion on the wall: focal length * aperture * (1/focus - 1/depth) = 16 pixels.
-  if (row.lens) camera.lens = {40, 600};
-  test::add_camera(capture, DVec3(0.0), camera);
-  return capture;
-}
 
 // ---- Embree -----------------------------------------------------------------------------------------------------
 
@@ -106,8 +48,13 @@ struct TileHits {
 
 // Natural order of a tile's samples, one 8x8 block after the other.
 std::vector<std::uint32_t> block_order(const tilecore::TileSamples& samples) {
-  std::vector<std::uint32_t> order = samples.natural;
-  for (const auto& block : samples.blocks) std::sort(order.begin() + block.first, order.begin() + block.first + block.count);
+  const auto block_of = [&](std::uint32_t s) {
+    const auto pixel = static_cast<int>(s) / samples.spp, width = samples.pixels.width();
+    return pixel / width / 8 * ((width + 7) / 8) + pixel % width / 8;
+  };
+  std::vector<std::uint32_t> order(samples.count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return block_of(a) < block_of(b); });
   return order;
 }
 
@@ -168,55 +115,17 @@ constexpr Rival kRivals[] = {
 
 // ---- Measuring --------------------------------------------------------------------------------------------------
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 // A row's scene, posed, and the samples.
-struct Bench {
-  frontend::Capture capture;
-  frontend::Assembly assembly;
-  frontend::PyramidLibrary pyramids;
-  hardware::GpuConfiguration gpu;
-  tilecore::SamplePattern pattern{{4, 0, 0}};
-  binner::TileGrid grid;
-  test::MachineVisibility machine;
-  std::unique_ptr<frontend::FrameGeometry> frame;
-  std::vector<std::uint32_t> patches;  // that the front end keeps
-  double mean_area = 0;
+struct Bench : PosedScene {
   std::vector<tilecore::TileSamples> samples;
   std::vector<std::vector<std::uint32_t>> order;
 
-  Bench(int width, int height, const Row& row)
-      : capture(make_capture(width, height, row)),
-        assembly(frontend::assemble(capture)),
-        pyramids(assembly),
-        grid(width, height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height)),
-        machine(gpu, pattern, grid) {
-    // Cells are near squares of two triangles; three corrections bring their mean area to the wanted one.
-    frontend::FrameRequest request;
-    request.width = width;
-    request.height = height;
-    request.close_time = row.blur > 0 ? 1 : 0;
-    request.tessellation.target_edge_pixels = std::sqrt(2 * row.area);
-    const test::EmbreeDevice device("threads=2");
-    for (int attempt = 0; attempt < 3; ++attempt) {
-      if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(row.area / mean_area);
-      frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, width, height), request);
-      std::set<std::uint32_t> kept;
-      for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu).sub_patches) kept.insert(piece.base_patch);
-      patches.assign(kept.begin(), kept.end());
-      mean_area = EmbreeScene(device, *frame, patches, {}).mean_area();
-    }
+  Bench(int width, int height, const Row& row) : PosedScene(width, height, row) {
     const bool lens = frame->projection.lens_scale != 0;
     samples.resize(grid.tile_count());
     order.resize(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
-      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)), static_cast<float>(frame->projection.lens_scale), lens, true);
+      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)), static_cast<float>(frame->projection.lens_scale), lens);
       order[t] = block_order(samples[t]);
     });
   }
@@ -342,7 +251,7 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
   for (const RivalTimes& r : rivals) {
     const std::string line = fmt::format(
         "{:g},{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.3f},{},{},{:.4f}\n", row.area, row.blur, row.lens ? 32 : 0,
-        bench.mean_area, bench.patches.size(), first.counters.triangles, ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name,
+        bench.mean_area, bench.patches.size(), first.tessellation.triangles, ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name,
         r.packets ? "/8" : "/1", ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)), ms(median(r.total)), out.tessera / median(r.total),
         out.tessera / median(r.trace), r.agreement.wrong, r.agreement.wrong_depth, 100.0 * static_cast<double>(r.agreement.ties) / static_cast<double>(r.agreement.samples));
     csv += line;
@@ -399,8 +308,15 @@ int check() {
 void profile(const Row& row) {
   Bench bench(1280, 720, row);
   double seconds = 0;
+  const std::clock_t start = std::clock();
   for (int k = 0; k < 10; ++k) seconds += bench.machine.run(*bench.frame, bench.pyramids, false).stages.total();
-  fmt::print("{:.1f} ms, mean area {:.2f}, {} patches\n", 1e2 * seconds, bench.mean_area, bench.patches.size());
+  const double processor = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const auto result = bench.machine.run(*bench.frame, bench.pyramids, false);
+  const tilecore::TileCoreCounters& c = result.counters;
+  fmt::print("bound {:.1f} bin {:.1f} tiles {:.1f} ms\n", 1e3 * result.stages.bound_seconds, 1e3 * result.stages.bin_seconds, 1e3 * result.stages.tile_seconds);
+  fmt::print("{} requests, {} tessellated; {} box tests, {} triangle tests, {} hits\n", result.tessellation.requests, result.tessellation.sub_patches, c.box_tests,
+             c.triangle_tests, c.sample_hits);
+  fmt::print("{:.1f} ms, {:.1f} ms of processor time, mean area {:.2f}, {} patches\n", 1e2 * seconds, 1e2 * processor, bench.mean_area, bench.patches.size());
 }
 
 }  // namespace

@@ -35,10 +35,10 @@ MicroMesh make_sheet(float size, float blur, bool moving) {
       for (int j = lj; j < std::min(lj + 4, n); ++j)
         for (int i = li; i < std::min(li + 4, n); ++i) {
           const std::int32_t a = j * columns + i;
-          mesh.add_cell({a, a + 1, a + 1 + columns, a + columns}, static_cast<std::uint32_t>(2 * (j * n + i)), true);
+          mesh.add_cell({a, a + 1, a + 1 + columns, a + columns}, static_cast<std::uint32_t>(2 * (j * n + i)));
         }
     }
-  build_boxes(mesh, {moving, false, false, 0});
+  build_cells(mesh, {moving, false, false, 0, 0});
   return mesh;
 }
 
@@ -55,10 +55,9 @@ class CountingSink final : public HitSink {
 };
 
 void trace_tile(const MicroMesh& mesh, const TileSamples& samples, HitSink& sink, VisibilityWork& work) {
-  std::vector<SampleRange> ranges;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-    touched_samples(LeafFrustum(mesh.leaves[l], true, 0), samples, {}, ranges);
-    if (!ranges.empty()) trace_leaf(mesh, l, samples, ranges, {true, false}, {}, sink, work);
+    const TimeRange times = touching_times(mesh.leaves[l], samples.pixels, true, 0);
+    if (!times.empty()) trace_leaf(mesh, l, samples, times, {true, false}, {}, sink, work);
   }
   sink.flush();
 }
@@ -73,8 +72,9 @@ void RayPath(benchmark::State& state, const std::string& target) {
   force_simd_target(target);
   const float size = static_cast<float>(state.range(0)), blur = static_cast<float>(state.range(1));
   const MicroMesh mesh = make_sheet(size, blur, true);
+  const SamplePattern pattern({4, 0, 0});
   TileSamples samples;
-  samples.fill(SamplePattern({4, 0, 0}), {0, 0, kSide, kSide}, 0, false, true);
+  samples.fill(pattern, {0, 0, kSide, kSide}, 0, false);
   CountingSink sink;
   sink.keep = true;
   VisibilityWork work;
@@ -93,8 +93,9 @@ void RayPath(benchmark::State& state, const std::string& target) {
 void RasterPath(benchmark::State& state, const std::string& target) {
   force_simd_target(target);
   const MicroMesh mesh = make_sheet(static_cast<float>(state.range(0)), 0, false);
+  const SamplePattern pattern({4, 0, 0});
   TileSamples samples;
-  samples.fill(SamplePattern({4, 0, 0}), {0, 0, kSide, kSide}, 0, false, false);
+  samples.fill(pattern, {0, 0, kSide, kSide}, 0, false);
   CountingSink sink;
   sink.keep = true;
   VisibilityWork work;

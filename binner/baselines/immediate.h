@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/rect.h"
-#include "binner/baselines/recency_cache.h"
+#include "hardware/recency_cache.h"
 #include "hardware/configuration.h"
 
 namespace tessera::binner {
@@ -64,7 +64,7 @@ class ImmediateMemory {
   }
 
   std::uint64_t burst_bytes_;
-  RecencyCache cache_;
+  hardware::RecencyCache cache_;
   std::vector<bool> in_memory_, drawn_;
   std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
 };

@@ -125,7 +125,7 @@ void PostTessellationBinner::close_block() {
 }
 
 // Returns the bytes of blocks that would be read without the cache.
-std::uint64_t PostTessellationBinner::read_tile(TileIndex tile, RecencyCache& cache, hardware::Ledger& ledger) {
+std::uint64_t PostTessellationBinner::read_tile(TileIndex tile, hardware::RecencyCache& cache, hardware::Ledger& ledger) {
   const std::vector<std::uint8_t> list = buffer_.read_list(tile, ledger, counters_.queue_bytes_read);
   const std::span<const std::uint8_t> memory = buffer_.memory();
   std::uint64_t uncached = 0;
@@ -157,7 +157,7 @@ std::uint64_t PostTessellationBinner::read_tile(TileIndex tile, RecencyCache& ca
 void PostTessellationBinner::finish() {
   close_block();
   buffer_.finish();
-  RecencyCache cache(cache_bytes_);
+  hardware::RecencyCache cache(cache_bytes_);
   hardware::Ledger ledger, uncached_ledger;
   std::uint64_t uncached = 0;
   for (TileIndex tile = 0; tile < grid_.tile_count(); ++tile) {

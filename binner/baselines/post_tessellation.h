@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "binner/baselines/recency_cache.h"
+#include "hardware/recency_cache.h"
 #include "binner/baselines/strip_code.h"
 #include "binner/baselines/triangle_buffer.h"
 #include "binner/baselines/triangle_setup.h"
@@ -52,7 +52,7 @@ class PostTessellationBinner {
   void add_triangle(const TessellatedPatch& patch, const TriangleList& list, std::size_t triangle);
   void close_block();
   void begin_numbering(std::size_t vertices);
-  std::uint64_t read_tile(TileIndex tile, RecencyCache& cache, hardware::Ledger& ledger);
+  std::uint64_t read_tile(TileIndex tile, hardware::RecencyCache& cache, hardware::Ledger& ledger);
 
   TileGrid grid_;
   TriangleSetup setup_;

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "binner/baselines/recency_cache.h"
+#include "hardware/recency_cache.h"
 #include "binner/baselines/strip_code.h"
 #include "binner/baselines/tile_reference.h"
 #include "binner/baselines/triangle_buffer.h"
@@ -244,7 +244,7 @@ struct CacheOracle {
 // Uses at random; whether cache and oracle agree on every hit and every write.
 bool caches_agree(std::uint32_t seed, std::uint64_t capacity, std::uint64_t oracle_capacity) {
   Random random(seed);
-  RecencyCache cache(capacity);
+  hardware::RecencyCache cache(capacity);
   CacheOracle oracle{oracle_capacity, {}, {}};
   std::vector<std::uint32_t> written;
   const auto write_back = [&](std::uint32_t key) { written.push_back(key); };
@@ -269,7 +269,7 @@ TEST(RecencyCache, L1L2IsAListInOrderOfUse) {
 TEST(RecencyCacheTwin, OneByteLessIsCaught) { EXPECT_FALSE(caches_agree(1, 400, 399)); }
 
 TEST(RecencyCache, L3WithoutCapacityNothingHitsWithUnlimitedEachKeyMissesOnce) {
-  RecencyCache none(0), all(RecencyCache::kUnlimited);
+  hardware::RecencyCache none(0), all(hardware::RecencyCache::kUnlimited);
   int none_hits = 0, all_misses = 0;
   for (int n = 0; n < 1000; ++n) {
     none_hits += none.use(static_cast<std::uint32_t>(n % 37), 64) ? 1 : 0;

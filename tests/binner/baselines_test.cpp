@@ -447,7 +447,7 @@ TEST(ImmediateMemory, WithoutACacheEveryTouchMovesABurst) {
 }
 
 TEST(ImmediateMemory, AnUnlimitedCacheReadsNothingAndWritesEveryLineOnce) {
-  ImmediateMemory memory(RecencyCache::kUnlimited, 64, 100);
+  ImmediateMemory memory(hardware::RecencyCache::kUnlimited, 64, 100);
   for (int n = 0; n < 1000; ++n) memory.draw(static_cast<std::uint32_t>(n * 7 % 50), true, n % 3 == 0);
   memory.finish(true);
   EXPECT_EQ(memory.bytes_read(), 0u);

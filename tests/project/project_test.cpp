@@ -222,6 +222,23 @@ TEST(Readme, ItsComparisonIsThatOfAReplay) {
   EXPECT_THAT(read_text(kRoot / "README.md"), testing::HasSubstr("| counter | pre-tessellation | patch-whole | post-tessellation | immediate | post / pre |"));
 }
 
+TEST(ShadingPage, ItsInvocationsAreThoseOfReplays) {
+  static const std::regex kRow("^\\| ([a-z]+) \\| cache \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\|.*");
+  int rows = 0;
+  for (const std::string& line : lines_of(read_text(kRoot / "docs" / "shading.md"))) {
+    std::smatch match;
+    if (!std::regex_match(line, match, kRow)) continue;
+    const test::TemporaryFolder out;
+    ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture(match[1]).string(), "--set", "shading.rate=cache", "--quiet", "--out", out.path().string()}).status, 0);
+    const nlohmann::json counters = nlohmann::json::parse(read_text(out / "stats.json"))["total"]["counters"];
+    EXPECT_EQ(number_of(match[2]), counters["tilecore.samples_visible"].get<std::uint64_t>()) << match[1] << ": run docs/images/shading.sh";
+    EXPECT_EQ(number_of(match[3]), counters["tilecore.pixel_shader_invocations"].get<std::uint64_t>()) << match[1] << ": run docs/images/shading.sh";
+    EXPECT_EQ(number_of(match[4]), counters["tilecore.pixel_shader_invocations_saved"].get<std::uint64_t>()) << match[1] << ": run docs/images/shading.sh";
+    ++rows;
+  }
+  EXPECT_EQ(rows, 4);
+}
+
 // What the project is for: one to two orders of magnitude less queue memory. Less is a fault of the binner, more means that a cost was forgotten.
 TEST(Readme, QueuesAreOneToTwoOrdersOfMagnitudeSmallerThanThoseOfTriangles) {
   const nlohmann::json& schemes = readme_statistics()["baselines"];

@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "base/vec.h"
+#include "tests/support/mesh_triangles.h"
 #include "tilecore/tessellator.h"
 
 namespace tessera::test {
@@ -23,16 +24,6 @@ std::array<float, 3> embree_vertex(const MicroMesh& m, std::size_t v, bool close
   const double times = m.projected[v] ? w : 1.0;
   return {static_cast<float>((x * times - projection.center_x * w) / projection.scale),
           static_cast<float>((y * times - projection.center_y * w) / projection.scale), static_cast<float>(z)};
-}
-
-// All triangles of a mesh: visit(corners, Tessera's number).
-template <class Visit>
-void for_each_triangle(const MicroMesh& m, const Visit& visit) {
-  for (std::size_t c = 0; c < m.used.size(); ++c) {
-    if (!m.used[c]) continue;
-    visit(Triangle{m.corner[0][c], m.corner[1][c], m.corner[2][c]}, m.triangle[c]);
-    if (m.corner[2][c] != m.corner[3][c]) visit(Triangle{m.corner[0][c], m.corner[2][c], m.corner[3][c]}, m.triangle[c] + 1);
-  }
 }
 
 PerThread<tilecore::Tessellator>& tessellators() {
@@ -154,33 +145,12 @@ void EmbreeScene::obey_facing(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-double EmbreeScene::mean_area() const {
-  double area = 0;
-  std::uint64_t count = 0;
-  for (const Patch& patch : patches_)
-    for (std::size_t k = 0; k < patch.triangle.size(); ++k) {
-      std::array<glm::dvec2, 3> p;
-      bool in_front = true;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float* v = patch.vertices[0] + 3 * patch.index[3 * k + c];
-        in_front = in_front && v[2] >= near_;
-        const double scale = frame_.projection.scale / (frame_.projection.orthographic ? 1.0 : static_cast<double>(v[2]));
-        p[c] = glm::dvec2(static_cast<double>(v[0]), static_cast<double>(v[1])) * scale;
-      }
-      if (!in_front) continue;
-      const glm::dvec2 a = p[1] - p[0], b = p[2] - p[0];
-      area += 0.5 * std::abs(a.x * b.y - a.y * b.x);
-      ++count;
-    }
-  return area / static_cast<double>(std::max<std::uint64_t>(count, 1));
-}
-
 EmbreeRay EmbreeScene::ray(const tilecore::TileSamples& samples, std::size_t s) const {
   const frontend::Projection& p = frame_.projection;
   const bool lens = !samples.lens_u.empty();
   const double u = lens ? static_cast<double>(samples.lens_u[s]) : 0.0, v = lens ? static_cast<double>(samples.lens_v[s]) : 0.0;
   const double x = static_cast<double>(samples.x[s]) - p.center_x, y = static_cast<double>(samples.y[s]) - p.center_y;
-  const float time = static_cast<float>(samples.time[s]) * 0x1p-8f;
+  const float time = samples.t(s);
   // The point seen at depth z is at x z + u (1 - z / focus), orthographic x + u (1 - z / focus).
   const double still = p.orthographic ? 1.0 : 0.0, turning = 1.0 - still;
   return {static_cast<float>((still * x + u) / p.scale), static_cast<float>((still * y + v) / p.scale),

@@ -89,8 +89,6 @@ class EmbreeScene {
   void commit() { rtcCommitScene(scene_); }
 
   std::uint64_t triangle_count() const { return triangle_count_; }
-  // Mean area on screen at shutter open of the triangles in front of the near plane, pixels^2. Not for grids.
-  double mean_area() const;
 
   EmbreeRay ray(const tilecore::TileSamples& samples, std::size_t sample) const;
   RTCScene scene() const { return scene_; }

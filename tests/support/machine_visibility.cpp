@@ -7,7 +7,7 @@ namespace tessera::test {
 
 using Clock = std::chrono::steady_clock;
 
-MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles) {
+MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion) {
   Result result;
   auto lap = Clock::now();
   const auto charge = [&](double& seconds) {
@@ -19,6 +19,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   job.frame = &frame;
   job.grid = &grid_;
   job.pattern = &pattern_;
+  job.force_motion = force_motion;
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
 
@@ -29,6 +30,8 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   binner::Binner binner(gpu_, grid_);
   binner::Binner::Cursor cursor;
   PerThread<std::uint64_t> queue_bytes_read;
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator_cache_bytes));
+  std::vector<std::vector<tilecore::TessellationRequest>> requests(tile_count);
   for (bool done = false, first = true; !done; first = false) {
     done = binner.run(frame, front_end.sub_patches, cursor);
     charge(result.stages.bin_seconds);
@@ -44,10 +47,13 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
       tilecore::TileState& state = keep ? result.tiles[t] : states_.local();
       if (!keep) state.started = false;
       core.render_entries(job, tile, std::move(entries), state);
+      requests[t] = core.take_tessellations();
     });
+    for (const auto& tile : requests) cache.use(tile);
     charge(result.stages.tile_seconds);
     if (!done) binner.reset();
   }
+  result.tessellation = cache.counters();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters, core.take_counters());
     core.take_ledger();

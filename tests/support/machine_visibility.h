@@ -24,9 +24,11 @@ class MachineVisibility {
     std::vector<tilecore::TileState> tiles;          // by tile, when they are kept; else empty
     std::vector<frontend::BoundedSubPatch> sub_patches;  // that went to the binner
     tilecore::TileCoreCounters counters;
+    tilecore::TessellationCounters tessellation;
     Stages stages;
   };
-  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles);
+  // `force_motion`: the ray path, though nothing moves.
+  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion = false);
 
  private:
   hardware::GpuConfiguration gpu_;

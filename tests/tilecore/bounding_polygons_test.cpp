@@ -17,7 +17,7 @@ struct Point {
 // Where a vertex is relative to a sample, by the definition, without rounding.
 Point exact_corner(const MethodMesh& m, std::size_t v, std::uint32_t s) {
   const MicroMesh& mesh = m.mesh;
-  const double t = m.effects.motion ? time_of(m.samples.time[s]) : 0.0, z0 = static_cast<double>(mesh.z0[v]), z1 = m.effects.motion ? static_cast<double>(mesh.z1[v]) : z0;
+  const double t = m.effects.motion ? static_cast<double>(m.samples.t(s)) : 0.0, z0 = static_cast<double>(mesh.z0[v]), z1 = m.effects.motion ? static_cast<double>(mesh.z1[v]) : z0;
   const double z = (1 - t) * z0 + t * z1, rate = m.settings.orthographic ? t : t * z1 / z, invf = static_cast<double>(m.settings.inverse_focus);
   const double coc = !m.effects.lens ? 0 : m.settings.orthographic ? 1 - z * invf : 1 / z - invf;
   const auto at = [&](float open, float close, float sample, double lens) {
@@ -119,7 +119,7 @@ TEST(BoundingPolygons, APartOfTheShutterIsCutOutOfTheWhole) {
       whole_motion_piece(bound, m.samples.pixels, {50, 180}, pieces);
       for (const BoundingPiece& piece : pieces) {
         unit.keep(m.samples, piece.pixels, piece.references, kept);
-        for (const std::uint32_t s : kept) ASSERT_TRUE(stencil_of(m.samples.time[s]) >= 50 && stencil_of(m.samples.time[s]) <= 180);  // B3
+        for (const std::uint32_t s : kept) ASSERT_TRUE(m.samples.stencil(s) >= 50 && m.samples.stencil(s) <= 180);  // B3
       }
     });
   });
@@ -166,7 +166,7 @@ TEST(BoundingPolygons, PartsWhoseTimesAreNotWidenedAreCaught) {
   m.place(3, 2.3f, 5, 1);
   for (std::size_t v = 0; v < 4; ++v) m.move(v, 5, 0, 1);
   m.mesh.begin_leaf();
-  m.mesh.add_cell({0, 1, 2, 3}, 0, true);
+  m.mesh.add_cell({0, 1, 2, 3}, 0);
   m.finish({0, 0, 16, 8}, 64);
   EXPECT_EQ(cover(m, kCuts[4].second, 0).missed, 0);
   // References between the times of the crossing, rounded to the stencil value after it.
@@ -192,7 +192,7 @@ TEST(BoundingPolygons, FollowVerticesThatApproachAtDifferentRates) {
   m.move(1, 16, 0, 8);
   m.move(2, 16, 0, 0.5f);
   m.mesh.begin_leaf();
-  m.mesh.add_cell({0, 1, 2, 2}, 0, true);
+  m.mesh.add_cell({0, 1, 2, 2}, 0);
   m.finish({0, 0, 32, 8}, 16);
   PrimitiveBound bound(m.mesh, m.effects, m.settings, 0);
   bound.add_cell(0);

@@ -167,7 +167,7 @@ Agreement compare(const TestFrame& scene, std::uint32_t seed, test::EmbreeOption
   Agreement agreement;
   TileSamples samples;
   for (binner::TileIndex tile = 0; tile < grid.tile_count(); ++tile) {
-    samples.fill(pattern, grid.pixels(tile), static_cast<float>(frame.projection.lens_scale), frame.projection.lens_scale != 0, false);
+    samples.fill(pattern, grid.pixels(tile), static_cast<float>(frame.projection.lens_scale), frame.projection.lens_scale != 0);
     const TileState& state = seen.tiles[tile];
     for (std::size_t s = 0; s < samples.count; ++s) {
       const test::EmbreeRay ray = embree.ray(samples, s);

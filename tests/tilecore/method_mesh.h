@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <vector>
 
@@ -20,8 +21,10 @@ struct MethodMesh {
   MicroMesh mesh;
   RayEffects effects;
   VisibilitySettings settings;
+  std::shared_ptr<const SamplePattern> pattern;  // the samples refer to it
   TileSamples samples;
   float lens_radius = 0;
+  int time_bits = 8;
   std::size_t leaf_columns = 1;
 
   static float on_grid(float x) { return std::round(x * 256.0f) / 256.0f; }
@@ -51,15 +54,16 @@ struct MethodMesh {
         for (int j = lj; j < std::min(lj + 4, n); ++j)
           for (int i = li; i < std::min(li + 4, n); ++i) {
             const std::int32_t a = j * (n + 1) + i;
-            mesh.add_cell({a, a + 1, a + n + 2, a + n + 1}, static_cast<std::uint32_t>(2 * (j * n + i)), true);
+            mesh.add_cell({a, a + 1, a + n + 2, a + n + 1}, static_cast<std::uint32_t>(2 * (j * n + i)));
           }
       }
   }
   void finish(const IntRect& tile, int spp) {
-    build_boxes(mesh, {effects.motion, effects.lens, settings.orthographic, settings.inverse_focus});
-    samples.fill(SamplePattern({spp, 1, 0}), tile, lens_radius, effects.lens, true);
+    build_cells(mesh, {effects.motion, effects.lens, settings.orthographic, settings.inverse_focus, lens_radius});
+    pattern = std::make_shared<const SamplePattern>(SamplingSettings{spp, 1, 0, 8, time_bits});
+    samples.fill(*pattern, tile, lens_radius, effects.lens);
   }
-  MeshInTile in_tile() const { return {mesh, samples, {}, effects, settings, lens_radius, leaf_columns, {}}; }
+  MeshInTile in_tile() const { return {mesh, samples, {}, effects, settings, leaf_columns}; }
 
   // Calls visit for each cell that is not clipped.
   template <class Visit>
@@ -104,7 +108,7 @@ inline MethodMesh random_mesh(test::Random& random, const MeshOptions& o) {
     }
     for (std::int32_t c = 0; c < static_cast<std::int32_t>(cells); ++c) {
       if (c % static_cast<std::int32_t>(kLeafCells) == 0) m.mesh.begin_leaf();
-      m.mesh.add_cell({4 * c, 4 * c + 1, 4 * c + 2, random.coin() ? 4 * c + 3 : 4 * c + 2}, static_cast<std::uint32_t>(2 * c), true);
+      m.mesh.add_cell({4 * c, 4 * c + 1, 4 * c + 2, random.coin() ? 4 * c + 3 : 4 * c + 2}, static_cast<std::uint32_t>(2 * c));
     }
     m.leaf_columns = m.mesh.leaves.size();
   } else {
@@ -139,7 +143,7 @@ struct NamedMethod {
   VisibilityMethodSettings settings;
 };
 
-// Every method but packets, some with several settings.
+// Every method but that by classes of samples, some with several settings.
 inline std::vector<NamedMethod> methods_of_units() {
   using M = VisibilityMethod;
   return {{"brute", {M::kBrute}},

@@ -252,7 +252,7 @@ TEST(MotionBvh, NoLeafThatARayHitsIsOutsideTheBranchNode) {
             ASSERT_TRUE(mask.any);
             EXPECT_TRUE(is_under(leaf, mask.branch)) << leaf << " " << mask.branch;  // V2
             EXPECT_TRUE(is_under(leaf, fork.branch));
-            const int s = stencil_of(m.samples.time[std::get<0>(hit)]);
+            const int s = m.samples.stencil(std::get<0>(hit));
             EXPECT_TRUE(s >= mask.stencils.first && s <= mask.stencils.last);
             tree.bvh.traverse(frustum, MotionBvh::kRoot, BranchNode::kLeafMask);
             const MotionBvh::Overlap part = tree.bvh.within({s & ~31, s | 31});
@@ -332,7 +332,7 @@ TEST(MotionBvh, RaysParallelToASlabMeetWhatTheyAreInside) {
     m.place(3, 2, 6, 2);
     for (std::size_t v = 0; v < 4; ++v) m.move(v, 0.5f, 0, 3);
     m.mesh.begin_leaf();
-    m.mesh.add_cell({0, 1, 2, 3}, 0, true);
+    m.mesh.add_cell({0, 1, 2, 3}, 0);
     m.finish({0, 0, 8, 8}, 1);
     m.samples.x[0] = m.samples.y[0] = 4.0f;
     m.samples.x[1] = 1.0f;  // parallel to one slab, outside the other

@@ -254,6 +254,7 @@ struct TileScene : TestFrame {
 struct Rendered {
   FrameTargets targets{{0, 0, 64, 64}, true};
   TileCoreCounters counters;
+  ShadingCounters shading;
 };
 
 // Renders with the entries dealt out in several passes.
@@ -268,6 +269,7 @@ Rendered render(const TileScene& scene, std::vector<binner::QueueEntry> entries,
   }
   core.finish(scene.job, 0, state, out.targets);
   out.counters = core.take_counters();
+  out.shading = core.take_shading_counters();
   return out;
 }
 
@@ -275,7 +277,7 @@ TEST(TileCore, ThePictureDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
   for (const bool moving : {false, true}) {
     const TileScene scene(moving);
     const Rendered expected = render(scene, scene.entries, 1);
-    EXPECT_GT(expected.counters.blended_layers, 0u);
+    EXPECT_GT(expected.shading.blended_layers, 0u);
     EXPECT_GT(expected.counters.alpha_tests, 0u);
     std::vector<binner::QueueEntry> entries = scene.entries;
     for (const std::size_t passes : {1u, 2u, 5u}) {
@@ -284,7 +286,7 @@ TEST(TileCore, ThePictureDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
       const Rendered again = render(scene, entries, passes);
       EXPECT_EQ(again.targets.color.values, expected.targets.color.values);
       EXPECT_EQ(again.targets.patch.values, expected.targets.patch.values);
-      EXPECT_EQ(again.counters.samples_visible, expected.counters.samples_visible);
+      EXPECT_EQ(again.shading.samples_visible, expected.shading.samples_visible);
     }
   }
 }
@@ -303,7 +305,7 @@ TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
   // The shutter in two parts sees what the whole sees, with the same tests; one part alone is caught.
   const Rendered parts = render(scene, both, 1), part = render(scene, early, 1);
   EXPECT_EQ(parts.targets.color.values, expected.targets.color.values);
-  EXPECT_EQ(parts.counters.samples_visible, expected.counters.samples_visible);
+  EXPECT_EQ(parts.shading.samples_visible, expected.shading.samples_visible);
   EXPECT_EQ(parts.counters.triangle_tests, expected.counters.triangle_tests);
   EXPECT_NE(part.targets.color.values, expected.targets.color.values);
   EXPECT_LT(part.counters.triangle_tests, expected.counters.triangle_tests);
@@ -314,8 +316,8 @@ TEST(TileCore, ShadingPerSampleConvergesToShadingPerPixelOnFlatColour) {
   const Rendered per_pixel = render(scene, scene.entries, 1);
   scene.job.shading = ShadingRate::kSample;
   const Rendered per_sample = render(scene, scene.entries, 1);
-  EXPECT_EQ(per_sample.counters.samples_visible + per_sample.counters.blended_layers, per_sample.counters.pixel_shader_invocations);
-  EXPECT_LT(per_pixel.counters.pixel_shader_invocations, per_sample.counters.pixel_shader_invocations / 2);
+  EXPECT_EQ(per_sample.shading.samples_visible + per_sample.shading.blended_layers, per_sample.shading.pixel_shader_invocations);
+  EXPECT_LT(per_pixel.shading.pixel_shader_invocations, per_sample.shading.pixel_shader_invocations / 2);
   double difference = 0;
   for (std::size_t i = 0; i < per_pixel.targets.color.values.size(); ++i)
     difference += std::abs(static_cast<double>(per_pixel.targets.color.values[i]) - static_cast<double>(per_sample.targets.color.values[i]));

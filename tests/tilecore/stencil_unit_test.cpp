@@ -6,11 +6,12 @@
 namespace tessera::tilecore {
 namespace {
 
-// Samples of a tile with one sample a pixel whose times are the given codes, over and over.
-TileSamples timed_samples(const IntRect& tile, const std::vector<int>& codes) {
+// Samples of a tile with one sample a pixel whose stencil values are the given ones, over and over.
+TileSamples timed_samples(const IntRect& tile, const std::vector<int>& stencils) {
+  static const SamplePattern pattern({1, 0, 0});
   TileSamples samples;
-  samples.fill(SamplePattern({1, 0, 0}), tile, 0, false, false);
-  for (std::size_t i = 0; i < samples.count; ++i) samples.time[i] = static_cast<std::uint8_t>(codes[i % codes.size()]);
+  samples.fill(pattern, tile, 0, false);
+  for (std::size_t i = 0; i < samples.count; ++i) samples.time[i] = static_cast<std::uint16_t>(stencils[i % stencils.size()] << 8);
   return samples;
 }
 
@@ -20,7 +21,7 @@ std::array<int, 256> times_kept(int k, bool half_open) {
   for (int i = 0; i < k; ++i) {
     StencilReferences references = StencilReferences::of({256 * i / k, 256 * (i + 1) / k - 1});
     if (half_open) references.closed = false;
-    for (int s = 0; s < 256; ++s) kept[static_cast<std::size_t>(s)] += references.keeps(static_cast<std::uint8_t>(s)) ? 1 : 0;
+    for (int s = 0; s < 256; ++s) kept[static_cast<std::size_t>(s)] += references.keeps(s) ? 1 : 0;
   }
   return kept;
 }
@@ -49,7 +50,7 @@ TEST(StencilUnit, KeepsInTheOrderOfTheWalkAndCountsGroupsOf32Lanes) {
   EXPECT_EQ(expected[10], 2u * 16u + 2u);
   EXPECT_EQ(kept, expected);
   EXPECT_EQ(unit.counters().lanes_issued, 96u);  // a group that is not full is issued whole
-  std::erase_if(expected, [&](std::uint32_t s) { return samples.time[s] != 255; });
+  std::erase_if(expected, [&](std::uint32_t s) { return samples.stencil(s) != 255; });
   unit.take_counters();
   unit.keep(samples, pixels, {8, 255, true}, kept);
   EXPECT_EQ(kept, expected);
@@ -58,7 +59,7 @@ TEST(StencilUnit, KeepsInTheOrderOfTheWalkAndCountsGroupsOf32Lanes) {
   unit.take_counters();
   // One sample of the whole rectangle: one group.
   TileSamples one = timed_samples({8, 8, 24, 24}, {3});
-  one.time[2 * 16 + 5] = 200;
+  one.time[2 * 16 + 5] = 200 << 8;
   unit.keep(one, pixels, StencilReferences::of({200, 200}), kept);
   EXPECT_EQ(kept, std::vector<std::uint32_t>{2 * 16 + 5});
   EXPECT_EQ(unit.counters().lanes_issued, 32u);
@@ -66,12 +67,14 @@ TEST(StencilUnit, KeepsInTheOrderOfTheWalkAndCountsGroupsOf32Lanes) {
   EXPECT_EQ(unit.counters().tests, 0u);
 }
 
-TEST(StencilUnit, ATimeCodeOfEitherWidthHasItsUpper8BitsAsStencil) {
-  EXPECT_EQ(stencil_of(std::uint8_t{255}), 255);
-  EXPECT_EQ(stencil_of(std::uint16_t{0xFFFF}), 255);
-  EXPECT_EQ(stencil_of(std::uint16_t{0x00FF}), 0);
-  EXPECT_EQ(time_of(std::uint8_t{128}), 0.5);
-  EXPECT_EQ(time_of(std::uint16_t{0x8000}), 0.5);
+TEST(StencilUnit, TheStencilIsTheUpperHalfOfATimeAndNeverLaterThanIt) {
+  TileSamples samples = timed_samples({0, 0, 4, 1}, {0});
+  samples.time = {0xFFFF, 0x00FF, 0x8000, 0x8001};
+  for (const auto& [at, stencil] : {std::pair<std::size_t, int>{0, 255}, {1, 0}, {2, 128}, {3, 128}}) {
+    EXPECT_EQ(samples.stencil(at), stencil);
+    EXPECT_LE(static_cast<float>(stencil) / 256, samples.t(at));
+    EXPECT_LT(samples.t(at), static_cast<float>(stencil + 1) / 256);
+  }
 }
 
 // ---- Valid rate -------------------------------------------------------------------------------------------------
@@ -93,7 +96,7 @@ Rate square_moving(int segments, bool one_way_only) {
   m.place(3, e, 8 - e, 1);
   for (std::size_t v = 0; v < 4; ++v) m.move(v, one_way_only ? 64.0f : 0.0f, 0, 1);
   m.mesh.begin_leaf();
-  m.mesh.add_cell({0, 1, 2, 3}, 0, true);
+  m.mesh.add_cell({0, 1, 2, 3}, 0);
   m.finish({0, 0, 80, 16}, 4);
   MeshVisibility visibility;
   HitSet sink;

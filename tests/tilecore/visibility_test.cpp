@@ -19,10 +19,15 @@ struct RandomMesh {
   MicroMesh mesh;
   RayEffects effects;
   VisibilitySettings settings;
+  SamplePattern pattern;
   TileSamples samples;
   float lens_scale;
 
-  RandomMesh(Random& random, RayEffects effects_in, bool orthographic) : effects(effects_in), lens_scale(effects_in.lens ? random.uniform(0, 20) : 0) {
+  RandomMesh(const RandomMesh& o) : mesh(o.mesh), effects(o.effects), settings(o.settings), pattern(o.pattern), samples(o.samples), lens_scale(o.lens_scale) {
+    samples.classes = &pattern.classes();
+  }
+  RandomMesh(Random& random, RayEffects effects_in, bool orthographic, const SamplingSettings& sampling = {4, 1, 0}, int box_bits = 32)
+      : effects(effects_in), pattern(sampling), lens_scale(effects_in.lens ? random.uniform(0, 20) : 0) {
     settings.orthographic = orthographic;
     settings.inverse_focus = random.uniform(0, 0.8f);
     settings.limits.near = 0.5f;
@@ -45,24 +50,24 @@ struct RandomMesh {
     for (std::int32_t v = 0; v + 3 < static_cast<std::int32_t>(count); v += 4) {
       if (v / 4 % 10 == 0) mesh.begin_leaf();
       const bool quad = random.coin();
-      mesh.add_cell({v, v + 1, v + 2, quad ? v + 3 : v + 2}, static_cast<std::uint32_t>(v / 2), true);
+      mesh.add_cell({v, v + 1, v + 2, quad ? v + 3 : v + 2}, static_cast<std::uint32_t>(v / 2));
     }
-    build_boxes(mesh, {effects.motion, effects.lens, orthographic, settings.inverse_focus});
-    samples.fill(SamplePattern({4, 1, 0}), {0, 0, 40, 24}, lens_scale, effects.lens, true);
+    build_cells(mesh, {effects.motion, effects.lens, orthographic, settings.inverse_focus, lens_scale, box_bits});
+    samples.fill(pattern, {0, 0, 40, 24}, lens_scale, effects.lens);
   }
 };
 
 // The scalar twin of a corner: the formulas of MicroMesh, with the kernels' roundings.
 Corner reference_corner(const RandomMesh& r, std::size_t v, std::size_t sample) {
   const MicroMesh& m = r.mesh;
-  const float t = static_cast<float>(r.samples.time[sample]) / 256.0f;
+  const float t = static_cast<float>(r.samples.time[sample]) / 65536.0f;
   Corner c;
   c.z = r.effects.motion ? std::fma(t, m.z1[v] - m.z0[v], m.z0[v]) : m.z0[v];
   c.scale = r.settings.orthographic ? 1.0f : 1.0f / c.z;
   c.x = m.x0[v] - r.samples.x[sample];
   c.y = m.y0[v] - r.samples.y[sample];
   if (r.effects.motion) {
-    const float lambda = r.settings.orthographic ? t : t * m.z1[v] * c.scale;
+    const float lambda = r.settings.orthographic ? t : t * (m.z1[v] / c.z);
     c.x = std::fma(lambda, m.x1[v] - m.x0[v], c.x);
     c.y = std::fma(lambda, m.y1[v] - m.y0[v], c.y);
   }
@@ -98,13 +103,8 @@ std::set<HitSet::Key> brute_force(const RandomMesh& r) {
 std::set<HitSet::Key> traced(const RandomMesh& r, VisibilityWork& work) {
   HitSet sink;
   for (std::size_t l = 0; l < r.mesh.leaves.size(); ++l) {
-    std::vector<SampleRange> ranges;
-    for (const auto& block : r.samples.blocks) {
-      const TimeRange times = touching_times(r.mesh.leaves[l], block.pixels, r.effects.motion, r.lens_scale);
-      if (times.empty()) continue;
-      ranges.push_back({&block, block.first_at[static_cast<std::size_t>(times.first)], block.first_at[static_cast<std::size_t>(times.last) + 1]});
-    }
-    trace_leaf(r.mesh, l, r.samples, ranges, r.effects, r.settings, sink, work);
+    const TimeRange times = touching_times(r.mesh.leaves[l], r.samples.pixels, r.effects.motion, r.lens_scale);
+    if (!times.empty()) trace_leaf(r.mesh, l, r.samples, times, r.effects, r.settings, sink, work);
   }
   sink.flush();
   return sink.hits;
@@ -133,6 +133,62 @@ TEST_P(Visibility, TheRayPathFindsExactlyTheHitsOfBruteForceOnEveryInstructionSe
   }
   force_simd_target("");
   EXPECT_GT(total, 1000u);
+}
+
+// Quantised boxes let more samples through, never fewer.
+TEST_P(Visibility, EveryPatternPrecisionOfTimeAndPrecisionOfBoxesFindsTheHitsOfBruteForce) {
+  const auto [motion, lens, orthographic] = GetParam();
+  for (const SamplingSettings& sampling : {SamplingSettings{4, 1, 0, 32, 8}, SamplingSettings{3, 2, 5, 8, 16}, SamplingSettings{16, 0, 1, 8, 16}})
+    for (const int box_bits : {8, 16, 32}) {
+      Random random(70);
+      std::uint64_t triangle_tests = 0;
+      for (int trial = 0; trial < 2; ++trial) {
+        const RandomMesh mesh(random, {motion, lens}, orthographic, sampling, box_bits);
+        VisibilityWork work;
+        EXPECT_EQ(traced(mesh, work), brute_force(mesh)) << sampling.pattern_side << " " << sampling.samples_per_pixel << " " << box_bits;
+        triangle_tests += work.triangle_tests;
+      }
+      EXPECT_GT(triangle_tests, 0u);
+    }
+}
+
+// A sample that already sees something nearer than the leaf is not tested; one that sees something as near is.
+TEST_P(Visibility, WhatLiesBehindTheSamplesDepthIsLeftOutAndNothingElse) {
+  const auto [motion, lens, orthographic] = GetParam();
+  Random random(80);
+  for (int trial = 0; trial < 6; ++trial) {
+    RandomMesh mesh(random, {motion, lens}, orthographic);
+    std::vector<float> depth(mesh.samples.count);
+    for (float& z : depth) z = random.coin() ? std::numeric_limits<float>::infinity() : random.uniform(0.6f, 4);
+    auto expected = brute_force(mesh);
+    // Ties must arrive: some samples see exactly what they would hit.
+    for (const auto& hit : expected)
+      if (std::get<0>(hit) % 5 == 0) depth[std::get<0>(hit)] = std::get<2>(hit);
+    std::erase_if(expected, [&](const HitSet::Key& hit) { return std::get<2>(hit) > depth[std::get<0>(hit)]; });
+    VisibilityWork all, some;
+    (void)traced(mesh, all);
+    mesh.settings.depth = depth.data();
+    const auto found = traced(mesh, some);
+    for (const auto& hit : expected) EXPECT_TRUE(found.contains(hit));
+    for (const auto& hit : found) EXPECT_TRUE(expected.contains(hit) || std::get<2>(hit) <= depth[std::get<0>(hit)]);
+    EXPECT_LE(some.triangle_tests, all.triangle_tests);
+  }
+}
+
+TEST_P(Visibility, ListsOfSamplesGiveTheSameHits) {
+  const auto [motion, lens, orthographic] = GetParam();
+  Random random(90);
+  for (int trial = 0; trial < 4; ++trial) {
+    const RandomMesh mesh(random, {motion, lens}, orthographic);
+    std::vector<std::uint32_t> list;
+    for (std::uint32_t s = 0; s < mesh.samples.count; ++s) list.push_back(s);
+    HitSet sink;
+    VisibilityWork work;
+    for (std::size_t cell = 0; cell < mesh.mesh.used.size(); ++cell)
+      if (mesh.mesh.used[cell]) test_cell_samples(mesh.mesh, cell, list, mesh.samples, mesh.effects, mesh.settings, sink, work);
+    sink.flush();
+    EXPECT_EQ(sink.hits, brute_force(mesh));
+  }
 }
 
 TEST_P(Visibility, FacingAndDepthLimitsAreRespected) {
@@ -191,9 +247,9 @@ TEST(RayPath, WithoutMotionAndWithALensOfRadiusZeroItEqualsTheRasterPathBitByBit
     // The same mesh through the general kernels: key 1 equals key 0, lens points all scaled by 0.
     RandomMesh general = still;
     general.effects = {true, true};
-    general.mesh.clipped_cells.clear();
-    build_boxes(general.mesh, {true, true, still.settings.orthographic, still.settings.inverse_focus});
-    general.samples.fill(SamplePattern({4, 1, 0}), {0, 0, 40, 24}, 0.0f, true, true);
+    build_cells(general.mesh, {true, true, still.settings.orthographic, still.settings.inverse_focus, 0.0f});
+    general.lens_scale = 0;
+    general.samples.fill(general.pattern, {0, 0, 40, 24}, 0.0f, true);
     EXPECT_EQ(traced(general, work), raster.hits);
   }
 }
@@ -213,9 +269,8 @@ int missed_times(std::uint32_t seed, bool naive) {
     leaf.y_high = leaf.y_low + random.uniform(0, 5);
     // Slow motion is where a naive solve fails.
     const float speed = std::pow(2.0f, random.uniform(-22, 7));
-    leaf.x_d_low = random.uniform(-speed, speed);
-    leaf.x_d_high = leaf.x_d_low + random.uniform(0, 1e-3f) * speed;
-    leaf.y_d_low = leaf.y_d_high = random.uniform(-speed, speed);
+    leaf.drift_x = random.uniform(-speed, speed);
+    leaf.drift_y = random.uniform(-speed, speed);
     IntRect pixels;
     // A side right where the box starts.
     pixels.x0 = static_cast<int>(std::floor(leaf.x_high)) + random.integer(-1, 1);
@@ -225,14 +280,14 @@ int missed_times(std::uint32_t seed, bool naive) {
     TimeRange range = touching_times(leaf, pixels, true, 0);
     if (naive && !range.empty()) {
       // The published solve in single precision, rounded to codes without widening.
-      const float d0 = static_cast<float>(pixels.x0) - leaf.x_high, d1 = d0 - leaf.x_d_high;
+      const float d0 = static_cast<float>(pixels.x0) - leaf.x_high, d1 = d0 - leaf.drift_x;
       if (d0 > 0 && d1 < 0) range.first = std::max(range.first, static_cast<int>(std::ceil(d0 / (d0 - d1) * 256.0f)) + 1);
     }
     for (int code = 0; code < 256; ++code) {
       const float t = static_cast<float>(code) / 256.0f, tau = t * leaf.rate / ((1.0f - t) + t * leaf.rate);
-      const auto face = [&](float low, float d) { return std::fma(tau, d, low); };
-      const bool touches = face(leaf.x_low, leaf.x_d_low) <= static_cast<float>(pixels.x1) && face(leaf.x_high, leaf.x_d_high) >= static_cast<float>(pixels.x0) &&
-                           face(leaf.y_low, leaf.y_d_low) <= static_cast<float>(pixels.y1) && face(leaf.y_high, leaf.y_d_high) >= static_cast<float>(pixels.y0);
+      const auto face = [&](float at, float drift) { return std::fma(tau, drift, at); };
+      const bool touches = face(leaf.x_low, leaf.drift_x) <= static_cast<float>(pixels.x1) && face(leaf.x_high, leaf.drift_x) >= static_cast<float>(pixels.x0) &&
+                           face(leaf.y_low, leaf.drift_y) <= static_cast<float>(pixels.y1) && face(leaf.y_high, leaf.drift_y) >= static_cast<float>(pixels.y0);
       if (touches && (code < range.first || code > range.last)) ++missed;
     }
   }
@@ -246,7 +301,7 @@ TEST(TouchingTimes, ANaiveSolveIsCaught) { EXPECT_GT(missed_times(50, true), 0);
 TEST(TouchingTimes, AreTightForFastMotion) {
   MicroMesh::Leaf leaf{};
   leaf.rate = 1;
-  leaf.x_low = 0, leaf.x_high = 1, leaf.x_d_low = leaf.x_d_high = 256;  // one pixel per code
+  leaf.x_low = 0, leaf.x_high = 1, leaf.drift_x = 256;  // one pixel per code
   leaf.y_high = 8;
   const TimeRange range = touching_times(leaf, {100, 0, 108, 8}, true, 0);
   EXPECT_GE(range.first, 97);
@@ -260,8 +315,12 @@ int box_violations(bool forget_spread) {
   int violations = 0;
   for (int trial = 0; trial < 40; ++trial) {
     RandomMesh r(random, {true, false}, false);
-    if (forget_spread)
-      for (auto& leaf : r.mesh.leaves) leaf.rate = 1.0f;  // boxes that move linearly on screen
+    // Everything moves far besides.
+    for (std::size_t v = 0; v < r.mesh.vertex_count; ++v) r.mesh.x1[v] += 200;
+    const std::vector<float> close = r.mesh.z1;
+    if (forget_spread) r.mesh.z1 = r.mesh.z0;  // boxes that move linearly on screen
+    build_cells(r.mesh, {true, false, false, 0, 0});
+    r.mesh.z1 = close;
     for (std::size_t cell = 0; cell < r.mesh.used.size(); ++cell) {
       if (!r.mesh.used[cell]) continue;
       const auto& leaf = r.mesh.leaves[cell / kLeafCells];
@@ -272,7 +331,7 @@ int box_violations(bool forget_spread) {
           const double z0 = static_cast<double>(r.mesh.z0[v]), z1 = static_cast<double>(r.mesh.z1[v]), td = static_cast<double>(t);
           const double lambda = td * z1 / ((1 - td) * z0 + td * z1);
           const double x = static_cast<double>(r.mesh.x0[v]) + lambda * (static_cast<double>(r.mesh.x1[v]) - static_cast<double>(r.mesh.x0[v]));
-          const float low = std::fma(tau, r.mesh.box_x_d_low[cell], r.mesh.box_x_low[cell]), high = std::fma(tau, r.mesh.box_x_d_high[cell], r.mesh.box_x_high[cell]);
+          const float low = std::fma(tau, leaf.drift_x, r.mesh.box_x_low[cell]), high = std::fma(tau, leaf.drift_x, r.mesh.box_x_high[cell]);
           if (x < static_cast<double>(low) || x > static_cast<double>(high)) ++violations;
         }
       }
@@ -309,8 +368,9 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
     test::add_camera(*test.capture, {0, 0, 0}, camera);
     test.pose(64, 48);
     const auto& frame = *test.frame;
+    const SamplePattern pattern({4, 0, 0});
     TileSamples samples;
-    samples.fill(SamplePattern({4, 0, 0}), {0, 0, 64, 48}, 0, false, true);
+    samples.fill(pattern, {0, 0, 64, 48}, 0, false);
     Tessellator tessellator;
     MicroMesh mesh;
     HitSet sink;
@@ -320,11 +380,7 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
       tessellator.tessellate(frame, patch, whole_patch(frame, patch), {moving, false}, mesh);
       EXPECT_FALSE(mesh.clipped_cells.empty());
       if (moving) {
-        for (std::size_t l = 0; l < mesh.leaves.size(); ++l)
-          for (const auto& block : samples.blocks) {
-            const SampleRange all{&block, 0, block.count};
-            trace_leaf(mesh, l, samples, std::span(&all, 1), {true, false}, settings, sink, work);
-          }
+        for (std::size_t l = 0; l < mesh.leaves.size(); ++l) trace_leaf(mesh, l, samples, {0, 255}, {true, false}, settings, sink, work);
       } else {
         raster_mesh(mesh, samples, settings, sink, work);
       }
@@ -338,7 +394,7 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
     for (std::uint32_t s = 0; s < samples.count; ++s) {
       // The ray (dx, dy, -1) z meets y = -1 at z = -1/dy.
       const double dx = (static_cast<double>(samples.x[s]) - 32) / frame.projection.scale, dy = -(static_cast<double>(samples.y[s]) - 24) / frame.projection.scale;
-      const double z = dy < 0 ? -1 / dy : 1e9, shift = moving ? 3 * static_cast<double>(samples.time[s]) / 256 : 0;
+      const double z = dy < 0 ? -1 / dy : 1e9, shift = moving ? 3 * static_cast<double>(samples.t(s)) : 0;
       const bool expected = z + shift < 49.9 && std::abs(dx * z) < 29.9;
       const bool outside = z + shift > 50.1 || std::abs(dx * z) > 30.1;
       if (expected) {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace tessera::binner {
+namespace tessera::hardware {
 
 // An on-chip cache that keeps what was used last (LRU), in bytes. Keys are small numbers: memory grows with the largest.
 //
@@ -80,4 +80,4 @@ class RecencyCache {
   std::vector<Node> nodes_;
 };
 
-}  // namespace tessera::binner
+}  // namespace tessera::hardware

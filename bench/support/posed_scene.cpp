@@ -1,0 +1,149 @@
+#include "bench/support/posed_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "tests/support/captures.h"
+#include "tests/support/mesh_triangles.h"
+#include "tilecore/tessellator.h"
+
+namespace tessera::bench {
+namespace {
+
+constexpr double kFocalPixels = 720;  // one unit is one pixel at this depth
+constexpr float kWallDepth = 900;
+constexpr float kMargin = 160;        // pixels of wall beyond the frame, so that it fills the frame at all times
+
+std::vector<Vec3> wall(int width, int height) {
+  constexpr float kPatchPixels = 32, kUnit = kWallDepth / static_cast<float>(kFocalPixels);
+  const int columns = static_cast<int>((static_cast<float>(width) + 2 * kMargin) / kPatchPixels), rows = static_cast<int>((static_cast<float>(height) + 2 * kMargin) / kPatchPixels) + 1;
+  std::vector<Vec3> points;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 4; ++i) {
+          const float x = static_cast<float>(3 * column + i) / 3.0f - static_cast<float>(columns) / 2, y = static_cast<float>(3 * row + j) / 3.0f - static_cast<float>(rows) / 2;
+          points.push_back({x * kPatchPixels * kUnit, y * kPatchPixels * kUnit, 12.0f * std::sin(1.3f * x) * std::cos(1.1f * y)});
+        }
+  return points;
+}
+
+std::vector<Vec3> blob(float radius) {
+  std::vector<Vec3> points = test::closed_patches(frontend::kNone).vertices.positions;
+  for (Vec3& p : points) p *= radius;
+  return points;
+}
+
+frontend::Capture make_capture(int width, int height, const SceneSettings& settings) {
+  frontend::Capture capture;
+  test::Random random(7);
+  const auto add = [&](const std::vector<Vec3>& points, double x_pixels, double y_pixels, double depth) {
+    const double unit = depth / kFocalPixels, angle = static_cast<double>(random.uniform(0, 6.2831853f));
+    const int node = test::add_node(capture, test::patches(points), {x_pixels * unit, y_pixels * unit, -depth});
+    if (settings.blur > 0) test::add_motion(capture, node, DVec3(std::cos(angle), std::sin(angle), 0) * (settings.blur * unit));
+  };
+  add(wall(width, height), 0, 0, static_cast<double>(kWallDepth));
+  for (int y = 50; y < height; y += 100)
+    for (int x = 50; x < width; x += 100) {
+      const double depth = static_cast<double>(random.uniform(560, 800));
+      // Pixels of a radius: a quarter of the circle is about 60 pixels, within the largest tessellation factor.
+      const auto radius = static_cast<float>(32 * depth / kFocalPixels);
+      const double dx = static_cast<double>(random.uniform(-25, 25)), dy = static_cast<double>(random.uniform(-25, 25));
+      add(blob(radius), x + dx - width / 2, y + dy - height / 2, depth);
+    }
+  frontend::Camera camera;
+  camera.vertical_fov = static_cast<float>(2 * std::atan(height / 2 / kFocalPixels));
+  camera.near = 10;
+  // Radius of confusion on the wall: focal length * aperture * (1/focus - 1/depth) = 16 pixels.
+  if (settings.lens) camera.lens = {40, 600};
+  test::add_camera(capture, DVec3(0.0), camera);
+  return capture;
+}
+
+// One patch of a list, with vertices numbered from 0.
+struct Piece {
+  std::array<std::vector<TriangleList::Vertex>, 2> keys;
+  std::vector<std::uint32_t> indices;
+};
+
+Piece list_patch(const frontend::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
+  const frontend::PosedDrawable& drawable = frame.drawable_of(patch);
+  if (drawable.material->double_sided) throw std::runtime_error("a list of triangles knows no double-sided material");
+  tessellator.tessellate(frame, patch, frontend::patch_cells(frame, patch), {drawable.moving, false}, mesh);
+  Piece piece;
+  for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
+    if (!mesh.projected[v]) throw std::runtime_error("a list of triangles holds no vertex that is not projected");
+    piece.keys[0].push_back({mesh.x0[v], mesh.y0[v], mesh.z0[v]});
+    piece.keys[1].push_back(drawable.moving ? TriangleList::Vertex{mesh.x1[v], mesh.y1[v], mesh.z1[v]} : piece.keys[0].back());
+  }
+  test::for_each_triangle(mesh, [&](const std::array<std::int32_t, 3>& corners, std::uint32_t) {
+    for (const std::size_t c : {0, 1, 2}) piece.indices.push_back(static_cast<std::uint32_t>(corners[drawable.mirrored ? 2 - c : c]));
+  });
+  return piece;
+}
+
+}  // namespace
+
+PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
+    : capture(make_capture(width, height, settings)),
+      assembly(frontend::assemble(capture)),
+      pyramids(assembly),
+      pattern({settings.samples_per_pixel, 0, 0}),
+      grid(width, height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height)),
+      machine(gpu, pattern, grid) {
+  frontend::FrameRequest request;
+  request.width = width;
+  request.height = height;
+  request.close_time = settings.blur > 0 ? 1 : 0;
+  // Cells are near squares of two triangles.
+  request.tessellation.target_edge_pixels = std::sqrt(2 * settings.area);
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(settings.area / mean_area);
+    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, width, height), request);
+    std::set<std::uint32_t> kept;
+    for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu).sub_patches) kept.insert(piece.base_patch);
+    patches.assign(kept.begin(), kept.end());
+    mean_area = list_triangles(*frame, patches).mean_area();
+  }
+}
+
+double TriangleList::front_area(std::size_t triangle) const {
+  const Vertex &a = keys[0][indices[3 * triangle]], &b = keys[0][indices[3 * triangle + 1]], &c = keys[0][indices[3 * triangle + 2]];
+  const auto difference = [](float p, float q) { return static_cast<double>(p) - static_cast<double>(q); };
+  // Rows run downwards, so what winds counter-clockwise with y up has a negative determinant.
+  return 0.5 * (difference(b.y, a.y) * difference(c.x, a.x) - difference(b.x, a.x) * difference(c.y, a.y));
+}
+
+double TriangleList::mean_area() const {
+  double area = 0;
+  for (std::size_t t = 0; t < triangle_count(); ++t) area += std::abs(front_area(t));
+  return area / static_cast<double>(std::max<std::size_t>(triangle_count(), 1));
+}
+
+TriangleList list_triangles(const frontend::FrameGeometry& frame, const std::vector<std::uint32_t>& patches) {
+  std::vector<Piece> pieces(patches.size());
+  PerThread<tilecore::Tessellator> tessellators;
+  PerThread<tilecore::MicroMesh> meshes;
+  parallel_for(patches.size(), [&](std::size_t p) { pieces[p] = list_patch(frame, patches[p], tessellators.local(), meshes.local()); });
+
+  TriangleList list;
+  list.near_depth = std::numeric_limits<float>::infinity();
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    const auto first = static_cast<std::uint32_t>(list.patch.size());
+    for (const std::uint32_t i : pieces[p].indices) list.indices.push_back(first + i);
+    list.patch.resize(list.patch.size() + pieces[p].keys[0].size(), patches[p]);
+    for (std::size_t key = 0; key < 2; ++key)
+      for (const TriangleList::Vertex& v : pieces[p].keys[key]) {
+        list.keys[key].push_back(v);
+        list.near_depth = std::min(list.near_depth, v.z);
+        list.far_depth = std::max(list.far_depth, v.z);
+      }
+  }
+  return list;
+}
+
+}  // namespace tessera::bench

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "frontend/frame_geometry.h"
+#include "tests/support/machine_visibility.h"
+
+namespace tessera::bench {
+
+// The scene of the visibility benchmarks: a wavy wall of bicubic patches that fills the picture and beyond, and a crowd
+// of closed blobs in front of it. Every object moves by `blur` pixels, each in its own direction; surfaces are opaque
+// and single-sided.
+struct SceneSettings {
+  double area = 1;    // wanted mean area of a triangle, pixels^2
+  double blur = 0;    // pixels that everything moves
+  bool lens = false;  // 32 pixels of confusion on the wall
+  int samples_per_pixel = 4;
+};
+
+// That scene posed for one picture, and the machine that renders it.
+struct PosedScene {
+  // Poses three times: the tessellation's edge length is corrected until the mean area is the wanted one.
+  PosedScene(int width, int height, const SceneSettings& settings);
+  PosedScene(const PosedScene&) = delete;
+  PosedScene& operator=(const PosedScene&) = delete;
+
+  frontend::Capture capture;
+  frontend::Assembly assembly;
+  frontend::PyramidLibrary pyramids;
+  hardware::GpuConfiguration gpu;
+  tilecore::SamplePattern pattern;
+  binner::TileGrid grid;
+  test::MachineVisibility machine;
+  std::unique_ptr<frontend::FrameGeometry> frame;
+  std::vector<std::uint32_t> patches;  // that the front end keeps, in order
+  double mean_area = 0;                // reached, at shutter open
+};
+
+// Triangles of a posed frame for renderers that take vertices: one indexed list, patch after patch.
+struct TriangleList {
+  struct Vertex {
+    float x, y, z;  // pixels (on the sub-pixel grid) and depth
+  };
+  std::array<std::vector<Vertex>, 2> keys;  // shutter open and close; the same where nothing moves
+  std::vector<std::uint32_t> patch;         // base patch of each vertex
+  std::vector<std::uint32_t> indices;       // three per triangle; a front face is counter-clockwise with y up
+  float near_depth = 0, far_depth = 0;      // of all vertices
+
+  std::size_t triangle_count() const { return indices.size() / 3; }
+  // At shutter open, pixels^2.
+  double front_area(std::size_t triangle) const;  // negative for back faces
+  double mean_area() const;
+};
+
+// Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the picture,
+// and for a double-sided material: the list can say neither.
+TriangleList list_triangles(const frontend::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
+
+}  // namespace tessera::bench

@@ -1,0 +1,242 @@
+// Visibility of micro-triangles: Tessera beside llvmpipe, Mesa's software rasterizer, on the same posed patches.
+//
+//   tessera_llvmpipe_rival OUT_FOLDER [ROUNDS]  measures every row; writes llvmpipe.csv
+//   tessera_llvmpipe_rival --check              small pictures, no times: do both see the same?
+//
+// Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one frame with 4x
+// MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an offset and a time of
+// its own, and adds them up.
+//
+// Tessera: front end, binner and tile cores without shading, all counters on, two threads. llvmpipe: clear, draw, wait until
+// it is done; its vertices are there before, tessellated and projected, those of static rows divided by their depths, too. Two
+// threads rasterize, beside the one that transforms and bins. Rounds interleave the two; figures are medians over the rounds.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/parallel.h"
+#include "bench/support/llvmpipe.h"
+#include "bench/support/posed_scene.h"
+#include "bench/support/timing.h"
+
+namespace tessera::bench {
+namespace {
+
+constexpr int kThreads = 2;
+using Picture = std::vector<std::uint32_t>;  // patch + 1 per pixel; 0: nothing
+
+// ---- Do both see the same? --------------------------------------------------------------------------------------
+
+// Samples whose patches are compared. Inside: all nine pixels around see the same patch in llvmpipe's picture.
+struct Agreement {
+  std::uint64_t samples = 0, same = 0, inside = 0, inside_same = 0;
+  void add(const Agreement& o) { samples += o.samples, same += o.same, inside += o.inside, inside_same += o.inside_same; }
+};
+
+// What is left may differ at edges: llvmpipe snaps what moves to 1/256 pixel at every time, Tessera at the keys alone; the two
+// decide differently where a sample lies on an edge; and depths round differently where surfaces meet. One in a thousand may.
+bool agrees(const Agreement& a) { return a.inside_same == a.inside && 1000 * (a.samples - a.same) <= a.samples && 10 * a.inside >= a.samples; }
+
+bool inside(const Picture& picture, int width, int height, int x, int y) {
+  const auto at = [&](int column, int row) { return picture[static_cast<std::size_t>(row * width + column)]; };
+  for (int row = std::max(y - 1, 0); row <= std::min(y + 1, height - 1); ++row)
+    for (int column = std::max(x - 1, 0); column <= std::min(x + 1, width - 1); ++column)
+      if (at(column, row) != at(x, y)) return false;
+  return true;
+}
+
+// Tessera's sample `sample` of every pixel, where its time is `time_code`, or at any time when that is negative.
+Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState>& tiles, int sample, int time_code, const Picture& picture) {
+  const int width = scene.frame->request.width, height = scene.frame->request.height, spp = scene.pattern.samples_per_pixel();
+  Agreement agreement;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const IntRect pixels = scene.grid.pixels(static_cast<binner::TileIndex>(t));
+    for (int y = pixels.y0; y < pixels.y1; ++y)
+      for (int x = pixels.x0; x < pixels.x1; ++x) {
+        if (time_code >= 0 && scene.pattern.time(x, y, sample) != time_code) continue;
+        const std::uint32_t theirs = picture[static_cast<std::size_t>(y * width + x)];
+        const std::uint32_t ours = tiles[t].patch[static_cast<std::size_t>(((y - pixels.y0) * pixels.width() + x - pixels.x0) * spp + sample)] + 1;
+        static_assert(tilecore::TileState::kNoPatch + 1 == 0);
+        const bool within = inside(picture, width, height, x, y);
+        agreement.add({1, ours == theirs, within, within && ours == theirs});
+      }
+  }
+  return agreement;
+}
+
+Llvmpipe::Offset offset_of(const PosedScene& scene, int sample) {
+  const auto at = scene.pattern.offset(sample);
+  return {at.x, at.y};
+}
+
+// Tessera beside single-sample frames at its own offsets and, where the scene moves, at every `time_step`-th of its times.
+// `wrong_offset` is added to the offsets: for twins that must not agree.
+Agreement compare_samples(PosedScene& scene, Llvmpipe& llvmpipe, int time_step, float wrong_offset = 0) {
+  const auto tiles = scene.machine.run(*scene.frame, scene.pyramids, true).tiles;
+  Agreement agreement;
+  for (int sample = 0; sample < scene.pattern.samples_per_pixel(); ++sample)
+    for (int time = 0; time < (scene.frame->any_motion ? 256 : 1); time += time_step) {
+      const Llvmpipe::Offset at = offset_of(scene, sample);
+      llvmpipe.draw_single(0, {at.x + wrong_offset, at.y}, static_cast<float>(time) * 0x1p-8f);
+      agreement.add(compare(scene, tiles, sample, scene.frame->any_motion ? time : -1, llvmpipe.read_layer(0)));
+    }
+  return agreement;
+}
+
+// The frame with 4x MSAA beside single-sample frames at the same offsets. With the comparison above this says that Tessera and
+// the frame that is timed see the same.
+std::uint64_t differing_multisamples(Llvmpipe& llvmpipe) {
+  const auto offsets = llvmpipe.multisample_offsets();
+  std::uint64_t different = 0;
+  for (int k = 0; k < Llvmpipe::kMultisamples; ++k) {
+    llvmpipe.draw_single(0, offsets[static_cast<std::size_t>(k)], 0);
+    const Picture single = llvmpipe.read_layer(0);
+    llvmpipe.draw_multisampled();
+    const Picture multi = llvmpipe.read_multisample(k);
+    for (std::size_t p = 0; p < single.size(); ++p) different += single[p] != multi[p];
+  }
+  return different;
+}
+
+// ---- Measuring --------------------------------------------------------------------------------------------------
+
+// A sample's time in the frame that llvmpipe draws for it: strata of the shutter.
+float frame_time(int sample, int samples) { return (static_cast<float>(sample) + 0.5f) / static_cast<float>(samples); }
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) return line.substr(std::min(line.find(':') + 2, line.size()));
+  return "unknown";
+}
+
+struct Row {
+  SceneSettings scene;
+  double goal;  // of Tessera's time over llvmpipe's; 0: none
+};
+constexpr Row kRows[] = {{{0.5, 0, false, 4}, 0.3}, {{1, 0, false, 4}, 0.3}, {{4, 0, false, 4}, 0.6}, {{16, 0, false, 4}, 0}, {{1, 32, false, 16}, 0.25}};
+
+void measure(const Row& row, int rounds, std::string& csv) {
+  PosedScene scene(1280, 720, row.scene);
+  const bool moves = row.scene.blur > 0;
+  const int spp = row.scene.samples_per_pixel;
+  const TriangleList triangles = list_triangles(*scene.frame, scene.patches);
+  Llvmpipe llvmpipe(triangles, 1280, 720, kThreads, moves ? spp : 1);
+
+  const Agreement agreement = compare_samples(scene, llvmpipe, 85);
+  const std::uint64_t different = moves ? 0 : differing_multisamples(llvmpipe);
+
+  tilecore::TileCoreCounters counters;
+  std::uint64_t made = 0;
+  std::vector<double> total, bound, bin, tiles, draw, add, theirs;
+  for (int round = 0; round < rounds; ++round) {
+    const auto result = scene.machine.run(*scene.frame, scene.pyramids, false);
+    counters = result.counters;
+    made = result.tessellation.triangles;
+    total.push_back(result.stages.total());
+    bound.push_back(result.stages.bound_seconds);
+    bin.push_back(result.stages.bin_seconds);
+    tiles.push_back(result.stages.tile_seconds);
+
+    const double start = now();
+    if (moves)
+      for (int k = 0; k < spp; ++k) llvmpipe.draw_single(k, offset_of(scene, k), frame_time(k, spp));
+    else llvmpipe.draw_multisampled();
+    llvmpipe.finish();
+    const double drawn = now();
+    if (moves) llvmpipe.accumulate(spp);
+    llvmpipe.finish();
+    const double done = now();
+    draw.push_back(drawn - start);
+    add.push_back(done - drawn);
+    theirs.push_back(done - start);
+  }
+  const auto ms = [](const std::vector<double>& seconds) { return 1e3 * median(seconds); };
+  const std::string line = fmt::format("{:g},{:g},{},{:.2f},{},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{},{},{},{},{},{},\"{}\",\"{}\"\n", row.scene.area,
+                                       row.scene.blur, spp, scene.mean_area, scene.patches.size(), made, triangles.triangle_count(), ms(bound), ms(bin), ms(tiles), ms(total),
+                                       ms(draw), moves ? ms(add) : 0.0, ms(theirs), median(total) / median(theirs), row.goal > 0 ? fmt::format("{:g}", row.goal) : "", agreement.samples,
+                                       agreement.samples - agreement.same, agreement.inside, agreement.inside - agreement.inside_same, different, processor(), llvmpipe.renderer());
+  csv += line;
+  fmt::print("{}", line);
+  std::fflush(stdout);
+}
+
+void measure_all(const std::filesystem::path& folder, int rounds) {
+  std::string csv =
+      "area,blur,samples_per_pixel,mean_area,patches,tessera_triangles,llvmpipe_triangles,tessera_bound_ms,tessera_bin_ms,tessera_tiles_ms,tessera_ms,llvmpipe_draw_ms,"
+      "llvmpipe_accumulate_ms,llvmpipe_ms,tessera_over_llvmpipe,goal,compared,different,inside,inside_different,multisamples_different,host,renderer\n";
+  fmt::print("{}", csv);
+  std::filesystem::create_directories(folder);
+  for (const Row& row : kRows) measure(row, rounds, csv);
+  write_file_atomically(folder / "llvmpipe.csv", csv);
+}
+
+// ---- Checking ---------------------------------------------------------------------------------------------------
+
+bool report(const std::string& what, bool good, const Agreement& a) {
+  fmt::print("{}: {} samples, {} differ; {} inside, {} of these differ{}\n", what, a.samples, a.samples - a.same, a.inside, a.inside - a.inside_same, good ? "" : "  <- wrong");
+  return good;
+}
+
+int check() {
+  bool good = true;
+  for (const SceneSettings& settings : {SceneSettings{4, 0, false, 4}, SceneSettings{0.5, 0, false, 4}, SceneSettings{4, 32, false, 4}}) {
+    PosedScene scene(320, 180, settings);
+    const std::string name = fmt::format("area {:g} blur {:g}", settings.area, settings.blur);
+    TriangleList triangles = list_triangles(*scene.frame, scene.patches);
+    {
+      Llvmpipe llvmpipe(triangles, 320, 180, kThreads, 4);
+      if (settings.blur == 0) fmt::print("{}\n", llvmpipe.renderer());
+      const Agreement same = compare_samples(scene, llvmpipe, 16);
+      good = report(name, agrees(same), same) && good;
+      const Agreement shifted = compare_samples(scene, llvmpipe, 16, 0.125f);
+      good = report(name + ", an eighth of a pixel beside", !agrees(shifted), shifted) && good;
+      const std::uint64_t different = differing_multisamples(llvmpipe);
+      fmt::print("{}: {} of 4x MSAA's samples differ from single ones\n", name, different);
+      good = different == 0 && good;
+      // The sum of equal frames is the frame.
+      for (int k = 0; k < 4; ++k) llvmpipe.draw_single(k, {0.5f, 0.5f}, 0);
+      llvmpipe.accumulate(4);
+      const std::vector<float> sum = llvmpipe.read_accumulated();
+      const Picture frame = llvmpipe.read_layer(0);
+      std::size_t wrong_sums = 0;
+      for (std::size_t p = 0; p < frame.size(); ++p)
+        for (std::size_t c = 0; c < 4; ++c) wrong_sums += std::abs(sum[4 * p + c] - static_cast<float>(frame[p] >> 8 * c & 255) / 255.0f) > 0x1p-11f;
+      fmt::print("{}: {} wrong sums\n", name, wrong_sums);
+      good = wrong_sums == 0 && good;
+    }
+    // A twin that lacks the triangles of one patch of the wall.
+    const std::uint32_t missing = triangles.patch[triangles.indices[triangles.indices.size() / 3]];
+    for (std::uint32_t& i : triangles.indices)
+      if (triangles.patch[i] == missing) i = 0;
+    Llvmpipe llvmpipe(triangles, 320, 180, kThreads, 1);
+    const Agreement hole = compare_samples(scene, llvmpipe, 16);
+    good = report(name + ", without a patch", !agrees(hole), hole) && good;
+  }
+  return good ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (argc < 2 || argc > 3) {
+    fmt::print(stderr, "usage: tessera_llvmpipe_rival OUT_FOLDER [ROUNDS] | --check\n");
+    return 2;
+  }
+  try {
+    const tessera::ThreadLimit limit(tessera::bench::kThreads);
+    if (first == "--check") return tessera::bench::check();
+    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 7);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "tessera_llvmpipe_rival: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/vec.h"
+#include "binner/tile_grid.h"
+#include "frontend/frame_geometry.h"
+#include "tilecore/pixel_shader.h"
+#include "tilecore/sample_pattern.h"
+#include "tilecore/visibility_method.h"
+
+namespace tessera::tilecore {
+
+// When samples of a pixel share one run of the pixel shader.
+enum class ShadingRate {
+  kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
+  kSample,  // one run per visible sample
+  kCache,   // one run per shading cell, shared by all samples that see it while the shading cache holds it
+};
+
+// Everything that the tile cores of one frame share; read only.
+struct TileJob {
+  const frontend::FrameGeometry* frame = nullptr;
+  const binner::TileGrid* grid = nullptr;
+  const SamplePattern* pattern = nullptr;
+  Lighting lighting;
+  Vec3 background{0.0f};
+  bool has_background = false;  // else the environment
+  ShadingRate shading = ShadingRate::kPixel;
+  float shading_cell_pixels = 1;
+  std::size_t shading_cache_entries = 1024;
+  int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied
+  std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMostCapacity
+  bool cull_occlusion = true;
+  bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
+  VisibilityMethodSettings visibility;
+  std::uint64_t burst_bytes = 64;
+  int box_bits = 32;  // precision of the boxes of cells
+};
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,43 @@
+#include "tilecore/tile_state.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+
+namespace tessera::tilecore {
+
+void TileState::start(std::size_t samples) {
+  unseen = samples;
+  z.assign(samples, std::numeric_limits<float>::infinity());
+  patch.assign(samples, kNoPatch);
+  triangle.assign(samples, kNoPatch);
+  for (auto* v : {&b1, &b2, &rest_x, &rest_y}) v->assign(samples, 0.0f);
+  layers.clear();
+  next_drop_ = std::min<std::size_t>(most_layers, 4096);
+  started = true;
+}
+
+void TileState::drop_hidden_layers() {
+  std::erase_if(layers, [&](const Layer& layer) { return layer.z >= z[layer.sample]; });
+}
+
+void TileState::make_room() {
+  drop_hidden_layers();
+  if (layers.size() >= most_layers)
+    throw LimitError(fmt::format("a tile sees more than {} blended surfaces, all samples together; fewer samples per pixel (--spp) or smaller tiles (tile.width, tile.height) need less", most_layers));
+  // Twice what is visible now: the work of looking stays in proportion to the layers that came.
+  next_drop_ = std::min(most_layers, std::max<std::size_t>(2 * layers.size(), 4096));
+}
+
+std::uint64_t TileState::bytes(std::size_t capacity) const {
+  std::uint64_t kept = 0;
+  std::vector<std::size_t> of_sample(layers.empty() ? 0 : z.size());
+  for (const Layer& layer : layers)
+    if (layer.z < z[layer.sample] && ++of_sample[layer.sample] <= capacity) ++kept;
+  return z.size() * kBytesPerSample + kept * kBytesPerLayer;
+}
+
+}  // namespace tessera::tilecore
