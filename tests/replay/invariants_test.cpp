@@ -195,6 +195,29 @@ TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
     }
 }
 
+// Invariants 1, 2 and 5 at once: every method, tile size, number of threads and width of vectors.
+TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheSameBits) {
+  const RenderRequest request = whole(80, 45);
+  const FrameResult expected = render(capture, {}, frame, request);
+  std::vector<Variant> methods = visibility_variants();
+  methods.push_back({"default", {}, {}, 0, ""});
+  for (Variant v : methods)
+    for (const int side : {16, 32, 64}) {
+      v.gpu.tile_width = v.gpu.tile_height = side;
+      nlohmann::json counters;
+      for (const std::size_t threads : {1u, 2u})
+        for (const std::string& target : simd_target_names()) {
+          v.threads = threads;
+          v.simd = target;
+          const FrameResult result = render(capture, v, frame, request);
+          const std::string where = v.name + ", tiles of " + std::to_string(side) + ", " + std::to_string(threads) + " threads, " + target;
+          EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << where;
+          if (counters.is_null()) counters = counters_json(result.counters);
+          EXPECT_EQ(counters_json(result.counters), counters) << where;
+        }
+    }
+}
+
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
 TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
   const FrameResult expected = render(capture, {}, frame);
