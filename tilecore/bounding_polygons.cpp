@@ -53,7 +53,7 @@ double PrimitiveBound::margin(const Vertex& v, double t0, double t1, double widt
   if (orthographic_) return kRoundingMargin * (width + way + radius_ * (largest * inverse_focus_ + 1));
   const double least = std::min(depth(t0), depth(t1));
   double sum = width + way * (largest / least);
-  if (radius_ != 0) sum += radius_ * (largest / (least * least) + largest * inverse_focus_ + 1 / least + inverse_focus_);
+  if (radius_ != 0) sum += radius_ * (largest / (least * least) + 1 / least + inverse_focus_);
   return kRoundingMargin * sum;
 }
 

@@ -32,7 +32,8 @@ bool is_projected(const MicroMesh& mesh, std::size_t cell);
 //   rate      |dl| <= 2 u Z / z + 2 u <= 4 u Z / z          a quotient and a product; exact when orthographic
 //   lens      |dc| <= (2 u Z / z + u) / z + u |c|           perspective; u (3 Z / f + |c|) when orthographic
 //   corner    |dx| <= |d| |dl| + R |dc| + 2 u W             two more fused additions
-// The margin is 8 u (|d| Z / z + W + R (Z / z^2 + Z / f + |c|)), twice W's share and more than 1.5 times the rest.
+// The margin is 8 u (|d| Z / z + W + R C) with C = Z / z^2 + 1 / z + 1 / f (Z / f + 1 when orthographic), twice W's share
+// and more than 1.5 times the rest.
 class PrimitiveBound {
  public:
   // `lens_radius` in pixels per unit of the lens factor; 0 without a lens.

@@ -8,9 +8,12 @@
 #include <set>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "tests/support/captures.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/tile_frustum.h"
 #include "tilecore/visibility_method.h"
 
 namespace tessera::tilecore {
@@ -45,18 +48,24 @@ struct MethodMesh {
     mesh.y1[v] = on_grid(mesh.y0[v] + dy);
     mesh.z1[v] = z1;
   }
-  // Cells of an n x n grid of vertices numbered row by row, in leaves of 4x4.
-  void add_grid_cells(int n) {
-    leaf_columns = static_cast<std::size_t>((n + 3) / 4);
-    for (int lj = 0; lj < n; lj += 4)
-      for (int li = 0; li < n; li += 4) {
+  // Cells of a grid of (columns + 1) x (rows + 1) vertices numbered row by row, in leaves of 4x4.
+  void add_grid_cells(int columns, int rows) {
+    leaf_columns = static_cast<std::size_t>((columns + 3) / 4);
+    for (int lj = 0; lj < rows; lj += 4)
+      for (int li = 0; li < columns; li += 4) {
         mesh.begin_leaf();
-        for (int j = lj; j < std::min(lj + 4, n); ++j)
-          for (int i = li; i < std::min(li + 4, n); ++i) {
-            const std::int32_t a = j * (n + 1) + i;
-            mesh.add_cell({a, a + 1, a + n + 2, a + n + 1}, static_cast<std::uint32_t>(2 * (j * n + i)));
+        for (int j = lj; j < std::min(lj + 4, rows); ++j)
+          for (int i = li; i < std::min(li + 4, columns); ++i) {
+            const std::int32_t a = j * (columns + 1) + i;
+            mesh.add_cell({a, a + 1, a + columns + 2, a + columns + 1}, static_cast<std::uint32_t>(2 * (j * columns + i)));
           }
       }
+  }
+  void add_grid_cells(int side) { add_grid_cells(side, side); }
+  // One cell; c == d: one triangle.
+  void add_only_cell(const std::array<std::int32_t, 4>& corners) {
+    mesh.begin_leaf();
+    mesh.add_cell(corners, 0);
   }
   void finish(const IntRect& tile, int spp) {
     build_cells(mesh, {effects.motion, effects.lens, settings.orthographic, settings.inverse_focus, lens_radius});
@@ -81,6 +90,7 @@ struct MeshOptions {
   float x = 0, y = 0, z = 2;  // where
   IntRect tile = {0, 0, 24, 16};
   int spp = 4;
+  int time_bits = 8;
 };
 
 inline MethodMesh random_mesh(test::Random& random, const MeshOptions& o) {
@@ -123,6 +133,7 @@ inline MethodMesh random_mesh(test::Random& random, const MeshOptions& o) {
       }
     m.add_grid_cells(n);
   }
+  m.time_bits = o.time_bits;
   m.finish(o.tile, o.spp);
   return m;
 }
@@ -143,7 +154,19 @@ struct NamedMethod {
   VisibilityMethodSettings settings;
 };
 
-// Every method but that by classes of samples, some with several settings.
+// What the default finds: leaf by leaf, by classes of samples.
+inline std::set<HitSet::Key> hits_by_class(const MethodMesh& m) {
+  HitSet sink;
+  VisibilityWork work;
+  for (std::size_t l = 0; l < m.mesh.leaves.size(); ++l) {
+    const TimeRange times = touching_times(m.mesh.leaves[l], m.samples.pixels, m.effects.motion, m.samples.lens_scale);
+    if (!times.empty()) trace_leaf(m.mesh, l, m.samples, times, m.effects, m.settings, sink, work);
+  }
+  sink.flush();
+  return sink.hits;
+}
+
+// Every method but that, some with several settings.
 inline std::vector<NamedMethod> methods_of_units() {
   using M = VisibilityMethod;
   return {{"brute", {M::kBrute}},
@@ -161,6 +184,39 @@ inline std::vector<NamedMethod> methods_of_units() {
           {"rays from the leaf mask's node", {M::kPatchBvh, 0, 16, true, BranchNode::kLeafMask}},
           {"rays in 8 segments of the shutter", {M::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 8}},
           {"rays from the first fork in 3 segments", {M::kPatchBvh, 0, 16, true, BranchNode::kBothChildren, 3}}};
+}
+
+struct Found {
+  std::set<HitSet::Key> hits;
+  VisibilityWork work;
+  StencilCounters stencil;
+  RayCounters rays;
+};
+
+inline Found find(const MeshInTile& in, const VisibilityMethodSettings& method) {
+  MeshVisibility visibility;
+  HitSet sink;
+  Found found;
+  visibility.test(in, method, sink, found.work);
+  sink.flush();
+  found.hits = sink.hits;
+  found.stencil = visibility.take_stencil_counters();
+  found.rays = visibility.take_ray_counters();
+  return found;
+}
+
+// `by_class` false: the samples are not those of their pattern.
+inline void expect_all_methods_find(const MethodMesh& m, const std::set<HitSet::Key>& expected, bool by_class = true) {
+  if (by_class) {
+    EXPECT_EQ(hits_by_class(m), expected);
+  }
+  for (const NamedMethod& method : methods_of_units()) {
+    const Found found = find(m.in_tile(), method.settings);
+    EXPECT_EQ(found.hits, expected) << method.name;
+    EXPECT_EQ(found.work.sample_hits, expected.size()) << method.name;
+    EXPECT_LE(found.stencil.hits, found.stencil.kept);
+    EXPECT_EQ(found.rays.rays_hit, found.rays.rays_cast > 0 ? found.stencil.hits : 0u);
+  }
 }
 
 }  // namespace tessera::tilecore

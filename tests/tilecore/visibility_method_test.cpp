@@ -12,44 +12,15 @@ namespace {
 
 using test::Random;
 
-struct Found {
-  std::set<HitSet::Key> hits;
-  VisibilityWork work;
-  StencilCounters stencil;
-  RayCounters rays;
-};
-
-Found find(const MeshInTile& in, const VisibilityMethodSettings& method) {
-  MeshVisibility visibility;
-  HitSet sink;
-  Found found;
-  visibility.test(in, method, sink, found.work);
-  sink.flush();
-  found.hits = sink.hits;
-  found.stencil = visibility.take_stencil_counters();
-  found.rays = visibility.take_ray_counters();
-  return found;
-}
-
-void expect_all_methods_find(const MethodMesh& m, const std::set<HitSet::Key>& expected) {
-  for (const NamedMethod& method : methods_of_units()) {
-    const Found found = find(m.in_tile(), method.settings);
-    EXPECT_EQ(found.hits, expected) << method.name;
-    EXPECT_EQ(found.work.sample_hits, expected.size()) << method.name;
-    EXPECT_LE(found.stencil.hits, found.stencil.kept);
-    EXPECT_EQ(found.rays.rays_hit, found.rays.rays_cast > 0 ? found.stencil.hits : 0u);
-  }
-}
-
 TEST(VisibilityMethods, FindTheSameHitsOnPatchesAndClustersUnderAllEffects) {
   Random random(1);
   std::size_t hits = 0;
-  for (int trial = 0; trial < 2; ++trial)
+  for (const int time_bits : {8, 16})
     for (const bool orthographic : {false, true})
       for (const auto& [motion, lens] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}})
         for (const bool cluster : {false, true})
           for (const IntRect& tile : {IntRect{0, 0, 24, 16}, IntRect{8, 8, 16, 16}, IntRect{3, 1, 18, 14}}) {
-            const MethodMesh m = random_mesh(random, {{motion, lens}, orthographic, cluster, 0, 0, 2, tile});
+            const MethodMesh m = random_mesh(random, {{motion, lens}, orthographic, cluster, 0, 0, 2, tile, 4, time_bits});
             const auto expected = all_pairs(m);
             hits += expected.size();
             expect_all_methods_find(m, expected);
@@ -78,12 +49,20 @@ TEST(VisibilityMethods, CountTheSameOnEveryInstructionSet) {
 
 TEST(VisibilityMethods, AgreeWhenAllSamplesHaveOneTime) {
   Random random(3);
-  for (const int code : {0, 1, 128, 255}) {
-    MethodMesh m = random_mesh(random, {{true, code == 128}});
-    for (auto& time : m.samples.time) time = static_cast<std::uint16_t>(code << 8);
+  std::size_t hits = 0;
+  for (const int code : {0, 1, 1 << 15, 255 << 8, 0xFFFF}) {
+    MethodMesh m = random_mesh(random, {{true, code == 1 << 15}});
+    for (auto& time : m.samples.time) time = static_cast<std::uint16_t>(code);
+    // The pattern's classes have that time, too: all of them are those of one stencil value.
+    SampleClasses classes = m.pattern->classes();
+    std::fill(classes.t.begin(), classes.t.end(), static_cast<float>(code) / 65536);
+    for (int k = 0; k <= 256; ++k) classes.first_at[static_cast<std::size_t>(k)] = k <= code >> 8 ? 0 : classes.count;
+    m.samples.classes = &classes;
     const auto expected = all_pairs(m);
+    hits += expected.size();
     expect_all_methods_find(m, expected);
   }
+  EXPECT_GT(hits, 1000u);
 }
 
 TEST(VisibilityMethods, AgreeOnATileWithOneSample) {
