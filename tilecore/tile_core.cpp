@@ -179,9 +179,11 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
   } else if (!job.visibility.by_class()) {
     visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility, sink, work);
   } else {
+    leaf_times_.resize(mesh.leaves.size());
+    touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);
+    work.box_tests += mesh.leaves.size();
     for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-      ++work.box_tests;
-      const TimeRange times = touching_times(mesh.leaves[l], samples_.pixels, effects.motion, samples_.lens_scale).intersect(entry_times);
+      const TimeRange times = leaf_times_[l].intersect(entry_times);
       if (!times.empty()) trace_leaf(mesh, l, samples_, times, effects, settings, sink, work);
     }
   }

@@ -82,6 +82,7 @@ class TileCore {
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
+  std::vector<TimeRange> leaf_times_;
 };
 
 }  // namespace tessera::tilecore

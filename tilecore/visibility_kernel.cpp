@@ -322,7 +322,55 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
   if (!hn::AllFalse(d, ties)) test_ties<E>(to, cell, corner, ties, s.id);
 }
 
+// ---- Pairs of a sample and a cell -------------------------------------------------------------------------------
+
+// Samples inside the boxes of a leaf's cells, waiting for a full vector.
+struct Pairs {
+  static constexpr std::size_t kCapacity = 256;
+  std::size_t count = 0;
+  alignas(64) std::int32_t sample[kCapacity + kMaxLanes], cell[kCapacity + kMaxLanes];
+  bool full() const { return count + kLeafCells > kCapacity; }
+};
+
+// Appends a pair for every cell of the leaf whose box holds (x, y); `first` is the leaf's first slot.
+HWY_INLINE void add_pairs(const MicroMesh& mesh, std::size_t first, float x, float y, std::int32_t sample, Pairs& pairs) {
+  const hn::CappedTag<float, kLeafCells> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto xs = hn::Set(d, x), ys = hn::Set(d, y);
+  for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
+    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + k); };
+    const auto inside = hn::And(hn::And(hn::Ge(xs, at(mesh.box_x_low)), hn::Le(xs, at(mesh.box_x_high))),
+                                hn::And(hn::Ge(ys, at(mesh.box_y_low)), hn::Le(ys, at(mesh.box_y_high))));
+    hn::StoreU(hn::Set(di, sample), di, pairs.sample + pairs.count);
+    hn::StoreU(hn::Compress(hn::Iota(di, static_cast<std::int32_t>(k)), hn::RebindMask(di, inside)), di, pairs.cell + pairs.count);
+    pairs.count += hn::CountTrue(d, inside);
+  }
+}
+
+// Tests the pairs and empties the list. `samples_at` gives the lanes' samples for their numbers in the list.
+template <class E, class SamplesAt>
+HWY_INLINE void test_pairs(const Context& to, const LeafCells& cells, const SamplesAt& samples_at, Pairs& pairs) {
+  const D d;
+  const DI di;
+  for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
+    const M valid = hn::FirstN(d, pairs.count - i);
+    const VI at = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.sample + i));
+    const VI number = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.cell + i));
+    test_cell<E>(to, pick_cells<E>(cells, number), samples_at(at), valid);
+  }
+  pairs.count = 0;
+}
+
 // ---- Raster path ------------------------------------------------------------------------------------------------
+
+struct SampleRow {
+  std::size_t first, last;  // natural order; last excluded
+};
+HWY_INLINE SampleRow samples_of_row(const TileSamples& samples, int y, const IntRect& box) {
+  const auto row = static_cast<std::size_t>((y - samples.pixels.y0) * samples.pixels.width());
+  const auto of = [&](int x) { return (row + static_cast<std::size_t>(x - samples.pixels.x0)) * static_cast<std::size_t>(samples.spp); };
+  return {of(box.x0), of(box.x1)};
+}
 
 // The cell against the pixels of `box`, row by row.
 template <class E>
@@ -331,11 +379,8 @@ void raster_cell(const Context& to, std::size_t slot, IntRect box) {
   const DI di;
   const TileSamples& samples = to.samples;
   const Cell cell = load_cell<E>(to.mesh, slot);
-  const int width = samples.pixels.width();
   for (int y = box.y0; y < box.y1; ++y) {
-    const auto row = static_cast<std::size_t>((y - samples.pixels.y0) * width);
-    const std::size_t first = (row + static_cast<std::size_t>(box.x0 - samples.pixels.x0)) * static_cast<std::size_t>(samples.spp);
-    const std::size_t last = (row + static_cast<std::size_t>(box.x1 - samples.pixels.x0)) * static_cast<std::size_t>(samples.spp);
+    const auto [first, last] = samples_of_row(samples, y, box);
     for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
       SampleLanes s;
       s.x = hn::LoadU(d, samples.x.data() + i);
@@ -354,19 +399,69 @@ HWY_INLINE IntRect pixels_of(float x_low, float x_high, float y_low, float y_hig
   return {first(x_low, tile.x0, tile.x1), first(y_low, tile.y0, tile.y1), last(x_high, tile.x0, tile.x1), last(y_high, tile.y0, tile.y1)};
 }
 
+// Leaves whose cells cover fewer pixels than this on average go through pairs of sample and cell, others cell by cell:
+// rows of samples fill vectors only when they are long. [measured] tessera_embree_rival --profile.
+constexpr int kPairedCellPixels = 9;
+
+// The samples of the pixels of `box` against the leaf's cells.
+template <class E>
+void raster_pairs(const Context& to, std::size_t l, IntRect box) {
+  const D d;
+  const TileSamples& samples = to.samples;
+  const MicroMesh::Leaf& leaf = to.mesh.leaves[l];
+  const V x_low = hn::Set(d, leaf.x_low), x_high = hn::Set(d, leaf.x_high), y_low = hn::Set(d, leaf.y_low), y_high = hn::Set(d, leaf.y_high);
+  const V near = hn::Set(d, leaf.near);
+  LeafCells cells;
+  load_cells<E>(to.mesh, l * kLeafCells, cells);
+  const auto samples_at = [&](VI id) HWY_ATTR {
+    SampleLanes s;
+    s.x = hn::GatherIndex(d, samples.x.data(), id);
+    s.y = hn::GatherIndex(d, samples.y.data(), id);
+    s.t = s.lens_u = s.lens_v = hn::Zero(d);
+    s.id = id;
+    return s;
+  };
+  Pairs pairs;
+  std::uint64_t tested = 0;
+  for (int y = box.y0; y < box.y1; ++y) {
+    const auto [first, last] = samples_of_row(samples, y, box);
+    for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
+      const V sample_x = hn::LoadU(d, samples.x.data() + i), sample_y = hn::LoadU(d, samples.y.data() + i);
+      M in = hn::And(hn::And(hn::Ge(sample_x, x_low), hn::Le(sample_x, x_high)), hn::And(hn::Ge(sample_y, y_low), hn::Le(sample_y, y_high)));
+      in = hn::And(in, hn::FirstN(d, last - i));
+      if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::LoadU(d, to.settings.depth + i), near));
+      tested += hn::CountTrue(d, in);
+      for_each_lane(in, [&](std::size_t lane) HWY_ATTR {
+        add_pairs(to.mesh, l * kLeafCells, samples.x[i + lane], samples.y[i + lane], static_cast<std::int32_t>(i + lane), pairs);
+        if (pairs.full()) test_pairs<E>(to, cells, samples_at, pairs);
+      });
+    }
+  }
+  test_pairs<E>(to, cells, samples_at, pairs);
+  to.work.box_tests += tested * static_cast<std::uint64_t>(std::popcount(leaf.cells));
+}
+
 template <class E>
 void raster(const Context& to) {
   const MicroMesh& mesh = to.mesh;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
     const MicroMesh::Leaf& leaf = mesh.leaves[l];
     ++to.work.box_tests;
-    if (pixels_of(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, to.samples.pixels).empty()) continue;
+    const IntRect leaf_box = pixels_of(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, to.samples.pixels);
+    if (leaf_box.empty()) continue;
+    // Of the whole leaf, not of its part in the tile.
+    if ((leaf.x_high - leaf.x_low) * (leaf.y_high - leaf.y_low) < static_cast<float>(kPairedCellPixels * std::popcount(leaf.cells))) {
+      raster_pairs<E>(to, l, leaf_box);
+      if (to.settings.depth != nullptr) to.sink.flush();  // the next leaf sees what this one covered
+      continue;
+    }
     to.work.box_tests += static_cast<std::uint64_t>(std::popcount(leaf.cells));
     for (std::uint32_t cells = leaf.cells; cells != 0; cells &= cells - 1) {
       const std::size_t c = l * kLeafCells + static_cast<std::size_t>(std::countr_zero(cells));
       const IntRect box = pixels_of(mesh.box_x_low[c], mesh.box_x_high[c], mesh.box_y_low[c], mesh.box_y_high[c], to.samples.pixels);
       if (!box.empty()) raster_cell<E>(to, c, box);
     }
+    if (to.settings.depth != nullptr) to.sink.flush();
   }
 }
 
@@ -396,13 +491,6 @@ HWY_INLINE V leaf_time(V t, float rate) {
   return hn::Div(tr, hn::Add(hn::Sub(hn::Set(d, 1.0f), t), tr));
 }
 
-// Pairs of a survivor and a cell.
-struct Pairs {
-  static constexpr std::size_t kCapacity = 256;
-  std::size_t count = 0;
-  alignas(64) std::int32_t survivor[kCapacity + kMaxLanes], cell[kCapacity + kMaxLanes];
-};
-
 template <class E>
 HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
   const D d;
@@ -416,44 +504,20 @@ HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
   return s;
 }
 
-template <class E>
-HWY_INLINE void test_pairs(const Context& to, const LeafCells& cells, const Survivors& from, Pairs& pairs) {
-  const D d;
-  const DI di;
-  for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
-    const M valid = hn::FirstN(d, pairs.count - i);
-    const VI at = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.survivor + i));
-    const VI number = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.cell + i));
-    test_cell<E>(to, pick_cells<E>(cells, number), gather_samples<E>(from, at), valid);
-  }
-  pairs.count = 0;
-}
-
 // Steps 2 and 3.
 template <class E>
 void test_survivors(const Context& to, std::size_t l, Survivors& from) {
-  const hn::CappedTag<float, kLeafCells> d;
-  const hn::RebindToSigned<decltype(d)> di;
   const MicroMesh& mesh = to.mesh;
-  const std::size_t first = l * kLeafCells;
   to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
   LeafCells cells;
-  load_cells<E>(mesh, first, cells);
+  load_cells<E>(mesh, l * kLeafCells, cells);
+  const auto samples_at = [&](VI at) HWY_ATTR { return gather_samples<E>(from, at); };
   Pairs pairs;
-  // A sample against the boxes of all cells.
   for (std::size_t s = 0; s < from.count; ++s) {
-    const auto x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
-    for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
-      const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + k); };
-      const auto inside = hn::And(hn::And(hn::Ge(x, at(mesh.box_x_low)), hn::Le(x, at(mesh.box_x_high))),
-                                  hn::And(hn::Ge(y, at(mesh.box_y_low)), hn::Le(y, at(mesh.box_y_high))));
-      hn::StoreU(hn::Set(di, static_cast<std::int32_t>(s)), di, pairs.survivor + pairs.count);
-      hn::StoreU(hn::Compress(hn::Iota(di, static_cast<std::int32_t>(k)), hn::RebindMask(di, inside)), di, pairs.cell + pairs.count);
-      pairs.count += hn::CountTrue(d, inside);
-    }
-    if (pairs.count + kLeafCells > Pairs::kCapacity) test_pairs<E>(to, cells, from, pairs);
+    add_pairs(mesh, l * kLeafCells, from.rest_x[s], from.rest_y[s], static_cast<std::int32_t>(s), pairs);
+    if (pairs.full()) test_pairs<E>(to, cells, samples_at, pairs);
   }
-  test_pairs<E>(to, cells, from, pairs);
+  test_pairs<E>(to, cells, samples_at, pairs);
   from.count = 0;
 }
 
