@@ -97,7 +97,7 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
       {"frontend.split_criterion", &Gpu::frontend_split_criterion, {"screen_extent", "frustum", "nearest", "normal_spread", "surface_area"},
        "Which sub-patches are split further, and which first.", "[assumed]"},
       {"frontend.split_pixels", &Gpu::frontend_split_pixels, "pixels", 1, 65536,
-       "Sub-patches no wider than this on screen are not split further.", "[measured] docs/bounding.md: four tiles"},
+       "Sub-patches no wider than this on screen, at shutter open and close, are not split further.", "[measured] docs/bounding.md: four tiles"},
       {"frontend.split_depth", &Gpu::frontend_split_depth, "splits", 0, 12,
        "Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.", "[assumed]"},
       {"frontend.split_budget", &Gpu::frontend_split_budget, "sub-patches", 1, 4096,
