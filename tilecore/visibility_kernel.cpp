@@ -462,13 +462,16 @@ void raster_pairs(const Context& to, std::size_t l, IntRect box) {
       const V sample_x = hn::LoadU(d, samples.x.data() + i), sample_y = hn::LoadU(d, samples.y.data() + i);
       M in = hn::And(hn::And(hn::Ge(sample_x, x_low), hn::Le(sample_x, x_high)), hn::And(hn::Ge(sample_y, y_low), hn::Le(sample_y, y_high)));
       in = hn::And(in, hn::FirstN(d, last - i));
-      if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::LoadU(d, to.settings.depth + i), near));
+      if (hn::AllFalse(d, in)) continue;
+      const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), hn::Iota(di, static_cast<std::int32_t>(i)));
+      // A gather: the array of depths ends with the last sample.
+      if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), near));
       const std::size_t at = survivors.count;
       compress_store(sample_x, in, d, survivors.x + at);
       compress_store(sample_y, in, d, survivors.y + at);
       compress_store(sample_x, in, d, survivors.rest_x + at);
       compress_store(sample_y, in, d, survivors.rest_y + at);
-      survivors.count += compress_store(hn::Iota(di, static_cast<std::int32_t>(i)), in, di, survivors.id + at);
+      survivors.count += compress_store(id, in, di, survivors.id + at);
       if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
     }
   }
