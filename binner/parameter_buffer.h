@@ -59,6 +59,8 @@ class ParameterBuffer {
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
   const hardware::Ledger& ledger() const { return ledger_; }
+  // The binner's own transfers from now on also go to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
  private:
   struct Head {

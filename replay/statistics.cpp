@@ -6,6 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/simd_targets.h"
+#include "replay/machine_report.h"
 
 namespace tessera::replay {
 namespace {
@@ -40,6 +41,7 @@ json counters_json(const FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
   for_each_counter_struct(counters, [&](const auto& unit) {
     using S = std::decay_t<decltype(unit)>;
+    if (hardware::absent(unit)) return;
     for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
   });
   const hardware::Traffic total = counters.ledger.total();
@@ -84,6 +86,13 @@ void Statistics::add(const FrameResult& frame) {
                      {"counters", counters_json(frame.counters)},
                      {"dram", dram_json(frame.counters.ledger)},
                      {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});
+  if (frame.model) {
+    frames_.back()["timing"] = timing_json(frame.model->timing);
+    frames_.back()["energy"] = energy_json(frame.model->energy);
+    if (!timing_) timing_.emplace();
+    timing_->accumulate(frame.model->timing);
+    energy_.accumulate(frame.model->energy);
+  }
   if (frame.baselines) {
     frames_.back()["baselines"] = baselines_json(*frame.baselines);
     baselines_.add(frame.frame, *frame.baselines);
@@ -97,6 +106,10 @@ json Statistics::json() const {
   nlohmann::json out = head_;
   out["frames"] = frames_;
   out["total"] = {{"frames", frames_.size()}, {"counters", counters_json(total_)}, {"dram", dram_json(total_.ledger)}, {"host", {{"seconds", total_seconds_}}}};
+  if (timing_) {
+    out["total"]["timing"] = timing_json(*timing_);
+    out["total"]["energy"] = energy_json(energy_);
+  }
   if (has_baselines_) out["total"]["baselines"] = baselines_json(baselines_.total());
   return out;
 }
@@ -105,10 +118,16 @@ std::string Statistics::csv() const {
   std::string text = "frame,host_seconds";
   const nlohmann::json names = counters_json(total_);
   for (const auto& [counter, value] : names.items()) text += "," + counter;
+  if (timing_) text += model_csv_header();
   text += "\n";
   for (const nlohmann::json& frame : frames_) {
     text += fmt::format("{},{:.6f}", frame["frame"].get<int>(), frame["host"]["seconds"].get<double>());
-    for (const auto& [counter, value] : names.items()) text += fmt::format(",{}", frame["counters"][counter].get<std::uint64_t>());
+    // A unit that ran in another frame only leaves its columns empty here.
+    for (const auto& [counter, value] : names.items()) {
+      const auto found = frame["counters"].find(counter);
+      text += found == frame["counters"].end() ? "," : fmt::format(",{}", found->get<std::uint64_t>());
+    }
+    if (frame.contains("timing")) text += model_csv(frame);
     text += "\n";
   }
   return text;

@@ -62,8 +62,11 @@ class TileCore {
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
+  TextureUnit& textures() { return shader_.textures(); }
   ResolveCounters take_resolve_counters();
   hardware::Ledger take_ledger();
+  // Until take_ledger(), what this core moves also goes to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
  private:
   void prepare_samples(const TileJob& job, IntRect pixels);

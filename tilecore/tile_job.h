@@ -8,6 +8,7 @@
 #include "frontend/frame_geometry.h"
 #include "tilecore/pixel_shader.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/texture_unit.h"
 
 namespace tessera::tilecore {
 
@@ -34,6 +35,7 @@ struct TileJob {
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
+  TextureUnit::Settings textures;
   int box_bits = 32;  // precision of the boxes of cells
 };
 
