@@ -114,18 +114,9 @@ constexpr std::array kVisibilityStages = {Stage::kFetch, Stage::kTessellator, St
 constexpr std::array kShadingStages = {Stage::kShader, Stage::kTexture, Stage::kBlend};
 constexpr std::array kStoreStages = {Stage::kResolve};
 
-std::uint64_t items_of(const GpuConfiguration& gpu, const TileWork& work, Phase phase) {
-  if (phase == Phase::kVisibility) return work.sub_patches;
-  if (phase == Phase::kShading) return work.shader_runs / static_cast<std::uint64_t>(gpu.shader_lanes);
-  return work.pixels;
-}
+constexpr std::uint64_t kStoredBlock = 64;  // pixels that are stored together
 
-double length_of(std::span<const Stage> stages, const StageCycles& cycles, std::uint64_t items) {
-  std::array<double, kStageCount> own{};
-  for (std::size_t s = 0; s < stages.size(); ++s) own[s] = cycles[static_cast<std::size_t>(stages[s])];
-  const std::vector<double> ends = pipeline_ends(std::span(own).first(stages.size()), items);
-  return ends.back();
-}
+double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, phase.items).back(); }
 
 // One frame on its way through the machine.
 class FrameSimulation {
@@ -154,15 +145,13 @@ class FrameSimulation {
   };
 
   bool fast(Stage stage) const { return fast_ == stage; }
-  StageCycles without_fast(StageCycles cycles) const {
-    if (fast_) cycles[static_cast<std::size_t>(*fast_)] = 0;
-    return cycles;
-  }
-
   Job geometry_job(const GeometryWork& work) const {
     if (work.patches == 0) return {};
     const double bytes = fast(Stage::kDram) ? 0 : static_cast<double>(work.dram_bytes);
-    return {gpu_.memory_latency_clk, length_of(kGeometryStages, without_fast(stage_cycles(gpu_, work)), work.patches), bytes};
+    const StageCycles cycles = stage_cycles(gpu_, work);
+    PhaseCycles stages{{}, work.patches};
+    for (const Stage stage : kGeometryStages) stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
+    return {gpu_.memory_latency_clk, length_of(stages), bytes};
   }
 
   Job tile_job(const TileWork& work, Phase phase) const {
@@ -171,7 +160,7 @@ class FrameSimulation {
     // The queue, then the records of the patches that it names; texels that were asked for first. Stores are not waited for.
     if (phase == Phase::kVisibility) job.latency = gpu_.memory_latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
     if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory_latency_clk;
-    job.natural = length_of(phase_stages(phase), without_fast(stage_cycles(gpu_, work)), items_of(gpu_, work, phase));
+    job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
     job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);
     return job;
   }
@@ -307,8 +296,19 @@ std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t 
   return ends;
 }
 
-double natural_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase phase) {
-  return length_of(phase_stages(phase), stage_cycles(gpu, work), items_of(gpu, work, phase));
+PhaseCycles phase_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase phase, std::optional<Stage> infinitely_fast) {
+  const StageCycles all = stage_cycles(gpu, work);
+  PhaseCycles out;
+  for (const Stage stage : phase_stages(phase)) out.cycles.push_back(stage == infinitely_fast ? 0 : all[static_cast<std::size_t>(stage)]);
+  if (phase == Phase::kVisibility) {
+    out.items = work.sub_patches;
+  } else if (phase == Phase::kShading) {
+    out.items = work.shader_runs / static_cast<std::uint64_t>(gpu.shader_lanes);
+  } else {
+    out.items = work.pixels / kStoredBlock;
+    out.cycles.push_back(infinitely_fast == Stage::kDram ? 0 : static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
+  }
+  return out;
 }
 
 Schedule schedule_frame(const GpuConfiguration& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast) {

@@ -55,8 +55,13 @@ std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t 
 std::span<const Stage> phase_stages(Phase phase);
 std::span<const Stage> geometry_stages();
 
-// Length of a phase of a tile for a memory that never keeps it waiting, without latency.
-double natural_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase phase);
+// A phase of a tile as a pipeline: cycles of phase_stages(phase), then for the store phase those of the memory, which takes a block of
+// pixels as soon as it is resolved; and how many items pass.
+struct PhaseCycles {
+  std::vector<double> cycles;
+  std::uint64_t items = 1;
+};
+PhaseCycles phase_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase phase, std::optional<Stage> infinitely_fast = std::nullopt);
 
 struct FrameTiming {
   double cycles = 0;

@@ -33,6 +33,7 @@ struct GeometryWork {
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
   std::uint64_t dram_bytes = 0;
+  std::uint64_t queue_bytes = 0;   // of the parameter buffer in use at the end
 };
 
 // Events of one tile (or of one partial render of it). Filled where the tile is rendered, whatever thread does; then in emulated

@@ -169,9 +169,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
     });
     for (std::size_t t = 0; t < tile_count; ++t) {
       std::vector<tilecore::TessellationRequest>& tile = tessellations[t];
-      const WorkRecorder::SharedState before(cache);
-      cache.use(tile);
-      recorder.share(t, tile, before, WorkRecorder::SharedState(cache));
+      recorder.share(t, tile, cache);
       if (record != nullptr) record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
       tile.clear();
     }
@@ -198,7 +196,7 @@ void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner&
                                    WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   if (front_end.aside.empty()) return;
   std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
-  recorder.front_end(front_end);
+  recorder.front_end(*job.frame, front_end);
   if (revived.empty()) return;
   std::vector<bool> again(binner.grid().tile_count(), false);
   for (const frontend::BoundedSubPatch& piece : revived) {
@@ -241,7 +239,7 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
     const StageTimer timer(result, "bound");
     front_end = frontend::run_front_end(*job.frame, pyramids_, gpu, guess);
   }
-  recorder.front_end(front_end);
+  recorder.front_end(*job.frame, front_end);
   binner::Binner binner(gpu, *job.grid);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));

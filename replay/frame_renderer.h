@@ -95,6 +95,7 @@ class FrameRenderer {
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == frontend::kNone; }
   const frontend::Assembly& assembly() const { return assembly_; }
+  const tilecore::TextureMemory& texture_memory() const { return texture_memory_; }
 
  private:
   frontend::FrameRequest frame_request(int frame) const;

@@ -25,7 +25,14 @@ WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, bool record_ac
       line_bytes_(static_cast<std::uint64_t>(gpu.line_bytes())),
       l2_(gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()) {}
 
-void WorkRecorder::front_end(const frontend::FrontEndResult& result) {
+void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result) {
+  if (record_accesses_ && patch_offsets_.empty()) {
+    std::uint64_t next = 0;
+    for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
+      patch_offsets_.push_back(next);
+      next += hardware::burst_bytes(0, frontend::patch_record_bytes(frame, p), static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
+    }
+  }
   const std::uint64_t bytes = all_bytes(result.ledger) - front_end_bytes_;
   geometry_.patches += result.counters.base_patches - front_end_.base_patches;
   geometry_.bounds += result.counters.bounds_computed - front_end_.bounds_computed;
@@ -44,6 +51,7 @@ void WorkRecorder::begin_round(const binner::Binner& binner) {
   geometry_.tiles_tested = tested(now) - tested(binner_);
   geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
   geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + bytes - binner_bytes_;
+  geometry_.queue_bytes = binner.buffer().bytes_in_use();
   binner_ = now;
   binner_bytes_ = bytes;
   slots_.resize(binner.grid().tile_count());
@@ -95,22 +103,21 @@ void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tile
   sums.ledger += ledger;
 }
 
-WorkRecorder::SharedState::SharedState(const tilecore::TessellationCache& cache)
-    : counters(cache.counters()), patch_bytes(cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes) {}
-
-void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, const SharedState& before, const SharedState& after) {
+void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache) {
   Slot& slot = slots_[tile];
-  if (!slot.used) return;
-  slot.work.sub_patches = requests.size();
-  slot.work.vertices = after.counters.domain_evaluations - before.counters.domain_evaluations;
+  const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
+  slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
+    const std::uint64_t vertices = cache.counters().domain_evaluations, bytes = fetched();
+    cache.use(std::span(&r, 1));
+    slot.work.vertices += cache.counters().domain_evaluations - vertices;
+    slot.work.dram_bytes[kVisibility] += fetched() - bytes;
     // A box for each cell of two triangles, and for each leaf of 16 cells.
     const std::uint64_t cells = (r.triangles + 1) / 2;
     slot.work.boxes += cells + (cells + 15) / 16;
+    // Records of neighbours that it needs are taken to lie behind its own.
+    if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
   }
-  const std::uint64_t patch_bytes = after.patch_bytes - before.patch_bytes;
-  slot.work.dram_bytes[kVisibility] += patch_bytes;
-  if (record_accesses_) slot.log.add_next(Unit::kTilecore, Purpose::kPatchData, false, patch_bytes);
   share_lines(slot);
 }
 

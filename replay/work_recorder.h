@@ -42,7 +42,7 @@ class WorkRecorder {
   WorkRecorder(const hardware::GpuConfiguration& gpu, bool record_accesses);
 
   // Events since the last call; before the binner runs on them.
-  void front_end(const frontend::FrontEndResult& result);
+  void front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result);
 
   // After the binner's run. The queues of the round are complete.
   void begin_round(const binner::Binner& binner);
@@ -55,13 +55,8 @@ class WorkRecorder {
   void begin_shading(std::size_t tile, tilecore::TileCore& core);
   void end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core);
 
-  // A tile's use of what is shared, in emulated order: `before` and `after` its requests, the tessellation cache's counters.
-  struct SharedState {
-    tilecore::TessellationCounters counters;
-    std::uint64_t patch_bytes;
-    explicit SharedState(const tilecore::TessellationCache& cache);
-  };
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, const SharedState& before, const SharedState& after);
+  // A tile's use of what is shared, in emulated order: takes its requests to the tessellation cache, then its lines to the L2.
+  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache);
   void end_round();
 
   // Adds what end_tile() took from the cores, and the L2's account.
@@ -97,6 +92,7 @@ class WorkRecorder {
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
   hardware::AccessLog geometry_log_;
+  std::vector<std::uint64_t> patch_offsets_;  // of the records in their memory, when transfers are recorded
   frontend::FrontendCounters front_end_;
   std::uint64_t front_end_bytes_ = 0, geometry_bytes_ = 0;
   binner::BinnerCounters binner_;

@@ -12,6 +12,15 @@ using frontend::FrameGeometry;
 using frontend::Material;
 using frontend::TextureSlot;
 
+// Filtered colour of a texture; `textures`, unless null, fetches what that takes.
+Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod, TextureUnit* textures) {
+  if (textures == nullptr || !textures->active()) return texture.sample(sampler, uv, lod);
+  shaders::TexelFootprint footprint;
+  const Vec4 color = texture.sample(sampler, uv, lod, &footprint);
+  textures->fetch(texture, footprint);
+  return color;
+}
+
 // Filtered texture value at a surface point, white where the slot is empty.
 Vec4 sample_slot(const TextureSlot& slot, const Surface& surface, TextureUnit* textures) {
   if (slot.texture == nullptr) return Vec4(1.0f);
@@ -21,8 +30,7 @@ Vec4 sample_slot(const TextureSlot& slot, const Surface& surface, TextureUnit* t
   // Texels per pixel along the longer axis of the footprint.
   const float footprint2 = std::max(glm::dot(dx, dx), glm::dot(dy, dy));
   const float lod = footprint2 > 0.0f && std::isfinite(footprint2) ? 0.5f * std::log2(footprint2) : 0.0f;
-  if (textures != nullptr) textures->look_up(*slot.texture, slot.sampler, uv.value, lod);
-  return slot.texture->sample(slot.sampler, uv.value, lod);
+  return look_up(*slot.texture, slot.sampler, uv.value, lod, textures);
 }
 
 // Tangent frame of a texture coordinate set: the TANGENT attribute where the mesh has it, else from the coordinate's
@@ -120,8 +128,7 @@ float point_alpha(const FrameGeometry& frame, const SurfaceLocation& at, Texture
   const TextureSlot& slot = material.base_color_texture;
   if (slot.texture != nullptr && !slot.texture->opaque()) {
     const Vec2 uv = surface_texcoord(frame, at, slot.texcoord, slot.transform);
-    if (textures != nullptr) textures->look_up(*slot.texture, slot.sampler, uv, 0.0f);
-    alpha *= slot.texture->sample(slot.sampler, uv, 0.0f).w;
+    alpha *= look_up(*slot.texture, slot.sampler, uv, 0.0f, textures).w;
   }
   return alpha;
 }

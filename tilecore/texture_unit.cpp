@@ -10,8 +10,6 @@
 namespace tessera::tilecore {
 namespace {
 
-using shaders::MipFilter;
-using shaders::Sampler;
 using shaders::Texture;
 
 constexpr std::int64_t kTexelBytes = 4;
@@ -56,34 +54,21 @@ const TextureMemory::Layout& TextureUnit::layout_of(const Texture& texture) {
   return *known.layout;
 }
 
-// The same choice of levels and texels as Texture::sample.
-void TextureUnit::need_lines(const Texture& texture, const Sampler& sampler, Vec2 uv, float lod) {
+void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& footprint) {
   const TextureMemory::Layout& layout = layout_of(texture);
-  if (!(lod > 0.0f)) return need_level(texture, layout, sampler, sampler.magnify_linear, uv, 0);
-  if (sampler.mip == MipFilter::kNone) return need_level(texture, layout, sampler, sampler.minify_linear, uv, 0);
-  const float level = std::min(lod, static_cast<float>(texture.level_count() - 1));
-  if (sampler.mip == MipFilter::kNearest) return need_level(texture, layout, sampler, sampler.minify_linear, uv, static_cast<int>(level + 0.5f));
-  const int below = static_cast<int>(level);
-  need_level(texture, layout, sampler, sampler.minify_linear, uv, below);
-  if (level > static_cast<float>(below)) need_level(texture, layout, sampler, sampler.minify_linear, uv, below + 1);
-}
-
-void TextureUnit::need_level(const Texture& texture, const TextureMemory::Layout& layout, const Sampler& sampler, bool linear, Vec2 uv, int level) {
-  ++counters_.texels;
-  const TextureMemory::Level& l = layout[static_cast<std::size_t>(level)];
-  shaders::TexelPair s = shaders::linear_texels(sampler.wrap_s, uv.x, texture.width(level)), t = shaders::linear_texels(sampler.wrap_t, uv.y, texture.height(level));
-  if (!linear) {
-    s.first = s.second = s.weight < 0.5f ? s.first : s.second;
-    t.first = t.second = t.weight < 0.5f ? t.first : t.second;
-  }
   const int w = settings_.memory->block_width_log2(), h = settings_.memory->block_height_log2();
-  const auto column0 = static_cast<std::uint32_t>(s.first >> w), column1 = static_cast<std::uint32_t>(s.second >> w);
-  const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.blocks_across, row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.blocks_across;
-  need_line(row0 + column0);
-  if (column1 != column0) need_line(row0 + column1);
-  if (row1 == row0) return;
-  need_line(row1 + column0);
-  if (column1 != column0) need_line(row1 + column1);
+  counters_.texels += footprint.count;
+  for (std::size_t k = 0; k < footprint.count; ++k) {
+    const auto& [level, s, t] = footprint.levels[k];
+    const TextureMemory::Level& l = layout[static_cast<std::size_t>(level)];
+    const auto column0 = static_cast<std::uint32_t>(s.first >> w), column1 = static_cast<std::uint32_t>(s.second >> w);
+    const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.blocks_across, row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.blocks_across;
+    need_line(row0 + column0);
+    if (column1 != column0) need_line(row0 + column1);
+    if (row1 == row0) continue;
+    need_line(row1 + column0);
+    if (column1 != column0) need_line(row1 + column1);
+  }
 }
 
 }  // namespace tessera::tilecore

@@ -52,7 +52,7 @@ struct TextureCounters {
 // per thread.
 //
 // Invariants (cited by the tests):
-//   X1  A look-up needs exactly the lines of the texels that shaders::Texture::sample weighs.
+//   X1  A look-up asks for each line of the texels that it weighs once.
 //   X2  The lines that missed follow from the tile's own look-ups alone.
 class TextureUnit {
  public:
@@ -65,9 +65,9 @@ class TextureUnit {
   // Empties the cache and the list of misses.
   void begin_tile(const Settings& settings);
 
-  void look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod) {
-    if (settings_.memory != nullptr) need_lines(texture, sampler, uv, lod);
-  }
+  // Whether look-ups are to be told to fetch().
+  bool active() const { return settings_.memory != nullptr; }
+  void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
 
   // Lines that missed since begin_tile(), in order.
   const std::vector<std::uint32_t>& misses() const { return misses_; }
@@ -79,8 +79,6 @@ class TextureUnit {
     const shaders::Texture* texture = nullptr;
     const TextureMemory::Layout* layout = nullptr;
   };
-  void need_lines(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod);
-  void need_level(const shaders::Texture& texture, const TextureMemory::Layout& layout, const shaders::Sampler& sampler, bool linear, Vec2 uv, int level);
   const TextureMemory::Layout& layout_of(const shaders::Texture& texture);
   void need_line(std::uint32_t line) {
     ++counters_.cache_requests;
