@@ -62,10 +62,10 @@ std::vector<Burst> frame_bursts(const MachineModel& model, const hardware::Addre
     for (std::size_t i = 0; i < round.tiles.size(); ++i, ++next) add_tile(round.tiles[i], model.schedule.tiles[next], model.record.work.rounds[r].tiles[i].tile, spreader);
   }
   // What the rounds do not hold has no addresses of its own: one stream behind the parameter buffer's first 4 GiB.
-  if (model.record.work.other_bytes > 0) {
-    spreader.add({std::uint64_t{1} << 32, model.record.work.other_bytes, hardware::Unit::kResolve, Purpose::kTileQueue, false}, 0);
-    spreader.spread(model.schedule.other.begin, model.schedule.other.end);
-  }
+  const hardware::Traffic& other = model.record.other;
+  spreader.add({std::uint64_t{1} << 32, other.read_bytes, hardware::Unit::kResolve, Purpose::kTileQueue, false}, 0);
+  spreader.add({(std::uint64_t{1} << 32) + other.read_bytes, other.written_bytes, hardware::Unit::kResolve, Purpose::kTileQueue, true}, 0);
+  spreader.spread(model.schedule.other.begin, model.schedule.other.end);
   std::stable_sort(bursts.begin(), bursts.end(), [](const Burst& a, const Burst& b) { return a.cycle < b.cycle; });
   return bursts;
 }

@@ -154,10 +154,19 @@ void check_sums(std::vector<SelfCheck>& checks) {
   checks.push_back({"busiest unit", fmt::format("at most {:.1f} cycles", model.timing.cycles), fmt::format("{:.1f} cycles", busiest), busiest <= model.timing.cycles, "no unit works longer than the frame takes"});
 }
 
-std::uint64_t immediate_over(const BaselineSet& set, double& ratio) {
-  const std::uint64_t tiled = set[binner::Scheme::kPreTessellation].dram_bytes;
-  ratio = static_cast<double>(set[binner::Scheme::kImmediate].dram_bytes) / static_cast<double>(tiled);
-  return tiled;
+struct Tiling {
+  std::uint64_t tiled_bytes;
+  double ratio;  // immediate over tiled
+};
+Tiling compare_tiling(const frontend::Capture& capture, int side, int samples) {
+  hardware::GpuConfiguration gpu;
+  gpu.tile_width = gpu.tile_height = side;
+  RunSettings settings;
+  settings.samples_per_pixel = samples;
+  const RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}, .baselines = true};
+  const FrameResult result = FrameRenderer(capture, gpu, settings, request).render(capture.settings.first_frame);
+  const std::uint64_t tiled = (*result.baselines)[binner::Scheme::kPreTessellation].dram_bytes, immediate = (*result.baselines)[binner::Scheme::kImmediate].dram_bytes;
+  return {tiled, static_cast<double>(immediate) / static_cast<double>(tiled)};
 }
 
 }  // namespace
@@ -178,20 +187,17 @@ SelfCheck check_tiling(const std::filesystem::path& file) {
   std::uint64_t least = ~std::uint64_t{0};
   int best = 0;
   for (const int side : {16, 32, 64}) {
-    hardware::GpuConfiguration gpu;
-    gpu.tile_width = gpu.tile_height = side;
-    const RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}, .baselines = true};
-    const FrameResult result = FrameRenderer(capture, gpu, {}, request).render(capture.settings.first_frame);
-    double ratio = 0;
-    const std::uint64_t tiled = immediate_over(*result.baselines, ratio);
-    if (tiled < least) least = tiled, best = side;
-    if (side == 32) at_32 = ratio;
-    all += fmt::format("{}{:.2f} at {}x{}", all.empty() ? "" : ", ", ratio, side, side);
+    const Tiling tiling = compare_tiling(capture, side, 4);
+    if (tiling.tiled_bytes < least) least = tiling.tiled_bytes, best = side;
+    if (side == 32) at_32 = tiling.ratio;
+    all += fmt::format("{}{:.2f} at {}x{}", all.empty() ? "" : ", ", tiling.ratio, side, side);
   }
-  SelfCheck check{fmt::format("immediate traffic over tiled, {}", file.filename().string()), "above 1 (published: 1.96 times, 32x32 best)", fmt::format("{} times, {}x{} best", all, best, best), at_32 > 1,
-                  "published for OpenGL ES scenes of 2004 without multisampling, textures included, triangles in the lists. Here: 4 samples a pixel, a colour and depth cache of 256 KiB in front of the "
-                  "immediate machine, textures left out (the same for both), untessellated patches in the lists; larger tiles read fewer entries and keep gaining, as their on-chip memory is not charged"};
-  return check;
+  const double single = compare_tiling(capture, 32, 1).ratio;
+  return {fmt::format("immediate traffic over tiled, {}", file.filename().string()), "above 1 (published: 1.96, 32x32 best)", fmt::format("{}, {}x{} best; {:.2f} with 1 sample a pixel", all, best, best, single),
+          at_32 > 1,
+          "published (Antochi et al. 2004) for OpenGL scenes without multisampling, textures included. Ours at 4 samples a pixel: the immediate machine moves every sample, the tiled one the finished "
+          "pixel, hence more than published. At 1 sample a pixel the picture nearly fits the immediate machine's cache (immediate.cache_bytes) and its pixel takes 4 bytes where the resolve unit writes 8, "
+          "hence less. Textures are left out on both sides. Larger tiles read fewer entries, and their on-chip memory costs no traffic, hence 64x64 here"};
 }
 
 }  // namespace tessera::replay

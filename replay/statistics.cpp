@@ -59,10 +59,10 @@ json describe_counters() {
   for (json& row : describe_fields<binner::BaselineCounters>()) rows.push_back(std::move(row));
   rows.push_back({{"name", "dram.read_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
                   {"meaning", "Bytes read over the external memory interface, in whole bursts: the sum of the ledger."},
-                  {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total"}});
+                  {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total; Apple GPU read bandwidth"}});
   rows.push_back({{"name", "dram.written_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
                   {"meaning", "Bytes written over the external memory interface, in whole bursts: the sum of the ledger."},
-                  {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total"}});
+                  {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total; Apple GPU write bandwidth"}});
   std::sort(rows.begin(), rows.end(), [](const json& a, const json& b) { return a["name"] < b["name"]; });
   return rows;
 }

@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility), kShading = static_cast<std::size_t>(Phase::kShading);
 
-std::uint64_t all_bytes(const hardware::Ledger& ledger) {
-  const hardware::Traffic total = ledger.total();
-  return total.read_bytes + total.written_bytes;
-}
-
 }  // namespace
 
 WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, bool record_accesses)
@@ -24,6 +19,14 @@ WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, bool record_ac
       record_accesses_(record_accesses),
       line_bytes_(static_cast<std::uint64_t>(gpu.line_bytes())),
       l2_(gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()) {}
+
+std::uint64_t WorkRecorder::since(const hardware::Ledger& ledger, hardware::Traffic& seen) {
+  const hardware::Traffic now = ledger.total(), more{now.read_bytes - seen.read_bytes, now.written_bytes - seen.written_bytes};
+  seen = now;
+  rounds_.read_bytes += more.read_bytes;
+  rounds_.written_bytes += more.written_bytes;
+  return more.read_bytes + more.written_bytes;
+}
 
 void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result) {
   if (record_accesses_ && patch_offsets_.empty()) {
@@ -33,27 +36,24 @@ void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const fronten
       next += hardware::burst_bytes(0, frontend::patch_record_bytes(frame, p), static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
     }
   }
-  const std::uint64_t bytes = all_bytes(result.ledger) - front_end_bytes_;
+  const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
   geometry_.patches += result.counters.base_patches - front_end_.base_patches;
   geometry_.bounds += result.counters.bounds_computed - front_end_.bounds_computed;
   geometry_bytes_ += bytes;
   // Records lie one behind the other in the order in which they are read.
   if (record_accesses_) geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
   front_end_ = result.counters;
-  front_end_bytes_ += bytes;
 }
 
 void WorkRecorder::begin_round(const binner::Binner& binner) {
   const binner::BinnerCounters& now = binner.buffer().counters();
-  const std::uint64_t bytes = all_bytes(binner.buffer().ledger());
   geometry_.entries = now.entries - binner_.entries;
   const auto tested = [](const binner::BinnerCounters& c) { return c.tile_overlaps + c.tiles_dropped_exact + c.tiles_dropped_time; };
   geometry_.tiles_tested = tested(now) - tested(binner_);
   geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
-  geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + bytes - binner_bytes_;
+  geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
   geometry_.queue_bytes = binner.buffer().bytes_in_use();
   binner_ = now;
-  binner_bytes_ = bytes;
   slots_.resize(binner.grid().tile_count());
 }
 
@@ -110,6 +110,7 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
   for (const tilecore::TessellationRequest& r : requests) {
     const std::uint64_t vertices = cache.counters().domain_evaluations, bytes = fetched();
     cache.use(std::span(&r, 1));
+    rounds_.read_bytes += fetched() - bytes;
     slot.work.vertices += cache.counters().domain_evaluations - vertices;
     slot.work.dram_bytes[kVisibility] += fetched() - bytes;
     // A box for each cell of two triangles, and for each leaf of 16 cells.
@@ -160,14 +161,17 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
   });
   all.l2 = std::exchange(l2_counters_, {});
   all.ledger += std::exchange(l2_ledger_, {});
+  hardware::Traffic none;
+  since(all.ledger, none);
   return all;
 }
 
 FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const hardware::Ledger& ledger) {
   record_.work.tile_samples = static_cast<std::uint64_t>(job.grid->tile_width()) * static_cast<std::uint64_t>(job.grid->tile_height()) *
                               static_cast<std::uint64_t>(job.pattern->samples_per_pixel());
-  const std::uint64_t rounds = record_.work.dram_bytes(), all = all_bytes(ledger);
-  record_.work.other_bytes = all > rounds ? all - rounds : 0;
+  const hardware::Traffic all = ledger.total();
+  record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
+  record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;
   return std::move(record_);
 }
 

@@ -24,6 +24,7 @@ struct L2Counters {
 // transfer.
 struct FrameRecord {
   hardware::FrameWork work;
+  hardware::Traffic other;  // work.other_bytes
   // Only when transfers are recorded; as work.rounds. `tiles` and the phases of a tile as there.
   struct RoundAccesses {
     std::vector<hardware::Access> geometry;
@@ -59,7 +60,7 @@ class WorkRecorder {
   void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache);
   void end_round();
 
-  // Adds what end_tile() took from the cores, and the L2's account.
+  // What end_tile() took from the cores, and the L2's account. Before finish().
   struct Sums {
     tilecore::TileCoreCounters tilecore;
     tilecore::ShadingCounters shading;
@@ -82,6 +83,8 @@ class WorkRecorder {
     hardware::AccessLog log;
   };
   void share_lines(Slot& slot);
+  // Adds what a ledger moved since `seen` to rounds_; bytes of it.
+  std::uint64_t since(const hardware::Ledger& ledger, hardware::Traffic& seen);
 
   const hardware::GpuConfiguration& gpu_;
   bool record_accesses_;
@@ -94,9 +97,10 @@ class WorkRecorder {
   hardware::AccessLog geometry_log_;
   std::vector<std::uint64_t> patch_offsets_;  // of the records in their memory, when transfers are recorded
   frontend::FrontendCounters front_end_;
-  std::uint64_t front_end_bytes_ = 0, geometry_bytes_ = 0;
   binner::BinnerCounters binner_;
-  std::uint64_t binner_bytes_ = 0;
+  hardware::Traffic front_end_traffic_, binner_traffic_;  // seen so far
+  hardware::Traffic rounds_;                              // of all that went to a round
+  std::uint64_t geometry_bytes_ = 0;                      // of the front end, for the round to come
   hardware::GeometryWork geometry_;
   FrameRecord record_;
 };
@@ -110,8 +114,8 @@ inline constexpr bool kAbsentWhenIdle<replay::L2Counters> = true;
 
 template <>
 inline constexpr auto kCounterFields<replay::L2Counters> = std::to_array<CounterField<replay::L2Counters>>({
-    {"l2.requests", &replay::L2Counters::requests, Combine::kSum, "lines", "Lines that texture caches asked of the L2.", "MaliL2CacheRdLookup; V3D L2T-total-cache-hit + -miss"},
-    {"l2.misses", &replay::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.", "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 Miss; V3D L2T-total-cache-miss"},
+    {"l2.requests", &replay::L2Counters::requests, Combine::kSum, "lines", "Lines that texture caches asked of the L2.", "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
+    {"l2.misses", &replay::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.", "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
 });
 TESSERA_COUNTERS_COVER(replay::L2Counters);
 

@@ -108,7 +108,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
     {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
      "Blended surfaces merged with another because their sample had no room for them.", ""},
     {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum, "invocations",
-     "Runs of the pixel shader.", "MaliFragThread; fragment invocations"},
+     "Runs of the pixel shader.", "MaliFragThread; Adreno fragments shaded; Apple and Vulkan fragment invocations"},
     {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved, Combine::kSum, "invocations",
      "Visible samples and blended layers that took the result of another's run of the pixel shader.", ""},
     {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "look-ups",

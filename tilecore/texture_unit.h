@@ -104,11 +104,11 @@ inline constexpr bool kAbsentWhenIdle<tilecore::TextureCounters> = true;
 template <>
 inline constexpr auto kCounterFields<tilecore::TextureCounters> = std::to_array<CounterField<tilecore::TextureCounters>>({
     {"texture.texels", &tilecore::TextureCounters::texels, Combine::kSum, "texels",
-     "Bilinear or nearest look-ups in one level of a texture; a trilinear look-up is two.", "MaliTexFiltIssueCy (times its rate)"},
+     "Bilinear or nearest look-ups in one level of a texture; a trilinear look-up is two.", "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
     {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
      "Lines that look-ups asked of the texture caches of the cores; each line of a look-up once.", ""},
     {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
-     "Of these, not there. Caches are emptied before every tile.", "Adreno % Texture L1 Miss; V3D TMU-total-text-cache-miss; MaliSCBusTexL2RdBt (times the bus width over the line)"},
+     "Of these, not there. Caches are emptied before every tile.", "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},
 });
 TESSERA_COUNTERS_COVER(tilecore::TextureCounters);
 
