@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "hardware/machine_keys.h"
 
 namespace tessera::hardware {
 namespace {
@@ -32,7 +33,21 @@ const std::vector<Preset>& presets() {
         {"parameter_buffer.bytes", 2 << 20},
         {"binner.combining_bursts", 64},
         {"memory.burst_bytes", 32},
-        {"tessellator.sub_patch_cells", 8}}},
+        {"tessellator.sub_patch_cells", 8},
+        {"clock.mhz", 650},
+        {"tilecore.count", 1},
+        {"tilecore.memory_bytes", 40 << 10},
+        {"shader.lanes", 8},
+        {"texture.texels_per_clk", 1},
+        {"resolve.pixels_per_clk", 2},
+        {"texture.cache_bytes", 8 << 10},
+        {"l2.bytes", 32 << 10},
+        {"tessellator.cache_bytes", 32 << 10},
+        {"post_tessellation.cache_bytes", 32 << 10},
+        {"immediate.cache_bytes", 32 << 10},
+        {"memory.bytes_per_clk", 19.7},
+        {"memory.latency_clk", 160},
+        {"energy.leakage_mw", 15}}},
       {"middle", {}},
       // [spec] The largest mobile parts render 64x64 pixels; [spec] 128 MiB is where Mali's tiler heap ends.
       {"large",
@@ -40,7 +55,28 @@ const std::vector<Preset>& presets() {
         {"tile.height", 64},
         {"parameter_buffer.bytes", 128 << 20},
         {"parameter_buffer.chunk_bytes", 4096},
-        {"binner.combining_bursts", 1024}}},
+        {"binner.combining_bursts", 1024},
+        {"clock.mhz", 900},
+        {"tilecore.count", 12},
+        {"tilecore.memory_bytes", 640 << 10},
+        {"frontend.bounds_per_clk", 1},
+        {"binner.entries_per_clk", 2},
+        {"binner.tiles_per_clk", 8},
+        {"shader.lanes", 128},
+        {"texture.texels_per_clk", 8},
+        {"tilecore.box_tests_per_clk", 32},
+        {"tilecore.triangle_tests_per_clk", 32},
+        {"resolve.pixels_per_clk", 8},
+        {"texture.cache_bytes", 32 << 10},
+        {"l2.bytes", 512 << 10},
+        {"l2.ways", 16},
+        {"tessellator.cache_bytes", 512 << 10},
+        {"post_tessellation.cache_bytes", 512 << 10},
+        {"immediate.cache_bytes", 512 << 10},
+        {"memory.bytes_per_clk", 75.9},
+        {"memory.latency_clk", 224},
+        {"memory.pj_per_bit", 8},
+        {"energy.leakage_mw", 300}}},
   };
   return kPresets;
 }
@@ -86,10 +122,9 @@ Gpu from_json(const std::string& file, const json& root) {
   return gpu;
 }
 
-}  // namespace
-
-const KeyTable<GpuConfiguration>& gpu_keys() {
-  static const KeyTable<Gpu> table({
+// What the machine does; how fast and at what cost is in machine_keys().
+std::vector<Key<Gpu>> behaviour_keys() {
+  return {
       {"frontend.bound_method", &Gpu::frontend_bound_method, {"aabb", "obb", "tpatch", "npatch", "interval"},
        "How sub-patches are boxed: object axes or the patch's own, displaced in every direction (aabb, obb) or along bounded normals (tpatch, npatch), or "
        "by interval arithmetic.",
@@ -183,7 +218,25 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
        "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.", "[assumed] as tessellator.cache_bytes"},
       {"immediate.cache_bytes", &Gpu::immediate_cache_bytes, "bytes", 0, 1073741824.0,
        "With --baselines: colour and depth cache of an immediate-mode machine.", "[assumed] as tessellator.cache_bytes"},
-  });
+  };
+}
+
+// Sets of a cache are addressed by bits, ways may be any number.
+void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes) {
+  const std::int64_t sets = bytes / (ways * line_bytes);
+  if (sets < 1 || sets * ways * line_bytes != bytes || (sets & (sets - 1)) != 0)
+    throw UsageError(fmt::format("{0}_bytes and {0}_ways: {1} bytes are not a power of two of sets of {2} ways of {3} bytes", name, bytes, ways, line_bytes));
+}
+
+}  // namespace
+
+const KeyTable<GpuConfiguration>& gpu_keys() {
+  static const KeyTable<Gpu> table([] {
+    std::vector<Key<Gpu>> keys = behaviour_keys();
+    const std::vector<Key<Gpu>> numbers = machine_keys();
+    keys.insert(keys.end(), numbers.begin(), numbers.end());
+    return keys;
+  }());
   return table;
 }
 
@@ -214,6 +267,9 @@ void check_gpu(const GpuConfiguration& gpu) {
     throw UsageError("memory.burst_bytes must be a power of two");
   if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)
     throw UsageError("parameter_buffer.chunk_bytes must be a multiple of memory.burst_bytes");
+  if ((gpu.cache_line_bytes & (gpu.cache_line_bytes - 1)) != 0) throw UsageError("cache.line_bytes must be a power of two");
+  check_cache("texture.cache", gpu.texture_cache_bytes, gpu.texture_cache_ways, gpu.line_bytes());
+  if (gpu.l2_bytes > 0) check_cache("l2", gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes());
 }
 
 nlohmann::json gpu_json(const GpuConfiguration& gpu) {

@@ -8,12 +8,13 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "base/key_table.h"
+#include "hardware/machine_numbers.h"
 
 namespace tessera::hardware {
 
 // The described machine. Every number is a key of gpu_keys(), which gives unit, range, meaning and source; the
 // values here are those of the preset "middle".
-struct GpuConfiguration {
+struct GpuConfiguration : MachineNumbers {
   std::string preset = "middle";
 
   std::string frontend_bound_method = "npatch";
@@ -57,6 +58,9 @@ struct GpuConfiguration {
   // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
   std::int64_t post_tessellation_cache_bytes = 256 << 10;
   std::int64_t immediate_cache_bytes = 256 << 10;
+
+  // A line of the texture caches and the L2: at least a burst.
+  std::int64_t line_bytes() const { return cache_line_bytes > memory_burst_bytes ? cache_line_bytes : memory_burst_bytes; }
 };
 
 const KeyTable<GpuConfiguration>& gpu_keys();

@@ -9,7 +9,7 @@ std::string_view name(Unit unit) {
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {"patch_data", "tile_queue", "tile_state",
-                                                                         "frame_buffer"};
+                                                                         "frame_buffer", "texture"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -18,7 +18,8 @@ std::string_view meaning(Purpose purpose) {
       "control points and cluster vertices of base patches",
       "tile queues in the parameter buffer: list heads, chunk links and entries",
       "samples of unfinished tiles, stored and reloaded around a partial render",
-      "finished pixels"};
+      "finished pixels",
+      "lines of textures that missed the caches"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 
@@ -39,6 +40,13 @@ Ledger& Ledger::operator+=(const Ledger& other) {
       traffic_[u][p].written_bytes += other.traffic_[u][p].written_bytes;
     }
   return *this;
+}
+
+void Ledger::move_at(Unit unit, Purpose purpose, bool write, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) {
+  const std::uint64_t moved = burst_bytes(offset, bytes, burst);
+  Traffic& traffic = at(unit, purpose);
+  (write ? traffic.written_bytes : traffic.read_bytes) += moved;
+  if (log_ != nullptr) log_->add(unit, purpose, write, offset / burst * burst, moved);
 }
 
 }  // namespace tessera::hardware

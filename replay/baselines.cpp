@@ -122,7 +122,9 @@ hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu) {
 
 BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record) {
   const hardware::Ledger& ledger = counters.ledger;
-  const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState), frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer), all = ledger.total();
+  const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState), frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer), textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
+  hardware::Traffic all = ledger.total();
+  all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
   const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   // Without the cache every request is a tessellation.

@@ -45,8 +45,10 @@ const std::vector<Topic>& topics() {
        {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}}},
       {"gpu", "The described machine",
        "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset `middle`. In a file the dots nest:\n"
-       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, [assumed] our own choice.",
-       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}, {"source", "source"}}},
+       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, [measured] our own\n"
+       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. What cycles and energies follow\n"
+       "from these numbers, and how, is in [timing_model.md](timing_model.md).",
+       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"other_presets", "other presets"}, {"range", "range"}, {"meaning", "meaning"}, {"source", "source"}}},
       {"extensions", "glTF extensions",
        "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset requires them; then it is\n"
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
@@ -71,6 +73,25 @@ template <class S>
 json describe_keys(const KeyTable<S>& table) {
   json rows = json::array();
   for (const auto& key : table.keys()) rows.push_back(describe_key(key, table.default_value(key)));
+  return rows;
+}
+
+// The rows of gpu_keys() with the values of the presets that differ from the default.
+json describe_gpu() {
+  json rows = describe_keys(hardware::gpu_keys());
+  for (const std::string& preset : hardware::preset_names()) {
+    const hardware::GpuConfiguration gpu = hardware::load_gpu(preset);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const json value = key_value_json(hardware::gpu_keys().value(gpu, hardware::gpu_keys().keys()[k]));
+      if (value != rows[k]["default"]) rows[k]["presets"][preset] = value;
+    }
+  }
+  for (json& row : rows) {
+    std::string text;
+    if (row.contains("presets"))
+      for (const auto& [preset, value] : row["presets"].items()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", preset, value.dump());
+    row["other_presets"] = text;
+  }
   return rows;
 }
 
@@ -130,7 +151,7 @@ json describe_json(const std::string& name) {
   topic_named(name);
   if (name == "counters") return describe_counters();
   if (name == "settings") return describe_keys(settings_keys());
-  if (name == "gpu") return describe_keys(hardware::gpu_keys());
+  if (name == "gpu") return describe_gpu();
   if (name == "extensions") return describe_extensions();
   return describe_effects();
 }

@@ -42,6 +42,15 @@ frontend::CameraChoice choose_camera(const frontend::Capture& capture, const Run
   return choice;
 }
 
+MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord record) {
+  MachineModel model;
+  model.record = std::move(record);
+  model.schedule = hardware::schedule_frame(gpu, model.record.work);
+  model.timing = hardware::time_frame(gpu, model.record.work, model.schedule);
+  model.energy = hardware::frame_energy(gpu, model.record.work, model.timing.cycles);
+  return model;
+}
+
 }  // namespace
 
 void FrameCounters::accumulate(const FrameCounters& frame) {
@@ -53,6 +62,8 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(rays, frame.rays);
   hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
+  hardware::accumulate(texture, frame.texture);
+  hardware::accumulate(l2, frame.l2);
   ledger += frame.ledger;
 }
 
@@ -64,6 +75,7 @@ FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::G
       request_(request),
       assembly_(frontend::assemble(capture)),
       pyramids_(assembly_),
+      texture_memory_(capture, gpu.line_bytes()),
       camera_(choose_camera(capture, settings, request)) {}
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
@@ -100,6 +112,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
+  if (settings_.machine_model) job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
   return job;
 }
 
@@ -116,7 +129,7 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record) {
+                              const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   PerThread<std::uint64_t> queue_bytes_read;
@@ -127,7 +140,9 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
   while (!done) {
     {
       const StageTimer timer(result, "bin");
+      binner.buffer().record_accesses(recorder.binner_log());
       done = binner.run(*job.frame, sub_patches, cursor);
+      recorder.begin_round(binner);
     }
     const StageTimer timer(result, "tiles");
     if (!done) {
@@ -140,23 +155,28 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
       hardware::Ledger ledger;
+      ledger.record_into(recorder.begin_tile(t, core));
       std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, queue_bytes_read.local());
       core.charge(ledger);
       tilecore::TileState fresh;
       tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
       if (state.started && (done || !entries.empty())) core.load_state(job, state);
-      if (!done && entries.empty()) return;
+      if (!done && entries.empty()) return recorder.end_tile(t, job, core);
       if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
       core.render_entries(job, tile, std::move(entries), state);
       tessellations[t] = core.take_tessellations();
+      recorder.begin_shading(t, core);
       if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
       else core.store_state(job, state);
+      recorder.end_tile(t, job, core);
     });
-    for (auto& tile : tessellations) {
-      cache.use(tile);
+    for (std::size_t t = 0; t < tile_count; ++t) {
+      std::vector<tilecore::TessellationRequest>& tile = tessellations[t];
+      recorder.share(t, tile, cache);
       if (record != nullptr) record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
       tile.clear();
     }
+    recorder.end_round();
     if (!done) binner.reset();
   }
   queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
@@ -176,9 +196,10 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
 }
 
 void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
-                                   FrameResult& result, MachineRecord* record) {
+                                   WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   if (front_end.aside.empty()) return;
   std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
+  recorder.front_end(*job.frame, front_end);
   if (revived.empty()) return;
   std::vector<bool> again(binner.grid().tile_count(), false);
   for (const frontend::BoundedSubPatch& piece : revived) {
@@ -191,10 +212,10 @@ void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner&
     binner.reset();
     revived.insert(revived.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
-  run_tiles(job, binner, revived, again, cache, result, record);
+  run_tiles(job, binner, revived, again, cache, recorder, result, record);
 }
 
-void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, FrameResult& result) {
+void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result) {
   hardware::merge(result.counters.tessellation, cache.counters());
   result.counters.ledger += cache.ledger();
   hardware::merge(result.counters.binner, binner.buffer().counters());
@@ -207,21 +228,29 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     result.counters.ledger += core.take_ledger();
   });
+  const WorkRecorder::Sums sums = recorder.take_sums();
+  hardware::merge(result.counters.tilecore, sums.tilecore);
+  hardware::merge(result.counters.shading, sums.shading);
+  hardware::merge(result.counters.resolve, sums.resolve);
+  hardware::merge(result.counters.texture, sums.texture);
+  hardware::merge(result.counters.l2, sums.l2);
+  result.counters.ledger += sums.ledger;
 }
 
-void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result,
+void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result,
                                 MachineRecord* record) {
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
     front_end = frontend::run_front_end(*job.frame, pyramids_, gpu, guess);
   }
+  recorder.front_end(*job.frame, front_end);
   binner::Binner binner(gpu, *job.grid);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
-  run_tiles(job, binner, front_end.sub_patches, {}, cache, result, record);
-  render_revived(job, binner, front_end, cache, result, record);
-  collect(binner, cache, result);
+  run_tiles(job, binner, front_end.sub_patches, {}, cache, recorder, result, record);
+  render_revived(job, binner, front_end, cache, recorder, result, record);
+  collect(binner, cache, recorder, result);
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
 }
@@ -230,9 +259,10 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   BaselineSet set;
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
-  FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
+  FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}, {}};
+  WorkRecorder whole_work(whole_gpu, false);
   MachineRecord whole_record;
-  run_machine(whole_gpu, nullptr, job, whole, &whole_record);
+  run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
   // What the previous frame's depth hid is in no queue of this one, but an immediate machine draws it.
   const TriangleMachines machines = measure_triangle_machines(job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
@@ -243,7 +273,7 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
 
 FrameResult FrameRenderer::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
-  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}};
+  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}, {}};
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
@@ -257,7 +287,12 @@ FrameResult FrameRenderer::render(int frame) {
   std::optional<frontend::OcclusionGuess> guess;
   if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
-  run_machine(gpu_, guess ? &*guess : nullptr, job, result, request_.baselines ? &record : nullptr);
+  WorkRecorder recorder(gpu_, request_.record_accesses);
+  run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, request_.baselines ? &record : nullptr);
+  if (settings_.machine_model) {
+    const StageTimer timer(result, "model");
+    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));
+  }
   if (gpu_.frontend_previous_depth_culling) {
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;

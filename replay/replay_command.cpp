@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -11,11 +12,13 @@
 #include "base/parallel.h"
 #include "frontend/capture_reader.h"
 #include "replay/commands.h"
+#include "replay/dram_trace.h"
 #include "replay/frame_files.h"
 #include "replay/frame_renderer.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
+#include "replay/timeline.h"
 
 namespace tessera::replay {
 namespace {
@@ -35,6 +38,10 @@ class ReplayCommand final : public Command {
     app.add_option("--out", out_, "Folder for the results; made when missing")->type_name("DIR")->capture_default_str();
     app.add_option("--aux", aux_, fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))->type_name("LIST")->delimiter(',');
     app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
+    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")->type_name("FILE");
+    app.add_option("--trace-frames", trace_frames_, "Frames that --trace and --dram-trace hold, B not included (default: all)")->type_name("A:B");
+    app.add_option("--trace-tiles", trace_tiles_, "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")->type_name("A:B");
+    app.add_option("--dram-trace", dram_trace_, "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")->type_name("FILE");
     app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
@@ -70,17 +77,20 @@ class ReplayCommand final : public Command {
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
     check_folder(out_);
+    Traces traces(*this, gpu, settings, request, renderer);
     install_stop_handler();
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
         const FrameResult result = renderer.render(frame);
+        traces.add(result);
         write_frame(out_, frame, result.targets, aux_, exposure);
         statistics.add(result);
         progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
     }
     statistics.write(out_);
+    traces.commit();
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     if (quiet_) return;
     if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
@@ -88,6 +98,37 @@ class ReplayCommand final : public Command {
   }
 
  private:
+  // The files of --trace and --dram-trace.
+  class Traces {
+   public:
+    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request, const FrameRenderer& renderer) {
+      if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
+        throw UsageError("--trace and --dram-trace need output.machine_model=true");
+      if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
+      Timeline::Limits tiles;
+      if (!command.trace_tiles_.empty()) {
+        const FrameRange range = parse_frames("--trace-tiles", command.trace_tiles_);
+        tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
+      }
+      if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
+      if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_, address_map(renderer, gpu, settings, request), static_cast<std::uint64_t>(gpu.memory_burst_bytes));
+    }
+    void add(const FrameResult& result) {
+      if (result.frame < frames_.first || result.frame >= frames_.last) return;
+      if (timeline_) timeline_->add(result.frame, *result.model);
+      if (dram_) dram_->add(*result.model);
+    }
+    void commit() {
+      if (timeline_) timeline_->commit();
+      if (dram_) dram_->commit();
+    }
+
+   private:
+    FrameRange frames_{0, std::numeric_limits<int>::max()};
+    std::optional<Timeline> timeline_;
+    std::optional<DramTrace> dram_;
+  };
+
   RenderRequest render_request(const frontend::Capture& capture, std::uint64_t max_bytes) const {
     RenderRequest request;
     request.width = capture.settings.width;
@@ -106,6 +147,7 @@ class ReplayCommand final : public Command {
     }
     request.auxiliary = !aux_.empty();
     request.baselines = baselines_;
+    request.record_accesses = !dram_trace_.empty();
     // Colour, its encoded copies, auxiliary layers.
     const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) * (request.auxiliary ? 64 : 32);
     if (bytes > max_bytes) throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(), request.region.height(), bytes, max_bytes));
@@ -125,6 +167,7 @@ class ReplayCommand final : public Command {
   }
 
   std::string capture_, frames_, size_, gpu_ = "middle", region_, out_ = "out";
+  std::string trace_, trace_frames_, trace_tiles_, dram_trace_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_;
   unsigned threads_ = 0;

@@ -27,6 +27,8 @@ const KeyTable<RunSettings>& settings_keys() {
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},
        "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same picture); none."},
+      {"output.machine_model", &S::machine_model,
+       "Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent."},
       {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
   });
   return table;

@@ -22,6 +22,7 @@ struct RunSettings {
   double shading_cell_pixels = 1.0;
   std::string motion = "auto";
   std::string defocus = "auto";
+  bool machine_model = true;
   double exposure = 0;  // 0: the capture's
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ class Statistics {
   nlohmann::json head_;
   std::vector<nlohmann::json> frames_;
   FrameCounters total_;
+  std::optional<hardware::FrameTiming> timing_;
+  hardware::FrameEnergy energy_;
   double total_seconds_ = 0;
   BaselineReport baselines_;
   bool has_baselines_ = false;

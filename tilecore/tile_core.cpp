@@ -44,12 +44,12 @@ class OpaqueSink final : public HitSink {
 // Hits count only where the material's alpha reaches its cutoff.
 class MaskSink final : public HitSink {
  public:
-  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, std::uint64_t& alpha_tests)
-      : frame_(frame), patch_(patch), cutoff_(frame.drawable_of(patch).material->alpha_cutoff), opaque_(patch, state), alpha_tests_(alpha_tests) {}
+  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures, std::uint64_t& alpha_tests)
+      : frame_(frame), patch_(patch), cutoff_(frame.drawable_of(patch).material->alpha_cutoff), opaque_(patch, state), textures_(textures), alpha_tests_(alpha_tests) {}
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits) {
       ++alpha_tests_;
-      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}) >= cutoff_) opaque_.take(std::span(&hit, 1));
+      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}, &textures_) >= cutoff_) opaque_.take(std::span(&hit, 1));
     }
   }
 
@@ -58,6 +58,7 @@ class MaskSink final : public HitSink {
   std::uint32_t patch_;
   float cutoff_;
   OpaqueSink opaque_;
+  TextureUnit& textures_;
   std::uint64_t& alpha_tests_;
 };
 
@@ -121,6 +122,7 @@ void TileCore::prepare_samples(const TileJob& job, IntRect pixels) {
 
 void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries, TileState& state) {
   counters_.entries_fetched += entries.size();
+  shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
   prepare_samples(job, pixels);
   if (!state.started) state.start(samples_.count);
@@ -157,7 +159,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   };
   switch (drawable.material->alpha_mode) {
     case AlphaMode::kOpaque: run(OpaqueSink(entry.base_patch, state)); break;
-    case AlphaMode::kMask: run(MaskSink(frame, entry.base_patch, state, counters_.alpha_tests)); break;
+    case AlphaMode::kMask: run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests)); break;
     case AlphaMode::kBlend: run(LayerSink(entry.base_patch, state)); break;
   }
 }

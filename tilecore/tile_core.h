@@ -65,8 +65,11 @@ class TileCore {
   StencilCounters take_stencil_counters() { return visibility_.take_stencil_counters(); }
   RayCounters take_ray_counters() { return visibility_.take_ray_counters(); }
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
+  TextureUnit& textures() { return shader_.textures(); }
   ResolveCounters take_resolve_counters();
   hardware::Ledger take_ledger();
+  // Until take_ledger(), what this core moves also goes to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
  private:
   void prepare_samples(const TileJob& job, IntRect pixels);
@@ -92,16 +95,16 @@ namespace tessera::hardware {
 template <>
 inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array<CounterField<tilecore::TileCoreCounters>>({
     {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
-     "Queue entries read by tile cores.", "MaliFragRdPrim"},
+     "Queue entries read by tile cores.", "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
     {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
      "Entries dropped before tessellation because every sample of the tile sees something nearer.",
-     "MaliFragFPKKilledQd; Adreno LRZ; PowerVR HSR (after rasterisation, there)"},
+     "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
     {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
      "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
     {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
      "Samples tested against triangles.", "MaliRTUTri"},
     {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
-     "Triangle tests whose sample is inside, facing and depth range included.", ""},
+     "Triangle tests whose sample is inside, facing and depth range included.", "MaliFragRastQd (times the samples of a quad)"},
     {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
      "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
 });

@@ -9,6 +9,7 @@
 #include "tilecore/pixel_shader.h"
 #include "tilecore/sample_pattern.h"
 #include "tilecore/visibility_method.h"
+#include "tilecore/texture_unit.h"
 
 namespace tessera::tilecore {
 
@@ -36,6 +37,7 @@ struct TileJob {
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
+  TextureUnit::Settings textures;
   int box_bits = 32;  // precision of the boxes of cells
 };
 
