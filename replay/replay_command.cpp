@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
 #include "base/parallel.h"
@@ -16,9 +17,12 @@
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
+#include "replay/tile_maps.h"
 
 namespace tessera::replay {
 namespace {
+
+namespace fs = std::filesystem;
 
 class ReplayCommand final : public Command {
  public:
@@ -38,7 +42,8 @@ class ReplayCommand final : public Command {
     app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, stats.json and stats.csv (one row per frame);\n"
+        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
+        "stats.csv (one row per frame);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
@@ -76,6 +81,7 @@ class ReplayCommand final : public Command {
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
         const FrameResult result = renderer.render(frame);
         write_frame(out_, frame, result.targets, aux_, exposure);
+        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         statistics.add(result);
         progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
