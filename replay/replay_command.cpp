@@ -16,6 +16,7 @@
 #include "replay/frame_renderer.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
+#include "replay/report/report.h"
 #include "replay/statistics.h"
 #include "replay/tile_maps.h"
 
@@ -40,10 +41,11 @@ class ReplayCommand final : public Command {
     app.add_option("--aux", aux_, fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))->type_name("LIST")->delimiter(',');
     app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
     app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
+    app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
         "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
-        "stats.csv (one row per frame);\n"
+        "stats.csv (one row per frame), report.html (all of it on one page; needs Debian's libjs-vega);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
@@ -88,6 +90,7 @@ class ReplayCommand final : public Command {
     }
     statistics.write(out_);
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    make_report(statistics);
     if (quiet_) return;
     if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
     fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
@@ -123,6 +126,13 @@ class ReplayCommand final : public Command {
     return parse_frames("--frames", frames_);
   }
 
+  // A machine without the page's modules still gives pictures and figures.
+  void make_report(const Statistics& statistics) const {
+    if (no_report_ || statistics.frame_count() == 0) return;
+    if (const std::string missing = missing_for_reports(); missing.empty()) write_report(out_);
+    else if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+  }
+
   void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {
     if (quiet_) return;
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
@@ -135,7 +145,7 @@ class ReplayCommand final : public Command {
   std::optional<std::string> spp_, seed_;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
-  bool quiet_ = false, baselines_ = false;
+  bool quiet_ = false, baselines_ = false, no_report_ = false;
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
+#include "replay/report/report.h"
 #include "replay/sweep/sweep_runner.h"
 
 namespace tessera::replay {
@@ -30,7 +31,7 @@ class SweepCommand final : public Command {
     app.add_option("--max-points", max_points_, "Refuse studies with more points")->type_name("N")->check(CLI::Range(1, 100000000))->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes DIR/sweep.csv, a row per point and frame. Results are kept in DIR/points: stopped at any\n"
+        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html. Results are kept in DIR/points: stopped at any\n"
         "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
@@ -57,11 +58,22 @@ class SweepCommand final : public Command {
     install_stop_handler();
     const SweepOutcome outcome = run_sweep(study, points, folder, options);
     if (outcome.stopped) std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n", outcome.found + outcome.rendered, outcome.mine);
-    if (!sharded()) write_file_atomically(folder.path() / "sweep.csv", sweep_csv(join_sweep(folder)));
+    if (!sharded()) finish(folder);
     if (!quiet_) say_outcome(outcome, points);
   }
 
  private:
+  // What joins the points; a shard leaves it to `tessera report`.
+  void finish(const SweepFolder& folder) const {
+    const std::string missing = missing_for_reports();
+    if (missing.empty()) {
+      write_report(folder.path());
+      return;
+    }
+    write_file_atomically(folder.path() / "sweep.csv", sweep_csv(join_sweep(folder)));
+    if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+  }
+
   bool sharded() const { return !shard_.empty(); }
 
   void read_shard(SweepOptions& options) const {
