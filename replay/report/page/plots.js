@@ -68,7 +68,7 @@ function stackedBars(rows, titles) {
       { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'part', sort: true }, range: 'category' }],
     axes: [
       { orient: 'left', scale: 'y', grid: true, title: titles.y, format: titles.format || '~s' },
-      { orient: 'bottom', scale: 'x', title: titles.x, labelOverlap: true, labelAngle: titles.slanted ? -40 : 0, labelAlign: titles.slanted ? 'right' : 'center' }],
+      { orient: 'bottom', scale: 'x', title: titles.x, labelOverlap: true }],
     legends: [{ fill: 'color', orient: 'right', title: titles.part }],
     marks: [{
       type: 'rect', from: { data: 'rows' }, encode: {
@@ -111,7 +111,7 @@ function lines(rows, titles) {
       even ? { name: 'x', type: 'point', domain: { data: 'rows', field: 'x' }, range: 'width', padding: 0.5 } : { name: 'x', type: 'linear', domain: { data: 'rows', field: 'x' }, range: 'width', zero: false, nice: true },
       { name: 'y', type: titles.log ? 'log' : 'linear', domain: { data: 'rows', field: 'y' }, range: 'height', nice: true, zero: !titles.log },
       { name: 'color', type: 'ordinal', domain: { data: 'rows', field: 'series' }, range: 'category' }],
-    axes: [{ orient: 'left', scale: 'y', grid: true, title: titles.y, format: '~s' }, { orient: 'bottom', scale: 'x', title: titles.x }],
+    axes: [{ orient: 'left', scale: 'y', grid: true, title: titles.y, format: '~s' }, { orient: 'bottom', scale: 'x', title: titles.x, tickMinStep: titles.step }],
     legends: [{ stroke: 'color', symbolType: 'stroke', symbolStrokeWidth: 3, orient: 'right', title: titles.series }],
     marks: [{ type: 'group', from: { facet: { name: 'of', data: 'rows', groupby: 'series' } }, marks: [
       { type: 'line', from: { data: 'of' }, encode: { update: { x: { scale: 'x', field: 'x' }, y: { scale: 'y', field: 'y' }, stroke: { scale: 'color', field: 'series' }, strokeWidth: { value: 2 } } } },

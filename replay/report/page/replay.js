@@ -58,7 +58,7 @@ function queueSection(frames) {
   const names = ['binner.queue_bytes_peak', 'binner.queue_bytes_written', 'binner.queue_bytes_read'];
   if (frames.length > 1) {
     const rows = names.flatMap((name) => frames.map((frame) => ({ x: frame.frame, y: frame.counters[name], series: name, says: `frame ${frame.frame}: ${name} ${number(frame.counters[name])}` })));
-    plot(part, 'Queue memory over the frames', () => lines(rows, { x: 'frame', y: 'bytes', series: 'counter' }));
+    plot(part, 'Queue memory over the frames', () => lines(rows, { x: 'frame', y: 'bytes', series: 'counter', step: 1 }));
   } else {
     plot(part, 'Queue memory of the frame', () => bars(names.map((name) => ({ at: name, value: frames[0].counters[name], says: number(frames[0].counters[name]) })), { x: 'bytes' }));
   }
@@ -71,7 +71,7 @@ function timingSection(frames, total) {
     const part = section('timing', 'Timeline');
     const units = timed.flatMap((frame) => Object.entries(frame.timing.units || {}).map(([unit, of]) => ({ frame: frame.frame, unit, ...of })));
     part.append(make('p', {}, timed.map((frame) => `Frame ${frame.frame}: ${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by}.`).slice(0, 12).join(' ')));
-    if (timed.length > 1) plot(part, 'Cycles of each frame', () => lines(timed.map((frame) => ({ x: frame.frame, y: frame.timing.cycles, series: 'cycles', says: `${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by}` })), { x: 'frame', y: 'cycles', series: '' }));
+    if (timed.length > 1) plot(part, 'Cycles of each frame', () => lines(timed.map((frame) => ({ x: frame.frame, y: frame.timing.cycles, series: 'cycles', says: `${number(frame.timing.cycles)} cycles, bound by ${frame.timing.bound_by}` })), { x: 'frame', y: 'cycles', series: '', step: 1 }));
     const first = units.filter((row) => row.frame === timed[0].frame);
     plot(part, 'How busy each unit is', () => bars(first.map((row) => ({ at: row.unit, value: row.utilisation, says: `${number(row.busy_cycles)} cycles` })), { x: `share of frame ${timed[0].frame} in which the unit is busy`, domain: [0, 1], format: '.0%' }));
     part.append(table([{ title: 'frame', of: (row) => row.frame }, { title: 'unit', of: (row) => row.unit }, { title: 'busy cycles', of: (row) => row.busy_cycles }, { title: 'utilisation', of: (row) => row.utilisation }], units));

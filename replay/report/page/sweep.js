@@ -121,12 +121,15 @@ function moveTogether(points, a, b) {
   }) && seen.size === new Set(seen.values()).size;
 }
 
-function purposeSection({ points, columns, says }) {
+function purposeSection({ points, columns, varying }) {
   const names = columns.filter((name) => name.startsWith('dram.') && name.split('.').length === 4);
   if (names.length === 0) return;
   const part = section('purposes', 'Memory traffic by purpose');
   const most = 80, shown = points.slice(0, most);
   if (points.length > most) part.append(make('p', { class: 'note' }, `The first ${most} of ${points.length} points.`));
-  const rows = shown.flatMap((point) => names.filter((name) => point.mean[name] > 0).map((name) => ({ at: shown.length <= 24 ? says(point) : point.index, part: name.slice(5).replaceAll('_', ' ').replaceAll('.', ' '), value: point.mean[name] })));
-  plot(part, 'Bytes over the memory interface for each point, by unit and purpose', () => stackedBars(rows, { x: shown.length <= 24 ? '' : 'point', y: 'bytes', part: 'unit, purpose, direction', slanted: shown.length <= 24 }));
+  // Few points are named by their values, of axes set together once.
+  const keys = varying.filter((key, k) => !varying.slice(0, k).some((other) => moveTogether(points, other, key)));
+  const named = shown.length <= 24, place = (point) => (named ? keys.map((key) => point.axis[key]).join(' / ') || 'all' : point.index);
+  const rows = shown.flatMap((point) => names.filter((name) => point.mean[name] > 0).map((name) => ({ at: place(point), part: name.slice(5).replaceAll('_', ' ').replaceAll('.', ' '), value: point.mean[name] })));
+  plot(part, 'Bytes over the memory interface for each point, by unit and purpose', () => stackedBars(rows, { x: named ? keys.join(' / ') : 'point', y: 'bytes', part: 'unit, purpose, direction' }));
 }
