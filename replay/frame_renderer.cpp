@@ -67,16 +67,17 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   ledger += frame.ledger;
 }
 
-FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
                              const RenderRequest& request)
-    : capture_(capture),
+    : prepared_(std::move(prepared)),
+      capture_(prepared_->capture),
       gpu_(gpu),
       settings_(settings),
       request_(request),
-      assembly_(frontend::assemble(capture)),
-      pyramids_(assembly_),
-      texture_memory_(capture, gpu.line_bytes()),
-      camera_(choose_camera(capture, settings, request)) {}
+      assembly_(prepared_->assembly),
+      pyramids_(prepared_->pyramids),
+      texture_memory_(capture_, gpu.line_bytes()),
+      camera_(choose_camera(capture_, settings, request)) {}
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   const frontend::CaptureSettings& own = capture_.settings;
@@ -132,7 +133,6 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
                               const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
-  PerThread<std::uint64_t> queue_bytes_read;
   binner::Binner::Cursor cursor;
   std::vector<std::vector<tilecore::TessellationRequest>> tessellations(tile_count);
   if (record != nullptr) record->entries.resize(tile_count);
@@ -154,20 +154,26 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
-      hardware::Ledger ledger;
-      ledger.record_into(recorder.begin_tile(t, core));
-      std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, queue_bytes_read.local());
-      core.charge(ledger);
-      tilecore::TileState fresh;
-      tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
-      if (state.started && (done || !entries.empty())) core.load_state(job, state);
-      if (!done && entries.empty()) return recorder.end_tile(t, job, core);
-      if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
-      core.render_entries(job, tile, std::move(entries), state);
-      tessellations[t] = core.take_tessellations();
-      recorder.begin_shading(t, core);
-      if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
-      else core.store_state(job, state);
+      TileWork& work = result.maps.tiles[t];
+      {
+        const TileMeter meter(core, work);
+        hardware::Ledger ledger;
+        ledger.record_into(recorder.begin_tile(t, core));
+        std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, work.queue_bytes_read);
+        core.charge(ledger);
+        tilecore::TileState fresh;
+        tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
+        if (state.started && (done || !entries.empty())) core.load_state(job, state);
+        if (done || !entries.empty()) {
+          if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
+          core.render_entries(job, tile, std::move(entries), state);
+          tessellations[t] = core.take_tessellations();
+          count_tessellations(tessellations[t], work);
+          recorder.begin_shading(t, core);
+          if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
+          else core.store_state(job, state);
+        }
+      }
       recorder.end_tile(t, job, core);
     });
     for (std::size_t t = 0; t < tile_count; ++t) {
@@ -179,7 +185,6 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
     recorder.end_round();
     if (!done) binner.reset();
   }
-  queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
 }
 
 frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
@@ -219,6 +224,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   hardware::merge(result.counters.tessellation, cache.counters());
   result.counters.ledger += cache.ledger();
   hardware::merge(result.counters.binner, binner.buffer().counters());
+  for (const TileWork& work : result.maps.tiles) result.counters.binner.queue_bytes_read += work.queue_bytes_read;
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
@@ -247,6 +253,7 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   recorder.front_end(*job.frame, front_end);
   binner::Binner binner(gpu, *job.grid);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
+  result.maps = TileMaps(*job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
   run_tiles(job, binner, front_end.sub_patches, {}, cache, recorder, result, record);
   render_revived(job, binner, front_end, cache, recorder, result, record);

@@ -17,6 +17,7 @@
 #include "replay/baselines.h"
 #include "replay/settings.h"
 #include "replay/work_recorder.h"
+#include "replay/tile_maps.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
@@ -74,6 +75,17 @@ struct FrameResult {
   double seconds = 0;
   std::optional<BaselineSet> baselines;
   std::optional<MachineModel> model;  // with output.machine_model
+  TileMaps maps{};
+};
+
+// What all replays of one capture share, whatever the machine and the settings. Read only: many renderers may use it at once.
+struct PreparedCapture {
+  // `capture_in` must outlive it.
+  explicit PreparedCapture(const frontend::Capture& capture_in) : capture(capture_in), assembly(frontend::assemble(capture_in)), pyramids(assembly) {}
+
+  const frontend::Capture& capture;
+  const frontend::Assembly assembly;
+  const frontend::PyramidLibrary pyramids;
 };
 
 // What to render of a capture.
@@ -92,6 +104,9 @@ class FrameRenderer {
  public:
   // `capture` must outlive the renderer.
   FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+                const RenderRequest& request)
+      : FrameRenderer(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
+  FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
                 const RenderRequest& request);
 
   FrameResult render(int frame);
@@ -117,12 +132,13 @@ class FrameRenderer {
   BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
+  std::shared_ptr<const PreparedCapture> prepared_;
   const frontend::Capture& capture_;
   hardware::GpuConfiguration gpu_;
   RunSettings settings_;
   RenderRequest request_;
-  frontend::Assembly assembly_;
-  frontend::PyramidLibrary pyramids_;
+  const frontend::Assembly& assembly_;
+  const frontend::PyramidLibrary& pyramids_;
   tilecore::TextureMemory texture_memory_;
   frontend::CameraChoice camera_;
   PerThread<tilecore::TileCore> cores_;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
 #include "base/parallel.h"
@@ -17,11 +18,15 @@
 #include "replay/frame_renderer.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
+#include "replay/report/report.h"
 #include "replay/statistics.h"
 #include "replay/timeline.h"
+#include "replay/tile_maps.h"
 
 namespace tessera::replay {
 namespace {
+
+namespace fs = std::filesystem;
 
 class ReplayCommand final : public Command {
  public:
@@ -43,9 +48,11 @@ class ReplayCommand final : public Command {
     app.add_option("--trace-tiles", trace_tiles_, "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")->type_name("A:B");
     app.add_option("--dram-trace", dram_trace_, "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")->type_name("FILE");
     app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
+    app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, stats.json and stats.csv (one row per frame);\n"
+        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
+        "stats.csv (one row per frame), report.html (all of it on one page; needs Debian's libjs-vega);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
@@ -85,6 +92,7 @@ class ReplayCommand final : public Command {
         const FrameResult result = renderer.render(frame);
         traces.add(result);
         write_frame(out_, frame, result.targets, aux_, exposure);
+        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         statistics.add(result);
         progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
@@ -92,6 +100,7 @@ class ReplayCommand final : public Command {
     statistics.write(out_);
     traces.commit();
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    make_report(statistics);
     if (quiet_) return;
     if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
     fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
@@ -159,6 +168,13 @@ class ReplayCommand final : public Command {
     return parse_frames("--frames", frames_);
   }
 
+  // A machine without the page's modules still gives pictures and figures.
+  void make_report(const Statistics& statistics) const {
+    if (no_report_ || statistics.frame_count() == 0) return;
+    if (const std::string missing = missing_for_reports(); missing.empty()) write_report(out_);
+    else if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+  }
+
   void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {
     if (quiet_) return;
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
@@ -172,7 +188,7 @@ class ReplayCommand final : public Command {
   std::optional<std::string> spp_, seed_;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
-  bool quiet_ = false, baselines_ = false;
+  bool quiet_ = false, baselines_ = false, no_report_ = false;
 };
 
 }  // namespace

@@ -78,23 +78,27 @@ Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConf
   head_["settings"]["region"] = {request.region.x0, request.region.y0, request.region.width(), request.region.height()};
 }
 
+json frame_json(const FrameResult& frame) {
+  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
+  if (frame.model) {
+    out["timing"] = timing_json(frame.model->timing);
+    out["energy"] = energy_json(frame.model->energy);
+  }
+  if (frame.baselines) out["baselines"] = baselines_json(*frame.baselines);
+  return out;
+}
+
 void Statistics::add(const FrameResult& frame) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
-  frames_.push_back({{"frame", frame.frame},
-                     {"effects", frame.effects},
-                     {"counters", counters_json(frame.counters)},
-                     {"dram", dram_json(frame.counters.ledger)},
-                     {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});
+  frames_.push_back(frame_json(frame));
+  frames_.back()["host"] = {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}};
   if (frame.model) {
-    frames_.back()["timing"] = timing_json(frame.model->timing);
-    frames_.back()["energy"] = energy_json(frame.model->energy);
     if (!timing_) timing_.emplace();
     timing_->accumulate(frame.model->timing);
     energy_.accumulate(frame.model->energy);
   }
   if (frame.baselines) {
-    frames_.back()["baselines"] = baselines_json(*frame.baselines);
     baselines_.add(frame.frame, *frame.baselines);
     has_baselines_ = true;
   }

@@ -45,6 +45,9 @@ class Statistics {
 // {"unit.event": value, ...} of everything that was counted, with the ledger's sums.
 nlohmann::json counters_json(const FrameCounters& counters);
 
+// A frame's member of "frames", all but "host": what follows from the inputs.
+nlohmann::json frame_json(const FrameResult& frame);
+
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();
 

@@ -59,6 +59,10 @@ class TileCore {
   void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile)); }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
+  // Since take_counters() and take_shading_counters() were called last.
+  const TileCoreCounters& counters() const { return counters_; }
+  const ShadingCounters& shading_counters() const { return shader_.counters(); }
+
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();

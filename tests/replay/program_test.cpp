@@ -40,8 +40,8 @@ TEST(ReplayCommand, WritesPicturesAndStatisticsOfEveryFrame) {
   const test::TemporaryFolder out;
   const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "64x36", "--frames", "0:3", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
-  EXPECT_EQ(files_in(out.path()), (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png", "frame_0002.exr",
-                                                         "frame_0002.png", "stats.csv", "stats.json"}));
+  EXPECT_EQ(files_in(out.path()), (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png", "frame_0002.exr", "frame_0002.png", "report.html",
+                                                         "stats.csv", "stats.json", "tiles_0000.json", "tiles_0001.json", "tiles_0002.json"}));
   const json stats = stats_of(out.path());
   EXPECT_EQ(stats["schema"], "tessera.stats/1");
   ASSERT_EQ(stats["frames"].size(), 3u);
@@ -145,7 +145,7 @@ TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
   EXPECT_GE(frames, 1u);
   EXPECT_LT(frames, 5000u);
   // Every frame that the statistics name has its pictures, and nothing else is there.
-  EXPECT_EQ(files_in(out.path()).size(), 2 * frames + 2);
+  EXPECT_EQ(files_in(out.path()).size(), 3 * frames + 3);
 }
 
 TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) {
@@ -233,7 +233,7 @@ TEST(ReplayCommand, MissingCapturesEndWithStatus3) {
 TEST(Program, HelpTeachesEveryCommandAndOptions) {
   const ProcessResult all = run_tessera({"--help"});
   EXPECT_EQ(all.status, 0);
-  for (const char* command : {"replay", "inspect", "pack", "compare", "describe"}) {
+  for (const char* command : {"replay", "inspect", "pack", "compare", "sweep", "report", "describe"}) {
     EXPECT_THAT(all.output, HasSubstr(command));
     const ProcessResult one = run_tessera({command, "--help"});
     EXPECT_EQ(one.status, 0);
