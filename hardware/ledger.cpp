@@ -9,7 +9,7 @@ std::string_view name(Unit unit) {
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {"patch_data", "tile_queue", "tile_state",
-                                                                         "frame_buffer"};
+                                                                         "frame_buffer", "history", "neighbours"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -18,7 +18,9 @@ std::string_view meaning(Purpose purpose) {
       "control points and cluster vertices of base patches",
       "tile queues in the parameter buffer: list heads, chunk links and entries",
       "samples of unfinished tiles, stored and reloaded around a partial render",
-      "finished pixels"};
+      "finished pixels",
+      "what the resolve unit keeps of a frame for the next: colours read again, depths and surfaces, regimes of blocks",
+      "pixels of neighbouring tiles that stencils reach into, in a second pass"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "replay/resolve_options.h"
 
 namespace tessera::replay {
 namespace {
@@ -18,6 +19,16 @@ class StageTimer {
  private:
   FrameResult& result_;
   const char* stage_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+class BusyTimer {
+ public:
+  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
+  ~BusyTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  double& seconds_;
   std::chrono::steady_clock::time_point start_;
 };
 
@@ -51,7 +62,22 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(tilecore, frame.tilecore);
   hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
+  if (frame.desampling) {
+    if (!desampling) desampling.emplace();
+    hardware::accumulate(*desampling, *frame.desampling);
+  }
   ledger += frame.ledger;
+}
+
+void FrameCounters::merge(const FrameCounters& view) {
+  hardware::merge(frontend, view.frontend);
+  hardware::merge(binner, view.binner);
+  hardware::merge(tessellation, view.tessellation);
+  hardware::merge(tilecore, view.tilecore);
+  hardware::merge(shading, view.shading);
+  hardware::merge(resolve, view.resolve);
+  if (desampling && view.desampling) hardware::merge(*desampling, *view.desampling);
+  ledger += view.ledger;
 }
 
 FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
@@ -62,7 +88,14 @@ FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::G
       request_(request),
       assembly_(frontend::assemble(capture)),
       pyramids_(assembly_),
-      camera_(choose_camera(capture, settings, request)) {}
+      camera_(choose_camera(capture, settings, request)),
+      resolve_(resolve_settings(settings, request.width, request.height)) {
+  for (const double offset : {0.0, settings.eye_separation}) {
+    if (!eyes_.empty() && offset == 0) break;
+    eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
+    eyes_.back().camera.eye_offset = offset;
+  }
+}
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   const frontend::CaptureSettings& own = capture_.settings;
@@ -131,8 +164,10 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       ++result.counters.binner.partial_renders;
       unfinished.resize(tile_count);
     }
+    PerThread<double> busy_seconds;
     for_each_tile(binner.grid(), job, [&](std::size_t t, bool& first_of_group) {
       if (!only.empty() && !only[t]) return;
+      const BusyTimer busy(busy_seconds.local());
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
@@ -149,6 +184,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
       else core.store_state(job, state);
     });
+    busy_seconds.for_each([&](double seconds) { result.stage_seconds["tile_threads"] += seconds; });
     for (auto& tile : tessellations) {
       cache.use(tile);
       if (record != nullptr) record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
@@ -200,6 +236,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
     hardware::merge(result.counters.tilecore, core.take_counters());
     hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
+    if (result.counters.desampling) hardware::merge(*result.counters.desampling, core.take_desampling_counters());
     result.counters.ledger += core.take_ledger();
   });
 }
@@ -216,6 +253,7 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
   run_tiles(job, binner, front_end.sub_patches, {}, cache, result, record);
   render_revived(job, binner, front_end, cache, result, record);
+  if (job.resolve != nullptr) finish_deferred(job, result);
   collect(binner, cache, result);
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
@@ -225,7 +263,7 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   BaselineSet set;
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
-  FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}};
+  FrameResult whole(result.frame, tilecore::FrameTargets(request_.region, false));
   MachineRecord whole_record;
   run_machine(whole_gpu, nullptr, job, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
@@ -236,32 +274,74 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   return set;
 }
 
-FrameResult FrameRenderer::render(int frame) {
-  const auto start = std::chrono::steady_clock::now();
-  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}};
+void FrameRenderer::finish_deferred(const tilecore::TileJob& job, FrameResult& result) {
+  double resolve = 0;
+  if (job.resolve->settings.reach_neighbours) {
+    const StageTimer timer(result, "resolve_neighbours");
+    parallel_for(job.grid->tile_count(), [&](std::size_t t) { cores_.local().finish_deferred(job, static_cast<binner::TileIndex>(t), result.targets); });
+  }
+  cores_.for_each([&](tilecore::TileCore& core) { resolve += core.take_resolve_seconds(); });
+  result.stage_seconds["resolve_threads"] += resolve;
+}
+
+std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result) {
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
-    geometry = frontend::pose_frame(assembly_, camera_, frame_request(frame));
+    geometry = frontend::pose_frame(assembly_, eye.camera, frame_request(frame));
   }
-  result.effects = effects_of(*geometry);
+  if (left == nullptr) result.effects = effects_of(*geometry);
   const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
-  const tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  if (resolve_.desampling != tilecore::Desampling::kOff) {
+    const StageTimer timer(result, "motion");
+    std::unique_ptr<frontend::FrameGeometry> previous;
+    if (eye.sequence.wants_previous_pose(frame)) previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
+    job.resolve = &eye.sequence.begin(frame, *geometry, std::move(previous), result.effect_reasons);
+    if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
+    result.counters.desampling.emplace();
+  }
+  const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
   std::optional<frontend::OcclusionGuess> guess;
-  if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+  if (guesses && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
-  run_machine(gpu_, guess ? &*guess : nullptr, job, result, request_.baselines ? &record : nullptr);
-  if (gpu_.frontend_previous_depth_culling) {
+  const bool baselines = request_.baselines && left == nullptr;
+  run_machine(gpu_, guess ? &*guess : nullptr, job, result, baselines ? &record : nullptr);
+  if (guesses) {
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (request_.baselines) {
+  if (baselines) {
     const StageTimer timer(result, "baselines");
-    result.baselines = run_baselines(job, result, record);
+    tilecore::TileJob plain = job;
+    plain.resolve = nullptr;
+    result.baselines = run_baselines(plain, result, record);
   }
+  return geometry;
+}
+
+FrameResult FrameRenderer::render(int frame) {
+  const auto start = std::chrono::steady_clock::now();
+  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary));
+  std::unique_ptr<frontend::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
+  const bool desampled = resolve_.desampling != tilecore::Desampling::kOff;
+  // Before the right eye, which reads the left one's finished frame as its history.
+  if (desampled) eyes_[0].sequence.finish();
+  if (eyes_.size() > 1) {
+    FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary));
+    std::unique_ptr<frontend::FrameGeometry> pose = render_view(frame, eyes_[1], left.get(), right);
+    if (desampled) {
+      eyes_[1].sequence.finish();
+      eyes_[1].sequence.keep_pose(std::move(pose));
+    }
+    for (const auto& [stage, seconds] : right.stage_seconds) result.stage_seconds[stage] += seconds;
+    result.counters.merge(right.counters);
+    result.right = RightEye{std::move(right.targets), right.counters};
+  }
+  if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
 

@@ -51,6 +51,7 @@ json counters_json(const FrameCounters& counters) {
 json describe_counters() {
   json rows = json::array();
   FrameCounters counters;
+  counters.desampling.emplace();
   for_each_counter_struct(counters, [&](const auto& unit) {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });
@@ -81,6 +82,7 @@ void Statistics::add(const FrameResult& frame) {
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
   frames_.push_back({{"frame", frame.frame},
                      {"effects", frame.effects},
+                     {"effect_reasons", frame.effect_reasons},
                      {"counters", counters_json(frame.counters)},
                      {"dram", dram_json(frame.counters.ledger)},
                      {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});

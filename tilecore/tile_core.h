@@ -13,6 +13,7 @@
 #include "tilecore/deferred_shader.h"
 #include "tilecore/frame_targets.h"
 #include "tilecore/resolve/multisample_resolve.h"
+#include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/sample_pattern.h"
 #include "tilecore/mesh_store.h"
 #include "tilecore/tessellation_cache.h"
@@ -46,6 +47,9 @@ class TileCore {
   // false: this core finished another tile of the same group and frame right before; its shading cache is not emptied.
   void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group = true);
 
+  // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are finished.
+  void finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets);
+
   // Traffic of storing and loading an unfinished tile.
   void store_state(const TileJob& job, const TileState& state);
   void load_state(const TileJob& job, const TileState& state);
@@ -63,9 +67,13 @@ class TileCore {
   TileCoreCounters take_counters();
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
   ResolveCounters take_resolve_counters();
+  DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
+  // Host time of the resolve unit, but for the plain multisample resolve.
+  double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
   hardware::Ledger take_ledger();
 
  private:
+  void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // `entry_times`: codes of the samples that the mesh may touch in this tile; others are not tested.
@@ -74,6 +82,8 @@ class TileCore {
   MeshStore meshes_;
   TileSamples samples_;
   DeferredShader shader_;
+  ResolveUnit resolve_;
+  double resolve_seconds_ = 0;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;

@@ -18,7 +18,9 @@ enum class ShadingRate {
   kCache,   // one run per shading cell, shared by all samples that see it while the shading cache holds it
 };
 
-// Everything that the tile cores of one frame share; read only.
+struct ResolveFrame;
+
+// Everything that the tile cores of one frame share; read only but for what `resolve` says.
 struct TileJob {
   const frontend::FrameGeometry* frame = nullptr;
   const binner::TileGrid* grid = nullptr;
@@ -35,6 +37,7 @@ struct TileJob {
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
   int box_bits = 32;  // precision of the boxes of cells
+  ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
 };
 
 }  // namespace tessera::tilecore
