@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "base/check.h"
@@ -66,6 +67,10 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
     if (!desampling) desampling.emplace();
     hardware::accumulate(*desampling, *frame.desampling);
   }
+  if (frame.compression) {
+    if (!compression) compression.emplace();
+    hardware::accumulate(*compression, *frame.compression);
+  }
   ledger += frame.ledger;
 }
 
@@ -77,6 +82,7 @@ void FrameCounters::merge(const FrameCounters& view) {
   hardware::merge(shading, view.shading);
   hardware::merge(resolve, view.resolve);
   if (desampling && view.desampling) hardware::merge(*desampling, *view.desampling);
+  if (compression && view.compression) hardware::merge(*compression, *view.compression);
   ledger += view.ledger;
 }
 
@@ -130,12 +136,15 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
+  job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
   return job;
 }
 
 FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) const {
   FrameEffects effects = {{"motion", frame.any_motion}, {"defocus", frame.projection.lens_scale != 0},
-                          {"displacement", false}, {"alpha_test", false}, {"blending", false}};
+                          {"displacement", false}, {"alpha_test", false}, {"blending", false},
+                          {"desampling", false}, {"advection", false}, {"foveation", false}, {"stereo", eyes_.size() > 1},
+                          {"frame_buffer_compression", gpu_.frame_buffer_compression != "none"}};
   for (const frontend::PosedDrawable& drawable : frame.drawables) {
     const frontend::Material& material = *drawable.material;
     if (material.displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) effects["displacement"] = true;
@@ -255,6 +264,10 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   render_revived(job, binner, front_end, cache, result, record);
   if (job.resolve != nullptr) finish_deferred(job, result);
   collect(binner, cache, result);
+  if (!job.charge_frame_buffer) {
+    const StageTimer timer(result, "compress");
+    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes, result.counters.compression.emplace(), result.counters.ledger);
+  }
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
 }
@@ -284,6 +297,18 @@ void FrameRenderer::finish_deferred(const tilecore::TileJob& job, FrameResult& r
   result.stage_seconds["resolve_threads"] += resolve;
 }
 
+void FrameRenderer::measure_error(const tilecore::TileJob& job, FrameResult& result) {
+  const StageTimer timer(result, "error");
+  tilecore::TileJob plain = job;
+  plain.resolve = nullptr;
+  FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
+  run_machine(gpu_, nullptr, plain, full, nullptr);
+  for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
+    float& error = result.targets.error.values[pixel];
+    for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c) error = std::max(error, std::abs(result.targets.color.values[c] - full.targets.color.values[c]));
+  }
+}
+
 std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result) {
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
@@ -301,7 +326,12 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     if (eye.sequence.wants_previous_pose(frame)) previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
     job.resolve = &eye.sequence.begin(frame, *geometry, std::move(previous), result.effect_reasons);
     if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
+    job.resolve->all_velocities = request_.resolve_auxiliary || resolve_.advection.bfecc;
     result.counters.desampling.emplace();
+    result.effects["desampling"] = true;
+    if (job.resolve->previous.history != nullptr && resolve_.advect && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
+    if (job.resolve->other_eye.history != nullptr) result.effects["advection"] = true;
+    result.effects["foveation"] = resolve_.foveation.on && resolve_.desampling == tilecore::Desampling::kAdaptive;
   }
   const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
   std::optional<frontend::OcclusionGuess> guess;
@@ -313,6 +343,7 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;
   }
+  if (request_.error && job.resolve != nullptr) measure_error(job, result);
   if (baselines) {
     const StageTimer timer(result, "baselines");
     tilecore::TileJob plain = job;
@@ -324,13 +355,13 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
 
 FrameResult FrameRenderer::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
-  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary));
+  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
   std::unique_ptr<frontend::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
   const bool desampled = resolve_.desampling != tilecore::Desampling::kOff;
   // Before the right eye, which reads the left one's finished frame as its history.
   if (desampled) eyes_[0].sequence.finish();
   if (eyes_.size() > 1) {
-    FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary));
+    FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
     std::unique_ptr<frontend::FrameGeometry> pose = render_view(frame, eyes_[1], left.get(), right);
     if (desampled) {
       eyes_[1].sequence.finish();

@@ -17,6 +17,7 @@
 #include "replay/baselines.h"
 #include "replay/resolve_sequence.h"
 #include "replay/settings.h"
+#include "tilecore/resolve/compressed_store.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
@@ -30,6 +31,7 @@ struct FrameCounters {
   tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
   std::optional<tilecore::DesamplingCounters> desampling;  // where the resolve unit does more than its multisample resolve
+  std::optional<tilecore::CompressionCounters> compression;     // with frame_buffer.compression
   hardware::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
@@ -48,6 +50,7 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.shading);
   visit(counters.resolve);
   if (counters.desampling) visit(*counters.desampling);
+  if (counters.compression) visit(*counters.compression);
 }
 
 // Which effects a frame needed, in order of their names.
@@ -78,6 +81,8 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;          // pixels; whole frame by default
   bool auxiliary = false;
+  bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
+  bool error = false;              // and of its error: renders every frame fully as well
   bool baselines = false;  // run the other schemes as well
 };
 
@@ -111,6 +116,8 @@ class FrameRenderer {
   // Renders one view into `result`. `left`: the pose of the finished left eye, for the right one.
   std::unique_ptr<frontend::FrameGeometry> render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result);
   void finish_deferred(const tilecore::TileJob& job, FrameResult& result);
+  // Renders the same frame fully and writes the difference to result.targets.error.
+  void measure_error(const tilecore::TileJob& job, FrameResult& result);
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result` and, unless null, to `record`.
   void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);

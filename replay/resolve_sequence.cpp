@@ -30,7 +30,6 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const frontend::Frame
   frame_.deferred.resize(next.memory.size());
   const bool adaptive = settings_.desampling == tilecore::Desampling::kAdaptive;
   frame_.keeps_history = adaptive;
-  frame_.all_velocities = frame_.all_velocities || settings_.advection.bfecc;
   reasons["desampling"] = adaptive ? "resolve.desampling=adaptive" : "resolve.desampling asks for one rate everywhere";
   std::string& advection = reasons["advection"];
   std::string& velocity = reasons["velocity"];

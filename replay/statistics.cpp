@@ -52,6 +52,7 @@ json describe_counters() {
   json rows = json::array();
   FrameCounters counters;
   counters.desampling.emplace();
+  counters.compression.emplace();
   for_each_counter_struct(counters, [&](const auto& unit) {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });

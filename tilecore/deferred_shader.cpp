@@ -13,6 +13,12 @@ constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded toget
 // Whether samples see a surface where it is at rest: it does not move and there is no lens.
 bool at_rest(const frontend::FrameGeometry& frame, std::uint32_t patch) { return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0; }
 
+// Time at which a sample sees a patch: what does not move is as it is at shutter open. Mixing two equal poses by the time would round, and
+// a still pixel would not stay the same from frame to frame.
+float time_of(const frontend::FrameGeometry& frame, const TileSamples& samples, std::size_t sample, std::uint32_t patch) {
+  return frame.drawable_of(patch).moving ? samples.t(sample) : 0.0f;
+}
+
 }  // namespace
 
 void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache, std::span<const std::uint8_t> runs) {
@@ -111,7 +117,7 @@ void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples,
   counters_.pixel_shader_invocations_saved += visible - groups_.size();
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const std::size_t s = groups_[g].sample;
-    const ShadedPoint point = run_shader(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], samples.t(s)}, pixel);
+    const ShadedPoint point = run_shader(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], time_of(*job.frame, samples, s, state.patch[s])}, pixel);
     pixel_normal_[pixel] += point.normal;
     for (std::size_t k = 0; k < spp; ++k)
       if (state.patch[first + k] != TileState::kNoPatch && group_of_[k] == g) {
@@ -189,7 +195,7 @@ DeferredShader::ShadedLayer* DeferredShader::shared_layer(const TileJob& job, co
 }
 
 ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer, std::size_t pixel) {
-  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2, samples.t(layer.sample)};
+  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2, time_of(*job.frame, samples, layer.sample, layer.patch)};
   if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
   if (job.shading == ShadingRate::kSample) return run_shader(job, at, pixel);
   bool found = false;

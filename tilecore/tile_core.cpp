@@ -206,14 +206,14 @@ void TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   const auto shaded = std::chrono::steady_clock::now();
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
-  resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), job.burst_bytes, targets);
+  resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.charge_frame_buffer}, targets);
   const auto end = std::chrono::steady_clock::now();
   resolve_seconds_ += std::chrono::duration<double>((planned - start) + (end - shaded)).count();
 }
 
 void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
   const auto start = std::chrono::steady_clock::now();
-  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), job.burst_bytes, targets);
+  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.charge_frame_buffer}, targets);
   resolve_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -224,7 +224,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
     finish_desampled(job, state, targets, first_of_group);
   } else {
     shader_.shade(job, samples_, state, first_of_group);
-    resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
+    resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, job.charge_frame_buffer}, targets.color, resolve_counters_, ledger_);
   }
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state);

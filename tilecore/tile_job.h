@@ -37,6 +37,7 @@ struct TileJob {
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
   int box_bits = 32;  // precision of the boxes of cells
+  bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later
   ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
 };
 

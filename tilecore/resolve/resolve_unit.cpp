@@ -32,7 +32,7 @@ void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations
 
 // ---- Colours ----------------------------------------------------------------------------------------------------
 
-void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, std::uint64_t burst_bytes, FrameTargets& targets) {
+void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory, FrameTargets& targets) {
   History& next = *resolve.next;
   const IntRect& tile = surfaces_.pixels;
   for (int y = tile.y0; y < tile.y1; ++y) {
@@ -65,7 +65,8 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
   }
   for (int y = tile.y0; y < tile.y1; ++y)
     std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(tile.x0, y)], static_cast<std::size_t>(tile.width()) * sizeof(Vec4));
-  charge(resolve, burst_bytes);
+  if (targets.resolve_auxiliary) write_auxiliary(resolve, targets);
+  charge(resolve, memory);
 }
 
 void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage) {
@@ -181,7 +182,7 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, IntRect
   counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);
 }
 
-void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, std::uint64_t burst_bytes, FrameTargets& targets) {
+void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets) {
   History& next = *resolve.next;
   for (int by = tile.y0 & ~3; by < tile.y1; by += 4)
     for (int bx = tile.x0 & ~3; bx < tile.x1; bx += 4) {
@@ -200,18 +201,37 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, std::uint
       // Colours and records of the window are read again, the block is written again.
       const IntRect window = next.region.intersect({bx - kWindowMargin, by - kWindowMargin, bx + 4 + kWindowMargin, by + 4 + kWindowMargin});
       ledger_.read(hardware::Unit::kResolve, hardware::Purpose::kNeighbours,
-                   rect_bursts(window, next.region, kFramePixelBytes, burst_bytes) + rect_bursts(window, next.region, History::kSurfaceBytes, burst_bytes));
-      ledger_.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, rect_bursts(block.pixels, next.region, kFramePixelBytes, burst_bytes));
+                   rect_bursts(window, next.region, kFramePixelBytes, memory.burst_bytes) + rect_bursts(window, next.region, History::kSurfaceBytes, memory.burst_bytes));
+      if (memory.charge_frame_buffer)
+        ledger_.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, rect_bursts(block.pixels, next.region, kFramePixelBytes, memory.burst_bytes));
     }
+}
+
+void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const {
+  const History& next = *resolve.next;
+  for (const Block& block : blocks_) {
+    const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      const int tx = x - targets.region.x0, ty = y - targets.region.y0;
+      targets.rate.at(tx, ty)[0] = block.empty ? 0.0f : static_cast<float>(block.decision.samples);
+      targets.edges.at(tx, ty)[0] = block.edge ? 1.0f : 0.0f;
+      targets.discrepancy.at(tx, ty)[0] = static_cast<float>(next.distrust[b]);
+      targets.origin.at(tx, ty)[0] = static_cast<float>(resolve.origin[next.pixel(x, y)]);
+      const Vec2 v = velocity_.velocity()[surfaces_.index(x, y)];
+      targets.velocity.at(tx, ty)[0] = v.x;
+      targets.velocity.at(tx, ty)[1] = v.y;
+    });
+  }
 }
 
 // ---- Traffic ----------------------------------------------------------------------------------------------------
 
-void ResolveUnit::charge(const ResolveFrame& resolve, std::uint64_t burst_bytes) {
+void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
+  const std::uint64_t burst_bytes = memory.burst_bytes;
   const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
   using hardware::Purpose;
   using hardware::Unit;
-  ledger_.write(Unit::kResolve, Purpose::kFrameBuffer, rect_bursts(tile, region, kFramePixelBytes, burst_bytes));
+  if (memory.charge_frame_buffer) ledger_.write(Unit::kResolve, Purpose::kFrameBuffer, rect_bursts(tile, region, kFramePixelBytes, burst_bytes));
   // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
   for (const IntRect& fetched : {fetched_, eye_fetched_}) {
     if (fetched.empty()) continue;

@@ -66,16 +66,22 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   U6  What the history keeps of a pixel is what the picture shows.
 class ResolveUnit {
  public:
+  // How traffic is charged: TileJob's members of these names.
+  struct Memory {
+    std::uint64_t burst_bytes;
+    bool charge_frame_buffer;
+  };
+
   void plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state);
 
   // Of the tile planned last: how many groups of its samples the shader takes each pixel of the tile for. 0: it is skipped.
   std::span<const std::uint8_t> runs() const { return runs_; }
 
   // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read.
-  void complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, std::uint64_t burst_bytes, FrameTargets& targets);
+  void complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory, FrameTargets& targets);
 
   // Second pass over a tile; no other tile may still be incomplete.
-  void finish_deferred(ResolveFrame& resolve, IntRect tile, std::uint64_t burst_bytes, FrameTargets& targets);
+  void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);
 
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
@@ -99,7 +105,8 @@ class ResolveUnit {
   void check_discrepancy(const ResolveFrame& resolve, const Block& block);
   void reconstruct(ResolveFrame& resolve, const Block& block, IntRect reach);
   std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, IntRect reach) const;
-  void charge(const ResolveFrame& resolve, std::uint64_t burst_bytes);
+  void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
+  void charge(const ResolveFrame& resolve, Memory memory);
 
   PixelSurfaces surfaces_;
   VelocityBuffer velocity_, eye_velocity_;
