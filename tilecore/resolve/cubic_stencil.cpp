@@ -184,10 +184,13 @@ struct WeightedTap {
   float weight;
 };
 
+constexpr std::size_t kMostDirectTaps = 49;  // 7x7
+
 // Largest weight first. Sums differences from it, so that a flat colour is exact whatever the weights.
 struct TapList {
-  std::array<WeightedTap, 49> taps;
+  std::array<WeightedTap, kMostDirectTaps> taps;
   std::size_t count = 0;
+  bool holds = false;  // a kernel's: there are taps, and their weights do not cancel
 
   TapList() { taps[0] = {nullptr, 0.0f}; }  // the rest need not be cleared
   void add(const Vec4* color, float weight) {
@@ -264,7 +267,6 @@ TapList nearest_taps(const WindowView& view, int pixel, bool only_one) {
   return taps;
 }
 
-// Empty where the stencil does not hold.
 TapList kernel_taps(const WindowView& view, Reconstruction kernel, int pixel) {
   const auto& k = kKernelWeights[static_cast<std::size_t>(kernel)];
   const int reach = kernel_reach(kernel), cx = pixel % 4 + kWindowMargin, cy = pixel / 4 + kWindowMargin;
@@ -280,7 +282,7 @@ TapList kernel_taps(const WindowView& view, Reconstruction kernel, int pixel) {
       magnitude += w < 0 ? -w : w;
     }
   }
-  if (sum < static_cast<float>(kMinimumDenominator) * magnitude) taps.count = 0;
+  taps.holds = taps.count > 0 && sum >= static_cast<float>(kMinimumDenominator) * magnitude;
   for (std::size_t i = 0; i < taps.count; ++i) taps.taps[i].weight /= sum;
   return taps;
 }
@@ -290,12 +292,18 @@ Result fill_directly(const WindowView& view, Reconstruction kernel, bool clamp, 
   const bool nearest = kernel == Reconstruction::kNearest;
   TapList taps;
   if (!nearest) taps = kernel_taps(view, kernel, pixel);
-  if (taps.count == 0) {
-    taps = nearest_taps(view, pixel, nearest);
-    work.fallbacks += !nearest;
+  if (taps.holds) {
+    work.taps += taps.count;
+    return taps.sum(clamp);
   }
-  work.taps += taps.count;
-  return taps.sum(clamp);
+  work.fallbacks += !nearest;
+  const TapList near = nearest_taps(view, pixel, nearest);
+  work.taps += near.count;
+  Result r = near.sum(clamp);
+  // Without a tap that is not finite the stencil might hold: let the result tell of it.
+  for (std::size_t i = 0; i < taps.count; ++i) r.plain += load(taps.taps[i].color) - load(taps.taps[i].color);
+  if (!clamp) r.clamped = r.plain;
+  return r;
 }
 
 Result fill_from_table(const WindowView& view, const StencilIndexEntry& entry, bool clamp, int pixel, ReconstructionWork& work) {
