@@ -237,26 +237,29 @@ TapList kernel_taps(const WindowView& view, Reconstruction kernel, int pixel) {
   const int reach = kernel_reach(kernel), cx = pixel % 4 + kWindowMargin, cy = pixel / 4 + kWindowMargin;
   TapList taps;
   float sum = 0, magnitude = 0;
+  const unsigned within = (1u << (2 * reach + 1)) - 1;
   for (int dy = -reach; dy <= reach; ++dy) {
-    const unsigned row = view.usable[static_cast<std::size_t>(cy + dy)] >> (cx - reach);
-    for (int dx = -reach; dx <= reach; ++dx) {
-      const float w = k[static_cast<std::size_t>(dx < 0 ? -dx : dx)] * k[static_cast<std::size_t>(dy < 0 ? -dy : dy)];
-      if (!(row >> (dx + reach) & 1) || w == 0.0f) continue;
+    const float wy = k[static_cast<std::size_t>(dy < 0 ? -dy : dy)];
+    const unsigned row = view.usable[static_cast<std::size_t>(cy + dy)] >> (cx - reach) & within;
+    for (unsigned left = row; left != 0; left &= left - 1) {
+      const int dx = std::countr_zero(left) - reach;
+      const float w = k[static_cast<std::size_t>(dx < 0 ? -dx : dx)] * wy;
+      if (w == 0.0f) continue;
       taps.add(view.at(cx + dx, cy + dy), w);
       sum += w;
       magnitude += w < 0 ? -w : w;
     }
   }
   taps.holds = taps.count > 0 && sum >= static_cast<float>(kMinimumDenominator) * magnitude;
-  for (std::size_t i = 0; i < taps.count; ++i) taps.taps[i].weight /= sum;
+  const float scale = 1.0f / sum;
+  for (std::size_t i = 0; i < taps.count; ++i) taps.taps[i].weight *= scale;
   return taps;
 }
 
 Result fill_directly(const WindowView& view, Reconstruction kernel, bool clamp, int pixel, ReconstructionWork& work) {
   ++work.direct_pixels;
   const bool nearest = kernel == Reconstruction::kNearest;
-  TapList taps;
-  if (!nearest) taps = kernel_taps(view, kernel, pixel);
+  const TapList taps = nearest ? TapList() : kernel_taps(view, kernel, pixel);
   if (taps.holds) {
     work.taps += taps.count;
     return taps.sum(clamp);
