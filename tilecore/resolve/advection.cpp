@@ -57,8 +57,9 @@ struct Surface {
     const std::ptrdiff_t at = index(x, y);
     if (history.patch[at] != patch) return Advection::kOtherPatch;
     const float there = history.depth[at];
-    // Equal infinities agree; NaN never does.
-    if (there != depth && !(std::abs(there - depth) <= tolerance * std::abs(depth) && std::isfinite(there))) return Advection::kDisoccluded;
+    // Equal infinities agree; otherwise infinity and NaN do with nothing.
+    const float apart = std::abs(there - depth);
+    if (there != depth && !(std::isfinite(apart) && apart <= tolerance * std::abs(depth))) return Advection::kDisoccluded;
     const Vec4& c = history.color[at];
     return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w) ? Advection::kTaken : Advection::kNonFinite;
   }

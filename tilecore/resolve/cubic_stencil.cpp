@@ -5,9 +5,8 @@
 #include <cstring>
 #include <utility>
 
-#include "stencil_tables.h"  // generated
 #include "tilecore/resolve/cubic_kernel.h"
-#include "tilecore/resolve/packed_stencil.h"
+#include "tilecore/resolve/stencil_lookup.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -38,62 +37,6 @@ bool is_finite(const Channels& c) {
 struct Result {
   Channels plain, clamped;
 };
-
-// ---- Tables -----------------------------------------------------------------------------------------------------
-
-// Largest weight first: taps of equal weight are neighbours.
-constexpr Stencil sorted_by_weight(Stencil s) {
-  for (std::size_t i = 1; i < s.count; ++i)
-    for (std::size_t k = i; k > 0 && s.taps[k - 1].weight < s.taps[k].weight; --k) std::swap(s.taps[k - 1], s.taps[k]);
-  return s;
-}
-
-constexpr auto kStencils = [] {
-  std::array<Stencil, generated::kStencils> all{};
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = sorted_by_weight(unpack_stencil(generated::kPackedStencils, generated::kStencilStart[i]));
-  return all;
-}();
-
-constexpr bool has_table(Reconstruction kernel) { return kernel != Reconstruction::kNearest; }
-
-constexpr StencilIndexEntry index_entry(Reconstruction kernel, unsigned border, std::size_t table_pattern, int pixel) {
-  const std::size_t row = ((static_cast<std::size_t>(kernel) - 1) * kBorderCases + border) * kTablePatterns.size() + table_pattern;
-  const std::uint16_t code = generated::kStencilIndex[row * 16 + static_cast<std::size_t>(pixel)];
-  if (code == kNoStencil) return {};
-  return {static_cast<std::uint16_t>(code / 8), {static_cast<std::uint8_t>(code % 8)}};
-}
-
-// A pattern as the mirror image of one that has a table.
-struct MirroredPattern {
-  std::size_t table_pattern;
-  unsigned mirror;  // as mirrored_pixel()
-};
-
-// By which of the pixels (0, 0), (1, 0), (0, 1), (1, 1) are rendered, bit 0 first; all patterns repeat every two pixels.
-constexpr std::optional<MirroredPattern> pattern_of(unsigned corner) {
-  switch (corner) {
-    case 1: return MirroredPattern{0, 0};
-    case 2: return MirroredPattern{0, 1};
-    case 4: return MirroredPattern{0, 2};
-    case 8: return MirroredPattern{0, 3};
-    case 9: return MirroredPattern{1, 0};
-    case 6: return MirroredPattern{1, 1};
-    default: return std::nullopt;
-  }
-}
-constexpr unsigned corner_of(BlockMask pattern) { return (pattern & 3u) | (pattern >> 2 & 12u); }
-
-constexpr StencilIndexEntry mirrored_entry(Reconstruction kernel, unsigned border, const MirroredPattern& p, int pixel) {
-  StencilIndexEntry entry = index_entry(kernel, mirrored_border(border, p.mirror), p.table_pattern, mirrored_pixel(pixel, p.mirror));
-  entry.symmetry.bits = static_cast<std::uint8_t>(entry.symmetry.bits ^ p.mirror << 1);
-  return entry;
-}
-
-constexpr Stencil stencil_of(const StencilIndexEntry& entry) {
-  Stencil s = kStencils[entry.stencil];
-  for (std::size_t i = 0; i < s.count; ++i) s.taps[i] = entry.symmetry.apply(s.taps[i]);
-  return s;
-}
 
 // ---- Regular surroundings: stencils known when this is compiled ---------------------------------------------------
 
@@ -135,6 +78,14 @@ template <Stencil S, bool Clamp>
   return r;
 }
 
+// Without the population count that the oldest x86-64 lacks: there std::popcount is a call.
+constexpr std::uint64_t pixel_count(BlockMask pixels) {
+  unsigned n = pixels - (pixels >> 1 & 0x5555u);
+  n = (n & 0x3333u) + (n >> 2 & 0x3333u);
+  n = (n + (n >> 4)) & 0x0f0fu;
+  return (n + (n >> 8)) & 31u;
+}
+
 // A block on its way: window and results.
 struct Fill {
   const Vec4* block;  // pixel (0, 0) of the block
@@ -149,13 +100,27 @@ struct Fill {
   const Vec4* at(int pixel) const { return block + (pixel / 4) * stride + pixel % 4; }
 };
 
+// Patterns repeat every two rows, so pixels p and p + 8 have the same stencil: both before anything is stored, since they
+// share taps and sums of taps.
 template <Stencil S, bool Clamp>
 void fill_pixels(BlockMask pixels, Fill& fill, ReconstructionWork& work) {
-  work.taps += S.count * static_cast<std::uint64_t>(std::popcount(pixels));
-  for (unsigned left = pixels; left != 0; left &= left - 1) {
+  work.taps += S.count * pixel_count(pixels);
+  Channels zeros = fill.zeros;  // in a register while the block is filled
+  const unsigned pairs = pixels & pixels >> 8;
+  for (unsigned left = pairs; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
-    fill.put(p, apply<S, Clamp>(fill.at(p), fill.stride));
+    const Result above = apply<S, Clamp>(fill.at(p), fill.stride), below = apply<S, Clamp>(fill.at(p + 8), fill.stride);
+    zeros += (above.plain - above.plain) + (below.plain - below.plain);
+    store(above.clamped, fill.out + p);
+    store(below.clamped, fill.out + p + 8);
   }
+  for (unsigned left = pixels & ~(pairs | pairs << 8); left != 0; left &= left - 1) {
+    const int p = std::countr_zero(left);
+    const Result r = apply<S, Clamp>(fill.at(p), fill.stride);
+    zeros += r.plain - r.plain;
+    store(r.clamped, fill.out + p);
+  }
+  fill.zeros = zeros;
 }
 
 template <Reconstruction K, bool Clamp>
@@ -184,10 +149,13 @@ struct WeightedTap {
   float weight;
 };
 
+constexpr std::size_t kMostDirectTaps = 49;  // 7x7
+
 // Largest weight first. Sums differences from it, so that a flat colour is exact whatever the weights.
 struct TapList {
-  std::array<WeightedTap, 49> taps;
+  std::array<WeightedTap, kMostDirectTaps> taps;
   std::size_t count = 0;
+  bool holds = false;  // a kernel's: there are taps, and their weights do not cancel
 
   TapList() { taps[0] = {nullptr, 0.0f}; }  // the rest need not be cleared
   void add(const Vec4* color, float weight) {
@@ -264,38 +232,46 @@ TapList nearest_taps(const WindowView& view, int pixel, bool only_one) {
   return taps;
 }
 
-// Empty where the stencil does not hold.
 TapList kernel_taps(const WindowView& view, Reconstruction kernel, int pixel) {
   const auto& k = kKernelWeights[static_cast<std::size_t>(kernel)];
   const int reach = kernel_reach(kernel), cx = pixel % 4 + kWindowMargin, cy = pixel / 4 + kWindowMargin;
   TapList taps;
   float sum = 0, magnitude = 0;
+  const unsigned within = (1u << (2 * reach + 1)) - 1;
   for (int dy = -reach; dy <= reach; ++dy) {
-    const unsigned row = view.usable[static_cast<std::size_t>(cy + dy)] >> (cx - reach);
-    for (int dx = -reach; dx <= reach; ++dx) {
-      const float w = k[static_cast<std::size_t>(dx < 0 ? -dx : dx)] * k[static_cast<std::size_t>(dy < 0 ? -dy : dy)];
-      if (!(row >> (dx + reach) & 1) || w == 0.0f) continue;
+    const float wy = k[static_cast<std::size_t>(dy < 0 ? -dy : dy)];
+    const unsigned row = view.usable[static_cast<std::size_t>(cy + dy)] >> (cx - reach) & within;
+    for (unsigned left = row; left != 0; left &= left - 1) {
+      const int dx = std::countr_zero(left) - reach;
+      const float w = k[static_cast<std::size_t>(dx < 0 ? -dx : dx)] * wy;
+      if (w == 0.0f) continue;
       taps.add(view.at(cx + dx, cy + dy), w);
       sum += w;
       magnitude += w < 0 ? -w : w;
     }
   }
-  if (sum < static_cast<float>(kMinimumDenominator) * magnitude) taps.count = 0;
-  for (std::size_t i = 0; i < taps.count; ++i) taps.taps[i].weight /= sum;
+  taps.holds = taps.count > 0 && sum >= static_cast<float>(kMinimumDenominator) * magnitude;
+  const float scale = 1.0f / sum;
+  for (std::size_t i = 0; i < taps.count; ++i) taps.taps[i].weight *= scale;
   return taps;
 }
 
 Result fill_directly(const WindowView& view, Reconstruction kernel, bool clamp, int pixel, ReconstructionWork& work) {
   ++work.direct_pixels;
   const bool nearest = kernel == Reconstruction::kNearest;
-  TapList taps;
-  if (!nearest) taps = kernel_taps(view, kernel, pixel);
-  if (taps.count == 0) {
-    taps = nearest_taps(view, pixel, nearest);
-    work.fallbacks += !nearest;
+  const TapList taps = nearest ? TapList() : kernel_taps(view, kernel, pixel);
+  if (taps.holds) {
+    work.taps += taps.count;
+    return taps.sum(clamp);
   }
-  work.taps += taps.count;
-  return taps.sum(clamp);
+  work.fallbacks += !nearest;
+  const TapList near = nearest_taps(view, pixel, nearest);
+  work.taps += near.count;
+  Result r = near.sum(clamp);
+  // Without a tap that is not finite the stencil might hold: let the result tell of it.
+  for (std::size_t i = 0; i < taps.count; ++i) r.plain += load(taps.taps[i].color) - load(taps.taps[i].color);
+  if (!clamp) r.clamped = r.plain;
+  return r;
 }
 
 Result fill_from_table(const WindowView& view, const StencilIndexEntry& entry, bool clamp, int pixel, ReconstructionWork& work) {
@@ -312,11 +288,26 @@ Result fill_from_table(const WindowView& view, const StencilIndexEntry& entry, b
 
 // ---- What surrounds a block ---------------------------------------------------------------------------------------
 
-// Four rows of a window in one word, the first in the lowest bits.
-std::uint64_t four_rows(const UsableRows& rows, std::size_t first) {
-  return rows[first] | std::uint64_t{rows[first + 1]} << 16 | std::uint64_t{rows[first + 2]} << 32 | std::uint64_t{rows[first + 3]} << 48;
-}
-constexpr std::uint64_t kEachRow = 0x0001000100010001;
+// The window's rows in words of four, the first in the lowest bits: rows 0-3, 3-6 and 6-9. The pixels to fill are cleared
+// in the middle word only; the others are asked for the rows beyond the block.
+struct RowWords {
+  std::uint64_t top, middle, bottom;
+
+  RowWords(const UsableRows& rows, BlockMask missing) {
+    static_assert(std::endian::native == std::endian::little);
+    std::memcpy(&top, &rows[0], sizeof top);
+    std::memcpy(&middle, &rows[3], sizeof middle);
+    std::memcpy(&bottom, &rows[6], sizeof bottom);
+    std::uint64_t spread = (missing | std::uint64_t{missing} << 24) & 0x000000ff000000ff;
+    spread = (spread | spread << 12) & 0x000f000f000f000f;
+    middle &= ~(spread << kWindowMargin);
+  }
+  bool any() const { return ((top << 16 | middle | bottom >> 16) & kWindowColumns * kEachRow) != 0; }
+  // As pattern_of() wants it.
+  unsigned corner() const { return static_cast<unsigned>((middle >> kWindowMargin & 3u) | (middle >> (16 + kWindowMargin) & 3u) << 2); }
+
+  static constexpr std::uint64_t kEachRow = 0x0001000100010001;
+};
 
 UsableRows without_missing(const UsableRows& usable, BlockMask missing) {
   UsableRows rows;
@@ -333,13 +324,13 @@ struct PatternRows {
   static unsigned columns(unsigned pair) { return (pair & 1 ? 0x2aau : 0u) | (pair & 2 ? 0x155u : 0u); }
 };
 
-bool is_interior(const UsableRows& rows, const PatternRows& pattern, int reach) {
-  const std::uint64_t within = ((1u << (4 + 2 * reach)) - 1) << (kWindowMargin - reach);
+bool is_interior(const RowWords& rows, const PatternRows& pattern, int reach) {
+  const std::uint64_t within = (((1u << (4 + 2 * reach)) - 1) << (kWindowMargin - reach)) * RowWords::kEachRow;
   const std::uint64_t block = pattern.even | std::uint64_t{pattern.odd} << 16 | std::uint64_t{pattern.even} << 32 | std::uint64_t{pattern.odd} << 48;
   const std::uint64_t around = block << 16 | pattern.odd;  // begins with an odd row
-  const std::uint64_t above = ~std::uint64_t{0} << (16 * (kWindowMargin - reach)), below = ~std::uint64_t{0} >> (16 * (kWindowMargin - reach));
-  const std::uint64_t difference = (four_rows(rows, 3) ^ block) | ((four_rows(rows, 0) ^ around) & above) | ((four_rows(rows, 6) ^ around) & below);
-  return (difference & within * kEachRow) == 0;
+  const std::uint64_t above = ~std::uint64_t{0} >> 16 & ~std::uint64_t{0} << (16 * (kWindowMargin - reach));
+  const std::uint64_t below = ~std::uint64_t{0} << 16 & ~std::uint64_t{0} >> (16 * (kWindowMargin - reach));
+  return ((((rows.top ^ around) & above) | (rows.middle ^ block) | ((rows.bottom ^ around) & below)) & within) == 0;
 }
 
 // The sides beyond which nothing is usable, if what is left is the pattern.
@@ -367,20 +358,14 @@ struct Plan {
   unsigned border = 0;
 };
 
-Plan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& usable) {
-  Plan plan{kernel, std::nullopt};
-  if (!packed_weights || !has_table(kernel)) return plan;
-  const unsigned corner = (usable[kWindowMargin] >> kWindowMargin & 3u) | (usable[kWindowMargin + 1] >> kWindowMargin & 3u) << 2;
-  const auto pattern = pattern_of(corner);
-  if (!pattern) return plan;
-  const PatternRows rows(corner);
-  if (is_interior(usable, rows, kernel_reach(kernel))) plan.pattern = pattern;
-  else if (const auto border = border_of(usable, rows, kernel_reach(kernel))) plan.pattern = pattern, plan.border = *border;
-  return plan;
+Plan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& usable, unsigned corner) {
+  const auto pattern = packed_weights && has_table(kernel) ? pattern_of(corner) : std::nullopt;
+  if (!pattern) return {kernel, std::nullopt};
+  const auto border = border_of(usable, PatternRows(corner), kernel_reach(kernel));
+  return border ? Plan{kernel, pattern, *border} : Plan{kernel, std::nullopt};
 }
 
 void fill_block(const WindowView& view, const Plan& plan, bool clamp, BlockMask missing, Fill& fill, ReconstructionWork& work) {
-  if (plan.pattern && plan.border == 0) return kInteriorFills[static_cast<std::size_t>(plan.kernel)][clamp](*plan.pattern, missing, fill, work);
   for (unsigned left = missing; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
     const StencilIndexEntry entry = plan.pattern ? mirrored_entry(plan.kernel, plan.border, *plan.pattern, p) : StencilIndexEntry{};
@@ -420,25 +405,27 @@ BlockMask fill_again(const WindowView& view, const Plan& plan, bool clamp, Block
 }  // namespace
 
 BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool clamp, const BlockWindow& window, BlockMask missing, Vec4* out16, ReconstructionWork& work) {
+  const RowWords words(window.usable, missing);
+  if (!words.any()) return missing;
+  Fill fill{window.first_pixel + kWindowMargin * window.row_stride + kWindowMargin, window.row_stride, out16};
+  // 1. Most blocks lie amid others of their rate.
+  const auto pattern = packed_weights && has_table(kernel) ? pattern_of(words.corner()) : std::nullopt;
+  const bool interior = pattern && is_interior(words, PatternRows(words.corner()), kernel_reach(kernel));
+  if (interior) {
+    kInteriorFills[static_cast<std::size_t>(kernel)][clamp](*pattern, missing, fill, work);
+    if (is_finite(fill.zeros)) {
+      work.pixels += pixel_count(missing);
+      return 0;
+    }
+  }
+  // 2. Any others, and what took NaN or infinity from its surroundings.
   const UsableRows usable = without_missing(window.usable, missing);
-  if (std::all_of(usable.begin(), usable.end(), [](std::uint16_t row) { return row == 0; })) return missing;
   const WindowView view{window, usable};
-  const Plan plan = plan_of(kernel, packed_weights, usable);
-  Fill fill{view.at(kWindowMargin, kWindowMargin), window.row_stride, out16};
-  fill_block(view, plan, clamp, missing, fill, work);
+  const Plan plan = interior ? Plan{kernel, pattern, 0} : plan_of(kernel, packed_weights, usable, words.corner());
+  if (!interior) fill_block(view, plan, clamp, missing, fill, work);
   const BlockMask unfilled = is_finite(fill.zeros) ? BlockMask{0} : fill_again(view, plan, clamp, missing, fill, work);
-  work.pixels += static_cast<std::uint64_t>(std::popcount(static_cast<BlockMask>(missing & ~unfilled)));
+  work.pixels += pixel_count(static_cast<BlockMask>(missing & ~unfilled));
   return unfilled;
 }
-
-std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel) {
-  const auto mirrored = pattern_of(corner_of(pattern));
-  if (!has_table(kernel) || !mirrored) return std::nullopt;
-  const StencilIndexEntry entry = mirrored_entry(kernel, border, *mirrored, pixel);
-  if (entry.stencil == kNoStencil) return std::nullopt;
-  return stencil_of(entry);
-}
-
-StencilTableSize stencil_table_size() { return {generated::kStencils, generated::kStencilBits, std::size(generated::kStencilIndex)}; }
 
 }  // namespace tessera::tilecore

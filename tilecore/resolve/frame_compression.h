@@ -43,6 +43,8 @@ struct CompressedBlock {
   std::array<std::uint8_t, kLargestBlockBytes> payload{};
 };
 
+// A block that reaches beyond the frame is filled up by the caller; copies of the nearest pixels cost least.
+//
 // `halves` are 4 * width * height; width is 4, 8 or 16, height 4; burst_bytes divides width * height * 8 and is
 // at least 8 (all checked).
 //

@@ -33,8 +33,8 @@ inline constexpr std::array<BlockMask, 4> kSquareOrder = {sparse_square(0, 0), s
 
 // Pairs of squares for eight samples: diagonal ones, so that the samples are a quincunx lattice, every missing pixel has
 // samples on all four sides, and the two patterns are each other's complement. Pairs that make rows or columns have the
-// same number of samples, but lines twice as far apart in one direction: the same stencils leave several times the error
-// there (bench/tilecore/stencil_curves.cpp measures both).
+// same number of samples, but lines twice as far apart in one direction: over sinusoids of 6 to 16 pixels in all directions
+// they leave 1.7 to 2 times the error [measured].
 inline constexpr std::array<BlockMask, 2> kPairOrder = {
     static_cast<BlockMask>(sparse_square(0, 0) | sparse_square(1, 1)), static_cast<BlockMask>(sparse_square(1, 0) | sparse_square(0, 1))};
 

@@ -295,7 +295,7 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
   RC_ASSERT(worst_error(Reconstruction::kCubic, window, missing, holed) < 2e-6);
 }
 
-// Mirrored pictures under mirrored patterns give mirrored results, bit for bit: the patterns share tables.
+// Mirrored pictures under mirrored patterns give mirrored results, but for the order of sums.
 RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t seed)) {
   Random random(seed);
   Window window, mirrored;
