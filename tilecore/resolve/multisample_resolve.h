@@ -25,7 +25,7 @@ struct ResolveInput {
   int spp;
   IntRect pixels, region;
   std::uint64_t burst_bytes;
-  bool charge;  // the frame buffer's traffic
+  bool charge = true;  // the frame buffer's traffic
 };
 // The same for one pixel: (colour, coverage) of `spp` samples.
 inline Vec4 mean_of_samples(const Vec3* color, const float* coverage, int spp) {
