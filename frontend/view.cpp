@@ -107,7 +107,11 @@ View view_from_world(const DMat4& camera_world) {
 }
 
 View CameraChoice::view(const Pose& pose) const {
-  return view_from_world(node == kNone ? fixed_world : pose.world[static_cast<std::size_t>(node)]);
+  View view = view_from_world(node == kNone ? fixed_world : pose.world[static_cast<std::size_t>(node)]);
+  if (eye_offset == 0) return view;
+  view.camera_to_world[3] += view.camera_to_world[0] * eye_offset;
+  view.world_to_camera[3].x -= eye_offset;
+  return view;
 }
 
 CameraChoice choose_camera(const Capture& capture, double time, int width, int height) {

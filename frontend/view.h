@@ -42,6 +42,7 @@ struct CameraChoice {
   Camera camera;
   int node = kNone;           // kNone: fixed
   DMat4 fixed_world{1.0};
+  double eye_offset = 0;      // moves the camera to its right, in scene units: the other eye of a stereo pair
 
   View view(const Pose& pose) const;
 };

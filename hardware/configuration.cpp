@@ -200,6 +200,8 @@ std::vector<Key<Gpu>> behaviour_keys() {
       {"tilecore.box_bits", &Gpu::tilecore_box_bits, "bits", 8, 32,
        "Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.",
        "[assumed] single precision; 8 bits: Ylitie et al. 2017, quantised wide BVH nodes"},
+      {"frame_buffer.compression", &Gpu::frame_buffer_compression, {"none", "lossless"},
+       "Whether finished pixels are compressed on their way to memory, in blocks of 8x4; saves traffic, not room.", "[assumed]"},
       {"tilecore.blend_layers", &Gpu::tilecore_blend_layers, "layers", 1, 64,
        "Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.",
        "[assumed] 8; multi-layer alpha blending: Salvi and Vaidyanathan 2014"},

@@ -51,6 +51,8 @@ struct GpuConfiguration : MachineNumbers {
   std::int64_t shading_cache_entries = 1024;
   std::int64_t shading_cache_group = 1;  // tiles
 
+  std::string frame_buffer_compression = "none";
+
   std::int64_t tessellator_max_factor = 64;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
 

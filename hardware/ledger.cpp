@@ -9,7 +9,7 @@ std::string_view name(Unit unit) {
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {"patch_data", "tile_queue", "tile_state",
-                                                                         "frame_buffer", "texture"};
+                                                                         "frame_buffer", "texture", "history", "neighbours"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -19,7 +19,9 @@ std::string_view meaning(Purpose purpose) {
       "tile queues in the parameter buffer: list heads, chunk links and entries",
       "samples of unfinished tiles, stored and reloaded around a partial render",
       "finished pixels",
-      "lines of textures that missed the caches"};
+      "lines of textures that missed the caches",
+      "what the resolve unit keeps of a frame for the next: colours read again, depths and surfaces, regimes of blocks",
+      "pixels of neighbouring tiles that stencils reach into, in a second pass"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

@@ -54,7 +54,7 @@ const std::vector<Topic>& topics() {
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
        {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
       {"effects", "Effects",
-       "Effects that a frame may need. `stats.json` says for each frame which ran; a sub-patch that needs none of motion and defocus runs kernels\n"
+       "Effects that a frame may need. `stats.json` says for each frame which ran, and in `effect_reasons` why those of the resolve unit did or did not; a sub-patch that needs none of motion and defocus runs kernels\n"
        "that hold no code for them.",
        {{"name", "effect"}, {"meaning", "meaning"}, {"when", "runs when"}, {"setting", "forced by"}}},
   };
@@ -108,11 +108,16 @@ json describe_extensions() {
 
 json describe_effects() {
   return json::array(
-      {{{"name", "alpha_test"}, {"meaning", "Hits count only where the material's alpha reaches its cutoff."}, {"when", "a material has alpha mode MASK"}, {"setting", ""}},
+      {{{"name", "advection"}, {"meaning", "Slow blocks take half of their pixels from the previous frame, or from the other eye."}, {"when", "resolve.desampling is adaptive, the frame before was rendered with the same lights"}, {"setting", "resolve.advection"}},
+       {{"name", "alpha_test"}, {"meaning", "Hits count only where the material's alpha reaches its cutoff."}, {"when", "a material has alpha mode MASK"}, {"setting", ""}},
        {{"name", "blending"}, {"meaning", "Surfaces are kept as layers per sample and composed far to near."}, {"when", "a material has alpha mode BLEND"}, {"setting", ""}},
        {{"name", "defocus"}, {"meaning", "Samples look through points of a thin lens."}, {"when", "the camera has an aperture"}, {"setting", "effects.defocus"}},
+       {{"name", "desampling"}, {"meaning", "Not all pixels are shaded; the others are advected or reconstructed."}, {"when", "resolve.desampling asks for it"}, {"setting", "resolve.desampling"}},
        {{"name", "displacement"}, {"meaning", "Vertices of Bezier patches move along the normal by a texture."}, {"when", "a Bezier patch has a material with TESSERA_displacement"}, {"setting", ""}},
-       {{"name", "motion"}, {"meaning", "Samples see the scene at different times of the shutter."}, {"when", "anything differs between shutter open and close, camera included"}, {"setting", "effects.motion"}}});
+       {{"name", "foveation"}, {"meaning", "Blocks far from the focus get fewer samples."}, {"when", "resolve.desampling is adaptive and resolve.foveation_r0 is not 0"}, {"setting", "resolve.foveation_r0"}},
+       {{"name", "frame_buffer_compression"}, {"meaning", "Finished pixels are compressed on their way to memory."}, {"when", "the machine does"}, {"setting", "frame_buffer.compression"}},
+       {{"name", "motion"}, {"meaning", "Samples see the scene at different times of the shutter."}, {"when", "anything differs between shutter open and close, camera included"}, {"setting", "effects.motion"}},
+       {{"name", "stereo"}, {"meaning", "A second picture for a right eye."}, {"when", "stereo.eye_separation is not 0"}, {"setting", "stereo.eye_separation"}}});
 }
 
 std::string range_of(const json& row) {

@@ -16,8 +16,12 @@
 namespace tessera::replay {
 
 const std::vector<std::string>& auxiliary_layers() {
-  static const std::vector<std::string> kLayers = {"depth", "normal", "patch", "invocations"};
+  static const std::vector<std::string> kLayers = {"depth", "normal", "patch", "invocations", "rate", "velocity", "edges", "discrepancy", "origin", "error"};
   return kLayers;
+}
+
+bool is_resolve_layer(const std::string& layer) {
+  return std::find(auxiliary_layers().begin() + 4, auxiliary_layers().end(), layer) != auxiliary_layers().end();
 }
 
 std::string frame_name(int frame) { return fmt::format("frame_{:04d}", frame); }
@@ -31,7 +35,7 @@ void check_folder(const std::filesystem::path& folder) {
 }
 
 void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets, const std::vector<std::string>& auxiliary,
-                 float exposure) {
+                 float exposure, const std::string& view) {
   std::vector<ExrChannel> channels;
   for (std::size_t c = 0; c < 4; ++c)
     channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, targets.color.values.data() + c, 4});
@@ -42,7 +46,14 @@ void write_frame(const std::filesystem::path& folder, int frame, const tilecore:
       channels.push_back({std::string("normal.") + "XYZ"[c], ExrChannel::Type::kHalf, targets.normal.values.data() + c, 3});
   if (wants("patch")) channels.push_back({"patch.id", ExrChannel::Type::kUint, targets.patch.values.data(), 1});
   if (wants("invocations")) channels.push_back({"invocations.count", ExrChannel::Type::kHalf, targets.invocations.values.data(), 1});
-  const std::string name = frame_name(frame);
+  if (wants("rate")) channels.push_back({"rate.samples", ExrChannel::Type::kHalf, targets.rate.values.data(), 1});
+  if (wants("velocity"))
+    for (std::size_t c = 0; c < 2; ++c) channels.push_back({std::string("velocity.") + "XY"[c], ExrChannel::Type::kHalf, targets.velocity.values.data() + c, 2});
+  if (wants("edges")) channels.push_back({"edges.bit", ExrChannel::Type::kHalf, targets.edges.values.data(), 1});
+  if (wants("discrepancy")) channels.push_back({"discrepancy.frames", ExrChannel::Type::kHalf, targets.discrepancy.values.data(), 1});
+  if (wants("origin")) channels.push_back({"origin.kind", ExrChannel::Type::kHalf, targets.origin.values.data(), 1});
+  if (wants("error")) channels.push_back({"error.value", ExrChannel::Type::kFloat, targets.error.values.data(), 1});
+  const std::string name = frame_name(frame) + (view.empty() ? "" : "." + view);
   write_exr(folder / (name + ".exr"), targets.color.width, targets.color.height, channels);
   write_png(folder / (name + ".png"), shaders::to_display(targets.color, exposure));
 }

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "base/check.h"
+#include "replay/resolve_options.h"
 
 namespace tessera::replay {
 namespace {
@@ -18,6 +20,16 @@ class StageTimer {
  private:
   FrameResult& result_;
   const char* stage_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+class BusyTimer {
+ public:
+  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
+  ~BusyTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  double& seconds_;
   std::chrono::steady_clock::time_point start_;
 };
 
@@ -64,7 +76,31 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(resolve, frame.resolve);
   hardware::accumulate(texture, frame.texture);
   hardware::accumulate(l2, frame.l2);
+  if (frame.desampling) {
+    if (!desampling) desampling.emplace();
+    hardware::accumulate(*desampling, *frame.desampling);
+  }
+  if (frame.compression) {
+    if (!compression) compression.emplace();
+    hardware::accumulate(*compression, *frame.compression);
+  }
   ledger += frame.ledger;
+}
+
+void FrameCounters::merge(const FrameCounters& view) {
+  hardware::merge(frontend, view.frontend);
+  hardware::merge(binner, view.binner);
+  hardware::merge(tessellation, view.tessellation);
+  hardware::merge(tilecore, view.tilecore);
+  hardware::merge(stencil, view.stencil);
+  hardware::merge(rays, view.rays);
+  hardware::merge(shading, view.shading);
+  hardware::merge(resolve, view.resolve);
+  hardware::merge(texture, view.texture);
+  hardware::merge(l2, view.l2);
+  if (desampling && view.desampling) hardware::merge(*desampling, *view.desampling);
+  if (compression && view.compression) hardware::merge(*compression, *view.compression);
+  ledger += view.ledger;
 }
 
 FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
@@ -77,7 +113,14 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, co
       assembly_(prepared_->assembly),
       pyramids_(prepared_->pyramids),
       texture_memory_(capture_, gpu.line_bytes()),
-      camera_(choose_camera(capture_, settings, request)) {}
+      camera_(choose_camera(capture_, settings, request)),
+      resolve_(resolve_settings(settings, request.width, request.height)) {
+  for (const double offset : {0.0, settings.eye_separation}) {
+    if (!eyes_.empty() && offset == 0) break;
+    eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
+    eyes_.back().camera.eye_offset = offset;
+  }
+}
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   const frontend::CaptureSettings& own = capture_.settings;
@@ -114,12 +157,15 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
   if (settings_.machine_model) job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
+  job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
   return job;
 }
 
 FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) const {
   FrameEffects effects = {{"motion", frame.any_motion}, {"defocus", frame.projection.lens_scale != 0},
-                          {"displacement", false}, {"alpha_test", false}, {"blending", false}};
+                          {"displacement", false}, {"alpha_test", false}, {"blending", false},
+                          {"desampling", false}, {"advection", false}, {"foveation", false}, {"stereo", eyes_.size() > 1},
+                          {"frame_buffer_compression", gpu_.frame_buffer_compression != "none"}};
   for (const frontend::PosedDrawable& drawable : frame.drawables) {
     const frontend::Material& material = *drawable.material;
     if (material.displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) effects["displacement"] = true;
@@ -149,8 +195,10 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       ++result.counters.binner.partial_renders;
       unfinished.resize(tile_count);
     }
+    PerThread<double> busy_seconds;
     for_each_tile(binner.grid(), job, [&](std::size_t t, bool& first_of_group) {
       if (!only.empty() && !only[t]) return;
+      const BusyTimer busy(busy_seconds.local());
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
@@ -174,8 +222,9 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
           else core.store_state(job, state);
         }
       }
-      recorder.end_tile(t, job, core);
+      recorder.end_tile(t, job, core, done);
     });
+    busy_seconds.for_each([&](double seconds) { result.stage_seconds["tile_threads"] += seconds; });
     for (std::size_t t = 0; t < tile_count; ++t) {
       std::vector<tilecore::TessellationRequest>& tile = tessellations[t];
       recorder.share(t, tile, cache);
@@ -232,6 +281,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
     hardware::merge(result.counters.rays, core.take_ray_counters());
     hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
+    if (result.counters.desampling) hardware::merge(*result.counters.desampling, core.take_desampling_counters());
     result.counters.ledger += core.take_ledger();
   });
   const WorkRecorder::Sums sums = recorder.take_sums();
@@ -257,7 +307,12 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
   run_tiles(job, binner, front_end.sub_patches, {}, cache, recorder, result, record);
   render_revived(job, binner, front_end, cache, recorder, result, record);
+  if (job.resolve != nullptr) finish_deferred(job, result);
   collect(binner, cache, recorder, result);
+  if (!job.charge_frame_buffer) {
+    const StageTimer timer(result, "compress");
+    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes, result.counters.compression.emplace(), result.counters.ledger);
+  }
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
 }
@@ -266,7 +321,7 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   BaselineSet set;
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
-  FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}, {}};
+  FrameResult whole(result.frame, tilecore::FrameTargets(request_.region, false));
   WorkRecorder whole_work(whole_gpu, false);
   MachineRecord whole_record;
   run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
@@ -278,37 +333,103 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   return set;
 }
 
-FrameResult FrameRenderer::render(int frame) {
-  const auto start = std::chrono::steady_clock::now();
-  FrameResult result{frame, tilecore::FrameTargets(request_.region, request_.auxiliary), {}, {}, {}, 0, {}, {}};
+void FrameRenderer::finish_deferred(const tilecore::TileJob& job, FrameResult& result) {
+  double resolve = 0;
+  if (job.resolve->settings.reach_neighbours) {
+    const StageTimer timer(result, "resolve_neighbours");
+    parallel_for(job.grid->tile_count(), [&](std::size_t t) { cores_.local().finish_deferred(job, static_cast<binner::TileIndex>(t), result.targets); });
+  }
+  cores_.for_each([&](tilecore::TileCore& core) { resolve += core.take_resolve_seconds(); });
+  result.stage_seconds["resolve_threads"] += resolve;
+}
+
+void FrameRenderer::measure_error(const tilecore::TileJob& job, FrameResult& result) {
+  const StageTimer timer(result, "error");
+  tilecore::TileJob plain = job;
+  plain.resolve = nullptr;
+  FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
+  WorkRecorder recorder(gpu_, false);
+  run_machine(gpu_, nullptr, plain, recorder, full, nullptr);
+  for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
+    float& error = result.targets.error.values[pixel];
+    for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c) error = std::max(error, std::abs(result.targets.color.values[c] - full.targets.color.values[c]));
+  }
+}
+
+std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result) {
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
-    geometry = frontend::pose_frame(assembly_, camera_, frame_request(frame));
+    geometry = frontend::pose_frame(assembly_, eye.camera, frame_request(frame));
   }
-  result.effects = effects_of(*geometry);
+  if (left == nullptr) result.effects = effects_of(*geometry);
   const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
-  const tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  if (resolve_.desampling != tilecore::Desampling::kOff) {
+    const StageTimer timer(result, "motion");
+    std::unique_ptr<frontend::FrameGeometry> previous;
+    if (eye.sequence.wants_previous_pose(frame)) previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
+    job.resolve = &eye.sequence.begin(frame, *geometry, std::move(previous), result.effect_reasons);
+    if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
+    job.resolve->all_velocities = request_.resolve_auxiliary || resolve_.advection.bfecc;
+    result.counters.desampling.emplace();
+    result.effects["desampling"] = true;
+    if (job.resolve->previous.history != nullptr && resolve_.advect && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
+    if (job.resolve->other_eye.history != nullptr) result.effects["advection"] = true;
+    result.effects["foveation"] = resolve_.foveation.on && resolve_.desampling == tilecore::Desampling::kAdaptive;
+  }
+  const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
   std::optional<frontend::OcclusionGuess> guess;
-  if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+  if (guesses && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
+  const bool baselines = request_.baselines && left == nullptr;
   WorkRecorder recorder(gpu_, request_.record_accesses);
-  run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, request_.baselines ? &record : nullptr);
+  run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, baselines ? &record : nullptr);
   if (settings_.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));
   }
-  if (gpu_.frontend_previous_depth_culling) {
+  if (guesses) {
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (request_.baselines) {
+  if (request_.error && job.resolve != nullptr) measure_error(job, result);
+  if (baselines) {
     const StageTimer timer(result, "baselines");
-    result.baselines = run_baselines(job, result, record);
+    tilecore::TileJob plain = job;
+    plain.resolve = nullptr;
+    result.baselines = run_baselines(plain, result, record);
   }
+  return geometry;
+}
+
+FrameResult FrameRenderer::render(int frame) {
+  const auto start = std::chrono::steady_clock::now();
+  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
+  std::unique_ptr<frontend::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
+  const bool desampled = resolve_.desampling != tilecore::Desampling::kOff;
+  // Before the right eye, which reads the left one's finished frame as its history.
+  if (desampled) eyes_[0].sequence.finish();
+  if (eyes_.size() > 1) {
+    FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
+    std::unique_ptr<frontend::FrameGeometry> pose = render_view(frame, eyes_[1], left.get(), right);
+    if (desampled) {
+      eyes_[1].sequence.finish();
+      eyes_[1].sequence.keep_pose(std::move(pose));
+    }
+    for (const auto& [stage, seconds] : right.stage_seconds) result.stage_seconds[stage] += seconds;
+    result.counters.merge(right.counters);
+    result.maps.add(right.maps);
+    if (result.model && right.model) {  // one eye after the other
+      result.model->timing.accumulate(right.model->timing);
+      result.model->energy.accumulate(right.model->energy);
+    }
+    result.right = RightEye{std::move(right.targets), right.counters};
+  }
+  if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
 

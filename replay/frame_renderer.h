@@ -4,6 +4,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/parallel.h"
 #include "binner/binner.h"
@@ -15,9 +17,11 @@
 #include "hardware/ledger.h"
 #include "hardware/timing_model.h"
 #include "replay/baselines.h"
+#include "replay/resolve_sequence.h"
 #include "replay/settings.h"
 #include "replay/work_recorder.h"
 #include "replay/tile_maps.h"
+#include "tilecore/resolve/compressed_store.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
@@ -34,10 +38,14 @@ struct FrameCounters {
   tilecore::ResolveCounters resolve;
   tilecore::TextureCounters texture;
   L2Counters l2;
+  std::optional<tilecore::DesamplingCounters> desampling;  // where the resolve unit does more than its multisample resolve
+  std::optional<tilecore::CompressionCounters> compression;     // with frame_buffer.compression
   hardware::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
   void accumulate(const FrameCounters& frame);
+  // Adds what another view of the same frame took.
+  void merge(const FrameCounters& view);
 };
 
 // Calls visit(struct) for each counter struct.
@@ -53,6 +61,8 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.resolve);
   visit(counters.texture);
   visit(counters.l2);
+  if (counters.desampling) visit(*counters.desampling);
+  if (counters.compression) visit(*counters.compression);
 }
 
 // Which effects a frame needed, in order of their names.
@@ -66,12 +76,22 @@ struct MachineModel {
   hardware::FrameEnergy energy;
 };
 
+// The right eye's picture; its counters are in those of the frame, too.
+struct RightEye {
+  tilecore::FrameTargets targets;
+  FrameCounters counters;
+};
+
 struct FrameResult {
-  int frame = 0;
+  FrameResult(int number, tilecore::FrameTargets pictures) : frame(number), targets(std::move(pictures)) {}
+
+  int frame;
   tilecore::FrameTargets targets;
   FrameCounters counters;
   FrameEffects effects;
-  std::map<std::string, double> stage_seconds;  // host time
+  EffectReasons effect_reasons;  // for effects of the resolve unit
+  std::optional<RightEye> right;
+  std::map<std::string, double> stage_seconds;  // host time; tile_threads and resolve_threads: summed over threads
   double seconds = 0;
   std::optional<BaselineSet> baselines;
   std::optional<MachineModel> model;  // with output.machine_model
@@ -93,13 +113,15 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;          // pixels; whole frame by default
   bool auxiliary = false;
+  bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
+  bool error = false;              // and of its error: renders every frame fully as well
   bool baselines = false;  // run the other schemes as well
   bool record_accesses = false;  // keep every transfer over the memory interface, for traces
 };
 
-// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures are independent of each
-// other and of the number of threads; so are counters, but for frontend.previous_depth_culling, which looks at the
-// frame rendered before when that was the one before.
+// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures and counters are independent of each
+// other and of the number of threads, but for frontend.previous_depth_culling (counters) and resolve.desampling=adaptive (both), which
+// look at the frame rendered before when that was the one before.
 class FrameRenderer {
  public:
   // `capture` must outlive the renderer.
@@ -111,13 +133,28 @@ class FrameRenderer {
 
   FrameResult render(int frame);
 
+  // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of another replay.
+  const tilecore::History& history() const { return eyes_[0].sequence.history(); }
+  void set_history(tilecore::History history) { eyes_[0].sequence.set_history(std::move(history)); }
+
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == frontend::kNone; }
   const frontend::Assembly& assembly() const { return assembly_; }
   const tilecore::TextureMemory& texture_memory() const { return texture_memory_; }
 
  private:
+  // A view of the scene that is rendered, and what its frames leave to each other.
+  struct Eye {
+    frontend::CameraChoice camera;
+    ResolveSequence sequence;
+  };
+
   frontend::FrameRequest frame_request(int frame) const;
+  // Renders one view into `result`. `left`: the pose of the finished left eye, for the right one.
+  std::unique_ptr<frontend::FrameGeometry> render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result);
+  void finish_deferred(const tilecore::TileJob& job, FrameResult& result);
+  // Renders the same frame fully and writes the difference to result.targets.error.
+  void measure_error(const tilecore::TileJob& job, FrameResult& result);
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result`, to `recorder` and, unless null, to `record`.
   void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
@@ -141,6 +178,8 @@ class FrameRenderer {
   const frontend::PyramidLibrary& pyramids_;
   tilecore::TextureMemory texture_memory_;
   frontend::CameraChoice camera_;
+  tilecore::ResolveSettings resolve_;
+  std::vector<Eye> eyes_;  // the left or only one, the right one
   PerThread<tilecore::TileCore> cores_;
   std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
   int last_frame_ = 0;

@@ -42,6 +42,9 @@ class ReplayCommand final : public Command {
     app.add_option("--region", region_, "Render only these pixels of the frame")->type_name("X,Y,W,H");
     app.add_option("--out", out_, "Folder for the results; made when missing")->type_name("DIR")->capture_default_str();
     app.add_option("--aux", aux_, fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))->type_name("LIST")->delimiter(',');
+    app.add_option("--warmup", warmup_, "With resolve.desampling=adaptive: render so many frames before the first one without writing them, so that it has a history")->type_name("N");
+    app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")->type_name("FILE");
+    app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
     app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
     app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_, "Frames that --trace and --dram-trace hold, B not included (default: all)")->type_name("A:B");
@@ -75,17 +78,20 @@ class ReplayCommand final : public Command {
     frontend::CaptureLimits limits;
     limits.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     const frontend::Capture capture = frontend::read_capture(capture_, limits);
-    const RenderRequest request = render_request(capture, limits.max_bytes);
+    const RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
     set_reproduction_command(fmt::format("tessera replay {}", capture_));
 
     FrameRenderer renderer(capture, gpu, settings, request);
     say_notices(capture, renderer);
+    if (!history_.empty()) renderer.set_history(tilecore::History::restore(history_, std::uint64_t{1} << 28));
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
     check_folder(out_);
     Traces traces(*this, gpu, settings, request, renderer);
     install_stop_handler();
+    const int begin = std::max(0, first - warmup_);
+    for (int frame = begin; frame < first && !stop_requested(); ++frame) renderer.render(frame);
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
@@ -93,12 +99,14 @@ class ReplayCommand final : public Command {
         traces.add(result);
         write_frame(out_, frame, result.targets, aux_, exposure);
         write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
+        if (result.right) write_frame(out_, frame, result.right->targets, aux_, exposure, "right");
         statistics.add(result);
         progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
     }
     statistics.write(out_);
     traces.commit();
+    if (!save_history_.empty()) renderer.history().save(save_history_);
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     make_report(statistics);
     if (quiet_) return;
@@ -138,7 +146,7 @@ class ReplayCommand final : public Command {
     std::optional<DramTrace> dram_;
   };
 
-  RenderRequest render_request(const frontend::Capture& capture, std::uint64_t max_bytes) const {
+  RenderRequest render_request(const frontend::Capture& capture, const RunSettings& settings, std::uint64_t max_bytes) const {
     RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
@@ -157,8 +165,16 @@ class ReplayCommand final : public Command {
     request.auxiliary = !aux_.empty();
     request.baselines = baselines_;
     request.record_accesses = !dram_trace_.empty();
-    // Colour, its encoded copies, auxiliary layers.
-    const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) * (request.auxiliary ? 64 : 32);
+    request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
+    request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
+    if (request.resolve_auxiliary && settings.desampling == "off") throw UsageError("--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or another than off");
+    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) && settings.desampling != "adaptive") throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
+    if (warmup_ < 0) throw UsageError("--warmup must not be negative");
+    if (!save_history_.empty() && settings.eye_separation > 0) throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
+    if (!history_.empty() && settings.eye_separation > 0) throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
+    // Colour, its encoded copies, auxiliary layers, two histories; once more for a right eye.
+    const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
+                                ((request.auxiliary ? 64 : 32) + (request.resolve_auxiliary ? 28 : 0) + (settings.desampling == "off" ? 0 : 50)) * (settings.eye_separation > 0 ? 2 : 1);
     if (bytes > max_bytes) throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(), request.region.height(), bytes, max_bytes));
     return request;
   }
@@ -186,6 +202,8 @@ class ReplayCommand final : public Command {
   std::string trace_, trace_frames_, trace_tiles_, dram_trace_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_;
+  std::string history_, save_history_;
+  int warmup_ = 0;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
   bool quiet_ = false, baselines_ = false, no_report_ = false;

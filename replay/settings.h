@@ -24,6 +24,33 @@ struct RunSettings {
   std::string defocus = "auto";
   bool machine_model = true;
   double exposure = 0;  // 0: the capture's
+
+  std::string desampling = "off";
+  double k_stat = 0.5, k_fast1 = 4.0, k_fast2 = 16.0;  // pixels per frame
+  double hysteresis = 0.05;
+  std::string block_speed = "mean";
+  std::string edges = "inverse_depth";
+  double edge_threshold = 0.01;
+  std::string edge_evidence = "surface";
+  bool supersampling = false;
+  bool advect_still_edges = true;
+  std::string dither = "counter";
+  bool dither_per_block = false;
+  bool advection = true;
+  std::string advection_fetch = "bilinear";
+  bool bfecc = false;
+  double depth_tolerance = 0.02;
+  std::string discrepancy = "rendered";
+  double discrepancy_tolerance = 0.04;
+  std::int64_t discrepancy_frames = 4;
+  std::string reconstruction = "cubic";
+  std::string stencil_weights = "packed";
+  bool stencil_clamp = false;
+  std::string stencil_reach = "tile";
+  double foveation_r0 = 0, foveation_r1 = 0;  // pixels; 0: off
+  double focus_x = 0.5, focus_y = 0.5;        // of the frame
+  double eye_separation = 0;                  // 0: one eye
+  double far_depth = 10;
 };
 
 const KeyTable<RunSettings>& settings_keys();

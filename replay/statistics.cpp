@@ -53,6 +53,8 @@ json counters_json(const FrameCounters& counters) {
 json describe_counters() {
   json rows = json::array();
   FrameCounters counters;
+  counters.desampling.emplace();
+  counters.compression.emplace();
   for_each_counter_struct(counters, [&](const auto& unit) {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });
@@ -79,7 +81,7 @@ Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConf
 }
 
 json frame_json(const FrameResult& frame) {
-  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
+  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"effect_reasons", frame.effect_reasons}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
   if (frame.model) {
     out["timing"] = timing_json(frame.model->timing);
     out["energy"] = energy_json(frame.model->energy);

@@ -10,6 +10,11 @@ namespace tessera::replay {
 TileMaps::TileMaps(const binner::TileGrid& grid)
     : x0(grid.column_edge(0)), y0(grid.row_edge(0)), tile_width(grid.tile_width()), tile_height(grid.tile_height()), columns(grid.columns()), rows(grid.rows()), tiles(grid.tile_count()) {}
 
+void TileMaps::add(const TileMaps& view) {
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    for (const TileMapField& field : kTileMapFields) tiles[t].*field.member += view.tiles[t].*field.member;
+}
+
 TileMeter::~TileMeter() {
   const tilecore::TileCoreCounters& now = core_.counters();
   const tilecore::ShadingCounters& shaded = core_.shading_counters();

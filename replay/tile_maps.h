@@ -58,6 +58,9 @@ struct TileMaps {
 
   TileMaps() = default;
   explicit TileMaps(const binner::TileGrid& grid);
+
+  // Adds the work of another view of the same frame.
+  void add(const TileMaps& view);
 };
 
 // Adds to a tile's work what its core counts while this lives. Only the thread that renders the tile may touch either.

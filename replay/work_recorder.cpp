@@ -71,7 +71,7 @@ void WorkRecorder::begin_shading(std::size_t tile, tilecore::TileCore& core) {
   hardware::merge(sums_.local().texture, core.textures().take_counters());
 }
 
-void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core) {
+void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished) {
   Slot& slot = slots_[tile];
   Sums& sums = sums_.local();
   const tilecore::TileCoreCounters tilecore = core.take_counters();
@@ -90,7 +90,7 @@ void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tile
   work.shader_runs = shading.pixel_shader_invocations;
   work.blended_layers = shading.blended_layers;
   work.texels = texture.texels;
-  if (ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes > 0) {
+  if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile));
     work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }

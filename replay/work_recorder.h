@@ -54,7 +54,8 @@ class WorkRecorder {
   hardware::AccessLog* begin_tile(std::size_t tile, tilecore::TileCore& core);
   // Between the tile's last entries and its shading.
   void begin_shading(std::size_t tile, tilecore::TileCore& core);
-  void end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core);
+  // `finished`: its pixels are written, it is not stored for a further round.
+  void end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished);
 
   // A tile's use of what is shared, in emulated order: takes its requests to the tessellation cache, then its lines to the L2.
   void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache);

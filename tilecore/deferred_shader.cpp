@@ -13,9 +13,16 @@ constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded toget
 // Whether samples see a surface where it is at rest: it does not move and there is no lens.
 bool at_rest(const frontend::FrameGeometry& frame, std::uint32_t patch) { return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0; }
 
+// Time at which a sample sees a patch: what does not move is as it is at shutter open. Mixing two equal poses by the time would round, and
+// a still pixel would not stay the same from frame to frame.
+float time_of(const frontend::FrameGeometry& frame, const TileSamples& samples, std::size_t sample, std::uint32_t patch) {
+  return frame.drawable_of(patch).moving ? samples.t(sample) : 0.0f;
+}
+
 }  // namespace
 
-void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache) {
+void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache, std::span<const std::uint8_t> runs) {
+  runs_ = runs;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
   if (job.shading == ShadingRate::kCache && empty_cache) {
@@ -58,16 +65,21 @@ void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples
       for (int y = block_y; y < std::min(block_y + kBlockSide, height); ++y)
         for (int x = block_x; x < std::min(block_x + kBlockSide, width); ++x) {
           const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+          if (runs_of(pixel) == 0) {
+            skip_pixel(job, samples, state, pixel);
+            continue;
+          }
           if (job.shading == ShadingRate::kCache) shade_pixel_from_cells(job, samples, state, pixel);
           else shade_pixel(job, samples, state, pixel);
           fill_background(job, samples, pixel * spp, spp);
         }
 }
 
-void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
   const frontend::FrameGeometry& frame = *job.frame;
   const auto spp = static_cast<std::size_t>(samples.spp);
   const std::size_t first = pixel * spp;
+  const bool halves = runs_of(pixel) == 2;
   groups_.clear();
   group_of_.resize(spp);
   std::size_t visible = 0;
@@ -80,18 +92,32 @@ void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples,
     const float x = rests ? samples.x[s] : state.rest_x[s], y = rests ? samples.y[s] : state.rest_y[s];
     const float cell_x = std::floor(x), cell_y = std::floor(y);
     const float dx = x - cell_x - 0.5f, dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
+    const bool second_half = halves && 2 * k >= spp;
     std::size_t g = 0;
     if (job.shading == ShadingRate::kSample) g = groups_.size();
-    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x || groups_[g].cell_y != cell_y)) ++g;
-    if (g == groups_.size()) groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2});
+    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x || groups_[g].cell_y != cell_y || groups_[g].second_half != second_half)) ++g;
+    if (g == groups_.size()) groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2, second_half});
     else if (distance2 < groups_[g].distance2) groups_[g].sample = s, groups_[g].distance2 = distance2;
     group_of_[k] = g;
   }
+  return visible;
+}
+
+void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+  const std::size_t visible = group_samples(job, samples, state, pixel);
+  counters_.samples_visible += visible;
+  skipped_.samples += visible;
+  skipped_.invocations += job.shading == ShadingRate::kCache ? visible : groups_.size();
+}
+
+void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  const std::size_t first = pixel * spp, visible = group_samples(job, samples, state, pixel);
   counters_.samples_visible += visible;
   counters_.pixel_shader_invocations_saved += visible - groups_.size();
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const std::size_t s = groups_[g].sample;
-    const ShadedPoint point = run_shader(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], samples.t(s)}, pixel);
+    const ShadedPoint point = run_shader(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], time_of(*job.frame, samples, s, state.patch[s])}, pixel);
     pixel_normal_[pixel] += point.normal;
     for (std::size_t k = 0; k < spp; ++k)
       if (state.patch[first + k] != TileState::kNoPatch && group_of_[k] == g) {
@@ -136,11 +162,17 @@ void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples
     if (here != pixel) shaded_layers_.clear();
     pixel = here;
     blended_.clear();
+    const bool skipped = runs_of(here) == 0;
     for (; end < state.layers.size() && state.layers[end].sample == s; ++end) {
       const TileState::Layer& layer = state.layers[end];
+      if (skipped) {
+        skip_layer(job, layer);
+        continue;
+      }
       const ShadedPoint point = shade_layer(job, samples, layer, pixel);
       blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
     }
+    if (skipped) continue;
     counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
     for (const BlendedLayer& layer : blended_) {
       sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
@@ -149,19 +181,35 @@ void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples
   }
 }
 
-ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer, std::size_t pixel) {
-  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2, samples.t(layer.sample)};
-  if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
-  if (job.shading == ShadingRate::kSample) return run_shader(job, at, pixel);
+DeferredShader::ShadedLayer* DeferredShader::shared_layer(const TileJob& job, const TileState::Layer& layer, bool& found) {
   const bool rests = at_rest(*job.frame, layer.patch);
   const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
-  for (const ShadedLayer& shaded : shaded_layers_)
+  for (ShadedLayer& shaded : shaded_layers_)
     if (shaded.patch == layer.patch && shaded.triangle == layer.triangle && shaded.cell_x == cell_x && shaded.cell_y == cell_y) {
-      ++counters_.pixel_shader_invocations_saved;
-      return shaded.point;
+      found = true;
+      return &shaded;
     }
-  shaded_layers_.push_back({layer.patch, layer.triangle, cell_x, cell_y, run_shader(job, at, pixel)});
-  return shaded_layers_.back().point;
+  found = false;
+  shaded_layers_.push_back({layer.patch, layer.triangle, cell_x, cell_y, {}});
+  return &shaded_layers_.back();
+}
+
+ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer, std::size_t pixel) {
+  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2, time_of(*job.frame, samples, layer.sample, layer.patch)};
+  if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
+  if (job.shading == ShadingRate::kSample) return run_shader(job, at, pixel);
+  bool found = false;
+  ShadedLayer& shaded = *shared_layer(job, layer, found);
+  if (found) ++counters_.pixel_shader_invocations_saved;
+  else shaded.point = run_shader(job, at, pixel);
+  return shaded.point;
+}
+
+void DeferredShader::skip_layer(const TileJob& job, const TileState::Layer& layer) {
+  ++skipped_.samples;
+  bool found = false;
+  if (job.shading == ShadingRate::kPixel) shared_layer(job, layer, found);
+  if (!found) ++skipped_.invocations;
 }
 
 // ---- Layers for the EXR file ------------------------------------------------------------------------------------

@@ -35,13 +35,22 @@ struct ShadingCounters {
 // Invariants (cited by the tests):
 //   D1  Colours follow from the frame, the job's shading rate and blend_layers, and what the samples of a pixel see: not from the
 //       order in which layers arrived, not from the tile, not from the shading cache's capacity or what it holds.
-//   D2  Runs of the pixel shader and runs saved add up to visible samples and blended layers.
+//   D2  Runs of the pixel shader, runs saved and what skipped pixels see add up to visible samples and blended layers.
 class DeferredShader {
  public:
   // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
   // behind what is opaque are dropped. `empty_cache` = false: the tile before this one was its neighbour in a group
   // of tiles of the same frame, and what the shading cache holds is still good.
-  void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true);
+  // `runs`, unless empty, says for each pixel how many groups of its samples are shaded apart: 0, the pixel is skipped and its samples have
+  // no colour; 1; 2, the first half of its samples does not share a run with the second (with shading.rate=pixel).
+  void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true, std::span<const std::uint8_t> runs = {});
+
+  // Of skipped pixels, since the last call: what they see, and the runs of the pixel shader that it would have taken (with
+  // shading.rate=cache: the look-ups).
+  struct Skipped {
+    std::uint64_t samples = 0, invocations = 0;
+  };
+  Skipped take_skipped() { return std::exchange(skipped_, {}); }
 
   // Of the tile shaded last, natural order: linear colour with the background in it, and how much of the sample is covered.
   std::span<const Vec3> color() const { return sample_color_; }
@@ -63,6 +72,7 @@ class DeferredShader {
     float cell_x, cell_y;
     std::size_t sample;  // the one nearest to the middle of the cell is shaded
     float distance2;
+    bool second_half;
   };
   // The same for layers: one run per pixel and triangle (and pixel of the resting picture where things move).
   struct ShadedLayer {
@@ -73,9 +83,16 @@ class DeferredShader {
 
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
   void shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
+  // Samples of a pixel that share a run, in groups_ and group_of_; returns how many see something.
+  std::size_t group_samples(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
+  int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
+  void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   void shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   void fill_background(const TileJob& job, const TileSamples& samples, std::size_t first, std::size_t count);
   void shade_layers(const TileJob& job, const TileSamples& samples, TileState& state);
+  // The run that a layer shares; `found` false: nothing shared it yet, its point is to be filled.
+  ShadedLayer* shared_layer(const TileJob& job, const TileState::Layer& layer, bool& found);
+  void skip_layer(const TileJob& job, const TileState::Layer& layer);
   ShadedPoint shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer, std::size_t pixel);
   ShadedPoint run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
   // Colour of the location's shading cell: from the cache, else shaded for the pixel that asks.
@@ -85,6 +102,8 @@ class DeferredShader {
   std::vector<float> sample_coverage_;
   std::vector<Vec3> pixel_normal_;     // sums over the pixel's shaded points, or over its samples' cells
   std::vector<std::uint32_t> pixel_invocations_;
+  std::span<const std::uint8_t> runs_;  // of the tile in hand
+  Skipped skipped_;
   std::vector<Group> groups_;
   std::vector<std::size_t> group_of_;
   std::vector<ShadedLayer> shaded_layers_;

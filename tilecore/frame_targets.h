@@ -20,7 +20,16 @@ struct FrameTargets {
                                      // nothing opaque; kept where it has room
   IntRect region;
 
-  FrameTargets(IntRect region_in, bool auxiliary_in);
+  // Of the resolve unit; empty without `resolve_auxiliary`.
+  bool resolve_auxiliary = false;
+  Image rate;         // samples of the pixel's block that were to be shaded, of 16; 0 where the block sees nothing
+  Image velocity;     // pixels per frame, x and y; 0 where unknown
+  Image edges;        // 1: an edge in the block
+  Image discrepancy;  // frames for which nothing is advected in the block
+  Image origin;       // 0 shaded, 1 advected, 2 reconstructed
+  Image error;        // largest difference of a channel to the fully shaded frame, linear light
+
+  explicit FrameTargets(IntRect region_in, bool auxiliary_in, bool resolve_auxiliary_in = false);
 };
 
 }  // namespace tessera::tilecore

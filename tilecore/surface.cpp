@@ -217,6 +217,16 @@ Vec2 surface_parameters(const FrameGeometry& frame, const SurfaceLocation& at) {
   return is_bezier(frame.drawable_of(at.patch)) ? patch_parameters(frame.patterns[at.patch], at) : Vec2(at.b1, at.b2);
 }
 
+Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key_number) {
+  const PosedDrawable& drawable = frame.drawable_of(at.patch);
+  const auto key = static_cast<std::size_t>(key_number);
+  if (is_bezier(drawable)) return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
+  const std::array<std::uint32_t, 3> v = cluster_triangle(frame, drawable, at);
+  const auto& p = drawable.positions[key];
+  const Vec3 point = p[v[0]] * (1.0f - parameters.x - parameters.y) + p[v[1]] * parameters.x + p[v[2]] * parameters.y;
+  return drawable.to_raster[key] * Vec4(point, 1.0f);
+}
+
 Vec2 surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform) {
   const Surface s = attribute_weights(frame, at);
   return transform.apply(interpolate(s, s.drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)], s.weight));

@@ -49,6 +49,10 @@ bool is_bezier(const frontend::PosedDrawable& drawable);
 // (p, q) of a location.
 Vec2 surface_parameters(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
 
+// (xh, yh, depth, w) of a point at a key of the shutter, from its parameters alone: `frame` may be another pose of the assembly than the
+// one that `at` was seen in.
+Vec4 surface_raster(const frontend::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
+
 // Interpolated texture coordinate alone, for the alpha test.
 Vec2 surface_texcoord(const frontend::FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform);
 // Interpolated vertex alpha alone.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <tuple>
 #include <utility>
 
@@ -110,8 +111,14 @@ std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::Que
 }  // namespace
 
 TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
-hardware::Ledger TileCore::take_ledger() { return std::exchange(ledger_, {}); }
-ResolveCounters TileCore::take_resolve_counters() { return std::exchange(resolve_counters_, {}); }
+hardware::Ledger TileCore::take_ledger() {
+  ledger_ += resolve_.take_ledger();
+  return std::exchange(ledger_, {});
+}
+ResolveCounters TileCore::take_resolve_counters() {
+  resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
+  return std::exchange(resolve_counters_, {});
+}
 
 void TileCore::prepare_samples(const TileJob& job, IntRect pixels) {
   const bool lens = job.frame->projection.lens_scale != 0 || job.force_lens;
@@ -205,11 +212,34 @@ void TileCore::load_state(const TileJob& job, const TileState& state) {
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
+void TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
+  const auto start = std::chrono::steady_clock::now();
+  resolve_.plan(*job.resolve, *job.frame, samples_, state);
+  const auto planned = std::chrono::steady_clock::now();
+  shader_.shade(job, samples_, state, first_of_group, resolve_.runs());
+  const auto shaded = std::chrono::steady_clock::now();
+  const DeferredShader::Skipped skipped = shader_.take_skipped();
+  resolve_.count_skipped(skipped.samples, skipped.invocations);
+  resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.charge_frame_buffer}, targets);
+  const auto end = std::chrono::steady_clock::now();
+  resolve_seconds_ += std::chrono::duration<double>((planned - start) + (end - shaded)).count();
+}
+
+void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
+  const auto start = std::chrono::steady_clock::now();
+  resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.charge_frame_buffer}, targets);
+  resolve_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
-  shader_.shade(job, samples_, state, first_of_group);
-  resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes}, targets.color, resolve_counters_, ledger_);
+  if (job.resolve != nullptr) {
+    finish_desampled(job, state, targets, first_of_group);
+  } else {
+    shader_.shade(job, samples_, state, first_of_group);
+    resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, job.charge_frame_buffer}, targets.color, resolve_counters_, ledger_);
+  }
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state);
 }

@@ -13,6 +13,7 @@
 #include "tilecore/deferred_shader.h"
 #include "tilecore/frame_targets.h"
 #include "tilecore/resolve/multisample_resolve.h"
+#include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/sample_pattern.h"
 #include "tilecore/mesh_store.h"
 #include "tilecore/tessellation_cache.h"
@@ -47,6 +48,9 @@ class TileCore {
   // false: this core finished another tile of the same group and frame right before; its shading cache is not emptied.
   void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group = true);
 
+  // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are finished.
+  void finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets);
+
   // Traffic of storing and loading an unfinished tile.
   void store_state(const TileJob& job, const TileState& state);
   void load_state(const TileJob& job, const TileState& state);
@@ -71,11 +75,15 @@ class TileCore {
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
   TextureUnit& textures() { return shader_.textures(); }
   ResolveCounters take_resolve_counters();
+  DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
+  // Host time of the resolve unit, but for the plain multisample resolve.
+  double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
   hardware::Ledger take_ledger();
   // Until take_ledger(), what this core moves also goes to `log`.
   void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
  private:
+  void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
@@ -85,6 +93,8 @@ class TileCore {
   MeshVisibility visibility_;
   TileSamples samples_;
   DeferredShader shader_;
+  ResolveUnit resolve_;
+  double resolve_seconds_ = 0;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;

@@ -20,7 +20,9 @@ enum class ShadingRate {
   kCache,   // one run per shading cell, shared by all samples that see it while the shading cache holds it
 };
 
-// Everything that the tile cores of one frame share; read only.
+struct ResolveFrame;
+
+// Everything that the tile cores of one frame share; read only but for what `resolve` says.
 struct TileJob {
   const frontend::FrameGeometry* frame = nullptr;
   const binner::TileGrid* grid = nullptr;
@@ -39,6 +41,8 @@ struct TileJob {
   std::uint64_t burst_bytes = 64;
   TextureUnit::Settings textures;
   int box_bits = 32;  // precision of the boxes of cells
+  bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later
+  ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
 };
 
 }  // namespace tessera::tilecore

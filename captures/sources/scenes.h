@@ -9,5 +9,6 @@ void make_eggs(const std::filesystem::path& folder);     // displaced Bezier pat
 void make_vases(const std::filesystem::path& folder);    // static, pinhole, undisplaced
 void make_serpent(const std::filesystem::path& folder);  // a skinned mesh with a morph target
 void make_flyby(const std::filesystem::path& folder);    // fast motion across the whole screen
+void make_stroll(const std::filesystem::path& folder);   // the same with a moving camera, 60 frames
 
 }  // namespace tessera::captures

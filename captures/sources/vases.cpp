@@ -42,10 +42,8 @@ Image8 planks() {
   });
 }
 
-}  // namespace
-
-void make_vases(const std::filesystem::path& folder) {
-  Asset asset("vases");
+// A table with things on it, and the sun.
+void add_table(Asset& asset) {
   const auto add = [&](const Geometry& g, json material, Vec3 at, float size, float turn = 0) {
     const glm::quat rotation = glm::angleAxis(turn, Vec3(0, 1, 0));
     asset.add_node({{"mesh", asset.add_mesh(g, asset.add_material(std::move(material)))}, {"translation", array_of(at)}, {"rotation", array_of(rotation)}, {"scale", {size, size, size}}});
@@ -87,10 +85,45 @@ void make_vases(const std::filesystem::path& folder) {
   json key = look_at({-3.0f, 4.5f, 3.5f}, {0, 0, 0});
   key["extensions"]["KHR_lights_punctual"]["light"] = sun;
   asset.add_node(key);
-  json view = look_at({0.35f, 2.1f, 6.4f}, {0.1f, 0.95f, 0.0f});
+}
+
+json camera_at(Vec3 eye, Vec3 target, Asset& asset) {
+  json view = look_at(eye, target);
   view["camera"] = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.62}, {"znear", 0.2}, {"zfar", 50.0}}}});
-  asset.add_node(view);
+  return view;
+}
+
+}  // namespace
+
+void make_vases(const std::filesystem::path& folder) {
+  Asset asset("vases");
+  add_table(asset);
+  asset.add_node(camera_at({0.35f, 2.1f, 6.4f}, {0.1f, 0.95f, 0.0f}, asset));
   asset.capture_settings() = {{"resolution", {1280, 720}}, {"environment", 0.75}};
+  asset.write(folder);
+}
+
+void make_stroll(const std::filesystem::path& folder) {
+  Asset asset("stroll");
+  add_table(asset);
+  const int camera = asset.add_node(camera_at({-1.1f, 2.2f, 6.3f}, {0.0f, 0.9f, 0.0f}, asset));
+  // Along an arc around the table: slowly, then faster and faster, then to a halt. Two seconds at 30 frames.
+  std::vector<float> times;
+  std::vector<Vec3> places;
+  std::vector<glm::quat> turns;
+  for (int k = 0; k <= 60; ++k) {
+    const float t = static_cast<float>(k) / 30.0f, s = 0.06f * t + 0.94f * smooth_step(0.9f, 1.9f, t);
+    const float angle = -0.17f + 0.42f * s;
+    const Vec3 eye(std::sin(angle) * 6.4f, 2.2f - 0.25f * s, std::cos(angle) * 6.4f);
+    const json view = look_at(eye, {0.0f, 0.9f, 0.0f});
+    times.push_back(t);
+    places.push_back(eye);
+    const std::vector<float> q = view["rotation"].get<std::vector<float>>();
+    turns.emplace_back(q[3], q[0], q[1], q[2]);
+  }
+  asset.animate(camera, "translation", times, places);
+  asset.animate(camera, "rotation", times, turns);
+  asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 30}, {"frames", {{"first", 0}, {"count", 60}}}, {"environment", 0.75}};
   asset.write(folder);
 }
 

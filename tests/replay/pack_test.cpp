@@ -549,7 +549,7 @@ TEST(Pack, ItMakesFoldersOverwritesFilesAndLeavesNothingElse) {
 }
 
 TEST(ShippedCaptures, KeepTheRulesOfGltfWriters) {
-  for (const char* name : {"eggs", "vases", "serpent", "flyby"}) EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
+  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"}) EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
 }
 
 // ---- The rules themselves -----------------------------------------------------------------------------------------

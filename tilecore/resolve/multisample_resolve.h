@@ -25,7 +25,20 @@ struct ResolveInput {
   int spp;
   IntRect pixels, region;
   std::uint64_t burst_bytes;
+  bool charge = true;  // the frame buffer's traffic
 };
+// The same for one pixel: (colour, coverage) of `spp` samples.
+inline Vec4 mean_of_samples(const Vec3* color, const float* coverage, int spp) {
+  const float share = 1.0f / static_cast<float>(spp);
+  Vec3 sum(0.0f);
+  float covered = 0.0f;
+  for (int k = 0; k < spp; ++k) {
+    sum += color[k];
+    covered += coverage[k];
+  }
+  return {sum.x * share, sum.y * share, sum.z * share, covered * share};
+}
+
 void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, hardware::Ledger& ledger);
 
 // Bytes per pixel of the finished frame in memory: RGBA, half float.

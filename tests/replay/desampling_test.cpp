@@ -1,0 +1,536 @@
+// Desampling, advection and reconstruction in whole replays: invariants and hard cases of the resolve unit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "base/image_codec.h"
+#include "base/simd_targets.h"
+#include "frontend/capture_reader.h"
+#include "replay/frame_renderer.h"
+#include "replay/statistics.h"
+#include "tests/support/captures.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::replay {
+namespace {
+
+using frontend::Capture;
+using tilecore::History;
+
+struct Machine {
+  RunSettings settings;
+  hardware::GpuConfiguration gpu;
+  RenderRequest request{160, 90, {0, 0, 160, 90}};
+
+  Machine() { settings.desampling = "adaptive"; }
+  Machine& set(const std::string& text) {
+    apply_setting(text, settings, gpu);
+    return *this;
+  }
+  FrameRenderer renderer(const Capture& capture) const { return {capture, gpu, settings, request}; }
+  std::vector<FrameResult> frames(const Capture& capture, int first, int last) const {
+    FrameRenderer r = renderer(capture);
+    std::vector<FrameResult> out;
+    for (int f = first; f < last; ++f) out.push_back(r.render(f));
+    return out;
+  }
+};
+
+Machine plain() { return Machine().set("resolve.desampling=off"); }
+
+double rmse(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) sum += (double{a.values[i]} - double{b.values[i]}) * (double{a.values[i]} - double{b.values[i]});
+  return std::sqrt(sum / static_cast<double>(a.values.size()));
+}
+
+Capture shipped(const char* name) { return frontend::read_capture(test::shipped_capture(name)); }
+
+const tilecore::DesamplingCounters& counters(const FrameResult& r) { return *r.counters.desampling; }
+
+// ---- What desampling leaves alone -------------------------------------------------------------------------------
+
+TEST(Desampling, OffLeavesNoTraceInPictureOrStatistics) {
+  const FrameResult off = plain().renderer(shipped("serpent")).render(12);
+  EXPECT_FALSE(off.counters.desampling);
+  EXPECT_FALSE(counters_json(off.counters).contains("resolve.blocks_rate_16"));
+  EXPECT_FALSE(off.effects.at("desampling"));
+  for (const hardware::Purpose purpose : {hardware::Purpose::kHistory, hardware::Purpose::kNeighbours})
+    EXPECT_EQ(off.counters.ledger.traffic(hardware::Unit::kResolve, purpose).written_bytes, 0u);
+}
+
+// U3: with thresholds that leave every block at its full rate the unit runs, and changes nothing.
+TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
+  for (const char* name : {"eggs", "serpent", "flyby", "vases"}) {
+    const Capture capture = shipped(name);
+    const int first = capture.settings.first_frame;
+    Machine full;
+    full.set("resolve.k_stat=0").set("resolve.k_fast1=1000000").set("resolve.k_fast2=1000000").set("resolve.advection=false");
+    const auto expected = plain().frames(capture, first, first + 2), got = full.frames(capture, first, first + 2);
+    for (std::size_t f = 0; f < 2; ++f) {
+      EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values) << name;
+      EXPECT_EQ(got[f].counters.shading.pixel_shader_invocations, expected[f].counters.shading.pixel_shader_invocations) << name;
+      EXPECT_EQ(got[f].counters.resolve.pixels_shaded, 160u * 90u);
+      EXPECT_EQ(counters(got[f]).blocks_rate_4 + counters(got[f]).blocks_rate_8, 0u);
+    }
+  }
+}
+
+TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {
+  Machine m;
+  m.request.resolve_auxiliary = true;
+  for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"}) {
+    const Capture capture = shipped("serpent");
+    const auto expected = plain().frames(capture, 12, 15), got = m.set(std::string("resolve.desampling=") + mode).frames(capture, 12, 15);
+    for (std::size_t f = 0; f < 3; ++f) {
+      std::size_t shaded = 0, other = 0;
+      for (std::size_t p = 0; p < 160 * 90; ++p) {
+        if (got[f].targets.origin.values[p] != 0) {
+          ++other;
+          continue;
+        }
+        ++shaded;
+        for (std::size_t c = 4 * p; c < 4 * p + 4; ++c) ASSERT_EQ(got[f].targets.color.values[c], expected[f].targets.color.values[c]) << mode << " pixel " << p;
+      }
+      EXPECT_EQ(got[f].counters.resolve.pixels_shaded, shaded) << mode;
+      EXPECT_EQ(counters(got[f]).pixels_advected + counters(got[f]).pixels_reconstructed, other) << mode;
+      if (f > 0) EXPECT_GT(other, 1000u);
+    }
+  }
+}
+
+// D2 of the shader, with what is skipped.
+TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadingWouldTake) {
+  for (const char* rate : {"pixel", "sample", "cache"}) {
+    const Capture capture = shipped("eggs");
+    Machine m;
+    m.set(std::string("shading.rate=") + rate).set("resolve.k_fast1=0.5").set("resolve.k_fast2=3").set("resolve.k_stat=0.5");
+    const auto expected = plain().set(std::string("shading.rate=") + rate).frames(capture, 14, 16), got = m.frames(capture, 14, 16);
+    const auto& s = got[1].counters.shading;
+    EXPECT_GT(counters(got[1]).samples_skipped, 0u) << rate;
+    EXPECT_EQ(s.pixel_shader_invocations + s.pixel_shader_invocations_saved + counters(got[1]).samples_skipped, s.samples_visible + s.blended_layers) << rate;
+    EXPECT_EQ(s.samples_visible, expected[1].counters.shading.samples_visible) << rate;
+    if (std::string(rate) != "cache") {
+      EXPECT_EQ(s.pixel_shader_invocations + counters(got[1]).invocations_saved, expected[1].counters.shading.pixel_shader_invocations) << rate;
+    }
+  }
+}
+
+// ---- Determinism ------------------------------------------------------------------------------------------------
+
+std::vector<FrameResult> on_machine(Machine m, const Capture& capture, std::size_t threads, const std::string& simd) {
+  const ThreadLimit limit(threads);
+  force_simd_target(simd);
+  auto out = m.frames(capture, 20, 24);
+  force_simd_target("");
+  return out;
+}
+
+TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
+  const Capture capture = shipped("stroll");
+  for (const char* reach : {"tile", "neighbours"}) {
+    Machine m;
+    m.set(std::string("resolve.stencil_reach=") + reach).set("resolve.k_fast1=0.6").set("resolve.bfecc=true");
+    const auto expected = on_machine(m, capture, 0, "");
+    for (const auto& [threads, simd] : {std::pair<std::size_t, std::string>{1, ""}, {2, simd_target_names().back()}, {4, ""}}) {
+      const auto got = on_machine(m, capture, threads, simd);
+      for (std::size_t f = 0; f < got.size(); ++f) {
+        EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values) << reach << " " << threads;
+        EXPECT_EQ(counters_json(got[f].counters), counters_json(expected[f].counters)) << reach << " " << threads;
+      }
+    }
+  }
+}
+
+// U1, U2. BFECC reads velocities of the tile, and stencils that stop at its border know it: those two are the failing twins.
+TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
+  const Capture capture = shipped("stroll");
+  const auto pictures = [&](const char* reach, int tile) {
+    Machine m;
+    m.set(std::string("resolve.stencil_reach=") + reach).set("resolve.k_stat=0.1").set("resolve.k_fast1=0.1").set("resolve.k_fast2=8");
+    m.gpu.tile_width = m.gpu.tile_height = tile;
+    auto frames = m.frames(capture, 40, 43);
+    EXPECT_GT(counters(frames[2]).pixels_reconstructed, 1000u);
+    EXPECT_EQ(counters(frames[2]).blocks_deferred > 0, std::string(reach) == "neighbours");
+    return frames;
+  };
+  const auto small = pictures("neighbours", 8), large = pictures("neighbours", 64);
+  for (std::size_t f = 0; f < 3; ++f) {
+    EXPECT_EQ(small[f].targets.color.values, large[f].targets.color.values);
+    EXPECT_EQ(counters(small[f]).blocks_rate_8, counters(large[f]).blocks_rate_8);
+    EXPECT_EQ(counters(small[f]).pixels_advected, counters(large[f]).pixels_advected);
+  }
+  const auto local_small = pictures("tile", 8), local_large = pictures("tile", 64);
+  EXPECT_NE(local_small[2].targets.color.values, local_large[2].targets.color.values);
+  // Decisions do not know the tile either way.
+  EXPECT_EQ(counters(local_small[1]).blocks_rate_8, counters(local_large[1]).blocks_rate_8);
+  EXPECT_EQ(counters(local_small[1]).pixels_reconstructed, counters(large[1]).pixels_reconstructed);
+  const auto reads = [](const FrameResult& r) { return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kNeighbours).read_bytes; };
+  EXPECT_GT(reads(small[2]), reads(large[2]));
+  EXPECT_EQ(reads(local_small[2]), 0u);
+}
+
+TEST(Desampling, PartialRendersAndRevivedTilesChangeNothing) {
+  const Capture capture = shipped("serpent");
+  const auto expected = Machine().frames(capture, 12, 15);
+  Machine tiny, culling;
+  tiny.gpu.parameter_buffer_bytes = 4096;
+  culling.gpu.frontend_previous_depth_culling = true;
+  const auto small = tiny.frames(capture, 12, 15), revived = culling.frames(capture, 12, 15);
+  EXPECT_GT(small[1].counters.binner.partial_renders, 0u);
+  for (std::size_t f = 0; f < 3; ++f) {
+    EXPECT_EQ(small[f].targets.color.values, expected[f].targets.color.values);
+    EXPECT_EQ(revived[f].targets.color.values, expected[f].targets.color.values);
+  }
+}
+
+// ---- Advection --------------------------------------------------------------------------------------------------
+
+TEST(Desampling, AStaticSceneIsExactAndHalfOfItIsNotShaded) {
+  const Capture capture = shipped("vases");
+  const FrameResult expected = plain().renderer(capture).render(0);
+  const auto got = Machine().frames(capture, 0, 6);
+  for (std::size_t f = 0; f < got.size(); ++f) {
+    EXPECT_EQ(got[f].targets.color.values, expected.targets.color.values) << f;
+    if (f == 0) continue;
+    EXPECT_EQ(counters(got[f]).velocity_evaluations, 0u);
+    EXPECT_NEAR(static_cast<double>(got[f].counters.shading.pixel_shader_invocations) / static_cast<double>(expected.counters.shading.pixel_shader_invocations), 0.5, 0.01);
+    EXPECT_EQ(got[f].effect_reasons.at("velocity"), "nothing moved since the last frame: zero without evaluation");
+  }
+}
+
+// A blurred history that a static scene starts from is gone after k = 2 frames of the counter's dither, and stays without dither.
+TEST(Desampling, AStaticSceneRecoversFromAnyHistoryWithinTheCountersPeriod) {
+  const Capture capture = shipped("vases");
+  const Image expected = plain().renderer(capture).render(0).targets.color;
+  for (const char* dither : {"counter", "off"}) {
+    FrameRenderer r = Machine().set(std::string("resolve.dither=") + dither).renderer(capture);
+    r.render(0);
+    History spoilt = r.history();
+    for (Vec4& c : spoilt.color) c *= 1.01f;
+    r.set_history(spoilt);
+    EXPECT_GT(rmse(r.render(1).targets.color, expected), 0) << dither;
+    const double later = rmse(r.render(2).targets.color, expected);
+    if (std::string(dither) == "counter") EXPECT_EQ(later, 0);
+    else EXPECT_GT(later, 0);
+  }
+}
+
+TEST(Desampling, TheFirstFrameAFrameAfterAGapAndAChangedLightHaveNoHistory) {
+  const Capture capture = shipped("stroll");
+  FrameRenderer r = Machine().renderer(capture);
+  const FrameResult first = r.render(10);
+  EXPECT_EQ(counters(first).pixels_advected, 0u);
+  EXPECT_EQ(first.effect_reasons.at("advection"), "first frame: there is no history");
+  EXPECT_FALSE(first.effects.at("advection"));
+  EXPECT_GT(counters(r.render(11)).pixels_advected, 0u);
+  const FrameResult gap = r.render(13);
+  EXPECT_EQ(counters(gap).pixels_advected, 0u);
+  EXPECT_EQ(gap.effect_reasons.at("advection"), "the frame before was not rendered: there is no history");
+  const auto eggs = Machine().set("resolve.k_stat=4").frames(shipped("eggs"), 14, 16);  // an ember carries a light
+  EXPECT_EQ(counters(eggs[1]).pixels_advected, 0u);
+  EXPECT_EQ(eggs[1].effect_reasons.at("advection"), "a light changed");
+}
+
+// The camera jumps across the scene between two frames: nothing of the old picture is left, nothing is not finite.
+TEST(Desampling, ACutTakesNothingOver) {
+  Capture capture = shipped("stroll");
+  for (auto& animation : capture.animations)
+    for (auto& channel : animation.channels) {
+      channel.interpolation = frontend::Interpolation::kStep;
+      channel.times = {0.0f, 1.0f};
+      const auto n = static_cast<std::size_t>(channel.components);
+      std::vector<float> ends(channel.values.begin(), channel.values.begin() + static_cast<std::ptrdiff_t>(n));
+      ends.insert(ends.end(), channel.values.end() - static_cast<std::ptrdiff_t>(n), channel.values.end());
+      channel.values = ends;
+    }
+  Machine m;
+  m.set("resolve.k_stat=4");
+  m.request.resolve_auxiliary = true;
+  const auto expected = plain().frames(capture, 28, 33), got = m.frames(capture, 28, 33);
+  EXPECT_GT(rmse(expected[1].targets.color, expected[2].targets.color), 0.05);
+  EXPECT_EQ(counters(got[2]).pixels_advected, 0u);
+  EXPECT_LT(rmse(got[2].targets.color, expected[2].targets.color), 0.05);
+  EXPECT_EQ(got[4].targets.color.values.size(), expected[4].targets.color.values.size());
+  EXPECT_LT(rmse(got[4].targets.color, expected[4].targets.color), 0.01);
+}
+
+// An unlit quad with a texture that slides across the frame, in and out of it.
+struct Slide {
+  Capture capture;
+  explicit Slide(double pixels_per_frame, int texture = 64, bool plane = false) {
+    frontend::Material material;
+    material.unlit = true;
+    material.double_sided = true;
+    material.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{checks(texture)}, shaders::ColorSpace::kSrgb);
+    const int m = test::add_material(capture, material);
+    frontend::Primitive quad = test::triangles({{-8, -8, 0}, {8, -8, 0}, {8, 8, 0}, {-8, 8, 0}}, {0, 1, 2, 0, 2, 3}, m);
+    const float repeat = plane ? 1.0f : 2.0f;
+    quad.vertices.texcoords = {{{0, 0}, {repeat, 0}, {repeat, repeat}, {0, repeat}}};
+    const int node = test::add_node(capture, quad, {plane ? 0.0 : -9.0, 0.0, 0.0});
+    frontend::Camera camera;
+    camera.type = frontend::Camera::Type::kOrthographic;
+    camera.x_mag = 8, camera.y_mag = 4.5f;
+    test::add_camera(capture, {0, 0, 10}, camera);
+    // 160 pixels are 16 units; a thirtieth of a second per frame, for the four seconds of the test.
+    test::add_motion(capture, node, {pixels_per_frame * 0.1 * 30.0, pixels_per_frame * 0.037 * 30.0, 0});
+    auto& channel = capture.animations[0].channels[0];
+    channel.times = {0.0f, 5.0f};
+    for (std::size_t c = 3; c < 6; ++c) channel.values[c] = channel.values[c - 3] + 5.0f * (channel.values[c] - channel.values[c - 3]);
+    capture.settings.background = Vec3(0.1f, 0.2f, 0.3f);
+  }
+  static Image8 checks(int side) {
+    Image8 image(side, side, 3);
+    for (int y = 0; y < side; ++y)
+      for (int x = 0; x < side; ++x) {
+        const bool on = (x / 8 + y / 8) % 2 == 0;
+        const auto level = static_cast<std::uint8_t>(on ? 200 - (x % 8) * 8 : 60 + (y % 8) * 8);
+        image.at(x, y)[0] = level, image.at(x, y)[1] = static_cast<std::uint8_t>(255 - level), image.at(x, y)[2] = 90;
+      }
+    return image;
+  }
+};
+
+TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
+  const Slide slide(3.3);
+  Machine m;
+  m.set("resolve.k_stat=8").set("resolve.k_fast1=8").set("resolve.k_fast2=8");
+  const auto expected = plain().frames(slide.capture, 0, 60), got = m.frames(slide.capture, 0, 60);
+  std::uint64_t disoccluded = 0, outside = 0;
+  for (std::size_t f = 0; f < got.size(); ++f) {
+    disoccluded += counters(got[f]).advections_disoccluded;
+    outside += counters(got[f]).advections_outside;
+    EXPECT_LT(rmse(got[f].targets.color, expected[f].targets.color), 0.02) << f;
+    // Background that it left is background again.
+    for (std::size_t p = 0; p < 160 * 90; ++p)
+      if (expected[f].targets.color.values[4 * p + 3] == 0.0f) {
+        ASSERT_EQ(got[f].targets.color.values[4 * p], expected[f].targets.color.values[4 * p]) << f;
+      }
+  }
+  EXPECT_GT(disoccluded, 0u);
+  EXPECT_GT(outside, 0u);
+}
+
+// ---- Long runs --------------------------------------------------------------------------------------------------
+
+double error_at(const Slide& slide, const Machine& machine, const std::vector<int>& wanted, std::vector<double>& errors) {
+  FrameRenderer full = plain().renderer(slide.capture), r = machine.renderer(slide.capture);
+  for (int f = 0; f <= wanted.back(); ++f) {
+    const FrameResult got = r.render(f);
+    if (std::find(wanted.begin(), wanted.end(), f) != wanted.end()) errors.push_back(rmse(got.targets.color, full.render(f).targets.color));
+  }
+  return errors.back();
+}
+
+TEST(Desampling, ErrorsOfAdvectionDoNotGrowOver120Frames) {
+  const Slide slide(0.31, 64, true);
+  Machine kept, loose;
+  for (Machine* m : {&kept, &loose}) m->set("resolve.k_stat=1");
+  loose.set("resolve.dither=off").set("resolve.discrepancy=off");
+  std::vector<double> with, without;
+  error_at(slide, kept, {8, 9, 10, 11, 116, 117, 118, 119, 120}, with);
+  error_at(slide, loose, {8, 9, 10, 11, 116, 117, 118, 119, 120}, without);
+  const auto mean = [](const std::vector<double>& v, std::size_t from, std::size_t to) {
+    double sum = 0;
+    for (std::size_t i = from; i < to; ++i) sum += v[i];
+    return sum / static_cast<double>(to - from);
+  };
+  RecordProperty("error_10", std::to_string(mean(with, 0, 4)));
+  RecordProperty("error_120", std::to_string(mean(with, 4, 9)));
+  EXPECT_GT(mean(with, 0, 4), 0);
+  EXPECT_LE(mean(with, 4, 9), 1.1 * mean(with, 0, 4));
+  // The failing twin: nothing renews the pixels that are always advected, nothing notices.
+  EXPECT_GT(mean(without, 4, 9), 1.3 * mean(without, 0, 4));
+  EXPECT_GT(mean(without, 4, 9), 2 * mean(with, 4, 9));
+}
+
+// ---- History ----------------------------------------------------------------------------------------------------
+
+TEST(Desampling, AReplayGoesOnFromASavedHistoryAsIfItHadNotStopped) {
+  const test::TemporaryFolder folder;
+  const Capture capture = shipped("stroll");
+  FrameRenderer whole = Machine().renderer(capture);
+  whole.render(20);
+  whole.render(21);
+  whole.history().save(folder / "history");
+  const FrameResult expected = whole.render(22);
+  FrameRenderer resumed = Machine().renderer(capture);
+  resumed.set_history(History::restore(folder / "history", 1 << 20));
+  const FrameResult got = resumed.render(22);
+  EXPECT_GT(counters(got).pixels_advected, 0u);
+  EXPECT_EQ(got.targets.color.values, expected.targets.color.values);
+  EXPECT_EQ(counters_json(got.counters), counters_json(expected.counters));
+  Machine other;
+  other.request = {80, 45, {0, 0, 80, 45}};
+  FrameRenderer smaller = other.renderer(capture);
+  EXPECT_THROW(smaller.set_history(History::restore(folder / "history", 1 << 20)), UsageError);
+  EXPECT_THROW(History::restore(folder / "history", 100), LimitError);
+}
+
+TEST(History, DamagedFilesAreRefusedAtEveryLength) {
+  const test::TemporaryFolder folder;
+  History history(IntRect{3, 2, 9, 7});
+  history.frame = 5;
+  history.save(folder / "h");
+  EXPECT_EQ(History::restore(folder / "h", 100), history);
+  const std::string bytes = test::read_text(folder / "h");
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    test::write_text(folder / "t", bytes.substr(0, n));
+    EXPECT_THROW(History::restore(folder / "t", 100), InputError) << n;
+  }
+  for (const std::size_t at : {std::size_t{0}, std::size_t{7}, std::size_t{11}, std::size_t{19}}) {
+    std::string broken = bytes;
+    broken[at] = '\xff';
+    test::write_text(folder / "t", broken);
+    EXPECT_ANY_THROW(History::restore(folder / "t", 100)) << at;
+  }
+}
+
+// With the counter's dither every pixel is rendered within two frames of advection: a short warm-up is nearly a long one.
+TEST(Desampling, AWarmedUpReplayIsCloseToOneThatBeganEarlier) {
+  const Capture capture = shipped("stroll");
+  FrameRenderer early = Machine().renderer(capture), late = Machine().renderer(capture);
+  for (int f = 10; f < 20; ++f) early.render(f);
+  for (int f = 16; f < 20; ++f) late.render(f);
+  const FrameResult a = early.render(20), b = late.render(20), full = plain().renderer(capture).render(20);
+  EXPECT_LT(std::abs(rmse(a.targets.color, full.targets.color) - rmse(b.targets.color, full.targets.color)), 0.1 * rmse(a.targets.color, full.targets.color));
+}
+
+TEST(Desampling, HistoryTrafficIsInTheLedger) {
+  const Capture capture = shipped("vases");
+  const auto frames = Machine().frames(capture, 0, 2);
+  const auto traffic = [&](std::size_t f) { return frames[f].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
+  // 8 bytes a pixel and a byte per block, in bursts; nothing to read before there is a history.
+  EXPECT_EQ(traffic(0).read_bytes, 0u);
+  EXPECT_GE(traffic(0).written_bytes, 160u * 90u * 8u);
+  EXPECT_LE(traffic(0).written_bytes, 160u * 90u * 8u + (5 * 3) * 64u + 90u * 5u * 64u);
+  EXPECT_GT(traffic(1).read_bytes, counters(frames[1]).pixels_advected * 16u);
+  EXPECT_EQ(plain().frames(capture, 0, 1)[0].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory).written_bytes, 0u);
+}
+
+// ---- Shapes and colours -----------------------------------------------------------------------------------------
+
+TEST(Desampling, FramesAndRegionsThatCutBlocksAreWhole) {
+  const Capture capture = shipped("stroll");
+  for (const IntRect region : {IntRect{0, 0, 97, 53}, IntRect{5, 3, 94, 51}, IntRect{1, 1, 3, 2}, IntRect{40, 20, 41, 21}})
+    for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"})
+      for (const char* reach : {"tile", "neighbours"}) {
+        Machine m, p = plain();
+        m.set(std::string("resolve.desampling=") + mode).set(std::string("resolve.stencil_reach=") + reach).set("resolve.k_fast1=0.5").set("resolve.k_stat=0.5");
+        m.request = p.request = {97, 53, region};
+        const auto got = m.frames(capture, 38, 40), expected = p.frames(capture, 38, 40);
+        for (std::size_t f = 0; f < 2; ++f) {
+          for (const float v : got[f].targets.color.values) ASSERT_TRUE(std::isfinite(v));
+          EXPECT_LT(rmse(got[f].targets.color, expected[f].targets.color), 0.1) << mode << " " << region.x0;
+          EXPECT_EQ(got[f].counters.resolve.pixels_shaded + counters(got[f]).pixels_advected + counters(got[f]).pixels_reconstructed,
+                    static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()));
+        }
+      }
+}
+
+TEST(Desampling, ColoursThatAreNotFiniteStayWhereTheShaderMadeThem) {
+  const Capture capture = shipped("vases");
+  FrameRenderer r = Machine().renderer(capture);
+  r.render(0);
+  History spoilt = r.history();
+  for (std::size_t i = 0; i < spoilt.color.size(); i += 3) spoilt.color[i] = Vec4(i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity());
+  r.set_history(spoilt);
+  const FrameResult got = r.render(1);
+  EXPECT_EQ(got.targets.color.values, plain().renderer(capture).render(1).targets.color.values);
+  EXPECT_GT(counters(got).advections_disoccluded, 0u);
+}
+
+TEST(Desampling, SupersamplingShadesEdgesTwice) {
+  Capture capture = shipped("stroll");
+  const auto once = Machine().frames(capture, 30, 32), twice = Machine().set("resolve.supersampling=true").frames(capture, 30, 32);
+  EXPECT_EQ(counters(once[1]).blocks_rate_32, 0u);
+  EXPECT_GT(counters(twice[1]).blocks_rate_32, 0u);
+  EXPECT_GT(twice[1].counters.shading.pixel_shader_invocations, once[1].counters.shading.pixel_shader_invocations);
+  // Closer to a run per sample, which is what it stands for.
+  const FrameResult samples = plain().set("shading.rate=sample").renderer(capture).render(30);
+  EXPECT_LT(rmse(twice[0].targets.color, samples.targets.color), rmse(once[0].targets.color, samples.targets.color));
+}
+
+TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
+  const Capture capture = shipped("stroll");
+  Machine m;
+  m.set("resolve.foveation_r0=25").set("resolve.foveation_r1=60").set("resolve.focus_x=0.5").set("resolve.focus_y=0.6");
+  m.request.resolve_auxiliary = true;
+  const FrameResult full = plain().renderer(capture).render(30), got = m.renderer(capture).render(30);
+  EXPECT_LT(got.counters.shading.pixel_shader_invocations * 2, full.counters.shading.pixel_shader_invocations);
+  EXPECT_TRUE(got.effects.at("foveation"));
+  for (int y = 0; y < 90; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const Vec2 d = Vec2(static_cast<float>((x & ~3) + 2), static_cast<float>((y & ~3) + 2)) - Vec2(80, 54);
+      const float distance = glm::length(d), rate = got.targets.rate.at(x, y)[0];
+      EXPECT_LE(rate, distance <= 25 ? 16 : distance <= 60 ? 8 : 4);
+      if (distance <= 25)
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(got.targets.color.at(x, y)[c], full.targets.color.at(x, y)[c]);
+    }
+}
+
+TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
+  const Capture capture = shipped("vases");
+  const auto stereo = [&](const char* desampling, const char* depth) {
+    return Machine().set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.06").set(std::string("stereo.far_depth=") + depth).renderer(capture).render(0);
+  };
+  const FrameResult full = stereo("off", "0"), far = stereo("adaptive", "0"), none = stereo("adaptive", "1000000");
+  ASSERT_TRUE(full.right);
+  // The left eye is the camera's; the right one is another picture.
+  EXPECT_EQ(full.targets.color.values, plain().renderer(capture).render(0).targets.color.values);
+  EXPECT_GT(rmse(full.right->targets.color, full.targets.color), 0.02);
+  // Nothing is that far: the first frame of the right eye is rendered fully.
+  EXPECT_EQ(none.right->targets.color.values, full.right->targets.color.values);
+  // Everything is: a good part of it comes from the left, and looks as it should.
+  EXPECT_GT(far.right->counters.desampling->pixels_advected, 2000u);
+  EXPECT_LT(far.right->counters.shading.pixel_shader_invocations, 0.75 * static_cast<double>(full.right->counters.shading.pixel_shader_invocations));
+  EXPECT_LT(rmse(far.right->targets.color, full.right->targets.color), 0.25 * rmse(full.right->targets.color, full.targets.color));
+  EXPECT_EQ(far.targets.color.values, full.targets.color.values);
+}
+
+TEST(Desampling, CompressionChangesTrafficNotPictures) {
+  const Capture capture = shipped("vases");
+  const FrameResult raw = plain().renderer(capture).render(0), packed = plain().set("frame_buffer.compression=lossless").renderer(capture).render(0);
+  EXPECT_EQ(raw.targets.color.values, packed.targets.color.values);
+  const auto bytes = [](const FrameResult& r) { return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes; };
+  EXPECT_FALSE(raw.counters.compression);
+  ASSERT_TRUE(packed.counters.compression);
+  EXPECT_EQ(bytes(packed), packed.counters.compression->frame_bytes_compressed);
+  EXPECT_LT(bytes(packed), bytes(raw));
+}
+
+// ---- Against rivals ---------------------------------------------------------------------------------------------
+
+TEST(Desampling, ScaledCubicStencilsBeatBilinearOnEveryShippedCaptureAtHalfRate) {
+  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"}) {
+    const Capture capture = shipped(name);
+    const int frame = capture.settings.first_frame;
+    Machine p = plain();
+    p.request = {320, 180, {0, 0, 320, 180}};
+    const Image expected = p.renderer(capture).render(frame).targets.color;
+    const auto error = [&](const char* reconstruction) {
+      Machine m;
+      m.request = p.request;
+      m.set("resolve.desampling=fixed_8").set(std::string("resolve.reconstruction=") + reconstruction);
+      return rmse(m.renderer(capture).render(frame).targets.color, expected);
+    };
+    EXPECT_LT(error("cubic"), error("bilinear")) << name;
+  }
+}
+
+TEST(Desampling, AdaptiveIsFarAboveCheckerboardAtEqualOrFewerRuns) {
+  const Capture capture = shipped("serpent");
+  const auto expected = plain().frames(capture, 44, 52), adaptive = Machine().frames(capture, 44, 52), board = Machine().set("resolve.desampling=checkerboard").frames(capture, 44, 52);
+  double a = 0, b = 0;
+  for (std::size_t f = 1; f < expected.size(); ++f) {
+    a += rmse(adaptive[f].targets.color, expected[f].targets.color);
+    b += rmse(board[f].targets.color, expected[f].targets.color);
+  }
+  EXPECT_LT(a * 1.4125, b);  // 3 dB
+}
+
+}  // namespace
+}  // namespace tessera::replay

@@ -1,0 +1,631 @@
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "tests/tilecore/resolve/window.h"
+#include "tilecore/resolve/cubic_kernel.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using test::is_set;
+using test::kKernels;
+using test::Random;
+using test::UsableRows;
+using test::Window;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3], kPairOrder[0], kPairOrder[1]};
+
+struct Filled {
+  std::array<Vec4, 16> color{};
+  BlockMask unfilled = 0;
+  ReconstructionWork work;
+
+  const Vec4& at(int p) const { return color[static_cast<std::size_t>(p)]; }
+};
+Filled fill(Reconstruction kernel, bool packed, bool clamp, const BlockWindow& window, BlockMask missing) {
+  Filled f;
+  f.color.fill(Vec4(-77.0f));
+  f.unfilled = reconstruct_block(kernel, packed, clamp, window, missing, f.color.data(), f.work);
+  return f;
+}
+
+// ---- The definition, in double precision and in the plainest way ----------------------------------------------------
+
+struct Reference {
+  DVec4 color{0.0};
+  double denominator = 1;  // sum of weights over sum of magnitudes; 0: nothing in reach
+  double magnitude = 0;    // of the colours that entered
+};
+
+double reference_kernel(Reconstruction kernel, int distance) {
+  const double d = std::abs(distance);
+  const auto cubic = [](double x, double b, double c) {
+    if (x < 1) return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + 6 - 2 * b) / 6;
+    if (x < 2) return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + 8 * b + 24 * c) / 6;
+    return 0.0;
+  };
+  switch (kernel) {
+    case Reconstruction::kNearest: return 0;
+    case Reconstruction::kBilinear: return std::max(0.0, 1 - d / 2);
+    case Reconstruction::kCubicUnscaled: return cubic(d, 1.0 / 3, 1.0 / 3);
+    case Reconstruction::kCubic: return cubic(d * 2 / 3, 1.0 / 3, 1.0 / 3);
+    case Reconstruction::kCubicInterpolating: return cubic(d / 2, 0, 0.5);
+  }
+  return 0;
+}
+
+Reference nearest_reference(const Window& window, const UsableRows& usable, int cx, int cy, bool first_only) {
+  std::vector<std::pair<int, DVec4>> by_distance;
+  for (int y = 0; y < kWindowSide; ++y)
+    for (int x = 0; x < kWindowSide; ++x)
+      if (is_set(usable, x, y)) by_distance.emplace_back((x - cx) * (x - cx) + (y - cy) * (y - cy), DVec4(window.at(x, y)));
+  std::stable_sort(by_distance.begin(), by_distance.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::size_t n = 1;
+  while (!first_only && n < by_distance.size() && by_distance[n].first == by_distance[0].first) ++n;
+  Reference r;
+  for (std::size_t i = 0; i < n; ++i) r.color += by_distance[i].second / static_cast<double>(n);
+  return r;
+}
+
+Reference reference(Reconstruction kernel, const Window& window, const UsableRows& usable, int pixel) {
+  const int cx = pixel % 4 + kWindowMargin, cy = pixel / 4 + kWindowMargin;
+  Reference r;
+  double sum = 0, magnitude = 0;
+  for (int y = 0; y < kWindowSide; ++y)
+    for (int x = 0; x < kWindowSide; ++x) {
+      const double w = reference_kernel(kernel, x - cx) * reference_kernel(kernel, y - cy);
+      if (!is_set(usable, x, y) || w == 0) continue;
+      sum += w, magnitude += std::abs(w);
+      r.color += w * DVec4(window.at(x, y));
+    }
+  r.denominator = magnitude > 0 ? sum / magnitude : 0;
+  if (r.denominator < 0.5) {
+    const double denominator = r.denominator;
+    r = nearest_reference(window, usable, cx, cy, kernel == Reconstruction::kNearest);
+    r.denominator = denominator;
+  } else {
+    r.color /= sum;
+  }
+  return r;
+}
+
+// ---- Tables ---------------------------------------------------------------------------------------------------------
+
+std::vector<Stencil> all_table_stencils(Reconstruction kernel) {
+  std::vector<Stencil> all;
+  for (const BlockMask pattern : kPatterns)
+    for (unsigned border = 0; border < kBorderCases; ++border)
+      for (int p = 0; p < 16; ++p)
+        if (const auto s = table_stencil(kernel, pattern, border, p)) all.push_back(*s);
+  return all;
+}
+
+TEST(StencilTables, EveryMissingPixelOfEveryPatternAtEveryBorderHasAStencil) {
+  for (const Reconstruction kernel : kKernels)
+    for (const BlockMask pattern : kPatterns)
+      for (unsigned border = 0; border < kBorderCases; ++border)
+        for (int p = 0; p < 16; ++p) EXPECT_EQ(table_stencil(kernel, pattern, border, p).has_value(), kernel != Reconstruction::kNearest && !(pattern >> p & 1));
+}
+
+TEST(StencilTables, WeightsSumToAPowerOfTwoAndFitEightBits) {
+  for (const Reconstruction kernel : kKernels)
+    for (const Stencil& s : all_table_stencils(kernel)) {
+      EXPECT_TRUE(s.unit() == 64 || s.unit() == 128 || s.unit() == 256) << s.unit();
+      EXPECT_GE(s.count, 1u);
+      for (std::size_t i = 0; i < s.count; ++i) EXPECT_TRUE(s.taps[i].weight >= -128 && s.taps[i].weight <= 127 && s.taps[i].weight != 0);
+    }
+}
+
+// The exact normalised weight of each offset, by reading the reference's answer to a window that is 1 at one pixel.
+double exact_weight(Reconstruction kernel, const UsableRows& usable, int pixel, int dx, int dy) {
+  Window window;
+  const int x = pixel % 4 + kWindowMargin + dx, y = pixel / 4 + kWindowMargin + dy;
+  if (x < 0 || y < 0 || x >= kWindowSide || y >= kWindowSide) return 0;
+  window.at(x, y) = Vec4(1.0f);
+  return reference(kernel, window, usable, pixel).color.x;
+}
+
+struct Deviation {
+  double weight = 0, ramp_x = 0, ramp_y = 0;  // in units of the weights' last place
+};
+Deviation deviation(const Stencil& s, const std::function<double(int, int)>& exact) {
+  Deviation d;
+  for (int dy = -3; dy <= 3; ++dy)
+    for (int dx = -3; dx <= 3; ++dx) {
+      double stored = 0;
+      for (std::size_t i = 0; i < s.count; ++i)
+        if (s.taps[i].dx == dx && s.taps[i].dy == dy) stored += s.taps[i].weight;
+      const double e = stored - exact(dx, dy) * s.unit();
+      d.weight = std::max(d.weight, std::abs(e));
+      d.ramp_x += e * dx, d.ramp_y += e * dy;
+    }
+  return d;
+}
+
+TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluation) {  // S5
+  for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic, Reconstruction::kCubicInterpolating})
+    for (const BlockMask pattern : kPatterns)
+      for (unsigned border = 0; border < kBorderCases; ++border) {
+        const UsableRows usable = test::repeated(pattern, border);
+        for (int p = 0; p < 16; ++p) {
+          const auto s = table_stencil(kernel, pattern, border, p);
+          if (!s) continue;
+          const Deviation d = deviation(*s, [&](int dx, int dy) { return exact_weight(kernel, usable, p, dx, dy); });
+          EXPECT_LE(d.weight, 1 + 1e-9);
+          EXPECT_LE(std::abs(d.ramp_x), 1 + 1e-9) << static_cast<int>(kernel) << " " << pattern << " " << border << " " << p;
+          EXPECT_LE(std::abs(d.ramp_y), 1 + 1e-9);
+          if (border == 0) {
+            EXPECT_EQ(d.ramp_x, 0);
+            EXPECT_EQ(d.ramp_y, 0);
+          }
+        }
+      }
+}
+
+// The failing twin of rounding after normalising: weights in 8 bits as the kernel gives them, divided by their sum.
+TEST(StencilTables, RoundingBeforeNormalisingLosesStencils) {
+  int lost = 0, beyond_a_unit = 0;
+  for (unsigned border = 0; border < kBorderCases; ++border) {
+    const UsableRows usable = test::repeated(kSquareOrder[0], border);
+    for (int p = 0; p < 16; ++p) {
+      if (kSquareOrder[0] >> p & 1) continue;
+      double rounded = 0, largest = 0;
+      for (int dy = -2; dy <= 2; ++dy)
+        for (int dx = -2; dx <= 2; ++dx) {
+          const int x = p % 4 + kWindowMargin + dx, y = p / 4 + kWindowMargin + dy;
+          if (!is_set(usable, x, y)) continue;
+          const double w = reference_kernel(Reconstruction::kCubicUnscaled, dx) * reference_kernel(Reconstruction::kCubicUnscaled, dy);
+          rounded += std::round(w * 128), largest = std::max(largest, w);
+        }
+      if (rounded == 0) ++lost;
+      else beyond_a_unit += std::abs(rounded / 128 - 1) > 1.0 / 128;
+    }
+  }
+  EXPECT_GT(lost, 0);
+  EXPECT_GT(beyond_a_unit, 0);
+}
+
+TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
+  std::size_t pixels = 0, bits_apart = 0;
+  for (const Reconstruction kernel : kKernels)
+    for (const Stencil& s : all_table_stencils(kernel)) ++pixels, bits_apart += packed_stencil_bits(s.count);
+  const StencilTableSize size = stencil_table_size();
+  EXPECT_EQ(pixels, 4u * 16 * (2 * 8 + 4 * 12));
+  EXPECT_LT(size.stencils, 64u);
+  EXPECT_LT(size.stencil_bits, bits_apart / 50);
+  EXPECT_EQ(size.index_entries, 4u * 16 * 2 * 16);
+  RecordProperty("stencils", static_cast<int>(size.stencils));
+  RecordProperty("stencil_bytes", static_cast<int>((size.stencil_bits + 7) / 8));
+}
+
+RC_GTEST_PROP(PackedStencil, UnpacksToItselfAtAnyBit, (std::uint32_t seed)) {
+  Random random(seed);
+  Stencil s;
+  s.count = static_cast<std::size_t>(1 + test::below(random, kMostTaps));
+  for (std::size_t i = 0; i < s.count; ++i)
+    s.taps[i] = {static_cast<std::int8_t>(test::below(random, 8) - 4), static_cast<std::int8_t>(test::below(random, 8) - 4), static_cast<std::int16_t>(test::below(random, 256) - 128)};
+  std::array<std::uint8_t, 64> stream{};
+  const auto at = static_cast<std::size_t>(test::below(random, 200));
+  RC_ASSERT(pack_stencil(s, stream, at) == at + 4 + 14 * s.count);
+  RC_ASSERT(unpack_stencil(stream, at) == s);
+  for (std::size_t bit = 0; bit < 8 * stream.size(); ++bit)
+    if (bit < at || bit >= at + packed_stencil_bits(s.count)) RC_ASSERT(read_packed(stream, bit, 1, false) == 0);
+}
+
+// ---- Against the definition -------------------------------------------------------------------------------------------
+
+// Largest difference from the reference, relative to the colours' size; pixels whose stencil is about to give up are left out.
+double worst_error(Reconstruction kernel, const Window& window, BlockMask missing, const Filled& got) {
+  const UsableRows usable = test::without(window.usable, missing);
+  double worst = 0;
+  for (int p = 0; p < 16; ++p) {
+    if (!(missing >> p & 1)) continue;
+    const Reference r = reference(kernel, window, usable, p);
+    if (std::abs(r.denominator - 0.5) < 1e-4) continue;
+    for (int c = 0; c < 4; ++c) worst = std::max(worst, std::abs(r.color[c] - static_cast<double>(got.at(p)[c])) / (c == 2 ? 1000 : 4));
+  }
+  return worst;
+}
+
+bool has_usable(const UsableRows& rows) {
+  return std::any_of(rows.begin(), rows.end(), [](std::uint16_t row) { return (row & 0x3ff) != 0; });
+}
+
+RC_GTEST_PROP(CubicStencil, DirectEvaluationIsTheDefinition, (std::uint32_t seed)) {
+  Random random(seed);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  window.usable = test::random_usable(random);
+  const auto missing = static_cast<BlockMask>(test::below(random, 2) ? random() : ~random() | random());
+  for (const Reconstruction kernel : kKernels) {
+    const Filled got = fill(kernel, false, false, window.view(), missing);
+    if (!has_usable(test::without(window.usable, missing))) {
+      RC_ASSERT(got.unfilled == missing);
+      continue;
+    }
+    RC_ASSERT(got.unfilled == 0);
+    RC_ASSERT(worst_error(kernel, window, missing, got) < 2e-6);
+    RC_ASSERT(got.work.pixels == static_cast<std::uint64_t>(std::popcount(missing)) && got.work.direct_pixels == got.work.pixels);
+    for (int p = 0; p < 16; ++p) RC_ASSERT((missing >> p & 1) || got.at(p) == Vec4(-77.0f));
+  }
+}
+
+RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegularAndTheDefinitionElsewhere, (std::uint32_t seed)) {
+  Random random(seed);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  const BlockMask pattern = kPatterns[test::below(random, 6)];
+  const auto border = static_cast<unsigned>(test::below(random, 2) * test::below(random, 16));
+  window.usable = test::repeated(pattern, border);
+  const auto missing = static_cast<BlockMask>(~pattern & (test::below(random, 2) ? 0xffffu : random()));
+  for (const Reconstruction kernel : kKernels) {
+    const Filled got = fill(kernel, true, false, window.view(), missing);
+    RC_ASSERT(got.unfilled == 0);
+    if (kernel == Reconstruction::kNearest) {
+      RC_ASSERT(worst_error(kernel, window, missing, got) == 0);
+      continue;
+    }
+    RC_ASSERT(got.work.direct_pixels == 0u);
+    std::uint64_t taps = 0;
+    for (int p = 0; p < 16; ++p) {
+      if (!(missing >> p & 1)) continue;
+      const Stencil s = *table_stencil(kernel, pattern, border, p);
+      DVec4 expected(0.0);
+      for (std::size_t i = 0; i < s.count; ++i)
+        expected += DVec4(window.at(p % 4 + kWindowMargin + s.taps[i].dx, p / 4 + kWindowMargin + s.taps[i].dy)) * (static_cast<double>(s.taps[i].weight) / s.unit());
+      for (int c = 0; c < 4; ++c) RC_ASSERT(std::abs(expected[c] - static_cast<double>(got.at(p)[c])) < 2e-6 * (c == 2 ? 1000 : 4));
+      taps += s.count;
+    }
+    RC_ASSERT(got.work.taps == taps);
+  }
+  // A hole within reach: no table has it.
+  const int hole = test::below(random, 4) + 4 * test::below(random, 4);
+  if (!(pattern >> hole & 1)) return;
+  auto& row = window.usable[static_cast<std::size_t>(hole / 4 + kWindowMargin)];
+  row = static_cast<std::uint16_t>(row & ~(1u << (hole % 4 + kWindowMargin)));
+  const Filled holed = fill(Reconstruction::kCubic, true, false, window.view(), missing);
+  RC_ASSERT(holed.work.direct_pixels == holed.work.pixels);
+  RC_ASSERT(worst_error(Reconstruction::kCubic, window, missing, holed) < 2e-6);
+}
+
+// Mirrored pictures under mirrored patterns give mirrored results, but for the order of sums.
+RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t seed)) {
+  Random random(seed);
+  Window window, mirrored;
+  window.fill([&](int, int) { return test::random_color(random); });
+  mirrored.fill([&](int x, int y) { return window.at(9 - x, y); });
+  const auto border = static_cast<unsigned>(test::below(random, 16));
+  for (const BlockMask pattern : {kSquareOrder[0], kPairOrder[0]}) {
+    BlockMask other = 0;
+    for (int p = 0; p < 16; ++p)
+      if (pattern >> p & 1) other = static_cast<BlockMask>(other | 1u << mirrored_pixel(p, 1));
+    window.usable = test::repeated(pattern, border);
+    mirrored.usable = test::repeated(other, mirrored_border(border, 1));
+    for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubic, Reconstruction::kCubicInterpolating}) {
+      const Filled a = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern)), b = fill(kernel, true, false, mirrored.view(), static_cast<BlockMask>(~other));
+      for (int p = 0; p < 16; ++p)
+        for (int c = 0; c < 4; ++c) RC_ASSERT(std::abs(a.at(p)[c] - b.at(mirrored_pixel(p, 1))[c]) <= 1e-6f * (c == 2 ? 1000.0f : 4.0f));
+    }
+  }
+}
+
+// ---- Flat colours -----------------------------------------------------------------------------------------------------
+
+int units_apart(float a, float b) {
+  const auto ordered = [](float f) {
+    const auto bits = std::bit_cast<std::int32_t>(f);
+    return std::int64_t{bits < 0 ? std::numeric_limits<std::int32_t>::min() - bits : bits};
+  };
+  return static_cast<int>(std::min<std::int64_t>(std::abs(ordered(a) - ordered(b)), 1000));
+}
+
+RC_GTEST_PROP(CubicStencil, AFlatColourComesBackToOneUnitInTheLastPlace, (std::uint32_t seed)) {  // S1
+  Random random(seed);
+  const auto any_float = [&] { return std::ldexp(test::uniform(random, 1, 2), test::below(random, 240) - 120) * (test::below(random, 2) ? 1.0f : -1.0f); };
+  const Vec4 flat(any_float(), any_float(), any_float(), 1.0f);
+  Window window;
+  window.fill([&](int, int) { return flat; });
+  window.usable = test::random_usable(random);
+  const auto missing = static_cast<BlockMask>(random() | random());
+  if (!has_usable(test::without(window.usable, missing))) return;
+  for (const Reconstruction kernel : kKernels)
+    for (const bool packed : {false, true})
+      for (const bool clamp : {false, true}) {
+        const Filled got = fill(kernel, packed, clamp, window.view(), missing);
+        for (int p = 0; p < 16; ++p)
+          for (int c = 0; c < 4; ++c) RC_ASSERT(!(missing >> p & 1) || units_apart(got.at(p)[c], flat[c]) <= (clamp ? 0 : 1));
+      }
+}
+
+// The same for the patterns themselves, on many mantissas, and the failing twin: the sum of products over the sum of weights,
+// one after the other.
+TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsNot) {
+  Random random(1);
+  int worst = 0, worst_plain = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const float value = test::uniform(random, 1, 2);
+    Window window;
+    window.fill([&](int, int) { return Vec4(value); });
+    for (const BlockMask pattern : kPatterns) {
+      window.usable = test::repeated(pattern);
+      for (const Reconstruction kernel : kKernels) {
+        const Filled got = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern));
+        for (int p = 0; p < 16; ++p)
+          if (!(pattern >> p & 1)) worst = std::max(worst, units_apart(got.at(p).x, value));
+      }
+    }
+    float sum = 0, weights = 0;
+    for (int dy = -2; dy <= 2; ++dy)
+      for (int dx = -2; dx <= 2; ++dx) {
+        if (((dx + dy) & 1) == 0) continue;
+        const auto w = static_cast<float>(kernel_weight(Reconstruction::kCubic, dx) * kernel_weight(Reconstruction::kCubic, dy));
+        sum += w * value, weights += w;
+      }
+    worst_plain = std::max(worst_plain, units_apart(sum / weights, value));
+  }
+  EXPECT_LE(worst, 1);
+  EXPECT_GT(worst_plain, 1);
+}
+
+// ---- What may not be used -----------------------------------------------------------------------------------------------
+
+TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // S2
+  // Sixteen pixels on the heap and nothing around them.
+  const auto block = std::make_unique<Vec4[]>(16);
+  for (int i = 0; i < 16; ++i) block[static_cast<std::size_t>(i)] = Vec4(static_cast<float>(i % 4));
+  for (const BlockMask pattern : kPatterns) {
+    const BlockWindow window{block.get() - kWindowMargin * 4 - kWindowMargin, 4, test::repeated(pattern, 15)};
+    for (const Reconstruction kernel : kKernels)
+      for (const bool packed : {false, true}) EXPECT_EQ(fill(kernel, packed, true, window, static_cast<BlockMask>(~pattern)).unfilled, 0);
+  }
+}
+
+RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed)) {  // S2
+  Random random(seed);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  window.usable = test::random_usable(random);
+  const auto missing = static_cast<BlockMask>(random() | random());
+  Window poisoned = window;
+  const UsableRows usable = test::without(window.usable, missing);
+  for (int y = 0; y < 10; ++y) {
+    for (int x = 0; x < 10; ++x)
+      if (!is_set(usable, x, y)) poisoned.at(x, y) = Vec4(test::below(random, 2) ? kNan : kInfinity);
+    poisoned.usable[static_cast<std::size_t>(y)] |= 0xfc00;  // no pixels of the window
+  }
+  for (const Reconstruction kernel : kKernels)
+    for (const bool packed : {false, true}) {
+      const Filled a = fill(kernel, packed, false, window.view(), missing), b = fill(kernel, packed, false, poisoned.view(), missing);
+      RC_ASSERT(a.color == b.color && a.unfilled == b.unfilled && b.work.non_finite_pixels == 0u);
+    }
+}
+
+RC_GTEST_PROP(CubicStencil, NonFiniteNeighboursAreAsIfNotUsable, (std::uint32_t seed)) {  // S2, S3
+  Random random(seed);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  window.usable = test::random_usable(random);
+  const auto missing = static_cast<BlockMask>(random() | random());
+  Window without_bad = window;
+  const UsableRows usable = test::without(window.usable, missing);
+  constexpr float kBad[] = {kNan, kInfinity, -kInfinity};
+  std::uint64_t bad = 0;
+  for (int i = 0; i < 1 + test::below(random, 12); ++i) {
+    const int x = test::below(random, 10), y = test::below(random, 10);
+    if (!is_set(usable, x, y) || !is_set(without_bad.usable, x, y)) continue;
+    window.at(x, y)[test::below(random, 4)] = kBad[test::below(random, 3)];
+    auto& row = without_bad.usable[static_cast<std::size_t>(y)];
+    row = static_cast<std::uint16_t>(row & ~(1u << x));
+    ++bad;
+  }
+  if (!has_usable(usable)) return;
+  for (const Reconstruction kernel : kKernels)
+    for (const bool clamp : {false, true}) {
+      const Filled a = fill(kernel, false, clamp, window.view(), missing), b = fill(kernel, false, clamp, without_bad.view(), missing);
+      RC_ASSERT(a.unfilled == b.unfilled);
+      RC_ASSERT(a.color == b.color || a.unfilled != 0);
+      RC_ASSERT(a.work.non_finite_pixels == 0u || a.work.non_finite_pixels == bad);
+      const Filled packed = fill(kernel, true, clamp, window.view(), missing);
+      RC_ASSERT(packed.unfilled == b.unfilled);
+      for (int p = 0; p < 16; ++p)
+        for (int c = 0; c < 4; ++c) RC_ASSERT(packed.unfilled || std::isfinite(packed.at(p)[c]));
+    }
+}
+
+TEST(CubicStencil, ANonFinitePixelLeavesPixelsBeyondItsReachAsTheyWere) {
+  Random random(3);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  window.usable = test::repeated(kPairOrder[0]);
+  const auto missing = static_cast<BlockMask>(~kPairOrder[0]);
+  const Filled before = fill(Reconstruction::kBilinear, true, false, window.view(), missing);
+  window.at(3, 3).y = -kInfinity;  // the block's pixel (0, 0)
+  const Filled after = fill(Reconstruction::kBilinear, true, false, window.view(), missing);
+  EXPECT_EQ(after.work.non_finite_pixels, 1u);
+  for (int p = 0; p < 16; ++p) {
+    if (!(missing >> p & 1)) continue;
+    const bool beside = p == 1 || p == 4;
+    EXPECT_EQ(after.at(p) == before.at(p), !beside) << p;
+    EXPECT_TRUE(std::isfinite(after.at(p).y));
+  }
+  // The failing twin: the plain sum takes it over.
+  EXPECT_FALSE(std::isfinite(0.25f * (window.at(3, 3).y + window.at(5, 3).y + window.at(4, 2).y + window.at(4, 4).y)));
+}
+
+TEST(CubicStencil, AWindowWithNothingUsableIsReportedAndNothingIsWritten) {
+  Window window;
+  window.fill([](int, int) { return Vec4(1.0f); });
+  for (const bool all_bad : {false, true}) {
+    if (all_bad) {
+      window.fill([](int, int) { return Vec4(kNan); });
+      window.usable = test::repeated(kSquareOrder[1]);
+    }
+    for (const Reconstruction kernel : kKernels)
+      for (const bool packed : {false, true}) {
+        const auto missing = static_cast<BlockMask>(~kSquareOrder[1]);
+        const Filled got = fill(kernel, packed, true, window.view(), missing);
+        EXPECT_EQ(got.unfilled, missing);
+        EXPECT_EQ(got.work.pixels, 0u);
+        for (int p = 0; p < 16; ++p) EXPECT_TRUE(all_bad || got.at(p) == Vec4(-77.0f));
+      }
+  }
+}
+
+// ---- Lopsided surroundings ----------------------------------------------------------------------------------------------
+
+TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // S6
+  Window window;
+  Random random(5);
+  window.fill([&](int, int) { return Vec4(test::uniform(random, 0.9f, 1.1f)); });
+  // One pixel diagonally beside (1, 1), and those three away in one direction and one in the other: weights 81, and -9 each,
+  // of 256.
+  const auto set = [&](int dx, int dy) { window.usable[static_cast<std::size_t>(4 + dy)] |= static_cast<std::uint16_t>(1u << (4 + dx)); };
+  set(-1, -1);
+  for (const auto& [dx, dy] : {std::pair{-1, 3}, {1, 3}, {-3, 1}, {3, 1}, {3, -1}, {-3, -1}, {-1, -3}, {1, -3}}) set(dx, dy);
+  const auto missing = static_cast<BlockMask>(1u << 5);
+  const Filled got = fill(Reconstruction::kCubicInterpolating, true, false, window.view(), missing);
+  EXPECT_EQ(got.work.fallbacks, 1u);
+  EXPECT_EQ(got.at(5), window.at(3, 3));
+  // The failing twin: the quotient lies far outside what entered it.
+  double sum = 0, weights = 0;
+  for (int y = 0; y < 10; ++y)
+    for (int x = 0; x < 10; ++x) {
+      const double w = is_set(window.usable, x, y) ? reference_kernel(Reconstruction::kCubicInterpolating, x - 4) * reference_kernel(Reconstruction::kCubicInterpolating, y - 4) : 0;
+      sum += w * static_cast<double>(window.at(x, y).x), weights += w;
+    }
+  EXPECT_NEAR(weights, 9.0 / 256, 1e-12);
+  EXPECT_TRUE(sum / weights < 0.7 || sum / weights > 1.3) << sum / weights;
+}
+
+TEST(CubicStencil, OnlyNegativeWeightsOrNoneInReachFallBackToo) {
+  Window window;
+  window.fill([](int x, int y) { return Vec4(static_cast<float>(x + 10 * y)); });
+  window.usable[3] = 1u << 9;                     // six to the right of pixel (0, 0)
+  const Filled far = fill(Reconstruction::kBilinear, true, false, window.view(), 1);
+  EXPECT_EQ(far.at(0).x, 39.0f);
+  EXPECT_EQ(far.work.fallbacks, 1u);
+  window.usable[3] = 0;
+  window.usable[4] = 1u << 5;                     // (2, 1) from pixel (0, 0): negative
+  const Filled negative = fill(Reconstruction::kCubic, true, false, window.view(), 1);
+  EXPECT_EQ(negative.at(0).x, 45.0f);
+  EXPECT_EQ(negative.work.fallbacks, 1u);
+  // Equally near ones: their mean; kNearest takes the first.
+  window.usable[4] = 0, window.usable[3] = (1u << 9);
+  window.usable[9] = 1u << 3;
+  EXPECT_EQ(fill(Reconstruction::kCubic, true, false, window.view(), 1).at(0).x, (39.0f + 93.0f) / 2);
+  EXPECT_EQ(fill(Reconstruction::kNearest, true, false, window.view(), 1).at(0).x, 39.0f);
+  EXPECT_EQ(fill(Reconstruction::kNearest, true, false, window.view(), 1).work.fallbacks, 0u);
+}
+
+// ---- Range --------------------------------------------------------------------------------------------------------------
+
+RC_GTEST_PROP(CubicStencil, ClampedResultsStayInTheRangeOfTheWindow, (std::uint32_t seed)) {  // S4
+  Random random(seed);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  window.at(test::below(random, 10), test::below(random, 10)) = Vec4(1e6f);  // a firefly
+  window.usable = test::random_usable(random);
+  const auto missing = static_cast<BlockMask>(random() | random());
+  const UsableRows usable = test::without(window.usable, missing);
+  if (!has_usable(usable)) return;
+  for (const Reconstruction kernel : kKernels)
+    for (const bool packed : {false, true}) {
+      const Filled got = fill(kernel, packed, true, window.view(), missing);
+      for (int p = 0; p < 16; ++p) {
+        if (!(missing >> p & 1)) continue;
+        Vec4 low(1e9f), high(-1e9f);
+        const int reach = std::max(1, kernel_reach(kernel));
+        for (int y = 0; y < 10; ++y)
+          for (int x = 0; x < 10; ++x) {
+            const bool in_reach = std::abs(x - p % 4 - 3) <= reach && std::abs(y - p / 4 - 3) <= reach;
+            if (is_set(usable, x, y) && (in_reach || got.work.fallbacks > 0 || kernel == Reconstruction::kNearest)) low = glm::min(low, window.at(x, y)), high = glm::max(high, window.at(x, y));
+          }
+        for (int c = 0; c < 4; ++c) RC_ASSERT(got.at(p)[c] >= low[c] && got.at(p)[c] <= high[c]);
+      }
+    }
+}
+
+TEST(CubicStencil, BesideAFireflyOnlyTheClampKeepsLightFromTurningNegative) {
+  Window window;
+  window.fill([](int, int) { return Vec4(0.1f); });
+  window.at(5, 4) = Vec4(1000.0f);
+  window.usable = test::repeated(kPairOrder[1]);
+  const auto missing = static_cast<BlockMask>(~kPairOrder[1]);
+  const Filled plain = fill(Reconstruction::kCubic, true, false, window.view(), missing), clamped = fill(Reconstruction::kCubic, true, true, window.view(), missing);
+  bool negative = false;
+  for (int p = 0; p < 16; ++p)
+    if (missing >> p & 1) {
+      negative = negative || plain.at(p).x < 0;
+      EXPECT_GE(clamped.at(p).x, 0.1f);
+    }
+  EXPECT_TRUE(negative);
+}
+
+// ---- How good -----------------------------------------------------------------------------------------------------------
+
+// Root mean square error over the missing pixels, all directions and phases of sinusoids.
+double sinusoid_error(Reconstruction kernel, bool packed, BlockMask pattern, const std::vector<double>& wavelengths) {
+  double error = 0;
+  int count = 0;
+  for (const double wavelength : wavelengths)
+    for (int direction = 0; direction < 24; ++direction)
+      for (int phase = 0; phase < 16; ++phase) {
+        const double angle = direction * M_PI / 24, kx = 2 * M_PI / wavelength * std::cos(angle), ky = 2 * M_PI / wavelength * std::sin(angle);
+        Window window;
+        window.fill([&](int x, int y) { return Vec4(static_cast<float>(std::sin(kx * x + ky * y + phase * M_PI / 8))); });
+        window.usable = test::repeated(pattern);
+        const auto missing = static_cast<BlockMask>(~pattern);
+        const Filled got = fill(kernel, packed, false, window.view(), missing);
+        for (int p = 0; p < 16; ++p) {
+          if (!(missing >> p & 1)) continue;
+          const double e = static_cast<double>(got.at(p).x) - static_cast<double>(window.at(p % 4 + 3, p / 4 + 3).x);
+          error += e * e, ++count;
+        }
+      }
+  return std::sqrt(error / count);
+}
+
+TEST(CubicStencil, TheScaledCubicBeatsBilinearByAQuarterAtHalfRateAndTheInterpolatingOneByMore) {
+  for (const BlockMask pattern : kPairOrder)
+    for (const double wavelength : {6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 24.0, 32.0}) {
+      const double bilinear = sinusoid_error(Reconstruction::kBilinear, true, pattern, {wavelength});
+      const double cubic = sinusoid_error(Reconstruction::kCubic, true, pattern, {wavelength});
+      const double interpolating = sinusoid_error(Reconstruction::kCubicInterpolating, true, pattern, {wavelength});
+      const double exact_cubic = sinusoid_error(Reconstruction::kCubic, false, pattern, {wavelength});
+      EXPECT_LE(cubic, 0.75 * bilinear) << wavelength;
+      EXPECT_LE(interpolating, cubic) << wavelength;
+      const std::string at = "_over_bilinear_at_" + std::to_string(static_cast<int>(wavelength));
+      RecordProperty("cubic" + at, std::to_string(cubic / bilinear));
+      RecordProperty("cubic_unpacked" + at, std::to_string(exact_cubic / bilinear));
+      RecordProperty("interpolating" + at, std::to_string(interpolating / bilinear));
+    }
+}
+
+TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheseLattices) {
+  Random random(9);
+  Window window;
+  window.fill([&](int, int) { return test::random_color(random); });
+  for (const BlockMask pattern : kPatterns) {
+    window.usable = test::repeated(pattern);
+    const auto missing = static_cast<BlockMask>(~pattern);
+    EXPECT_EQ(fill(Reconstruction::kCubicUnscaled, true, false, window.view(), missing).color, fill(Reconstruction::kBilinear, true, false, window.view(), missing).color);
+    const Filled a = fill(Reconstruction::kCubicUnscaled, false, false, window.view(), missing), b = fill(Reconstruction::kBilinear, false, false, window.view(), missing);
+    for (int p = 0; p < 16; ++p)
+      for (int c = 0; c < 4; ++c) EXPECT_NEAR(a.at(p)[c], b.at(p)[c], c == 2 ? 1e-3f : 2e-6f);
+  }
+  // The failing twin: rows are no such lattice.
+  const auto rows = static_cast<BlockMask>(kSquareOrder[0] | kSquareOrder[2]);
+  window.usable = test::repeated(rows);
+  EXPECT_NE(fill(Reconstruction::kCubicUnscaled, false, false, window.view(), static_cast<BlockMask>(~rows)).color,
+            fill(Reconstruction::kBilinear, false, false, window.view(), static_cast<BlockMask>(~rows)).color);
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

@@ -1,0 +1,191 @@
+// What the resolve unit decides before anything is shaded: edges, rates, foveation, discrepancy.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+
+#include "tests/support/captures.h"
+#include "tilecore/resolve/discrepancy.h"
+#include "tilecore/resolve/edge_detector.h"
+#include "tilecore/resolve/foveation.h"
+#include "tilecore/resolve/rate_selector.h"
+
+namespace tessera::tilecore {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+using Depths = std::array<float, 16>;
+
+bool edge(const Depths& depth, EdgeMeasure measure = EdgeMeasure::kInverseDepth, float threshold = 0.01f) {
+  return detect_edge({measure, threshold, false}, depth.data(), 4, 4, 4);
+}
+
+// Depths of the plane n.p = 1 seen through pixels: 1/z is linear on screen.
+Depths plane(float inverse, float by_x, float by_y) {
+  Depths d;
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) d[static_cast<std::size_t>(4 * y + x)] = 1.0f / (inverse + by_x * static_cast<float>(x) + by_y * static_cast<float>(y));
+  return d;
+}
+
+TEST(EdgeDetector, InverseDepthSeesNoEdgeOnAnyPlaneAndDepthSeesOneOnSteepPlanes) {
+  test::Random random(1);
+  int steep = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const float inverse = random.uniform(0.01f, 2.0f);
+    const Depths d = plane(inverse, random.uniform(0, 0.3f) * inverse, random.uniform(0, 0.3f) * inverse);
+    EXPECT_FALSE(edge(d)) << i;
+    steep += edge(d, EdgeMeasure::kDepth);
+  }
+  EXPECT_GT(steep, 100);
+}
+
+TEST(EdgeDetector, AStepIsAnEdgeAtAnyDepthAndAnyScale) {
+  for (const float scale : {1e-3f, 1.0f, 1e3f, 1e6f})
+    for (const EdgeMeasure measure : {EdgeMeasure::kDepth, EdgeMeasure::kInverseDepth})
+      for (int column = 1; column < 4; ++column) {
+        Depths step, shallow;
+        for (std::size_t i = 0; i < 16; ++i) {
+          step[i] = scale * (static_cast<int>(i % 4) < column ? 1.0f : 1.1f);
+          shallow[i] = scale * (static_cast<int>(i % 4) < column ? 1.0f : 1.001f);
+        }
+        EXPECT_TRUE(edge(step, measure)) << scale << " " << column;
+        EXPECT_FALSE(edge(shallow, measure)) << scale << " " << column;
+      }
+}
+
+TEST(EdgeDetector, NothingBesideSomethingIsAnEdgeAndNothingAloneIsNone) {
+  Depths d;
+  d.fill(kInfinity);
+  EXPECT_FALSE(edge(d));
+  d[5] = 1e30f;
+  EXPECT_TRUE(edge(d));
+  d.fill(1e30f);
+  EXPECT_FALSE(edge(d));
+}
+
+TEST(EdgeDetector, BlocksCutByTheFrameLookAtWhatTheyHave) {
+  Depths d = plane(1, 0, 0);
+  d[1] = 2;  // a step along x
+  for (int width = 1; width <= 4; ++width)
+    for (int height = 1; height <= 4; ++height)
+      EXPECT_EQ(detect_edge({EdgeMeasure::kInverseDepth, 0.01f, false}, d.data(), 4, width, height), width >= 3 || (height >= 3 && width >= 2)) << width << "x" << height;
+}
+
+BlockEvidence moving(float speed, bool allowed = false) {
+  BlockEvidence b;
+  b.velocity_usable = true;
+  b.speed = speed;
+  b.advection_allowed = allowed;
+  return b;
+}
+
+TEST(RateSelector, RegimesFollowEachOtherInSpeed) {
+  RateSettings settings;
+  settings.thresholds = {1, 4, 16, 0};
+  const auto rate = [&](const BlockEvidence& b) { return select_rate(settings, b); };
+  EXPECT_TRUE(rate(moving(0.5f, true)).advect);
+  EXPECT_EQ(rate(moving(0.5f, true)).samples, 8);
+  EXPECT_EQ(rate(moving(0.5f, false)).samples, 16);
+  EXPECT_EQ(rate(moving(2, true)).samples, 16);
+  EXPECT_EQ(rate(moving(5, true)).samples, 8);
+  EXPECT_FALSE(rate(moving(5, true)).advect);
+  EXPECT_EQ(rate(moving(17, true)).samples, 4);
+  BlockEvidence unknown = moving(17, true);
+  unknown.velocity_usable = false;
+  EXPECT_EQ(rate(unknown).samples, 16);
+}
+
+TEST(RateSelector, EdgesAreRenderedFullyOrTwiceUnlessEverySampleIsStill) {
+  RateSettings settings;
+  BlockEvidence b = moving(100, true);
+  b.edge = true;
+  EXPECT_EQ(select_rate(settings, b).samples, 16);
+  settings.supersampling = true;
+  EXPECT_EQ(select_rate(settings, b).samples, 32);
+  b = moving(0, true);
+  b.edge = b.still = true;
+  EXPECT_TRUE(select_rate(settings, b).advect);
+  b.advection_allowed = false;
+  EXPECT_EQ(select_rate(settings, b).samples, 32);
+  b.advection_allowed = true;
+  settings.advect_still_edges = false;
+  EXPECT_EQ(select_rate(settings, b).samples, 32);
+}
+
+// A speed that jitters around a threshold by less than the hysteresis keeps its regime; without hysteresis it flickers.
+TEST(RateSelector, ASpeedAtAThresholdDoesNotFlicker) {
+  test::Random random(7);
+  for (const float threshold : {1.0f, 4.0f, 16.0f})
+    for (const float hysteresis : {0.05f, 0.0f}) {
+      RateSettings settings;
+      settings.thresholds = {1, 4, 16, hysteresis};
+      BlockEvidence b = moving(threshold, true);
+      int changes = 0;
+      std::uint8_t memory = select_rate(settings, b).memory();
+      for (int frame = 0; frame < 100; ++frame) {
+        b.speed = threshold * random.uniform(0.97f, 1.03f);
+        b.last_samples = memory;
+        const std::uint8_t next = select_rate(settings, b).memory();
+        changes += next != memory && frame > 0;
+        memory = next;
+      }
+      if (hysteresis > 0) EXPECT_LE(changes, 1) << threshold;
+      else EXPECT_GT(changes, 20) << threshold;
+      // One that really changes its speed still changes its regime.
+      b.speed = threshold * 1.2f;
+      b.last_samples = memory;
+      const std::uint8_t fast = select_rate(settings, b).memory();
+      b.speed = threshold * 0.8f;
+      b.last_samples = fast;
+      EXPECT_NE(select_rate(settings, b).memory(), fast);
+    }
+}
+
+TEST(RateSelector, FoveationIsTheSmallerRate) {
+  RateSettings settings;
+  for (const int most : {4, 8, 16, 32}) {
+    BlockEvidence b = moving(0);
+    b.most_samples = most;
+    EXPECT_EQ(select_rate(settings, b).samples, std::min(16, most));
+    b.edge = true;
+    settings.supersampling = true;
+    EXPECT_EQ(select_rate(settings, b).samples, most);
+    settings.supersampling = false;
+    EXPECT_EQ(select_rate(settings, moving(1000)).samples, 4);
+  }
+}
+
+TEST(Foveation, StepsAtTheTwoRadii) {
+  const Foveation f{true, {100, 50}, 10, 20};
+  EXPECT_EQ(f.most_samples({110, 50}), 16);
+  EXPECT_EQ(f.most_samples({110.1f, 50}), 8);
+  EXPECT_EQ(f.most_samples({100, 70}), 8);
+  EXPECT_EQ(f.most_samples({100, 70.1f}), 4);
+  EXPECT_EQ(Foveation{}.most_samples({1e9f, 0}), 32);
+}
+
+TEST(Discrepancy, DifferencesAreRelativeSymmetricAndSurviveNonsense) {
+  const Vec4 a(1, 2, 3, 1), b(1, 2, 4, 1);
+  EXPECT_FLOAT_EQ(relative_difference(a, b), 1 / 4.1f);
+  EXPECT_EQ(relative_difference(a, b), relative_difference(b, a));
+  EXPECT_EQ(relative_difference(a, a), 0);
+  EXPECT_LT(relative_difference(Vec4(0.001f), Vec4(0.002f)), 0.02f);
+  EXPECT_EQ(relative_difference(a, Vec4(std::numeric_limits<float>::quiet_NaN())), 1);
+  EXPECT_EQ(relative_difference(a, Vec4(kInfinity)), 1);
+  EXPECT_EQ(relative_difference(Vec4(-1000), Vec4(1000)), 1);
+}
+
+TEST(Discrepancy, AdvectedPixelsStandOutBeyondTheirRenderedNeighboursOnly) {
+  std::array<Vec4, 16> colors;
+  const BlockMask rendered = checkerboard_mask(0), advected = static_cast<BlockMask>(~rendered);
+  for (std::size_t i = 0; i < 16; ++i) colors[i] = Vec4(static_cast<float>(i % 4));  // a ramp: every pixel within its neighbours' range
+  EXPECT_FALSE(stands_out(colors.data(), advected, rendered, 0.05f));
+  for (std::size_t i = 0; i < 16; ++i)
+    if (advected >> i & 1) colors[i] = Vec4(50);
+  EXPECT_TRUE(stands_out(colors.data(), advected, rendered, 0.05f));
+  EXPECT_FALSE(stands_out(colors.data(), advected, 0, 0.05f));
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

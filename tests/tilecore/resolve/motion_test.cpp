@@ -1,0 +1,128 @@
+// Where points were a frame ago, against the definition: the point's vertices posed then, projected.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/tilecore/support.h"
+#include "tilecore/resolve/motion_field.h"
+#include "tilecore/resolve/velocity_buffer.h"
+
+namespace tessera::tilecore {
+namespace {
+
+std::unique_ptr<frontend::FrameGeometry> pose(const TestFrame& scene, double open, double close, bool orthographic = false) {
+  frontend::FrameRequest request;
+  request.width = 96;
+  request.height = 64;
+  request.open_time = open;
+  request.close_time = close;
+  frontend::CameraChoice camera = frontend::choose_camera(*scene.capture, 0, 96, 64);
+  if (orthographic) {
+    camera.camera.type = frontend::Camera::Type::kOrthographic;
+    camera.camera.x_mag = 3, camera.camera.y_mag = 2;
+  }
+  return frontend::pose_frame(*scene.assembly, camera, request);
+}
+
+// Triangles and patches before a camera, moved by `way` in a second; the camera by `camera_way`.
+TestFrame scene(const DVec3& way, const DVec3& camera_way) {
+  TestFrame s;
+  const int patches = test::add_node(*s.capture, test::patches(test::flat_patch({-1, -1, 0}, {2, 0, 0.5f}, {0, 2, -0.3f})));
+  const int mesh = test::add_node(*s.capture, test::triangles({{-1, -1, -1}, {1, -1, -1.5f}, {0, 1, -2}}, {0, 1, 2}));
+  test::add_camera(*s.capture, {0, 0, 6});
+  if (way != DVec3(0.0)) test::add_motion(*s.capture, patches, way), test::add_motion(*s.capture, mesh, way);
+  if (camera_way != DVec3(0.0)) test::add_motion(*s.capture, 2, camera_way);
+  s.pose();
+  return s;
+}
+
+TEST(MotionField, RigidMotionIsWhatTheVerticesOfBothPosesSay) {
+  for (const bool orthographic : {false, true})
+    for (const auto& [way, camera_way] : {std::pair{DVec3(0.3, -0.2, 0.4), DVec3(0.0)}, std::pair{DVec3(0.0), DVec3(0.2, 0.1, -0.5)}, std::pair{DVec3(1, 0, 0), DVec3(-0.4, 0.3, 0.2)}}) {
+      const TestFrame s = scene(way, camera_way);
+      const auto then = pose(s, 0.2, 0.25, orthographic), now = pose(s, 0.5, 0.55, orthographic);
+      const MotionField field(*now, *then);
+      test::Random random(3);
+      for (int i = 0; i < 200; ++i) {
+        const std::uint32_t patch = i % 2 == 0 ? 0u : s.assembly->drawables[1].first_patch, d = s.assembly->patch_drawable[patch];
+        ASSERT_EQ(field.kind(d), MotionField::Kind::kRigid);
+        const float b1 = random.uniform(0.05f, 0.45f), b2 = random.uniform(0.05f, 0.45f);
+        const SurfaceLocation at{patch, i % 2 == 0 ? SurfaceLocation::kWholePatch : 0u, b1, b2, 0};
+        const Vec2 parameters(b1, b2);
+        const Vec4 here = surface_raster(*now, at, parameters, 0), there = surface_raster(*then, at, parameters, 0);
+        const Vec2 rest = Vec2(here.x, here.y) / here.w, expected = rest - Vec2(there.x, there.y) / there.w;
+        const MotionField::Step step = field.step(d, rest, here.z, at);
+        ASSERT_TRUE(step.usable);
+        EXPECT_NEAR(step.velocity.x, expected.x, 2e-4);
+        EXPECT_NEAR(step.velocity.y, expected.y, 2e-4);
+        EXPECT_NEAR(step.depth, there.z, 1e-5 * 10);
+        EXPECT_GT(glm::length(expected), 0.1f);
+      }
+    }
+}
+
+TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {
+  const TestFrame s = scene(DVec3(0.0), DVec3(0.0));
+  const auto then = pose(s, 0.2, 0.25), now = pose(s, 0.5, 0.55);
+  const MotionField field(*now, *then);
+  EXPECT_TRUE(field.all_still());
+  const MotionField::Step step = field.step(0, {10.25f, 3.5f}, 6.0f, {0, 0, 0.2f, 0.2f, 0});
+  EXPECT_TRUE(step.usable);
+  EXPECT_EQ(step.velocity, Vec2(0.0f));
+  // The failing twin: one that moves during the shutters alone is not still, though it is in the same place at each opening.
+  const TestFrame moving = scene(DVec3(1, 0, 0), DVec3(0.0));
+  EXPECT_FALSE(MotionField(*pose(moving, 0.5, 0.75), *pose(moving, 0.5, 0.75)).all_still());
+}
+
+TEST(MotionField, DeformingMeshesAreEvaluatedAtBothPoses) {
+  TestFrame s;
+  frontend::Primitive triangle = test::triangles({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
+  triangle.vertices.morph_targets.emplace_back();
+  triangle.vertices.morph_targets[0].positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}};
+  test::add_node(*s.capture, triangle);
+  test::add_camera(*s.capture, {0, 0, 6});
+  s.capture->nodes[0].weights = {0.0f};
+  frontend::AnimationChannel channel;
+  channel.node = 0;
+  channel.path = frontend::AnimatedPath::kWeights;
+  channel.components = 1;
+  channel.times = {0.0f, 1.0f};
+  channel.values = {0.0f, 1.0f};
+  s.capture->animations.emplace_back();
+  s.capture->animations[0].channels.push_back(channel);
+  s.capture->played_animations = {0};
+  s.pose();
+  const auto then = pose(s, 0.25, 0.25), now = pose(s, 0.75, 0.75);
+  const MotionField field(*now, *then);
+  ASSERT_EQ(field.kind(0), MotionField::Kind::kDeforming);
+  const SurfaceLocation at{0, 0, 1.0f, 0.0f, 0};  // the second corner: x = 1 + weight
+  const Vec4 here = surface_raster(*now, at, {1, 0}, 0);
+  const MotionField::Step step = field.step(0, Vec2(here.x, here.y) / here.w, here.z, at);
+  ASSERT_TRUE(step.usable);
+  EXPECT_NEAR(step.velocity.x, static_cast<float>(now->projection.scale) * 0.5f / 6.0f, 1e-3);
+  EXPECT_NEAR(step.velocity.y, 0, 1e-4);
+}
+
+TEST(MotionField, PointsBehindTheEyeInEitherFrameAreNotUsable) {
+  // The camera passes through the scene between the frames.
+  const TestFrame s = scene(DVec3(0.0), DVec3(0, 0, -10));
+  const auto before = pose(s, 0, 0), after = pose(s, 1, 1);
+  EXPECT_FALSE(MotionField(*before, *after).step(0, {48, 32}, 6.0f, {0, 0, 0.2f, 0.2f, 0}).usable);
+  EXPECT_FALSE(MotionField(*before, *before).all_still() && MotionField(*before, *after).step(0, {48, 32}, -1.0f, {0, 0, 0.2f, 0.2f, 0}).usable);
+}
+
+TEST(MotionField, ALightThatChangesIsNoticed) {
+  TestFrame s = scene(DVec3(0.0), DVec3(0.0));
+  s.capture->lights.emplace_back();
+  frontend::Node node;
+  node.light = 0;
+  s.capture->nodes.push_back(node);
+  s.capture->roots.push_back(3);
+  const auto same = pose(s, 0, 0);
+  EXPECT_TRUE(MotionField(*same, *pose(s, 0.5, 0.5)).same_lights());
+  test::add_motion(*s.capture, 3, {1, 0, 0});
+  EXPECT_FALSE(MotionField(*pose(s, 0.5, 0.5), *same).same_lights());
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

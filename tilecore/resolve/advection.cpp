@@ -1,0 +1,137 @@
+#include "tilecore/resolve/advection.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace tessera::tilecore {
+namespace {
+
+// Motion beyond this leaves every frame, and whole pixels of it still fit an int.
+constexpr float kLongestMotion = 1 << 20;
+
+// A place near pixel (x, y): the texel to its upper left and the fractions towards the next ones, in [0, 1).
+struct Place {
+  int x, y;
+  float fx, fy;
+};
+
+// The whole part is taken from the offset, not from the position: the same bits anywhere in the frame.
+std::optional<Place> place_at(int x, int y, Vec2 offset) {
+  if (!(std::abs(offset.x) < kLongestMotion && std::abs(offset.y) < kLongestMotion)) return std::nullopt;
+  Vec2 whole(std::floor(offset.x), std::floor(offset.y));
+  Vec2 f = offset - whole;
+  // An offset just below a whole number rounds up to it.
+  for (int c = 0; c < 2; ++c)
+    if (f[c] >= 1.0f) f[c] = 0.0f, whole[c] += 1.0f;
+  return Place{x + static_cast<int>(whole.x), y + static_cast<int>(whole.y), f.x, f.y};
+}
+
+// v between pixels; nothing where a pixel with a weight is unusable or outside.
+std::optional<Vec2> velocity_at(const Place& p, const VelocityView& view, AdvectionWork& work) {
+  Vec2 sum(0.0f);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 2; ++i) {
+      const float w = (i == 0 ? 1.0f - p.fx : p.fx) * (j == 0 ? 1.0f - p.fy : p.fy);
+      if (w == 0.0f) continue;
+      if (!view.region.contains(p.x + i, p.y + j)) return std::nullopt;
+      ++work.velocity_texels;
+      const std::ptrdiff_t at = (p.y + j - view.region.y0) * view.row_stride + (p.x + i - view.region.x0);
+      const Vec2 v = view.velocity[at];
+      if (view.usable[at] == 0 || !std::isfinite(v.x) || !std::isfinite(v.y)) return std::nullopt;
+      sum += w * v;
+    }
+  return sum;
+}
+
+// One frame's texels, as a pixel that shows `patch` at `depth` sees them.
+struct Surface {
+  const HistoryView& history;
+  float depth, tolerance;
+  std::uint32_t patch;
+
+  Advection verdict(int x, int y, AdvectionWork& work) const {
+    if (!history.region.contains(x, y)) return Advection::kOutsideFrame;
+    ++work.history_texels;
+    const std::ptrdiff_t at = index(x, y);
+    if (history.patch[at] != patch) return Advection::kOtherPatch;
+    const float there = history.depth[at];
+    // Equal infinities agree; otherwise infinity and NaN do with nothing.
+    const float apart = std::abs(there - depth);
+    if (there != depth && !(std::isfinite(apart) && apart <= tolerance * std::abs(depth))) return Advection::kDisoccluded;
+    const Vec4& c = history.color[at];
+    return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w) ? Advection::kTaken : Advection::kNonFinite;
+  }
+  const Vec4& color(int x, int y) const { return history.color[index(x, y)]; }
+
+ private:
+  std::ptrdiff_t index(int x, int y) const { return (y - history.region.y0) * history.row_stride + (x - history.region.x0); }
+};
+
+using Weights = std::array<float, 4>;  // of the texels -1, 0, 1, 2 along an axis
+
+Weights bilinear_weights(float f) { return {0.0f, 1.0f - f, f, 0.0f}; }
+
+// Catmull and Rom 1974.
+Weights catmull_rom_weights(float f) {
+  const float f2 = f * f, f3 = f2 * f;
+  return {0.5f * (2 * f2 - f3 - f), 0.5f * (3 * f3 - 5 * f2 + 2), 0.5f * (4 * f2 - 3 * f3 + f), 0.5f * (f3 - f2)};
+}
+
+constexpr bool is_inner(int i) { return i == 1 || i == 2; }
+
+// Sum over the texels with a weight as differences from the first inner one, so that a flat colour is exact. The outcome is
+// that of the first texel that disagrees; inner ones come first.
+Advection fetch(const Surface& surface, const Place& p, const Weights& wx, const Weights& wy, bool clamp, Vec4& out, AdvectionWork& work) {
+  const Vec4* base = nullptr;
+  Vec4 sum(0.0f), low, high;
+  for (const bool inner : {true, false})
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i) {
+        const float w = wx[static_cast<std::size_t>(i)] * wy[static_cast<std::size_t>(j)];
+        if ((is_inner(i) && is_inner(j)) != inner || w == 0.0f) continue;
+        const int x = p.x + i - 1, y = p.y + j - 1;
+        if (const Advection verdict = surface.verdict(x, y, work); verdict != Advection::kTaken) return verdict;
+        const Vec4& color = surface.color(x, y);
+        if (base == nullptr) base = &color, low = high = color;
+        else sum += w * (color - *base);
+        if (inner) low = glm::min(low, color), high = glm::max(high, color);
+      }
+  // Not even 0 is added to a lone texel: -0 stays.
+  out = wx[1] * wy[1] == 1.0f ? *base : *base + sum;
+  if (clamp) out = glm::clamp(out, low, high);
+  return Advection::kTaken;
+}
+
+}  // namespace
+
+AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
+                           const AdvectionSettings& settings, AdvectionWork& work) {
+  const auto v = velocity_at({x, y, 0, 0}, velocity, work);
+  if (!v) return {Advection::kUnusableVelocity, {}};
+  Vec2 offset = -*v;
+  if (settings.bfecc) {
+    const auto x1 = place_at(x, y, offset);
+    const auto v1 = x1 ? velocity_at(*x1, velocity, work) : std::nullopt;
+    if (v1) offset -= 0.5f * (*v1 - *v);  // x2 - x = v(x1) - v(x)
+    else ++work.uncorrected;
+  }
+  const auto place = place_at(x, y, offset);
+  if (!place) return {Advection::kOutsideFrame, {}};
+  ++work.fetches;
+  const Surface surface{history, depth, settings.depth_tolerance, patch};
+  AdvectedPixel result{Advection::kTaken, {}};
+  if (settings.fetch == Fetch::kBicubic) {
+    result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy), settings.clamp_to_range, result.color, work);
+    if (result.outcome == Advection::kTaken) return result;
+  }
+  // After a bicubic fetch the inner texels have been read and charged.
+  AdvectionWork charged;
+  const bool bicubic = settings.fetch == Fetch::kBicubic;
+  result.outcome = fetch(surface, *place, bilinear_weights(place->fx), bilinear_weights(place->fy), false, result.color, bicubic ? charged : work);
+  work.bilinear_fallbacks += bicubic && result.outcome == Advection::kTaken;
+  return result;
+}
+
+}  // namespace tessera::tilecore

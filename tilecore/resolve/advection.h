@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/rect.h"
+#include "base/vec.h"
+
+namespace tessera::tilecore {
+
+// Takes a pixel's colour from the previous frame along its motion (US 2015/0379692). Positions count pixels, a pixel's own
+// place is its integer coordinate; a velocity says by how much a point moved from the previous frame to this one.
+
+// The previous frame. Pointers are to the pixel (region.x0, region.y0).
+struct HistoryView {
+  const Vec4* color;  // linear RGB, coverage
+  const float* depth;
+  const std::uint32_t* patch;
+  IntRect region;
+  std::ptrdiff_t row_stride;  // in pixels
+};
+
+// The motion of what each pixel of this frame shows. Pointers are to the pixel (region.x0, region.y0).
+struct VelocityView {
+  const Vec2* velocity;        // pixels per frame
+  const std::uint8_t* usable;  // 0: behind the eye in one of the frames, or nothing is there
+  IntRect region;
+  std::ptrdiff_t row_stride;
+};
+
+enum class Fetch { kBilinear, kBicubic };
+
+struct AdvectionSettings {
+  Fetch fetch = Fetch::kBilinear;
+  // Back and forth error compensation: x1 = x - v(x), x2 = x1 + v(x1), e = (x2 - x) / 2, fetch at x1 - e; v(x1) is
+  // interpolated bilinearly. It makes the place second-order accurate where v is the velocity at an instant. Where v is
+  // the exact displacement of the point that x shows, x - v(x) is exact already and the correction takes it away by half
+  // the velocity's change over one step. Where v(x1) cannot be had, e = 0.
+  bool bfecc = false;
+  // Bicubic only: each channel stays in the range of the four texels around the place.
+  bool clamp_to_range = true;
+  // A texel whose depth differs from the pixel's by more than this share of the pixel's shows something else.
+  float depth_tolerance = 0.02f;  // [assumed]
+};
+
+enum class Advection {
+  kTaken,
+  kUnusableVelocity,  // marked so, or not finite
+  kOutsideFrame,      // a texel that would have a weight is outside of the history's region
+  kDisoccluded,       // ... has another depth
+  kOtherPatch,        // ... belongs to another patch
+  kNonFinite,         // ... holds NaN or infinity
+};
+inline constexpr std::size_t kAdvectionCount = 6;
+
+struct AdvectedPixel {
+  Advection outcome;
+  Vec4 color;  // when taken
+};
+
+// What was read, so that it can be charged: a texel of the history is a colour, a depth and a patch.
+struct AdvectionWork {
+  std::uint64_t fetches = 0;            // places looked at in the history
+  std::uint64_t history_texels = 0;     // texels of the history read for them; those with weight 0 are not
+  std::uint64_t velocity_texels = 0;    // velocities read, the pixel's own included
+  std::uint64_t uncorrected = 0;        // fetches with BFECC for which v(x1) could not be had
+  std::uint64_t bilinear_fallbacks = 0; // bicubic fetches whose outer texels did not all show the same surface
+};
+
+// The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive).
+//
+// Invariants (cited by the tests):
+//   A1  A velocity of zero copies the texel bit for bit, with BFECC and with every fetch: one texel is read, and its
+//       neighbours need not agree.
+//   A2  Texels without weight are not read: whole-pixel motion copies.
+//   A3  The result depends on the motion and on the texels around its end, not on where in the frame that is.
+//   A4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic one that
+//       do not make it a bilinear one.
+AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
+                           const AdvectionSettings& settings, AdvectionWork& work);
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/vec.h"
+
+namespace tessera::tilecore {
+
+// Lossless compression of finished pixels on their way to memory, as mobile GPUs have it (Arm's AFBC, Qualcomm's UBWC,
+// AMD's DCC). The vendors do not publish their codes; this one follows what they say of them and Rasmusson, Hasselgren and
+// Akenine-Moeller 2007, "Exact and error-bounded approximate color buffer compression and decompression": predict within
+// a block, code the residuals at the least width that holds them, keep the block's place in memory so that it stays
+// randomly accessible, and save bandwidth, not room. All sizes are [assumed].
+//
+// A block is 16x4, 8x4 or 4x4 pixels of four half floats (RGBA16F), row by row, given as bits. Each channel on its own:
+//   1. bits -> an unsigned integer in the order of the halves' values (negative ones below), 16 bits, one to one;
+//   2. residual = value - prediction modulo 2^16, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which makes
+//      the channel shortest; the first pixel is predicted as 0;
+//   3. stream: 2 bits of predictor; 16 bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of its
+//      widest residual, 0 to 16, and its residuals at W bits each, the first pixel's left out.
+// The streams of the channels follow each other, lowest bit first, rounded up to bursts. A stream that takes as many bursts
+// as the pixels do is not used: the block is raw. Every block has a header in an array of its own (AFBC and UBWC do the
+// same), which says how many bursts it takes; 0 bursts: all bits are 0, as after a clear.
+enum class Predictor : std::uint8_t {
+  kLeft,
+  kUp,
+  kPlane,     // left + up - the one between them
+  kGradient,  // kPlane clamped to the range of left and up (Weinberger et al. 2000, LOCO-I)
+};
+inline constexpr int kPredictorCount = 4;
+
+inline constexpr std::size_t kBlockHeaderBytes = 1;  // [assumed] as DCC has per 256 bytes
+inline constexpr std::size_t kLargestBlockPixels = 64;
+inline constexpr std::size_t kLargestBlockBytes = kLargestBlockPixels * 8;
+
+struct CompressedBlock {
+  std::size_t payload_bytes = 0;  // in memory: whole bursts; raw blocks take what their pixels take
+  std::size_t stream_bits = 0;    // before it is rounded up; 0 when cleared, 8 * payload_bytes when raw
+  bool raw = false;
+  std::array<std::uint8_t, kLargestBlockBytes> payload{};
+};
+
+// A block that reaches beyond the frame is filled up by the caller; copies of the nearest pixels cost least.
+//
+// `halves` are 4 * width * height; width is 4, 8 or 16, height 4; burst_bytes divides width * height * 8 and is
+// at least 8 (all checked).
+//
+// Invariants (cited by the tests):
+//   C1  decompress(compress(x)) == x for any bits: NaNs with their payload, infinities, -0, denormals.
+//   C2  payload_bytes is a multiple of the burst and never above the raw size.
+//   C3  A block of zero bits takes no payload; a block of one colour takes one burst of at least 16 bytes when 4x4.
+CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes);
+void decompress_block(const CompressedBlock& block, int width, int height, std::span<std::uint16_t> halves);
+
+// Bytes of payload that compress_block() would give, without writing them: for the ledger.
+std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes);
+
+// Bytes of headers of `blocks` blocks, rounded up to bursts.
+constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_bytes) {
+  return (blocks * kBlockHeaderBytes + burst_bytes - 1) / burst_bytes * burst_bytes;
+}
+
+// IEEE 754 binary16 bits of a float, rounded to nearest, ties to even; beyond 65519 infinity; NaN stays NaN, quiet.
+std::uint16_t half_bits(float value);
+
+// One pixel of the finished frame.
+inline std::array<std::uint16_t, 4> half_bits(const Vec4& color) {
+  return {half_bits(color.x), half_bits(color.y), half_bits(color.z), half_bits(color.w)};
+}
+
+}  // namespace tessera::tilecore

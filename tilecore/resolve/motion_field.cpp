@@ -1,0 +1,112 @@
+#include "tilecore/resolve/motion_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/check.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using frontend::FrameGeometry;
+using frontend::PosedDrawable;
+
+bool same_positions(std::span<const Vec3> a, std::span<const Vec3> b) {
+  if (a.data() == b.data() && a.size() == b.size()) return true;
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+}
+
+bool same_projection(const frontend::Projection& a, const frontend::Projection& b) {
+  return a.orthographic == b.orthographic && a.center_x == b.center_x && a.center_y == b.center_y && a.scale == b.scale && a.lens_scale == b.lens_scale &&
+         a.inverse_focus == b.inverse_focus;
+}
+
+bool same_light(const shaders::Light& a, const shaders::Light& b) {
+  return a.type == b.type && a.color == b.color && a.position == b.position && a.direction == b.direction && a.range == b.range && a.cos_inner == b.cos_inner &&
+         a.cos_outer == b.cos_outer;
+}
+
+// (xh, yh, depth, 1) to camera space, the inverse of Projection::matrix() on points of the scene.
+DMat4 unprojection(const frontend::Projection& p) {
+  DMat4 m(0.0);  // m[column][row]
+  m[0][0] = 1.0 / p.scale;
+  m[1][1] = -1.0 / p.scale;
+  m[2][2] = -1.0;
+  m[3][3] = 1.0;
+  const auto column = p.orthographic ? 3 : 2;  // what the picture's middle is multiplied by: 1, or w, which is the depth
+  m[column][0] = -p.center_x / p.scale;
+  m[column][1] = p.center_y / p.scale;
+  return m;
+}
+
+bool finite(const DMat4& m) {
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r)
+      if (!std::isfinite(m[c][r])) return false;
+  return true;
+}
+
+}  // namespace
+
+MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const FrameGeometry& then, std::size_t d) {
+  const PosedDrawable &a = now.drawables[d], &b = then.drawables[d];
+  Motion motion;
+  const bool rigid = !a.deforming && !b.deforming && same_positions(a.positions[0], b.positions[0]);
+  if (!rigid) {
+    motion.kind = Kind::kDeforming;
+    return motion;
+  }
+  if (!a.moving && !b.moving && a.to_raster[0] == b.to_raster[0] && a.to_world[0] == b.to_world[0] && same_projection(now.projection, then.projection)) {
+    motion.kind = Kind::kStill;
+    return motion;
+  }
+  const DMat4 camera_now = now.views[0].world_to_camera * DMat4(a.to_world[0]), camera_then = then.views[0].world_to_camera * DMat4(b.to_world[0]);
+  const double determinant = glm::determinant(camera_now);
+  if (!(std::abs(determinant) > 0)) return motion;
+  const DMat4 m = then.projection.matrix() * camera_then * glm::inverse(camera_now) * unprojection(now.projection);
+  if (!finite(m)) return motion;
+  motion.kind = Kind::kRigid;
+  motion.reprojection = Mat4(m);
+  return motion;
+}
+
+MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : now_(now), then_(then) {
+  TESSERA_CHECK(now.drawables.size() == then.drawables.size(), "motion is between two poses of one assembly");
+  motions_.reserve(now.drawables.size());
+  for (std::size_t d = 0; d < now.drawables.size(); ++d) {
+    motions_.push_back(motion_of(now, then, d));
+    all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
+  }
+  same_lights_ = now.lights.size() == then.lights.size() && std::equal(now.lights.begin(), now.lights.end(), then.lights.begin(), same_light);
+}
+
+MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {
+  const Motion& motion = motions_[d];
+  const bool orthographic = now_.projection.orthographic;
+  Vec4 r;
+  switch (motion.kind) {
+    case Kind::kStill: return {Vec2(0.0f), z, true};
+    case Kind::kUnusable: return {};
+    case Kind::kRigid: {
+      const float w = orthographic ? 1.0f : z;
+      if (!(w > 0)) return {};
+      r = motion.reprojection * Vec4(rest.x * w, rest.y * w, z, 1.0f);
+      break;
+    }
+    case Kind::kDeforming: {
+      const Vec2 parameters = surface_parameters(now_, at);
+      const Vec4 here = surface_raster(now_, at, parameters, 0);
+      if (!(here.w > 0)) return {};
+      rest = Vec2(here.x, here.y) / here.w;
+      r = surface_raster(then_, at, parameters, 0);
+      break;
+    }
+  }
+  if (!(r.w > 0)) return {};
+  const Step step{rest - Vec2(r.x, r.y) / r.w, r.z, true};
+  if (!std::isfinite(step.velocity.x) || !std::isfinite(step.velocity.y)) return {};
+  return step;
+}
+
+}  // namespace tessera::tilecore

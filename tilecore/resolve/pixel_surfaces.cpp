@@ -1,0 +1,93 @@
+#include "tilecore/resolve/pixel_surfaces.h"
+
+#include <limits>
+
+#include "base/random.h"
+
+namespace tessera::tilecore {
+namespace {
+
+// Number of the sample nearest to the middle of its pixel; the pattern's offsets are those of every pixel.
+std::size_t center_of(const TileSamples& samples) {
+  std::size_t best = 0;
+  float best2 = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < static_cast<std::size_t>(samples.spp); ++k) {
+    const float dx = samples.x[k] - static_cast<float>(samples.pixels.x0) - 0.5f, dy = samples.y[k] - static_cast<float>(samples.pixels.y0) - 0.5f;
+    if (const float d2 = dx * dx + dy * dy; d2 < best2) best2 = d2, best = k;
+  }
+  return best;
+}
+
+bool is_still(const MotionField* motion, std::uint32_t drawable) { return motion != nullptr && motion->kind(drawable) == MotionField::Kind::kStill; }
+
+}  // namespace
+
+void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state, const MotionField* motion) {
+  pixels = samples.pixels;
+  spp = samples.spp;
+  center_sample = center_of(samples);
+  const std::size_t count = samples.count / static_cast<std::size_t>(spp);
+  depth.resize(count);
+  patch.resize(count);
+  surface.resize(count);
+  still.resize(count);
+  layered.assign(count, 0);
+  gather_opaque(frame, state, motion);
+  state.drop_hidden_layers();
+  if (!state.layers.empty()) gather_layers(frame, state, motion);
+}
+
+void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const TileState& state, const MotionField* motion) {
+  const auto n = static_cast<std::size_t>(spp);
+  const std::vector<std::uint32_t>& drawable_of = frame.assembly->patch_drawable;
+  // Neighbouring pixels mostly see one patch: what it belongs to is looked up once.
+  std::uint32_t last_patch = TileState::kNoPatch, last_surface = 0;
+  bool last_still = true;
+  const auto look_up = [&](std::uint32_t p) {
+    if (p == last_patch) return;
+    last_patch = p;
+    last_surface = p == TileState::kNoPatch ? 0 : drawable_of[p] + 1;
+    last_still = p == TileState::kNoPatch || is_still(motion, drawable_of[p]);
+  };
+  for (std::size_t pixel = 0; pixel < depth.size(); ++pixel) {
+    const std::uint32_t* seen = &state.patch[pixel * n];
+    depth[pixel] = state.z[pixel * n + center_sample];
+    patch[pixel] = seen[center_sample];
+    std::uint32_t same = 1;
+    for (std::size_t k = 1; k < n; ++k) same &= static_cast<std::uint32_t>(seen[k] == seen[0]);
+    look_up(seen[0]);
+    std::uint32_t first = last_surface;
+    bool rests = last_still;
+    if (same == 0) {
+      std::uint32_t hash = first;
+      bool one_surface = true;
+      for (std::size_t k = 1; k < n; ++k) {
+        look_up(seen[k]);
+        one_surface = one_surface && last_surface == first;
+        rests = rests && last_still;
+        hash = mix32(hash) + last_surface;
+      }
+      if (!one_surface) first = mix32(hash) | kMixed;
+    }
+    surface[pixel] = first;
+    still[pixel] = rests;
+  }
+}
+
+void PixelSurfaces::gather_layers(const frontend::FrameGeometry& frame, const TileState& state, const MotionField* motion) {
+  samples_with_layers += state.layers.size();
+  const auto n = static_cast<std::uint32_t>(spp);
+  // Layers come in any order: what is added up does not tell.
+  std::vector<std::uint32_t> sum(depth.size(), 0);
+  for (const TileState::Layer& layer : state.layers) {
+    const std::size_t pixel = layer.sample / n;
+    const std::uint32_t drawable = frame.assembly->patch_drawable[layer.patch];
+    layered[pixel] = 1;
+    still[pixel] = still[pixel] != 0 && is_still(motion, drawable);
+    sum[pixel] += hash32(layer.sample % n, drawable, 0x1A7E4u);
+  }
+  for (std::size_t pixel = 0; pixel < depth.size(); ++pixel)
+    if (layered[pixel] != 0) surface[pixel] = hash32(surface[pixel], sum[pixel]) | kMixed;
+}
+
+}  // namespace tessera::tilecore

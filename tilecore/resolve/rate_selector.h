@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tessera::tilecore {
+
+// Speeds in pixels per frame. Which regime a block is in: below `still` (advection), from there to `fast1` (full rate), above `fast1` (half),
+// above `fast2` (a quarter).
+struct SpeedThresholds {
+  float still = 0.5f, fast1 = 4.0f, fast2 = 16.0f;
+  // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one that
+  // moves at a threshold does not flicker. 0: none.
+  float hysteresis = 0.05f;
+};
+
+// What is known of a block of 4x4 pixels before anything of it is shaded.
+struct BlockEvidence {
+  bool edge = false;
+  bool still = false;             // every sample is at rest between the frames
+  bool velocity_usable = false;
+  float speed = 0;                // where usable
+  bool advection_allowed = false; // a valid history, same lights, no discrepancy around the block
+  int most_samples = 32;          // foveation
+  std::uint8_t last_samples = 0;  // what the block had last, 0 unknown: rate, or 1 when it was advected
+};
+
+struct RateSettings {
+  SpeedThresholds thresholds;
+  bool supersampling = false;    // 32 on edges
+  bool advect_still_edges = true;
+};
+
+struct BlockDecision {
+  int samples = 16;  // 4, 8, 16 or 32 of 4x4 pixels; 32: two groups of samples per pixel
+  bool advect = false;  // pixels that are not rendered come from the history, else from their neighbours
+  // What BlockEvidence::last_samples wants to know next time.
+  std::uint8_t memory() const { return advect ? std::uint8_t{1} : static_cast<std::uint8_t>(samples); }
+};
+
+// The first that holds (US 2015/0379692, fig. 4 and 5):
+//   edge, supersampling on                -> 32
+//   edge                                  -> 16
+//   velocity unknown                      -> 16
+//   speed < still, advection allowed      -> 8, and 8 advected
+//   speed > fast2                         -> 4
+//   speed > fast1                         -> 8
+//   else                                  -> 16
+// then the smaller one of that and what foveation allows. Deviation: a block of which every sample is at rest may be
+// advected although it has an edge, since what is copied is what would be shaded, bit for bit (advect_still_edges).
+BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block);
+
+}  // namespace tessera::tilecore

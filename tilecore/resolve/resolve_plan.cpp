@@ -1,0 +1,189 @@
+// First half of the resolve unit: what is decided before anything is shaded.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/resolve_unit.h"
+
+namespace tessera::tilecore {
+namespace {
+
+void grow(IntRect& rect, int x0, int y0, int x1, int y1) {
+  if (rect.empty()) rect = {x0, y0, x1, y1};
+  else rect = {std::min(rect.x0, x0), std::min(rect.y0, y0), std::max(rect.x1, x1), std::max(rect.y1, y1)};
+}
+
+}  // namespace
+
+void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state) {
+  spp_ = samples.spp;
+  surfaces_.gather(frame, samples, state, resolve.previous.motion);
+  velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
+  eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
+  runs_.assign(surfaces_.depth.size(), 1);
+  advected_.resize(surfaces_.depth.size());
+  fetched_ = eye_fetched_ = {};
+  blocks_.clear();
+  const IntRect& tile = surfaces_.pixels;
+  for (int y = tile.y0 & ~3; y < tile.y1; y += 4)
+    for (int x = tile.x0 & ~3; x < tile.x1; x += 4) {
+      Block block;
+      block.pixels = tile.intersect({x, y, x + 4, y + 4});
+      decide(resolve, block);
+      blocks_.push_back(block);
+    }
+  // Once all velocities of the tile are there.
+  for (Block& block : blocks_) plan_block(resolve, block);
+  counters_.velocity_evaluations += velocity_.take_evaluations() + eye_velocity_.take_evaluations();
+}
+
+bool ResolveUnit::is_edge(const ResolveSettings& settings, const Block& block) const {
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0), stride = static_cast<std::size_t>(surfaces_.pixels.width());
+  if (settings.evidence != EdgeEvidence::kDepth) {
+    bool differs = (surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0;
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      const std::size_t pixel = surfaces_.index(x, y);
+      differs = differs || surfaces_.surface[pixel] != surfaces_.surface[first] || (settings.evidence == EdgeEvidence::kPatch && surfaces_.patch[pixel] != surfaces_.patch[first]);
+    });
+    if (differs) return true;
+  }
+  return detect_edge(settings.edges, &surfaces_.depth[first], stride, block.pixels.width(), block.pixels.height());
+}
+
+void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
+  const ResolveSettings& settings = resolve.settings;
+  block.empty = true;
+  block.still = resolve.previous.motion != nullptr;
+  float nearest = std::numeric_limits<float>::infinity();
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    const std::size_t pixel = surfaces_.index(x, y);
+    block.empty = block.empty && surfaces_.surface[pixel] == 0;
+    block.still = block.still && surfaces_.still[pixel] != 0;
+    nearest = std::min(nearest, surfaces_.depth[pixel]);
+  });
+  if (block.empty) return;
+  if (settings.desampling != Desampling::kAdaptive) {
+    block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
+    if (resolve.all_velocities) velocity_.evaluate(block.pixels, settings.block_speed);
+    return;
+  }
+  block.edge = is_edge(settings, block);
+  BlockEvidence evidence;
+  evidence.edge = block.edge;
+  evidence.still = block.still;
+  if (!block.edge || block.still || resolve.all_velocities) {
+    const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed);
+    evidence.velocity_usable = motion.usable;
+    evidence.speed = motion.speed;
+  }
+  const History* history = resolve.previous.history;
+  if (history != nullptr) {
+    const bool distrusted = history->distrusted_around(block.pixels.x0, block.pixels.y0);
+    counters_.blocks_distrusted += distrusted;
+    evidence.advection_allowed = settings.advect && resolve.previous.motion->same_lights() && !distrusted;
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
+  }
+  const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
+  evidence.most_samples = settings.foveation.most_samples(middle);
+  block.decision = select_rate(settings.rates, evidence);
+  // What the other eye sees far away it sees where this one does.
+  if (resolve.other_eye.history != nullptr && !block.edge && nearest > resolve.other_eye_depth && !block.decision.advect) {
+    eye_velocity_.evaluate(block.pixels, settings.block_speed);
+    block.from_other_eye = true;
+    block.decision = {std::min(8, evidence.most_samples), true};
+  }
+}
+
+void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
+  const ResolveSettings& settings = resolve.settings;
+  BlockMask exists = 0, seen = 0;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    exists = static_cast<BlockMask>(exists | block_bit(x, y));
+    if (surfaces_.surface[surfaces_.index(x, y)] != 0) seen = static_cast<BlockMask>(seen | block_bit(x, y));
+  });
+  if (block.empty) {
+    ++counters_.blocks_empty;
+    block.rendered = exists;
+    return;
+  }
+  const std::uint32_t number = settings.dithering ? resolve.number : 0;
+  const int rate = std::min(16, block.decision.samples);
+  const BlockMask pattern = settings.desampling == Desampling::kCheckerboard
+                                ? checkerboard_mask(number)
+                                : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4);
+  const auto missing = static_cast<BlockMask>(seen & ~pattern);
+  block.rendered = static_cast<BlockMask>(exists & ~missing);
+  if (block.decision.advect) {
+    try_advection(resolve, block, missing);
+  } else if (missing != 0) {
+    // Only what has a rendered pixel of its surface beside it in the block can be reconstructed.
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      if ((missing & block_bit(x, y)) == 0) return;
+      bool found = settings.desampling == Desampling::kCheckerboard;
+      for_each_pixel(block.pixels, [&](int nx, int ny) {
+        found = found || ((block.rendered & block_bit(nx, ny)) != 0 && surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)]);
+      });
+      if (found) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
+    });
+    counters_.pixels_forced += static_cast<std::uint64_t>(std::popcount(static_cast<unsigned>(missing & ~block.reconstructed)));
+    block.rendered = static_cast<BlockMask>(exists & ~block.reconstructed);
+  }
+  switch (block.decision.samples) {
+    case 4: ++counters_.blocks_rate_4; break;
+    case 8: ++counters_.blocks_rate_8; break;
+    case 32: ++counters_.blocks_rate_32; break;
+    default: ++counters_.blocks_rate_16; break;
+  }
+  counters_.blocks_advected += block.decision.advect;
+  counters_.blocks_edge += block.edge;
+  const std::uint8_t groups = block.decision.samples == 32 ? 2 : 1;
+  for_each_pixel(block.pixels, [&](int x, int y) { runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0; });
+}
+
+void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing) {
+  const VelocityBuffer& velocity = block.from_other_eye ? eye_velocity_ : velocity_;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    if ((missing & block_bit(x, y)) == 0) return;
+    if (advect(resolve, block, velocity, x, y, advected_[surfaces_.index(x, y)], true)) block.advected = static_cast<BlockMask>(block.advected | block_bit(x, y));
+    else block.rendered = static_cast<BlockMask>(block.rendered | block_bit(x, y));
+  });
+}
+
+bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count) {
+  const std::size_t pixel = surfaces_.index(x, y);
+  const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
+  IntRect& fetched = block.from_other_eye ? eye_fetched_ : fetched_;
+  if (block.still) {
+    // The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (A1).
+    const std::size_t there = history.pixel(x, y);
+    if (history.surface[there] == surfaces_.surface[pixel] && history.depth[there] == surfaces_.depth[pixel]) {
+      const Vec4& color = history.color[there];
+      if (std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z)) {
+        out = color;
+        grow(fetched, x, y, x + 1, y + 1);
+        return true;
+      }
+    }
+    counters_.advections_disoccluded += count;
+    return false;
+  }
+  // Blended surfaces move on their own.
+  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region, history.region.width()};
+  const AdvectedPixel result = advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(), resolve.settings.advection, advection_work_);
+  if (result.outcome == Advection::kTaken && (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
+    const Vec2 v = velocity.velocity()[pixel];
+    const int left = x - static_cast<int>(std::ceil(v.x)), top = y - static_cast<int>(std::ceil(v.y)), ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
+    const IntRect texels = IntRect{left - ring, top - ring, left + 2 + ring, top + 2 + ring}.intersect(history.region);
+    if (!texels.empty()) grow(fetched, texels.x0, texels.y0, texels.x1, texels.y1);
+    out = result.color;
+    return true;
+  }
+  if (!count) return false;
+  if (result.outcome == Advection::kOutsideFrame) ++counters_.advections_outside;
+  else if (result.outcome == Advection::kUnusableVelocity) ++counters_.advections_unusable;
+  else ++counters_.advections_disoccluded;
+  return false;
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+
+#include "tilecore/resolve/advection.h"
+#include "tilecore/resolve/cubic_stencil.h"
+#include "tilecore/resolve/discrepancy.h"
+#include "tilecore/resolve/edge_detector.h"
+#include "tilecore/resolve/foveation.h"
+#include "tilecore/resolve/pattern_dither.h"
+#include "tilecore/resolve/rate_selector.h"
+#include "tilecore/resolve/velocity_buffer.h"
+
+namespace tessera::tilecore {
+
+// Which pixels are shaded.
+enum class Desampling {
+  kOff,           // all; nothing of the resolve unit but the multisample resolve runs
+  kAdaptive,      // by motion, edges and history (rate_selector.h)
+  kFixed8,        // half of every block, edges included: a yardstick
+  kFixed4,        // a quarter of every block
+  kCheckerboard,  // half, alternating, filled from the four neighbours whatever they show: the usual baseline
+};
+
+// What beside the Laplacian of depth makes an edge.
+enum class EdgeEvidence {
+  kDepth,    // nothing
+  kSurface,  // samples of the block see different drawables (which differ in material, or move apart)
+  kPatch,    // or different base patches
+};
+
+struct ResolveSettings {
+  Desampling desampling = Desampling::kOff;
+  RateSettings rates;
+  BlockSpeed block_speed = BlockSpeed::kMean;
+  EdgeSettings edges;
+  EdgeEvidence evidence = EdgeEvidence::kSurface;
+  bool dithering = true;  // false: the pattern of frame 0 always
+  DitherSettings dither;
+  bool advect = true;
+  AdvectionSettings advection;
+  DiscrepancySettings discrepancy;
+  Reconstruction reconstruction = Reconstruction::kCubic;
+  bool packed_weights = true;
+  bool clamp_to_range = false;
+  bool reach_neighbours = false;  // stencils read pixels of neighbouring tiles, in a second pass
+  Foveation foveation;
+};
+
+}  // namespace tessera::tilecore

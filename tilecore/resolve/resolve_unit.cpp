@@ -1,0 +1,245 @@
+#include "tilecore/resolve/resolve_unit.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/checkerboard.h"
+#include "tilecore/resolve/multisample_resolve.h"
+
+namespace tessera::tilecore {
+namespace {
+
+// Bursts of the rows of a rectangle of an array of `bytes` per pixel of `region`.
+std::uint64_t rect_bursts(IntRect rect, IntRect region, std::uint64_t bytes, std::uint64_t burst) {
+  std::uint64_t sum = 0;
+  const auto width = static_cast<std::uint64_t>(region.width());
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    const std::uint64_t first = static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
+    sum += hardware::burst_bytes(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes, burst);
+  }
+  return sum;
+}
+
+}  // namespace
+
+void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations) {
+  counters_.samples_skipped += samples;
+  counters_.invocations_saved += invocations;
+}
+
+// ---- Colours ----------------------------------------------------------------------------------------------------
+
+void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory, FrameTargets& targets) {
+  History& next = *resolve.next;
+  const IntRect& tile = surfaces_.pixels;
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y), n = static_cast<std::size_t>(tile.width());
+    std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
+    std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
+  }
+  resolve_pixels(resolve, color, coverage);
+  const History* previous = resolve.previous.history;
+  for (const Block& block : blocks_) {
+    const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
+    next.memory[b] = block.decision.memory();
+    const std::uint8_t before = previous != nullptr ? previous->distrust[b] : std::uint8_t{0};
+    next.distrust[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
+    if (block.advected != 0 && !block.still && !block.from_other_eye) check_discrepancy(resolve, block);
+  }
+  // Stencils, when every rendered pixel of the tile is there.
+  const int margin = resolve.settings.desampling == Desampling::kCheckerboard ? 1 : kWindowMargin;
+  for (const Block& block : blocks_) {
+    const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
+    resolve.deferred[b] = 0;
+    if (block.reconstructed == 0) continue;
+    const IntRect wanted = next.region.intersect({block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
+    if (resolve.settings.reach_neighbours && wanted.intersect(tile) != wanted) {
+      resolve.deferred[b] = block.edge ? 2 : 1;
+      ++counters_.blocks_deferred;
+    } else {
+      reconstruct(resolve, block, tile);
+    }
+  }
+  for (int y = tile.y0; y < tile.y1; ++y)
+    std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(tile.x0, y)], static_cast<std::size_t>(tile.width()) * sizeof(Vec4));
+  if (targets.resolve_auxiliary) write_auxiliary(resolve, targets);
+  charge(resolve, memory);
+}
+
+void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage) {
+  History& next = *resolve.next;
+  const auto n = static_cast<std::size_t>(spp_);
+  for (const Block& block : blocks_) {
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      const std::size_t from = surfaces_.index(x, y), to = next.pixel(x, y);
+      const BlockMask bit = block_bit(x, y);
+      if ((block.rendered & bit) != 0) {
+        next.color[to] = mean_of_samples(&color[from * n], &coverage[from * n], spp_);
+        resolve.origin[to] = static_cast<std::uint8_t>(PixelOrigin::kShaded);
+      } else if ((block.advected & bit) != 0) {
+        next.color[to] = advected_[from];
+        resolve.origin[to] = static_cast<std::uint8_t>(PixelOrigin::kAdvected);
+      } else {
+        resolve.origin[to] = static_cast<std::uint8_t>(PixelOrigin::kReconstructed);
+      }
+    });
+    pixels_shaded_ += static_cast<std::uint64_t>(std::popcount(block.rendered));
+    counters_.pixels_advected += static_cast<std::uint64_t>(std::popcount(block.advected));
+    counters_.pixels_reconstructed += static_cast<std::uint64_t>(std::popcount(block.reconstructed));
+  }
+}
+
+void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& block) {
+  const DiscrepancySettings& settings = resolve.settings.discrepancy;
+  if (settings.check == DiscrepancyCheck::kOff) return;
+  const History& next = *resolve.next;
+  bool discrepant = false;
+  if (settings.check == DiscrepancyCheck::kNeighbours) {
+    Vec4 colors[16];
+    for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = next.color[next.pixel(x, y)]; });
+    discrepant = stands_out(colors, block.advected, block.rendered, settings.tolerance);
+  } else {
+    float sum = 0.0f;
+    int compared = 0;
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      Vec4 there;
+      if ((block.rendered & block_bit(x, y)) == 0 || !advect(resolve, block, velocity_, x, y, there, false)) return;
+      sum += relative_difference(there, next.color[next.pixel(x, y)]);
+      ++compared;
+    });
+    discrepant = compared > 0 && sum > settings.tolerance * static_cast<float>(compared);
+  }
+  if (!discrepant) return;
+  ++counters_.blocks_discrepant;
+  resolve.next->distrust[next.block(block.pixels.x0, block.pixels.y0)] = static_cast<std::uint8_t>(settings.frames);
+}
+
+// ---- Stencils ---------------------------------------------------------------------------------------------------
+
+std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, IntRect reach) const {
+  const History& next = *resolve.next;
+  const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
+  // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no such plane.
+  const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4, plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive;
+  float inverse = 0.0f, by_x = 0.0f, by_y = 0.0f;
+  if (plane) {
+    inverse = 1.0f / next.depth[next.pixel(x0, y0)];
+    by_x = (1.0f / next.depth[next.pixel(x0 + 3, y0)] - inverse) * (1.0f / 3.0f);
+    by_y = (1.0f / next.depth[next.pixel(x0, y0 + 3)] - inverse) * (1.0f / 3.0f);
+  }
+  const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
+  std::array<std::uint16_t, kWindowSide> usable{};
+  for (int y = std::max(reach.y0, y0 - kWindowMargin); y < std::min(reach.y1, y0 + 4 + kWindowMargin); ++y)
+    for (int x = std::max(reach.x0, x0 - kWindowMargin); x < std::min(reach.x1, x0 + 4 + kWindowMargin); ++x) {
+      const std::size_t pixel = next.pixel(x, y);
+      if (resolve.origin[pixel] != static_cast<std::uint8_t>(PixelOrigin::kShaded)) continue;
+      if (resolve.settings.desampling != Desampling::kCheckerboard) {
+        if (next.surface[pixel] != surface) continue;
+        const float expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
+        if (plane && !(std::abs(1.0f / next.depth[pixel] - expected) <= tolerance)) continue;
+      }
+      auto& row = usable[static_cast<std::size_t>(y - y0 + kWindowMargin)];
+      row = static_cast<std::uint16_t>(row | 1u << (x - x0 + kWindowMargin));
+    }
+  return usable;
+}
+
+void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, IntRect reach) {
+  const ResolveSettings& settings = resolve.settings;
+  History& next = *resolve.next;
+  const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
+  const std::ptrdiff_t stride = next.region.width();
+  const Vec4* first = next.color.data() + (std::ptrdiff_t{y0} - kWindowMargin - next.region.y0) * stride + (x0 - kWindowMargin - next.region.x0);
+  // One surface of the block after the other.
+  for (BlockMask left = block.reconstructed; left != 0;) {
+    const int number = std::countr_zero(left);
+    const std::uint32_t surface = next.surface[next.pixel(x0 + (number & 3), y0 + (number >> 2))];
+    BlockMask missing = 0;
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || next.surface[next.pixel(x, y)] == surface))
+        missing = static_cast<BlockMask>(missing | block_bit(x, y));
+    });
+    left = static_cast<BlockMask>(left & ~missing);
+    const BlockWindow window{first, stride, usable_window(resolve, block, surface, reach)};
+    Vec4 out[16];
+    BlockMask unfilled = 0;
+    if (settings.desampling == Desampling::kCheckerboard) {
+      CheckerboardWork work;
+      unfilled = reconstruct_checkerboard(window, missing, {}, out, work);
+      reconstruction_work_.taps += work.taps;
+    } else {
+      unfilled = reconstruct_block(settings.reconstruction, settings.packed_weights, settings.clamp_to_range, window, missing, out, reconstruction_work_);
+    }
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      const BlockMask bit = block_bit(x, y);
+      // Nothing finite around: black, and not another NaN.
+      if ((missing & bit) != 0) next.color[next.pixel(x, y)] = (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : out[4 * (y & 3) + (x & 3)];
+    });
+  }
+  counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);
+}
+
+void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets) {
+  History& next = *resolve.next;
+  for (int by = tile.y0 & ~3; by < tile.y1; by += 4)
+    for (int bx = tile.x0 & ~3; bx < tile.x1; bx += 4) {
+      Block block;
+      block.pixels = tile.intersect({bx, by, bx + 4, by + 4});
+      const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
+      if (resolve.deferred[b] == 0) continue;
+      block.edge = resolve.deferred[b] == 2;
+      for_each_pixel(block.pixels, [&](int x, int y) {
+        if (resolve.origin[next.pixel(x, y)] == static_cast<std::uint8_t>(PixelOrigin::kReconstructed)) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
+      });
+      reconstruct(resolve, block, next.region);
+      for_each_pixel(block.pixels, [&](int x, int y) {
+        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(x, y)], sizeof(Vec4));
+      });
+      // Colours and records of the window are read again, the block is written again.
+      const IntRect window = next.region.intersect({bx - kWindowMargin, by - kWindowMargin, bx + 4 + kWindowMargin, by + 4 + kWindowMargin});
+      ledger_.read(hardware::Unit::kResolve, hardware::Purpose::kNeighbours,
+                   rect_bursts(window, next.region, kFramePixelBytes, memory.burst_bytes) + rect_bursts(window, next.region, History::kSurfaceBytes, memory.burst_bytes));
+      if (memory.charge_frame_buffer)
+        ledger_.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, rect_bursts(block.pixels, next.region, kFramePixelBytes, memory.burst_bytes));
+    }
+}
+
+void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const {
+  const History& next = *resolve.next;
+  for (const Block& block : blocks_) {
+    const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      const int tx = x - targets.region.x0, ty = y - targets.region.y0;
+      targets.rate.at(tx, ty)[0] = block.empty ? 0.0f : static_cast<float>(block.decision.samples);
+      targets.edges.at(tx, ty)[0] = block.edge ? 1.0f : 0.0f;
+      targets.discrepancy.at(tx, ty)[0] = static_cast<float>(next.distrust[b]);
+      targets.origin.at(tx, ty)[0] = static_cast<float>(resolve.origin[next.pixel(x, y)]);
+      const Vec2 v = velocity_.velocity()[surfaces_.index(x, y)];
+      targets.velocity.at(tx, ty)[0] = v.x;
+      targets.velocity.at(tx, ty)[1] = v.y;
+    });
+  }
+}
+
+// ---- Traffic ----------------------------------------------------------------------------------------------------
+
+void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
+  const std::uint64_t burst_bytes = memory.burst_bytes;
+  const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
+  using hardware::Purpose;
+  using hardware::Unit;
+  if (memory.charge_frame_buffer) ledger_.write(Unit::kResolve, Purpose::kFrameBuffer, rect_bursts(tile, region, kFramePixelBytes, burst_bytes));
+  // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
+  for (const IntRect& fetched : {fetched_, eye_fetched_}) {
+    if (fetched.empty()) continue;
+    ledger_.read(Unit::kResolve, Purpose::kHistory, rect_bursts(fetched, region, kFramePixelBytes, burst_bytes) + rect_bursts(fetched, region, History::kSurfaceBytes, burst_bytes));
+  }
+  const std::uint64_t block_bytes = hardware::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
+  if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);
+  if (resolve.keeps_history) ledger_.write(Unit::kResolve, Purpose::kHistory, rect_bursts(tile, region, History::kSurfaceBytes, burst_bytes) + block_bytes);
+}
+
+}  // namespace tessera::tilecore

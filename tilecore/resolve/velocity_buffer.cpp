@@ -1,0 +1,86 @@
+#include "tilecore/resolve/velocity_buffer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tessera::tilecore {
+namespace {
+
+float statistic_of(std::array<float, 16>& speeds, int count, BlockSpeed statistic) {
+  if (count == 0) return 0.0f;
+  const auto end = speeds.begin() + count;
+  switch (statistic) {
+    case BlockSpeed::kMax: return *std::max_element(speeds.begin(), end);
+    case BlockSpeed::kMin: return *std::min_element(speeds.begin(), end);
+    case BlockSpeed::kMedian: {
+      const auto middle = speeds.begin() + count / 2;
+      std::nth_element(speeds.begin(), middle, end);
+      return *middle;  // the upper one of two
+    }
+    case BlockSpeed::kMean: break;
+  }
+  float sum = 0.0f;
+  for (auto s = speeds.begin(); s != end; ++s) sum += *s;
+  return sum / static_cast<float>(count);
+}
+
+}  // namespace
+
+void VelocityBuffer::start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state, const PixelSurfaces& surfaces, const MotionField* motion) {
+  frame_ = &frame;
+  samples_ = &samples;
+  state_ = &state;
+  surfaces_ = &surfaces;
+  motion_ = motion;
+  velocity_.assign(surfaces.depth.size(), Vec2(0.0f));
+  usable_.assign(surfaces.depth.size(), 0);
+  then_depth_.resize(surfaces.depth.size());
+}
+
+MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) const {
+  const std::uint32_t patch = surfaces_->patch[pixel];
+  if (patch == TileState::kNoPatch) return {Vec2(0.0f), surfaces_->depth[pixel], true};
+  const std::uint32_t drawable = frame_->assembly->patch_drawable[patch];
+  const std::size_t s = pixel * static_cast<std::size_t>(surfaces_->spp) + surfaces_->center_sample;
+  // A still pinhole sample sees the surface where it is itself.
+  const bool rests = !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
+  const Vec2 rest = rests ? Vec2(samples_->x[s], samples_->y[s]) : Vec2(state_->rest_x[s], state_->rest_y[s]);
+  return motion_->step(drawable, rest, surfaces_->depth[pixel], {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
+}
+
+VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statistic) {
+  Block out;
+  if (motion_ == nullptr) {
+    out.usable = false;
+    return out;
+  }
+  out.still = true;
+  for (int y = block.y0; y < block.y1; ++y)
+    for (int x = block.x0; x < block.x1; ++x) out.still = out.still && surfaces_->still[surfaces_->index(x, y)] != 0;
+  std::array<float, 16> speeds;
+  int count = 0;
+  for (int y = block.y0; y < block.y1; ++y)
+    for (int x = block.x0; x < block.x1; ++x) {
+      const std::size_t pixel = surfaces_->index(x, y);
+      if (out.still) {
+        then_depth_[pixel] = surfaces_->depth[pixel];
+        usable_[pixel] = 1;
+        continue;
+      }
+      const MotionField::Step step = evaluate_pixel(pixel);
+      ++evaluations_;
+      velocity_[pixel] = step.velocity;
+      then_depth_[pixel] = step.depth;
+      // A colour that blended surfaces are in moves with them, not with what is behind.
+      const bool nothing_behind = surfaces_->patch[pixel] == TileState::kNoPatch && surfaces_->surface[pixel] != 0;
+      usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) || surfaces_->still[pixel] != 0);
+      if (surfaces_->surface[pixel] == 0) continue;
+      out.usable = out.usable && usable_[pixel] != 0;
+      speeds[static_cast<std::size_t>(count++)] = std::sqrt(step.velocity.x * step.velocity.x + step.velocity.y * step.velocity.y);
+    }
+  out.speed = statistic_of(speeds, count, statistic);
+  return out;
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "tilecore/resolve/advection.h"
+#include "tilecore/resolve/motion_field.h"
+#include "tilecore/resolve/pixel_surfaces.h"
+
+namespace tessera::tilecore {
+
+// Which speed of a block's pixels decides. The mean hides a small fast object in a still block; `max` does not.
+enum class BlockSpeed { kMean, kMax, kMedian, kMin };
+
+// Screen-space motion of what the pixels of a tile see, from another frame to this one, in pixels. Evaluated block by block, where it
+// is asked for; pixels that see nothing opaque have velocity zero and no part in a block's speed.
+class VelocityBuffer {
+ public:
+  struct Block {
+    bool still = false;   // every sample of every pixel is at rest: speed is zero, exactly
+    bool usable = true;   // every pixel that sees something opaque has a usable velocity
+    float speed = 0;      // the chosen statistic of |velocity|, pixels per frame
+  };
+
+  // Forgets the last tile. `motion`, which may be null (then nothing is usable), and the others must stay until the next tile.
+  void start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state, const PixelSurfaces& surfaces, const MotionField* motion);
+
+  // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4).
+  Block evaluate(IntRect block, BlockSpeed statistic);
+
+  // Of the tile, row by row. Unusable, with velocity zero, where nothing was evaluated.
+  const std::vector<Vec2>& velocity() const { return velocity_; }
+  const std::vector<std::uint8_t>& usable() const { return usable_; }
+  const std::vector<float>& then_depth() const { return then_depth_; }  // of the point in the other frame
+  VelocityView view() const { return {velocity_.data(), usable_.data(), surfaces_->pixels, surfaces_->pixels.width()}; }
+
+  std::uint64_t take_evaluations() { return std::exchange(evaluations_, 0); }
+
+ private:
+  MotionField::Step evaluate_pixel(std::size_t pixel) const;
+
+  const frontend::FrameGeometry* frame_ = nullptr;
+  const TileSamples* samples_ = nullptr;
+  const TileState* state_ = nullptr;
+  const PixelSurfaces* surfaces_ = nullptr;
+  const MotionField* motion_ = nullptr;
+  std::vector<Vec2> velocity_;
+  std::vector<std::uint8_t> usable_;
+  std::vector<float> then_depth_;
+  std::uint64_t evaluations_ = 0;
+};
+
+}  // namespace tessera::tilecore
