@@ -202,7 +202,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
-      TileWork& work = result.maps.tiles[t];
+      TileCounts& work = result.maps.tiles[t];
       {
         const TileMeter meter(core, work);
         hardware::Ledger ledger;
@@ -273,7 +273,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   hardware::merge(result.counters.tessellation, cache.counters());
   result.counters.ledger += cache.ledger();
   hardware::merge(result.counters.binner, binner.buffer().counters());
-  for (const TileWork& work : result.maps.tiles) result.counters.binner.queue_bytes_read += work.queue_bytes_read;
+  for (const TileCounts& work : result.maps.tiles) result.counters.binner.queue_bytes_read += work.queue_bytes_read;
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());

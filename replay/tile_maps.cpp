@@ -27,7 +27,7 @@ TileMeter::~TileMeter() {
   work_.pixel_shader_invocations += shaded.pixel_shader_invocations - shading_.pixel_shader_invocations;
 }
 
-void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileWork& work) {
+void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work) {
   work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& request : requests) {
     work.moving_sub_patches += request.moving ? 1 : 0;

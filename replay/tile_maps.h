@@ -13,7 +13,7 @@ namespace tessera::replay {
 
 // What one tile of a frame asked of its core, partial renders and second passes included. Every member is a map of the
 // report; kTileMapFields declares it.
-struct TileWork {
+struct TileCounts {
   std::uint64_t entries = 0;
   std::uint64_t queue_bytes_read = 0;
   std::uint64_t culled_occlusion = 0;
@@ -30,31 +30,31 @@ struct TileWork {
 // Declaration of one map. `counter` is the counter of the frame that the map adds up to over all tiles; "" when there is none.
 struct TileMapField {
   std::string_view name;
-  std::uint64_t TileWork::*member;
+  std::uint64_t TileCounts::*member;
   std::string_view unit;
   std::string_view meaning;
   std::string_view counter;
 };
 inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
-    {"entries", &TileWork::entries, "entries", "Queue entries that the tile read.", "tilecore.entries_fetched"},
-    {"queue_bytes_read", &TileWork::queue_bytes_read, "bytes", "Bytes of list heads, links and entries that the tile read.", "binner.queue_bytes_read"},
-    {"culled_occlusion", &TileWork::culled_occlusion, "entries", "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
-    {"sub_patches", &TileWork::sub_patches, "sub-patches", "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
-    {"moving_sub_patches", &TileWork::moving_sub_patches, "sub-patches", "Those of them that ran the kernels for motion.", ""},
-    {"triangles", &TileWork::triangles, "triangles", "Triangles of these sub-patches.", ""},
-    {"box_tests", &TileWork::box_tests, "tests", "Samples or tiles tested against boxes.", "tilecore.box_tests"},
-    {"triangle_tests", &TileWork::triangle_tests, "tests", "Samples tested against triangles.", "tilecore.triangle_tests"},
-    {"sample_hits", &TileWork::sample_hits, "samples", "Triangle tests that hit.", "tilecore.sample_hits"},
-    {"samples_visible", &TileWork::samples_visible, "samples", "Samples that see an opaque surface.", "tilecore.samples_visible"},
-    {"pixel_shader_invocations", &TileWork::pixel_shader_invocations, "invocations", "Runs of the pixel shader.", "tilecore.pixel_shader_invocations"},
+    {"entries", &TileCounts::entries, "entries", "Queue entries that the tile read.", "tilecore.entries_fetched"},
+    {"queue_bytes_read", &TileCounts::queue_bytes_read, "bytes", "Bytes of list heads, links and entries that the tile read.", "binner.queue_bytes_read"},
+    {"culled_occlusion", &TileCounts::culled_occlusion, "entries", "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
+    {"sub_patches", &TileCounts::sub_patches, "sub-patches", "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
+    {"moving_sub_patches", &TileCounts::moving_sub_patches, "sub-patches", "Those of them that ran the kernels for motion.", ""},
+    {"triangles", &TileCounts::triangles, "triangles", "Triangles of these sub-patches.", ""},
+    {"box_tests", &TileCounts::box_tests, "tests", "Samples or tiles tested against boxes.", "tilecore.box_tests"},
+    {"triangle_tests", &TileCounts::triangle_tests, "tests", "Samples tested against triangles.", "tilecore.triangle_tests"},
+    {"sample_hits", &TileCounts::sample_hits, "samples", "Triangle tests that hit.", "tilecore.sample_hits"},
+    {"samples_visible", &TileCounts::samples_visible, "samples", "Samples that see an opaque surface.", "tilecore.samples_visible"},
+    {"pixel_shader_invocations", &TileCounts::pixel_shader_invocations, "invocations", "Runs of the pixel shader.", "tilecore.pixel_shader_invocations"},
 });
-static_assert(sizeof(TileWork) == sizeof(std::uint64_t) * kTileMapFields.size(), "each map needs exactly one declaration");
+static_assert(sizeof(TileCounts) == sizeof(std::uint64_t) * kTileMapFields.size(), "each map needs exactly one declaration");
 
 // The maps of one frame, tile by tile, row by row from the top left. They follow from the frame alone, as counters do.
 struct TileMaps {
   int x0 = 0, y0 = 0;  // pixel of the frame at which the first tile begins; it may lie before the region
   int tile_width = 0, tile_height = 0, columns = 0, rows = 0;
-  std::vector<TileWork> tiles;
+  std::vector<TileCounts> tiles;
 
   TileMaps() = default;
   explicit TileMaps(const binner::TileGrid& grid);
@@ -66,20 +66,20 @@ struct TileMaps {
 // Adds to a tile's work what its core counts while this lives. Only the thread that renders the tile may touch either.
 class TileMeter {
  public:
-  TileMeter(const tilecore::TileCore& core, TileWork& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()) {}
+  TileMeter(const tilecore::TileCore& core, TileCounts& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()) {}
   ~TileMeter();
   TileMeter(const TileMeter&) = delete;
   TileMeter& operator=(const TileMeter&) = delete;
 
  private:
   const tilecore::TileCore& core_;
-  TileWork& work_;
+  TileCounts& work_;
   const tilecore::TileCoreCounters entries_;  // at the beginning
   const tilecore::ShadingCounters shading_;
 };
 
 // Adds what the tile asked of the tessellator.
-void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileWork& work);
+void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work);
 
 // {"schema": "tessera.tiles/1", "frame", "origin": [x, y], "tile": [w, h], "grid": [columns, rows],
 //  "maps": {NAME: {"unit", "meaning", "values": [...]}}}; one line per map.
