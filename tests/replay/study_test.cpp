@@ -82,7 +82,7 @@ TEST(Study, ColumnsAreNamesAndPatterns) {
   EXPECT_THAT(study.columns, testing::Contains("baseline.post-tessellation.queue_bytes_peak"));
   EXPECT_EQ(study.columns.size(), 1u + 4 * 2 + 4);
   EXPECT_TRUE(study.baselines) << "a column of theirs asks for them";
-  EXPECT_FALSE(read(folder, study_with({})).baselines);
+  EXPECT_FALSE(read(folder, study_with(json::object())).baselines);
 }
 
 TEST(Study, PointsAreThereOnceEachAndTheLastAxisIsTheFastest) {
@@ -221,7 +221,7 @@ TEST(SweepCommand, FaultsEndWithTheirStatusAndLeaveNothing) {
   const std::vector<Call> calls = {
       {{"bad.json"}, 3, "did you mean 'axes'?"},
       {{"none.json"}, 3, "none.json: no such file"},
-      {{"good.json", "--max-points", "1"}, 4, "more than 1 points"},
+      {{"good.json", "--max-points", "1"}, 4, "more than 1 values (--max-points)"},
       {{"good.json", "--shard", "2/2"}, 2, "--shard 2/2: expected I/N with I < N, counted from 0"},
       {{"good.json", "--shard", "1"}, 2, "--shard 1"},
       {{"good.json", "--max-memory", "0"}, 2, "--max-memory 0"},

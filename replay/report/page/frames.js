@@ -11,7 +11,6 @@ function rampColor(t) {
 function frameBrowser(part, changed) {
   const views = data.views;
   const state = { view: 0, map: '', opacity: 0.7, log: false, tile: -1 };
-  const wanted = new URLSearchParams(location.hash.slice(1));
   const image = make('img', { alt: '' }), overlay = make('canvas', { 'aria-hidden': 'true' });
   const frame = make('div', { class: 'browser', tabindex: 0, role: 'application', 'aria-label': 'Picture with a map of its tiles. Arrow keys choose a tile, Page Up and Page Down the picture.' }, image, overlay);
   const says = make('p', { class: 'tile', 'aria-live': 'polite' });
@@ -108,9 +107,7 @@ function frameBrowser(part, changed) {
 
   part.append(make('div', { class: 'controls' }, ...(views.length > 1 ? [pictures.label, slider] : []), maps.label, make('label', {}, 'Opacity', opacity), make('label', {}, log, 'logarithmic')), frame, legend, says);
   if (data.left_out > 0) part.append(make('p', { class: 'note' }, `${data.left_out} further pictures are left out, to keep this file small.`));
-  // report.html#map=entries&picture=2 shows just that.
-  if (names.includes(wanted.get('map'))) state.map = wanted.get('map');
-  else if (names.includes('queue_bytes_read')) state.map = 'queue_bytes_read';
+  state.map = wantedOf('map', ['', ...names], names.includes('queue_bytes_read') ? 'queue_bytes_read' : '');
   if (wanted.has('picture')) state.view = Math.max(0, Math.min(views.length - 1, Number(wanted.get('picture')) || 0));
   show();
   return { choose: (index) => { state.view = index; show(); } };

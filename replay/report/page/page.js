@@ -27,6 +27,10 @@ function make(name, attributes = {}, ...children) {
 
 const main = document.getElementById('main');
 
+// What follows "#" chooses what is shown first: report.html#section=curves&curves.column=NAME; docs/studies.md lists the names.
+const wanted = new URLSearchParams(location.hash.slice(1));
+function wantedOf(name, allowed, otherwise) { return allowed.map(String).includes(wanted.get(name)) ? wanted.get(name) : otherwise; }
+
 // A section with a heading, named in the contents.
 function section(id, title) {
   const part = make('section', { id, 'aria-labelledby': id + '-title' }, make('h2', { id: id + '-title' }, title));

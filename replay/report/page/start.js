@@ -7,4 +7,6 @@ try {
 } catch (error) {
   complain(error.stack || String(error));
 }
+// One section alone, for printing and pictures.
+if (document.getElementById(wanted.get('section') || '')) main.querySelectorAll('section').forEach((part) => { part.hidden = part.id !== wanted.get('section'); });
 Promise.all(drawn.map((entry) => entry.ready)).then(() => { document.body.dataset.ready = 'true'; }, (error) => complain(String(error)));

@@ -64,10 +64,11 @@ function markFront(rows) {
 function paretoSection({ points, columns, varying, says, prefer }, press, detail) {
   const part = section('pareto', 'Two columns against each other');
   part.append(make('p', { class: 'note' }, 'The line joins the points that no other beats in both (less is better). A press on a point shows its numbers.'));
-  const state = { x: prefer('binner.queue_bytes_peak'), y: prefer('dram.read_bytes + dram.written_bytes', 'dram.read_bytes'), series: varying[0] || 'capture', log: false };
+  const state = { x: wantedOf('pareto.across', columns, prefer('binner.queue_bytes_peak')), y: wantedOf('pareto.up', columns, prefer('dram.read_bytes + dram.written_bytes', 'dram.read_bytes')),
+    series: wantedOf('pareto.colour', varying, varying[0] || 'capture'), log: wanted.get('pareto.log') === 'on' };
   if (state.x === state.y && columns.length > 1) state.y = columns.find((name) => name !== state.x);
   const draw = (key) => (value) => { state[key] = value; shown.draw(); };
-  const log = make('input', { type: 'checkbox', change: () => { state.log = log.checked; shown.draw(); } });
+  const log = make('input', { type: 'checkbox', checked: state.log, change: () => { state.log = log.checked; shown.draw(); } });
   part.append(make('div', { class: 'controls' }, chooser('Across', columns, state.x, draw('x')).label, chooser('Up', columns, state.y, draw('y')).label,
     chooser('Colour', varying.length > 0 ? varying : ['capture'], state.series, draw('series')).label, make('label', {}, log, 'logarithmic')));
   const rows = () => markFront(points.filter((point) => point.mean[state.x] !== undefined && point.mean[state.y] !== undefined && (!state.log || (point.mean[state.x] > 0 && point.mean[state.y] > 0)))
@@ -79,7 +80,11 @@ function paretoSection({ points, columns, varying, says, prefer }, press, detail
 function curveSection({ points, columns, varying, prefer }) {
   if (varying.length === 0) return;
   const part = section('curves', 'A column along an axis');
-  const state = { x: varying[varying.length - 1], y: prefer('binner.queue_bytes_peak'), series: varying[0], log: false };
+  // Lines may be the schemes of one counter of the baselines, instead of values of an axis.
+  const schemes = [...new Set(columns.filter((name) => name.startsWith('baseline.')).map((name) => name.split('.')[1]))];
+  const series = schemes.length > 1 ? [...varying, 'scheme'] : varying;
+  const state = { x: wantedOf('curves.along', varying, varying[varying.length - 1]), y: wantedOf('curves.column', columns, prefer('binner.queue_bytes_peak')),
+    series: wantedOf('curves.lines', series, varying[0]), log: wanted.get('curves.log') === 'on' };
   const held = {};
   const holders = make('div', { class: 'controls' });
   const values = (key) => [...new Set(points.map((point) => String(point.axis[key])))];
@@ -87,25 +92,34 @@ function curveSection({ points, columns, varying, prefer }) {
     const others = varying.filter((key) => key !== state.x && key !== state.series && !moveTogether(points, key, state.x) && !moveTogether(points, key, state.series));
     for (const key of Object.keys(held)) delete held[key];
     holders.replaceChildren(...others.map((key) => {
-      held[key] = '';
-      return chooser(key, [['', 'mean over all'], ...values(key)], '', (value) => { held[key] = value; shown.draw(); }).label;
+      held[key] = wantedOf('curves.' + key, values(key), '');
+      return chooser(key, [['', 'mean over all'], ...values(key)], held[key], (value) => { held[key] = value; shown.draw(); }).label;
     }));
   };
   const change = (key) => (value) => { state[key] = value; fillHeld(); shown.draw(); };
-  const log = make('input', { type: 'checkbox', change: () => { state.log = log.checked; shown.draw(); } });
-  part.append(make('div', { class: 'controls' }, chooser('Along', varying, state.x, change('x')).label, chooser('Column', columns, state.y, change('y')).label, chooser('Lines', varying, state.series, change('series')).label,
+  const log = make('input', { type: 'checkbox', checked: state.log, change: () => { state.log = log.checked; shown.draw(); } });
+  part.append(make('div', { class: 'controls' }, chooser('Along', varying, state.x, change('x')).label, chooser('Column', columns, state.y, change('y')).label, chooser('Lines', series, state.series, change('series')).label,
     make('label', {}, log, 'logarithmic')), holders);
+  // [name of the line, column] of a point: one, or one for each scheme.
+  const linesOf = (point) => {
+    if (state.series !== 'scheme') return [[state.series === state.x ? state.y : String(point.axis[state.series]), state.y]];
+    const [baseline, , ...counter] = state.y.split('.');
+    return baseline === 'baseline' ? schemes.map((scheme) => [scheme, ['baseline', scheme, ...counter].join('.')]) : [[state.y, state.y]];
+  };
   const rows = () => {
     const groups = new Map();
     for (const point of points) {
-      if (point.mean[state.y] === undefined || Object.entries(held).some(([key, value]) => value !== '' && String(point.axis[key]) !== value)) continue;
-      const series = state.series === state.x ? state.y : String(point.axis[state.series]), key = JSON.stringify([point.axis[state.x], series]);
-      if (!groups.has(key)) groups.set(key, { x: point.axis[state.x], series, sum: 0, count: 0 });
-      const group = groups.get(key);
-      group.sum += point.mean[state.y];
-      group.count += 1;
+      if (Object.entries(held).some(([key, value]) => value !== '' && String(point.axis[key]) !== value)) continue;
+      for (const [line, column] of linesOf(point)) {
+        if (point.mean[column] === undefined) continue;
+        const key = JSON.stringify([point.axis[state.x], line]);
+        if (!groups.has(key)) groups.set(key, { x: point.axis[state.x], series: line, sum: 0, count: 0 });
+        const group = groups.get(key);
+        group.sum += point.mean[column];
+        group.count += 1;
+      }
     }
-    return [...groups.values()].map((group) => ({ ...group, y: group.sum / group.count, says: `${state.x} = ${group.x}, ${state.series} = ${group.series}: ${number(group.sum / group.count)}` })).filter((row) => !state.log || row.y > 0);
+    return [...groups.values()].map((group) => ({ ...group, y: group.sum / group.count, says: `${state.x} = ${group.x}, ${group.series}: ${number(group.sum / group.count)}` })).filter((row) => !state.log || row.y > 0);
   };
   const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.y, series: state.series, log: state.log, even: true }));
   fillHeld();
