@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <span>
 
 #include "base/image_codec.h"
@@ -136,6 +138,28 @@ TEST_F(Report, TilesAndFramesAreChosenByKeys) {
   EXPECT_THAT(said, HasSubstr("entries " + std::to_string(value) + " ")) << "small numbers are not grouped";
   EXPECT_EQ(test::body_attribute(opened, "data-unreachable"), "0");
   EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
+}
+
+// What the plots show is what the table says: at the very first, when the address chooses what is held fixed.
+TEST_F(Report, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  std::istringstream lines(test::read_text(path("sweep/sweep.csv")));
+  std::vector<std::string> head, expected;
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    if (head.empty()) head = cells;
+    const auto cell = [&](const char* name) { return cells.at(static_cast<std::size_t>(std::find(head.begin(), head.end(), name) - head.begin())); };
+    if (cell("tile.width") == "32") expected.push_back(cell("binner.queue_bytes_peak"));
+  }
+  ASSERT_EQ(expected.size(), 2u);
+  std::string text = test::read_text(page("sweep"));
+  text.insert(text.rfind("</body>"), "<script>document.body.dataset.values = drawn.find((entry) => entry.place.closest('#curves')).rows().map((row) => row.y).join(' ');</script>");
+  test::write_text(path("with.html"), text);
+  const std::string address = "curves.along=frontend.split_pixels&curves.lines=frontend.split_pixels&curves.column=binner.queue_bytes_peak";
+  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), address + "&curves.tile.width=32"), "data-values"), expected[0] + " " + expected[1]);
+  EXPECT_NE(test::body_attribute(test::open_page(path("with.html"), address), "data-values"), expected[0] + " " + expected[1]);
 }
 
 TEST_F(Report, FollowsTheReadersWishForDarkOrLight) {

@@ -46,6 +46,8 @@ function plot(holder, says, spec, press) {
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
     return view.runAsync();
   };
+  entry.rows = () => (view ? view.data('rows') : []);
+  entry.place = place;
   drawn.push(entry);
   entry.ready = entry.draw();
   return entry;
@@ -69,7 +71,7 @@ function stackedBars(rows, titles) {
     axes: [
       { orient: 'left', scale: 'y', grid: true, title: titles.y, format: titles.format || '~s' },
       { orient: 'bottom', scale: 'x', title: titles.x, labelOverlap: true }],
-    legends: [{ fill: 'color', orient: 'right', title: titles.part }],
+    legends: [{ fill: 'color', orient: places > 24 ? 'bottom' : 'right', columns: places > 24 ? 3 : 1, title: titles.part }],
     marks: [{
       type: 'rect', from: { data: 'rows' }, encode: {
         update: {

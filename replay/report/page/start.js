@@ -8,5 +8,8 @@ try {
   complain(error.stack || String(error));
 }
 // One section alone, for printing and pictures.
-if (document.getElementById(wanted.get('section') || '')) main.querySelectorAll('section').forEach((part) => { part.hidden = part.id !== wanted.get('section'); });
+if (document.getElementById(wanted.get('section') || '')) {
+  document.getElementById('contents').hidden = true;
+  main.querySelectorAll('section').forEach((part) => { part.hidden = part.id !== wanted.get('section'); });
+}
 Promise.all(drawn.map((entry) => entry.ready)).then(() => { document.body.dataset.ready = 'true'; }, (error) => complain(String(error)));

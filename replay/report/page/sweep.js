@@ -121,8 +121,8 @@ function curveSection({ points, columns, varying, prefer }) {
     }
     return [...groups.values()].map((group) => ({ ...group, y: group.sum / group.count, says: `${state.x} = ${group.x}, ${group.series}: ${number(group.sum / group.count)}` })).filter((row) => !state.log || row.y > 0);
   };
-  const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.y, series: state.series, log: state.log, even: true }));
   fillHeld();
+  const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true }));
 }
 
 // Whether two axes are set together: each value of one goes with one value of the other.
