@@ -42,7 +42,7 @@ const KeyTable<RunSettings>& settings_keys() {
       {"resolve.edge_threshold", &S::edge_threshold, "", 0, 10, "An edge where the Laplacian is larger than this share of the value."},
       {"resolve.edge_evidence", &S::edge_evidence, {"surface", "patch", "depth"},
        "What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base patches; or nothing."},
-      {"resolve.supersampling", &S::supersampling, "Blocks with an edge are shaded at 32: the two halves of a pixel's samples do not share runs of the pixel shader."},
+      {"resolve.supersampling", &S::supersampling, "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not share runs of the pixel shader (shading.rate=pixel)."},
       {"resolve.advect_still_edges", &S::advect_still_edges, "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
       {"resolve.dither", &S::dither, {"counter", "seeded", "off"}, "How the pattern of a block changes from frame to frame: in turn, by a hash, not at all."},
       {"resolve.dither_per_block", &S::dither_per_block, "Every block begins elsewhere in the order of patterns."},

@@ -91,12 +91,12 @@ std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples&
     const bool rests = at_rest(frame, state.patch[s]);
     const float x = rests ? samples.x[s] : state.rest_x[s], y = rests ? samples.y[s] : state.rest_y[s];
     const float cell_x = std::floor(x), cell_y = std::floor(y);
-    const float dx = x - cell_x - 0.5f, dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
-    const bool second_half = halves && 2 * k >= spp;
+    const bool right = halves && samples.x[s] - std::floor(samples.x[s]) >= 0.5f;
+    const float dx = x - cell_x - (halves ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
     std::size_t g = 0;
     if (job.shading == ShadingRate::kSample) g = groups_.size();
-    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x || groups_[g].cell_y != cell_y || groups_[g].second_half != second_half)) ++g;
-    if (g == groups_.size()) groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2, second_half});
+    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x || groups_[g].cell_y != cell_y || groups_[g].right != right)) ++g;
+    if (g == groups_.size()) groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2, right});
     else if (distance2 < groups_[g].distance2) groups_[g].sample = s, groups_[g].distance2 = distance2;
     group_of_[k] = g;
   }

@@ -42,7 +42,8 @@ class DeferredShader {
   // behind what is opaque are dropped. `empty_cache` = false: the tile before this one was its neighbour in a group
   // of tiles of the same frame, and what the shading cache holds is still good.
   // `runs`, unless empty, says for each pixel how many groups of its samples are shaded apart: 0, the pixel is skipped and its samples have
-  // no colour; 1; 2, the first half of its samples does not share a run with the second (with shading.rate=pixel).
+  // no colour; 1; 2, samples in the left half of the pixel do not share runs with those in the right half, and each run is taken near the middle of
+  // its half (with shading.rate=pixel; per sample and from the cache, this is the same as 1).
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true, std::span<const std::uint8_t> runs = {});
 
   // Of skipped pixels, since the last call: what they see, and the runs of the pixel shader that it would have taken (with
@@ -70,9 +71,9 @@ class DeferredShader {
   struct Group {
     std::uint32_t patch;
     float cell_x, cell_y;
-    std::size_t sample;  // the one nearest to the middle of the cell is shaded
+    std::size_t sample;  // the one nearest to the middle of the cell, or its half, is shaded
     float distance2;
-    bool second_half;
+    bool right;
   };
   // The same for layers: one run per pixel and triangle (and pixel of the resting picture where things move).
   struct ShadedLayer {

@@ -31,7 +31,7 @@ struct RateSettings {
 };
 
 struct BlockDecision {
-  int samples = 16;  // 4, 8, 16 or 32 of 4x4 pixels; 32: two groups of samples per pixel
+  int samples = 16;  // 4, 8, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
   bool advect = false;  // pixels that are not rendered come from the history, else from their neighbours
   // What BlockEvidence::last_samples wants to know next time.
   std::uint8_t memory() const { return advect ? std::uint8_t{1} : static_cast<std::uint8_t>(samples); }

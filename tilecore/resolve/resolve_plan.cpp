@@ -120,9 +120,11 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     // Only what has a rendered pixel of its surface beside it in the block can be reconstructed.
     for_each_pixel(block.pixels, [&](int x, int y) {
       if ((missing & block_bit(x, y)) == 0) return;
-      bool found = settings.desampling == Desampling::kCheckerboard;
+      bool found = false;
       for_each_pixel(block.pixels, [&](int nx, int ny) {
-        found = found || ((block.rendered & block_bit(nx, ny)) != 0 && surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)]);
+        if ((block.rendered & block_bit(nx, ny)) == 0) return;
+        found = found || (settings.desampling == Desampling::kCheckerboard ? std::abs(nx - x) + std::abs(ny - y) == 1
+                                                                           : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)]);
       });
       if (found) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
     });

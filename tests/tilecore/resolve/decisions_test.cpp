@@ -130,8 +130,11 @@ TEST(RateSelector, ASpeedAtAThresholdDoesNotFlicker) {
         changes += next != memory && frame > 0;
         memory = next;
       }
-      if (hysteresis > 0) EXPECT_LE(changes, 1) << threshold;
-      else EXPECT_GT(changes, 20) << threshold;
+      if (hysteresis > 0) {
+        EXPECT_LE(changes, 1) << threshold;
+      } else {
+        EXPECT_GT(changes, 20) << threshold;
+      }
       // One that really changes its speed still changes its regime.
       b.speed = threshold * 1.2f;
       b.last_samples = memory;
