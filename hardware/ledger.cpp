@@ -3,22 +3,23 @@
 namespace tessera::hardware {
 
 std::string_view name(Unit unit) {
-  static constexpr std::array<std::string_view, kUnitCount> kNames = {"frontend", "binner", "tilecore", "resolve"};
+  static constexpr std::array<std::string_view, kUnitCount> kNames = {"frontend", "binner", "tilecore", "resolve", "sampling"};
   return kNames[static_cast<std::size_t>(unit)];
 }
 
 std::string_view name(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kNames = {"patch_data", "tile_queue", "tile_state",
-                                                                         "frame_buffer"};
+                                                                         "frame_buffer", "sampling_maps"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
 std::string_view meaning(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kMeanings = {
-      "control points and cluster vertices of base patches",
+      "control points and cluster vertices of base patches, numbers of procedures",
       "tile queues in the parameter buffer: list heads, chunk links and entries",
       "samples of unfinished tiles, stored and reloaded around a partial render",
-      "finished pixels"};
+      "finished pixels",
+      "parameter map and rate map of procedures"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

@@ -51,6 +51,7 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(tilecore, frame.tilecore);
   hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
+  hardware::accumulate(sampling, frame.sampling);
   ledger += frame.ledger;
 }
 
@@ -73,6 +74,7 @@ frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   request.close_time = settings_.motion == "off" ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
   request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
+  request.sample_procedures = settings_.procedures_path == "sampled";
   return request;
 }
 
@@ -110,6 +112,17 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
     if (material.alpha_mode == frontend::AlphaMode::kBlend) effects["blending"] = true;
   }
   return effects;
+}
+
+std::unique_ptr<tilecore::ParameterMaps> FrameRenderer::map_procedures(const tilecore::TileJob& job, FrameResult& result) const {
+  const auto is_procedure = [](const frontend::PosedDrawable& drawable) { return drawable.procedure != nullptr; };
+  if (!job.frame->request.sample_procedures || std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure)) return nullptr;
+  const StageTimer timer(result, "sparse");
+  auto maps = std::make_unique<tilecore::ParameterMaps>(*job.frame, *job.grid, procedure_settings(settings_),
+                                                        tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
+  hardware::merge(result.counters.sampling, maps->counters());
+  result.counters.ledger += maps->ledger();
+  return maps;
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
@@ -200,6 +213,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
     hardware::merge(result.counters.tilecore, core.take_counters());
     hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
+    hardware::merge(result.counters.sampling, core.take_sampling_counters());
     result.counters.ledger += core.take_ledger();
   });
 }
@@ -248,7 +262,9 @@ FrameResult FrameRenderer::render(int frame) {
   const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
-  const tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
+  job.procedures = procedures.get();
   std::optional<frontend::OcclusionGuess> guess;
   if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;

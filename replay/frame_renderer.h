@@ -26,6 +26,7 @@ struct FrameCounters {
   tilecore::TileCoreCounters tilecore;
   tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
+  tilecore::SamplingCounters sampling;
   hardware::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
@@ -41,6 +42,7 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.tilecore);
   visit(counters.shading);
   visit(counters.resolve);
+  visit(counters.sampling);
 }
 
 // Which effects a frame needed, in order of their names.
@@ -84,6 +86,8 @@ class FrameRenderer {
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result` and, unless null, to `record`.
   void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);
+  // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
+  std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
   void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
                  const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record);

@@ -8,6 +8,7 @@
 
 #include "base/key_table.h"
 #include "hardware/configuration.h"
+#include "tilecore/parameter_maps.h"
 
 namespace tessera::replay {
 
@@ -23,10 +24,25 @@ struct RunSettings {
   std::string motion = "auto";
   std::string defocus = "auto";
   double exposure = 0;  // 0: the capture's
+
+  // Procedures; see tilecore/parameter_maps.h.
+  std::string procedures_path = "sampled";
+  std::string procedures_maps = "interval";
+  std::string procedures_scatter = "footprint";
+  std::string procedures_style = "surface";
+  double procedures_spacing = 1.0;
+  double procedures_cell_pixels = 12;
+  double procedures_padding = 0.5;
+  double procedures_sparse_spacing = 2;
+  bool procedures_refill = true;
+  std::int64_t procedures_lanes = 32;
 };
 
 const KeyTable<RunSettings>& settings_keys();
 nlohmann::json settings_json(const RunSettings& settings);
+
+// The part that the sampling controller works by.
+tilecore::ProcedureSettings procedure_settings(const RunSettings& settings);
 
 // Applies "KEY=VALUE" to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
 // (naming the nearest known one) or a value out of range.

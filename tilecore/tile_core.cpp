@@ -102,7 +102,10 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
 }  // namespace
 
 TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
-hardware::Ledger TileCore::take_ledger() { return std::exchange(ledger_, {}); }
+hardware::Ledger TileCore::take_ledger() {
+  ledger_ += sampler_.take_ledger();
+  return std::exchange(ledger_, {});
+}
 ResolveCounters TileCore::take_resolve_counters() { return std::exchange(resolve_counters_, {}); }
 
 void TileCore::prepare_samples(const TileJob& job, IntRect pixels) {
@@ -116,7 +119,10 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   counters_.entries_fetched += entries.size();
   const IntRect pixels = job.grid->pixels(tile);
   prepare_samples(job, pixels);
-  if (!state.started) state.start(samples_.count);
+  if (!state.started) {
+    state.start(samples_.count);
+    if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
+  }
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) < std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
   });

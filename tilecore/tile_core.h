@@ -14,6 +14,7 @@
 #include "tilecore/frame_targets.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/sampling_controller.h"
 #include "tilecore/mesh_store.h"
 #include "tilecore/tessellation_cache.h"
 #include "tilecore/tile_frustum.h"
@@ -63,6 +64,7 @@ class TileCore {
   TileCoreCounters take_counters();
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
   ResolveCounters take_resolve_counters();
+  SamplingCounters take_sampling_counters() { return sampler_.take_counters(); }
   hardware::Ledger take_ledger();
 
  private:
@@ -74,6 +76,7 @@ class TileCore {
   MeshStore meshes_;
   TileSamples samples_;
   DeferredShader shader_;
+  SamplingController sampler_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;

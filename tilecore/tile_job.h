@@ -11,6 +11,8 @@
 
 namespace tessera::tilecore {
 
+class ParameterMaps;
+
 // When samples of a pixel share one run of the pixel shader.
 enum class ShadingRate {
   kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
@@ -34,6 +36,7 @@ struct TileJob {
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
   std::uint64_t burst_bytes = 64;
+  const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
   int box_bits = 32;  // precision of the boxes of cells
 };
 
