@@ -19,6 +19,7 @@ struct FrameRequest {
   TessellationSettings tessellation;
   int max_factor = 64;
   bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
+  bool draw_lines = false;         // procedures are paper with ink strokes, not shaded surfaces
 };
 
 // A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform

@@ -74,6 +74,7 @@ frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   request.close_time = settings_.motion == "off" ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
   request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
+  request.draw_lines = settings_.procedures_style == "lines";
   request.sample_procedures = settings_.procedures_path == "sampled";
   return request;
 }
@@ -90,6 +91,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   if (job.has_background) job.background = *capture_.settings.background;
   using tilecore::ShadingRate;
   job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // strokes are finer than pixels
   job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
   job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);

@@ -39,7 +39,7 @@ const KeyTable<RunSettings>& settings_keys() {
       {"procedures.cell_pixels", &S::procedures_cell_pixels, "pixels", 1, 512, "Interval maps: cells of the parameter domain larger than this on screen are halved."},
       {"procedures.padding", &S::procedures_padding, "", 0, 16, "Published maps: padding of a cell's place on screen, in its radius."},
       {"procedures.sparse_spacing", &S::procedures_sparse_spacing, "sub-pixels", 0.5, 256, "Published maps: distance of the tuples of the sparse pass."},
-      {"procedures.refill", &S::procedures_refill, "Look for holes between samples and sample them again."},
+      {"procedures.refill", &S::procedures_refill, "Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter."},
       {"procedures.lanes", &S::procedures_lanes, "lanes", 1, 1024, "Lanes of the emulated SIMD array."},
       {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
   });

@@ -34,7 +34,7 @@ struct RunSettings {
   double procedures_cell_pixels = 12;
   double procedures_padding = 0.5;
   double procedures_sparse_spacing = 2;
-  bool procedures_refill = true;
+  bool procedures_refill = false;
   std::int64_t procedures_lanes = 32;
 };
 

@@ -30,7 +30,7 @@ struct ProcedureSettings {
   double cell_pixels = 12;  // interval maps: cells larger than this on screen are halved
   double padding = 0.5;     // published maps: padding of a cell's place on screen, in its radius
   double sparse_spacing = 2;  // published maps: sub-pixels between the tuples of the sparse pass
-  bool refill = true;       // look for holes and sample them again
+  bool refill = false;      // look for holes inside each tile and sample them again
   int lanes = 32;           // of the emulated SIMD array [assumed]
 };
 
@@ -54,7 +54,7 @@ struct SamplingCounters {
   std::uint64_t footprint_tests = 0;
   std::uint64_t writes = 0;
   std::uint64_t strokes = 0;
-  std::uint64_t holes_found = 0;
+  std::uint64_t holes_suspected = 0;
   std::uint64_t holes_refilled = 0;
 };
 
@@ -133,8 +133,9 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
     {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests", "Sample points of the tile buffer tested against footprints.", ""},
     {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes", "Sample points of the tile buffer that passed the depth test and were written.", ""},
     {"sampling.strokes", &tilecore::SamplingCounters::strokes, Combine::kSum, "samples", "Samples along parameter lines, of procedures.style=lines.", ""},
-    {"sampling.holes_found", &tilecore::SamplingCounters::holes_found, Combine::kSum, "samples", "Sample points of the tile buffer that opposite neighbours' surface should cover.", ""},
-    {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples", "Holes that sampling again at the solved parameters filled.", ""},
+    {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
+     "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one surface. With procedures.refill.", ""},
+    {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples", "Of those, the ones where the surface was found by solving for its parameters.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::SamplingCounters);
 

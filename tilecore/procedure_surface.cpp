@@ -13,6 +13,9 @@ using frontend::FrameGeometry;
 using frontend::PosedDrawable;
 using frontend::ProcedurePatch;
 
+// Of drawings with lines.
+constexpr Vec3 kPaper(0.80f, 0.76f, 0.68f), kInk(0.02f, 0.02f, 0.035f);
+
 Vec3 as_glm(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 Vector3<float> as_stage(const Vec3& a) { return {a.x, a.y, a.z}; }
 
@@ -50,6 +53,7 @@ shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedD
   program.shading_numbers = procedure.shading_numbers;
   program.u_first = piece.u_first, program.u_scale = piece.u_scale;
   program.v_first = piece.v_first, program.v_scale = piece.v_scale;
+  program.two_sided = drawable.material->double_sided;
   program.to_world = drawable.to_world[0];
   program.normal_to_world = drawable.normal_to_world[0];
   const float stretch = std::cbrt(std::abs(glm::determinant(Mat3(drawable.to_world[0]))));
@@ -95,6 +99,7 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
 
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, const Surface& surface, const Vec3& view) {
   const frontend::Material& material = *surface.drawable->material;
+  if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kStroke ? kInk : kPaper, 1.0f, surface.normal};
   const ProcedurePatch patch = frontend::procedure_patch(frame, at.patch);
   const Vec2 parameters = surface_parameters(frame, at);
   const shaders::SurfaceProgram program = surface_program(frame, *surface.drawable, *patch.piece);
@@ -102,7 +107,7 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   const Vector3<float> color = shaders::run_surface_stages<float>(program, patch.u(parameters.x), patch.v(parameters.y), as_stage(surface.object),
                                                                    as_stage(surface.object_normal), surface.raster.z, record);
   ShadedPoint out;
-  const float side = glm::dot(surface.normal, view) < 0.0f ? -1.0f : 1.0f;
+  const float side = material.double_sided && glm::dot(surface.normal, view) < 0.0f ? -1.0f : 1.0f;
   Vec3 normal = surface.normal * side;
   const float facing = glm::dot(normal, view);
   if (facing < 1e-3f) normal = glm::normalize(normal + view * (1e-3f - facing));

@@ -7,6 +7,7 @@
 
 #include "frontend/front_end.h"
 #include "frontend/procedure_patch.h"
+#include "tilecore/footprint.h"
 #include "tilecore/surface.h"
 
 namespace tessera::tilecore {
@@ -14,29 +15,6 @@ namespace {
 
 using frontend::FrameGeometry;
 using frontend::PosedDrawable;
-
-// Pixels by which a footprint is wider than its parallelogram: what the surface bends within half a step, and rounding. Neighbouring
-// footprints overlap by it; the tie rule decides there.
-constexpr float kSlackPixels = 1.0f / 256;
-constexpr float kSlackShare = 1.0f / 256;
-
-// A footprint on screen: middle, half steps along both parameters.
-struct Parallelogram {
-  float x, y, ax, ay, bx, by, det;
-
-  // Where a point lies in half steps, or nothing when it is outside.
-  bool holds(float px, float py, float& along_u, float& along_v) const {
-    const float dx = px - x, dy = py - y;
-    const float nu = dx * by - dy * bx, nv = ax * dy - ay * dx, size = std::abs(det) * (1.0f + kSlackShare);
-    // Distances to the sides times the sides' lengths.
-    if (!(std::abs(nu) <= size + kSlackPixels * (std::abs(bx) + std::abs(by))) || !(std::abs(nv) <= size + kSlackPixels * (std::abs(ax) + std::abs(ay)))) return false;
-    // Edge-on there is no inside: what is near the middle counts.
-    const bool flat = std::abs(det) < 1e-12f;
-    along_u = flat ? 0.0f : std::clamp(nu / det, -1.0f, 1.0f);
-    along_v = flat ? 0.0f : std::clamp(nv / det, -1.0f, 1.0f);
-    return std::abs(dx) <= std::abs(ax) + std::abs(bx) + kSlackPixels && std::abs(dy) <= std::abs(ay) + std::abs(by) + kSlackPixels;
-  }
-};
 
 float farthest(const TileState& state) {
   if (state.unseen > 0) return std::numeric_limits<float>::infinity();
@@ -106,10 +84,11 @@ void SamplingController::render(const FrameGeometry& frame, const ParameterMaps&
     read(hardware::Purpose::kPatchData, frontend::patch_record_bytes(frame, frame.drawables[drawable].drawable->first_patch));
     run_group(job, group);
   }
+  if (maps.settings().refill) refill_holes(job);
+  if (maps.settings().style == ProcedureSettings::Style::kLines) draw_lines(job);
 }
 
-void SamplingController::run_group(const Job& job, const Group& group) {
-  const ParameterCell& first = job.maps.cells()[order_[group.first]];
+void SamplingController::begin_piece(const Job& job, const ParameterCell& first) {
   drawable_ = first.drawable;
   piece_ = first.piece;
   const PosedDrawable& drawable = job.frame.drawables[drawable_];
@@ -120,6 +99,10 @@ void SamplingController::run_group(const Job& job, const Group& group) {
   program_.keys = drawable.moving ? 2 : 1;
   program_.orthographic = job.frame.projection.orthographic;
   program_.divided = !drawable.moving && job.samples.lens_u.empty();
+}
+
+void SamplingController::run_group(const Job& job, const Group& group) {
+  begin_piece(job, job.maps.cells()[order_[group.first]]);
   std::uint64_t issued = 0;
   footprints_.clear();
   const float limit = farthest(job.state);
@@ -161,10 +144,9 @@ void SamplingController::run_batch(const Job& job) {
 }
 
 // Depth test with the tie rule: equal depths go to the lower base patch, then to the lower parameters.
-void SamplingController::write(const Job& job, std::size_t k, std::size_t s, float z, float u, float v, std::uint32_t triangle) {
+void SamplingController::write(const Job& job, const ParameterCell& cell, std::size_t s, float z, float u, float v, std::uint32_t triangle) {
   TileState& state = job.state;
   if (z > state.z[s]) return;
-  const ParameterCell& cell = *footprints_[k].cell;
   const frontend::PatchPoint at = frontend::patch_of_piece_point(job.frame.drawables[drawable_], cell.piece, std::clamp(u, cell.u0, cell.u1), std::clamp(v, cell.v0, cell.v1));
   if (z == state.z[s] && std::tie(at.patch, triangle, at.u, at.v) >= std::tie(state.patch[s], state.triangle[s], state.b1[s], state.b2[s])) return;
   if (state.patch[s] == TileState::kNoPatch) --state.unseen;
@@ -174,11 +156,14 @@ void SamplingController::write(const Job& job, std::size_t k, std::size_t s, flo
   state.b1[s] = at.u;
   state.b2[s] = at.v;
   ++counters_.writes;
-  // Where the surface is at shutter open, for what is not at rest.
+}
+
+// Where the surface is at shutter open, for what is not at rest.
+void SamplingController::keep_rest(const Job& job, std::size_t k, std::size_t s) {
   const auto& open = registers_->at[0];
-  const float z0 = open[SampleRegisters::kZ][k], w = program_.divided || program_.orthographic ? 1.0f : z0;
-  state.rest_x[s] = open[SampleRegisters::kX][k] / w;
-  state.rest_y[s] = open[SampleRegisters::kY][k] / w;
+  const float w = program_.orthographic ? 1.0f : open[SampleRegisters::kZ][k];
+  job.state.rest_x[s] = open[SampleRegisters::kX][k] / w;
+  job.state.rest_y[s] = open[SampleRegisters::kY][k] / w;
 }
 
 // ---- Still surfaces through a pinhole ---------------------------------------------------------------------------
@@ -202,13 +187,13 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
   const auto side = static_cast<float>(side_);
   const float reach_x = std::abs(p.ax) + std::abs(p.bx) + kSlackPixels, reach_y = std::abs(p.ay) + std::abs(p.by) + kSlackPixels;
   const float left = (p.x - static_cast<float>(pixels.x0)) * side, top = (p.y - static_cast<float>(pixels.y0)) * side;
-  const float columns = static_cast<float>(pixels.width() * side_), rows = static_cast<float>(pixels.height() * side_);
-  const float x0 = std::max(left - reach_x * side, 0.0f), x1 = std::min(left + reach_x * side, columns - 0.5f), y0 = std::max(top - reach_y * side, 0.0f), y1 = std::min(top + reach_y * side, rows - 0.5f);
+  const int columns = pixels.width() * side_, rows = pixels.height() * side_;
+  const float x0 = std::max(left - reach_x * side, 0.0f), x1 = std::min(left + reach_x * side, static_cast<float>(columns)), y0 = std::max(top - reach_y * side, 0.0f), y1 = std::min(top + reach_y * side, static_cast<float>(rows));
   if (!(x0 <= x1 && y0 <= y1)) return void(++counters_.samples_outside_tile);
   const bool bounded = job.maps.settings().maps == ProcedureSettings::Maps::kInterval;
   const float z_u = at[R::kZu][k] * f.half_u, z_v = at[R::kZv][k] * f.half_v;
-  for (int row = static_cast<int>(y0); row <= static_cast<int>(y1); ++row)
-    for (int column = static_cast<int>(x0); column <= static_cast<int>(x1); ++column) {
+  for (int row = static_cast<int>(y0); row < std::min(static_cast<int>(y1) + 1, rows); ++row)
+    for (int column = static_cast<int>(x0); column < std::min(static_cast<int>(x1) + 1, columns); ++column) {
       const auto slot = static_cast<std::size_t>(row % side_ * side_ + column % side_);
       const std::size_t pixel = static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) * static_cast<std::size_t>(job.samples.spp);
       for (std::uint32_t n = slot_first_[slot]; n < slot_first_[slot + 1]; ++n) {
@@ -219,7 +204,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
         if (!p.holds(px, py, along_u, along_v)) continue;
         // What the bounds exclude is left to the cell that has it, so that no tile sees more than another would.
         if (bounded && (px < f.cell->x0 || px > f.cell->x1 || py < f.cell->y0 || py > f.cell->y1)) continue;
-        write(job, k, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v, SurfaceLocation::kWholePatch);
+        write(job, *f.cell, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v, SurfaceLocation::kWholePatch);
       }
     }
 }
@@ -244,7 +229,7 @@ void SamplingController::scatter_points(const Job& job, std::size_t k) {
   const int column = static_cast<int>(left), row = static_cast<int>(top);
   const auto slot = static_cast<std::size_t>(row % side_ * side_ + column % side_);
   const std::size_t pixel = static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) * static_cast<std::size_t>(job.samples.spp);
-  for (std::uint32_t n = slot_first_[slot]; n < slot_first_[slot + 1]; ++n) write(job, k, pixel + slot_sample_[n], z, f.u, f.v, SurfaceLocation::kWholePatch);
+  for (std::uint32_t n = slot_first_[slot]; n < slot_first_[slot + 1]; ++n) write(job, *f.cell, pixel + slot_sample_[n], z, f.u, f.v, SurfaceLocation::kWholePatch);
 }
 
 // ---- Surfaces that move or are out of focus ---------------------------------------------------------------------
@@ -324,7 +309,9 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
       if (!footprint(job.samples.t(s), lens ? job.samples.lens_u[s] : 0.0f, lens ? job.samples.lens_v[s] : 0.0f, p, z, z_u, z_v)) continue;
       if (!drawable.material->double_sided && (drawable.mirrored ? p.det < 0 : p.det > 0)) continue;
       if (!p.holds(px, py, along_u, along_v)) continue;
-      write(job, k, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v, SurfaceLocation::kWholePatch);
+      const std::uint64_t before = counters_.writes;
+      write(job, *f.cell, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v, SurfaceLocation::kWholePatch);
+      if (counters_.writes != before) keep_rest(job, k, s);
     }
   }
 }

@@ -68,7 +68,18 @@ class SamplingController {
   void scatter_still(const Job& job, std::size_t k);
   void scatter_points(const Job& job, std::size_t k);
   void scatter_moving(const Job& job, std::size_t k);
-  void write(const Job& job, std::size_t k, std::size_t sample, float z, float u, float v, std::uint32_t triangle);
+  void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v, std::uint32_t triangle);
+  void keep_rest(const Job& job, std::size_t k, std::size_t sample);
+
+  // sampling_refill.cpp
+  void refill_holes(const Job& job);
+  bool refill(const Job& job, std::size_t hole, std::size_t before, std::size_t after);
+
+  // sampling_lines.cpp
+  void draw_lines(const Job& job);
+  void draw_cell_lines(const Job& job, const ParameterCell& cell, bool along_u);
+  void scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step, float most_light);
+  void begin_piece(const Job& job, const ParameterCell& first);
 
   std::vector<std::uint32_t> order_;
   std::vector<Group> groups_;

@@ -11,6 +11,7 @@ namespace tessera::tilecore {
 // second and third corner, and the time. With triangle kWholePatch, of patches with a grid only, b1 and b2 are (u, v).
 struct SurfaceLocation {
   static constexpr std::uint32_t kWholePatch = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kStroke = 0xFFFFFFFEu;  // the same, on a line drawn along a procedure's parameters
   std::uint32_t patch = 0, triangle = 0;
   float b1 = 0, b2 = 0;
   float t = 0;

@@ -31,6 +31,7 @@ struct SurfaceProgram {
   std::array<float, 12> texture_numbers{};
   std::array<float, 8> shading_numbers{};
   float u_first = 0, u_scale = 1, v_first = 0, v_scale = 1;  // (u, v) of the whole shape = first + scale * (u, v) of the piece
+  bool two_sided = false;  // normals turn towards the viewer; else backs are as dark as they are
   Mat4 to_world{1.0f};
   Mat3 normal_to_world{1.0f};
   float pixel = 0, pixel_by_depth = 0;  // width of a pixel in object space: pixel + pixel_by_depth * depth
