@@ -40,6 +40,8 @@ json counters_json(const FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
   for_each_counter_struct(counters, [&](const auto& unit) {
     using S = std::decay_t<decltype(unit)>;
+    if constexpr (std::is_same_v<S, tilecore::SamplingCounters>)
+      if (unit.objects == 0) return;  // the unit did not run
     for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
   });
   const hardware::Traffic total = counters.ledger.total();
@@ -108,7 +110,7 @@ std::string Statistics::csv() const {
   text += "\n";
   for (const nlohmann::json& frame : frames_) {
     text += fmt::format("{},{:.6f}", frame["frame"].get<int>(), frame["host"]["seconds"].get<double>());
-    for (const auto& [counter, value] : names.items()) text += fmt::format(",{}", frame["counters"][counter].get<std::uint64_t>());
+    for (const auto& [counter, value] : names.items()) text += fmt::format(",{}", frame["counters"].value(counter, std::uint64_t{0}));
     text += "\n";
   }
   return text;

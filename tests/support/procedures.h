@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "shaders_cpp/procedures/declarations.h"
 #include "tests/support/captures.h"
 
@@ -44,6 +46,22 @@ inline shaders::ShapeInput random_shape(Random& random, shaders::ShapeId id) {
     default: break;
   }
   return in;
+}
+
+// Adds a procedure of one piece and a node that draws it; returns the node.
+inline int add_procedure(frontend::Capture& capture, shaders::ShapeId shape, const shaders::ShapeInput& input, const DVec3& translation = DVec3(0.0), int material = frontend::kNone) {
+  frontend::Procedure procedure;
+  procedure.shape = shape;
+  procedure.pieces.resize(1);
+  procedure.pieces[0].input = input;
+  procedure.material = material;
+  frontend::Node node;
+  node.transform.translation = translation;
+  node.procedure = static_cast<int>(capture.procedures.size());
+  capture.procedures.push_back(procedure);
+  capture.roots.push_back(static_cast<int>(capture.nodes.size()));
+  capture.nodes.push_back(node);
+  return static_cast<int>(capture.nodes.size()) - 1;
 }
 
 }  // namespace tessera::test
