@@ -112,7 +112,7 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
     }
     case SplitCriterion::kNearest: return 1 / std::max(static_cast<double>(b.near_z), 1e-30);
     case SplitCriterion::kNormalSpread: {
-      if (bounder_.drawable().material->double_sided) return 0;
+      if (bounder_.drawable().material->double_sided || bounder_.drawable().procedure != nullptr) return 0;
       const CornerFrame frame = corner_frame(bounder_.nets());
       const NetMeasure m = measure_net(bounder_.nets()[0], frame.axes, frame.tangent_u, frame.tangent_v);
       const auto cones = tangent_cones(m, frame);
@@ -146,7 +146,7 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     return std::nullopt;
   }
   Node node{0, visited_++, depth, {patch, range, *bounds, body.corners}};
-  if (bounder_.drawable().drawable->kind == Primitive::Kind::kBezierPatches) node.priority = priority(node.piece, depth);
+  if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, depth);
   return node;
 }
 

@@ -8,11 +8,11 @@
 namespace tessera::hardware {
 
 // The units that reach external memory, and what for. A pair that never moved a byte is not reported.
-enum class Unit : std::uint8_t { kFrontend, kBinner, kTilecore, kResolve };
-enum class Purpose : std::uint8_t { kPatchData, kTileQueue, kTileState, kFrameBuffer, kTexture, kHistory, kNeighbours };
+enum class Unit : std::uint8_t { kFrontend, kBinner, kTilecore, kResolve, kSampling };
+enum class Purpose : std::uint8_t { kPatchData, kTileQueue, kTileState, kFrameBuffer, kTexture, kHistory, kNeighbours, kSamplingMaps };
 
-inline constexpr std::size_t kUnitCount = 4;
-inline constexpr std::size_t kPurposeCount = 7;
+inline constexpr std::size_t kUnitCount = 5;
+inline constexpr std::size_t kPurposeCount = 8;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

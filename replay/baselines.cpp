@@ -60,7 +60,7 @@ binner::TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uin
   take(mesh.x0, patch.x0), take(mesh.y0, patch.y0), take(mesh.z0, patch.z0);
   if (patch.moving) take(mesh.x1, patch.x1), take(mesh.y1, patch.y1), take(mesh.z1, patch.z1);
   patch.projected.assign(mesh.projected.begin(), mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
-  if (drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) {
+  if (frontend::has_grid(*drawable.drawable)) {
     add_grid_triangles(frame.patterns[number], patch);
   } else {
     const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];

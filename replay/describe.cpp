@@ -10,6 +10,7 @@
 #include "frontend/extensions.h"
 #include "hardware/configuration.h"
 #include "replay/settings.h"
+#include "shaders_cpp/procedures/declarations.h"
 #include "replay/statistics.h"
 
 namespace tessera::replay {
@@ -53,6 +54,10 @@ const std::vector<Topic>& topics() {
        "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset requires them; then it is\n"
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
        {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
+      {"procedures", "Procedures",
+       "Stages that a capture's `TESSERA_procedure` can name ([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
+       "`shaders_cpp/procedures/`. How they are drawn: [procedural.md](procedural.md).",
+       {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects", "Effects",
        "Effects that a frame may need. `stats.json` says for each frame which ran, and in `effect_reasons` why those of the resolve unit did or did not; a sub-patch that needs none of motion and defocus runs kernels\n"
        "that hold no code for them.",
@@ -120,6 +125,30 @@ json describe_effects() {
        {{"name", "stereo"}, {"meaning", "A second picture for a right eye."}, {"when", "stereo.eye_separation is not 0"}, {"setting", "stereo.eye_separation"}}});
 }
 
+std::string parameter_text(const shaders::ParameterDeclaration& p) {
+  using shaders::ParameterLayout;
+  std::string text = fmt::format("{}", p.name);
+  if (p.layout != ParameterLayout::kNumbers) text += p.layout == ParameterLayout::kChainU ? " (curves along u)" : " (curves along v)";
+  else if (p.size > 1) text += fmt::format(" ({} numbers)", p.size);
+  text += p.required() ? ", required" : fmt::format(" = {:g}", p.default_value);
+  return text + fmt::format(": {}", p.meaning);
+}
+
+json describe_stages() {
+  json rows = json::array();
+  const auto add = [&](std::string_view kind, std::span<const shaders::StageDeclaration> stages) {
+    for (const shaders::StageDeclaration& stage : stages) {
+      std::string parameters;
+      for (const shaders::ParameterDeclaration& p : stage.parameters) parameters += (parameters.empty() ? "" : "<br>") + parameter_text(p);
+      rows.push_back({{"name", stage.name}, {"kind", kind}, {"meaning", stage.meaning}, {"parameters", parameters}});
+    }
+  };
+  add("shape", shaders::shape_declarations());
+  add("texture", shaders::texture_declarations());
+  add("shading", shaders::shading_declarations());
+  return rows;
+}
+
 std::string range_of(const json& row) {
   if (row.contains("choices")) {
     std::string text;
@@ -158,6 +187,7 @@ json describe_json(const std::string& name) {
   if (name == "settings") return describe_keys(settings_keys());
   if (name == "gpu") return describe_gpu();
   if (name == "extensions") return describe_extensions();
+  if (name == "procedures") return describe_stages();
   return describe_effects();
 }
 

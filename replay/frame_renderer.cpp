@@ -84,6 +84,7 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
     if (!compression) compression.emplace();
     hardware::accumulate(*compression, *frame.compression);
   }
+  hardware::accumulate(sampling, frame.sampling);
   ledger += frame.ledger;
 }
 
@@ -98,6 +99,7 @@ void FrameCounters::merge(const FrameCounters& view) {
   hardware::merge(resolve, view.resolve);
   hardware::merge(texture, view.texture);
   hardware::merge(l2, view.l2);
+  hardware::merge(sampling, view.sampling);
   if (desampling && view.desampling) hardware::merge(*desampling, *view.desampling);
   if (compression && view.compression) hardware::merge(*compression, *view.compression);
   ledger += view.ledger;
@@ -131,6 +133,8 @@ frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   request.close_time = settings_.motion == "off" ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
   request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
+  request.draw_lines = settings_.procedures_style == "lines";
+  request.sample_procedures = settings_.procedures_path == "sampled";
   return request;
 }
 
@@ -146,6 +150,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   if (job.has_background) job.background = *capture_.settings.background;
   using tilecore::ShadingRate;
   job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // strokes are finer than pixels
   job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
   job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
@@ -173,6 +178,17 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
     if (material.alpha_mode == frontend::AlphaMode::kBlend) effects["blending"] = true;
   }
   return effects;
+}
+
+std::unique_ptr<tilecore::ParameterMaps> FrameRenderer::map_procedures(const tilecore::TileJob& job, FrameResult& result) const {
+  const auto is_procedure = [](const frontend::PosedDrawable& drawable) { return drawable.procedure != nullptr; };
+  if (!job.frame->request.sample_procedures || std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure)) return nullptr;
+  const StageTimer timer(result, "sparse");
+  auto maps = std::make_unique<tilecore::ParameterMaps>(*job.frame, *job.grid, procedure_settings(settings_),
+                                                        tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
+  hardware::merge(result.counters.sampling, maps->counters());
+  result.counters.ledger += maps->ledger();
+  return maps;
 }
 
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
@@ -282,6 +298,7 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
     hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     if (result.counters.desampling) hardware::merge(*result.counters.desampling, core.take_desampling_counters());
+    hardware::merge(result.counters.sampling, core.take_sampling_counters());
     result.counters.ledger += core.take_ledger();
   });
   const WorkRecorder::Sums sums = recorder.take_sums();
@@ -367,6 +384,8 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
+  job.procedures = procedures.get();
   if (resolve_.desampling != tilecore::Desampling::kOff) {
     const StageTimer timer(result, "motion");
     std::unique_ptr<frontend::FrameGeometry> previous;

@@ -40,6 +40,7 @@ struct FrameCounters {
   L2Counters l2;
   std::optional<tilecore::DesamplingCounters> desampling;  // where the resolve unit does more than its multisample resolve
   std::optional<tilecore::CompressionCounters> compression;     // with frame_buffer.compression
+  tilecore::SamplingCounters sampling;
   hardware::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
@@ -63,6 +64,7 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.l2);
   if (counters.desampling) visit(*counters.desampling);
   if (counters.compression) visit(*counters.compression);
+  visit(counters.sampling);
 }
 
 // Which effects a frame needed, in order of their names.
@@ -158,6 +160,8 @@ class FrameRenderer {
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result`, to `recorder` and, unless null, to `record`.
   void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
+  // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
+  std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
   void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
                  const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);

@@ -29,6 +29,20 @@ const KeyTable<RunSettings>& settings_keys() {
        "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same picture); none."},
       {"output.machine_model", &S::machine_model,
        "Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent."},
+      {"procedures.path", &S::procedures_path, {"sampled", "tessellated"},
+       "How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates."},
+      {"procedures.maps", &S::procedures_maps, {"interval", "published"},
+       "Sparse pass of the sampling controller: cells bounded by interval evaluation, or one tuple per cell and a padded radius."},
+      {"procedures.scatter", &S::procedures_scatter, {"footprint", "point"},
+       "What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into (still objects only)."},
+      {"procedures.style", &S::procedures_style, {"surface", "lines"}, "Shaded surfaces, or a drawing with lines along the parameters."},
+      {"procedures.spacing", &S::procedures_spacing, "sub-pixels", 0.125, 64,
+       "Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower."},
+      {"procedures.cell_pixels", &S::procedures_cell_pixels, "pixels", 1, 512, "Interval maps: cells of the parameter domain larger than this on screen are halved."},
+      {"procedures.padding", &S::procedures_padding, "", 0, 16, "Published maps: padding of a cell's place on screen, in its radius."},
+      {"procedures.sparse_spacing", &S::procedures_sparse_spacing, "sub-pixels", 0.5, 256, "Published maps: distance of the tuples of the sparse pass."},
+      {"procedures.refill", &S::procedures_refill, "Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter."},
+      {"procedures.lanes", &S::procedures_lanes, "lanes", 1, 1024, "Lanes of the emulated SIMD array."},
       {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
       {"resolve.desampling", &S::desampling, {"off", "adaptive", "fixed_8", "fixed_4", "checkerboard"},
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. "
@@ -73,6 +87,21 @@ const KeyTable<RunSettings>& settings_keys() {
 nlohmann::json settings_json(const RunSettings& settings) {
   nlohmann::json out = nlohmann::json::object();
   for (const auto& key : settings_keys().keys()) out[std::string(key.name)] = key_value_json(settings_keys().value(settings, key));
+  return out;
+}
+
+tilecore::ProcedureSettings procedure_settings(const RunSettings& settings) {
+  using S = tilecore::ProcedureSettings;
+  S out;
+  out.maps = settings.procedures_maps == "published" ? S::Maps::kPublished : S::Maps::kInterval;
+  out.scatter = settings.procedures_scatter == "point" ? S::Scatter::kPoint : S::Scatter::kFootprint;
+  out.style = settings.procedures_style == "lines" ? S::Style::kLines : S::Style::kSurface;
+  out.spacing = settings.procedures_spacing;
+  out.cell_pixels = settings.procedures_cell_pixels;
+  out.padding = settings.procedures_padding;
+  out.sparse_spacing = settings.procedures_sparse_spacing;
+  out.refill = settings.procedures_refill;
+  out.lanes = static_cast<int>(settings.procedures_lanes);
   return out;
 }
 

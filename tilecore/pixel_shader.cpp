@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shaders_cpp/metallic_roughness.h"
+#include "tilecore/procedure_surface.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -92,6 +93,7 @@ Vector3<float> plain(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, TextureUnit* textures) {
   const Surface surface = evaluate_surface(frame, at);
+  if (surface.drawable->procedure != nullptr) return shade_procedure(frame, lighting, at, surface, towards_viewer(frame, surface.position, at.t));
   const Material& material = *surface.drawable->material;
   const Vec4 base = material.base_color * surface.color() * sample_slot(material.base_color_texture, surface, textures);
   ShadedPoint out;

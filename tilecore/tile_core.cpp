@@ -113,6 +113,7 @@ std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::Que
 TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
 hardware::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
+  ledger_ += sampler_.take_ledger();
   return std::exchange(ledger_, {});
 }
 ResolveCounters TileCore::take_resolve_counters() {
@@ -132,7 +133,10 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
   prepare_samples(job, pixels);
-  if (!state.started) state.start(samples_.count);
+  if (!state.started) {
+    state.start(samples_.count);
+    if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
+  }
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) < std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
   });

@@ -15,6 +15,7 @@
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/sampling_controller.h"
 #include "tilecore/mesh_store.h"
 #include "tilecore/tessellation_cache.h"
 #include "tilecore/tile_frustum.h"
@@ -78,6 +79,7 @@ class TileCore {
   DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
   // Host time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
+  SamplingCounters take_sampling_counters() { return sampler_.take_counters(); }
   hardware::Ledger take_ledger();
   // Until take_ledger(), what this core moves also goes to `log`.
   void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
@@ -95,6 +97,7 @@ class TileCore {
   DeferredShader shader_;
   ResolveUnit resolve_;
   double resolve_seconds_ = 0;
+  SamplingController sampler_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;

@@ -13,6 +13,8 @@
 
 namespace tessera::tilecore {
 
+class ParameterMaps;
+
 // When samples of a pixel share one run of the pixel shader.
 enum class ShadingRate {
   kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
@@ -40,6 +42,7 @@ struct TileJob {
   VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
   TextureUnit::Settings textures;
+  const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
   int box_bits = 32;  // precision of the boxes of cells
   bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later
   ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
