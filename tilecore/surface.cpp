@@ -222,7 +222,13 @@ Vec2 surface_parameters(const FrameGeometry& frame, const SurfaceLocation& at) {
 Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key_number) {
   const PosedDrawable& drawable = frame.drawable_of(at.patch);
   const auto key = static_cast<std::size_t>(key_number);
-  if (is_bezier(drawable)) return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
+  if (drawable.procedure != nullptr) {
+    Surface s;
+    s.drawable = &drawable;
+    fill_procedure(frame, at.patch, parameters, static_cast<float>(key), s);
+    return s.raster;
+  }
+  if (has_grid(drawable)) return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
   const std::array<std::uint32_t, 3> v = cluster_triangle(frame, drawable, at);
   const auto& p = drawable.positions[key];
   const Vec3 point = p[v[0]] * (1.0f - parameters.x - parameters.y) + p[v[1]] * parameters.x + p[v[2]] * parameters.y;
