@@ -87,6 +87,7 @@ void Statistics::add(const FrameResult& frame) {
                      {"counters", counters_json(frame.counters)},
                      {"dram", dram_json(frame.counters.ledger)},
                      {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});
+  if (frame.right) frames_.back()["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
   if (frame.baselines) {
     frames_.back()["baselines"] = baselines_json(*frame.baselines);
     baselines_.add(frame.frame, *frame.baselines);
