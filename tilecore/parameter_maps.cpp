@@ -18,6 +18,9 @@ using frontend::Procedure;
 using frontend::ProcedureCellBounds;
 
 constexpr int kMostHalvings = 20;
+// Of cells without a bounded derivative: halving rarely helps there.
+constexpr int kMostHalvingsUnknown = 8;
+constexpr std::uint16_t kUnknownSteps = 16;
 
 // Bounds one piece's cells by intervals, halving those that are large on screen.
 class IntervalPass {
@@ -46,7 +49,8 @@ class IntervalPass {
       return;
     }
     const double side = 2 * std::max(b.reach_u, b.reach_v);
-    if (!(side <= settings_.cell_pixels) && halvings < kMostHalvings) {
+    const int most = std::isfinite(side) ? kMostHalvings : kMostHalvingsUnknown;
+    if (!(side <= settings_.cell_pixels) && halvings < most) {
       // The longer side; where both are unknown, each in turn.
       const bool along_u = b.reach_u == b.reach_v ? halvings % 2 == 0 : b.reach_u > b.reach_v;
       const double u = (box.u0 + box.u1) / 2, v = (box.v0 + box.v1) / 2;
@@ -88,7 +92,7 @@ std::uint16_t sample_steps(double reach, double most_reach, bool& clamped) {
   const double steps = std::ceil(2 * reach / most_reach);
   if (steps <= ParameterMaps::kMostSteps) return static_cast<std::uint16_t>(std::max(steps, 1.0));
   clamped = true;
-  return ParameterMaps::kMostSteps;
+  return std::isfinite(steps) ? ParameterMaps::kMostSteps : kUnknownSteps;
 }
 
 ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings, int side, std::uint64_t burst_bytes)

@@ -76,7 +76,7 @@ struct ParameterCell {
 //       rates_clamped counts the cell.
 class ParameterMaps {
  public:
-  static constexpr std::uint16_t kMostSteps = 512;
+  static constexpr std::uint16_t kMostSteps = 128;
 
   // `side`: sub-pixels along each side of a pixel, which the spacing refers to.
   ParameterMaps(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings, int side, std::uint64_t burst_bytes);

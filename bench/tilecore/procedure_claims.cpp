@@ -274,6 +274,7 @@ int run(int argc, char** argv) {
   }
   if (argc > 3 && argv[3][0] != '-') spp = std::atoi(argv[3]);
   print_claims(frontend::read_capture(argv[1]), width, height, spp);
+  std::fflush(stdout);
   fmt::print("SIMD array, sphere: {:.0f} million samples a second of geometry, view and shading; {:.0f} of geometry and view alone\n\n", array_rate(true) * 1e-6, array_rate(false) * 1e-6);
   for (int a = 3; a + 1 < argc; ++a)
     if (std::strcmp(argv[a], "--plots") == 0) print_costs(argv[a + 1]);
