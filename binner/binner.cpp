@@ -35,7 +35,7 @@ void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const f
   ahead_first_ = first;
   ahead_.resize(std::min(kAhead, sub_patches.size() - first));
   parallel_for((ahead_.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
-    TileCoverageUnit unit(gpu_);
+    TileCoverageUnit unit = coverage_;
     for (std::size_t i = block * kBlock; i < std::min(ahead_.size(), (block + 1) * kBlock); ++i) {
       const frontend::BoundedSubPatch& sub_patch = sub_patches[first + i];
       const TileCoverage& coverage = unit.cover(sub_patch, frame.drawable_of(sub_patch.base_patch).moving, grid_);

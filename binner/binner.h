@@ -16,11 +16,10 @@ namespace tessera::binner {
 // twice.
 class Binner {
  public:
-  // `gpu` must outlive the binner.
   Binner(const hardware::GpuConfiguration& gpu, const TileGrid& grid)
       : grid_(grid),
         hierarchy_(grid, static_cast<int>(gpu.binner_queue_levels)),
-        gpu_(gpu),
+        coverage_(gpu),
         buffer_(gpu, hierarchy_.queue_count()) {}
 
   // Where binning stands: the next sub-patch, and how many of its entries are written.
@@ -57,7 +56,7 @@ class Binner {
 
   TileGrid grid_;
   QueueHierarchy hierarchy_;
-  const hardware::GpuConfiguration& gpu_;
+  TileCoverageUnit coverage_;  // each thread works with a copy
   ParameterBuffer buffer_;
   std::size_t ahead_first_ = 0;  // of the sub-patches in ahead_
   std::vector<Placed> ahead_;

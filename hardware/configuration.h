@@ -39,6 +39,12 @@ struct GpuConfiguration {
   std::int64_t memory_burst_bytes = 64;
 
   bool tilecore_occlusion_culling = true;
+  std::string tilecore_visibility_method = "patch-bvh";
+  std::int64_t tilecore_stencil_segments = 0;    // of segments and clusters; 0: by blur length over primitive size
+  std::int64_t tilecore_interleaved_times = 16;  // of interleaved
+  std::string tilecore_traversal = "class";      // of patch-bvh
+  std::string tilecore_branch_node = "leaf_mask";  // where single rays start
+  std::int64_t tilecore_ray_segments = 1;        // of the shutter, each with a branch node
   std::int64_t tilecore_box_bits = 32;
   std::int64_t tilecore_blend_layers = 8;
   std::int64_t shading_cache_entries = 1024;

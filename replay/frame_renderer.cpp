@@ -49,6 +49,8 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(binner, frame.binner);
   hardware::accumulate(tessellation, frame.tessellation);
   hardware::accumulate(tilecore, frame.tilecore);
+  hardware::accumulate(stencil, frame.stencil);
+  hardware::accumulate(rays, frame.rays);
   hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
   ledger += frame.ledger;
@@ -96,6 +98,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.force_motion = settings_.motion == "on";
   job.force_lens = settings_.defocus == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
+  job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
   return job;
@@ -201,6 +204,8 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
+    hardware::merge(result.counters.stencil, core.take_stencil_counters());
+    hardware::merge(result.counters.rays, core.take_ray_counters());
     hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     result.counters.ledger += core.take_ledger();

@@ -25,6 +25,8 @@ struct FrameCounters {
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   tilecore::TileCoreCounters tilecore;
+  tilecore::StencilCounters stencil;
+  tilecore::RayCounters rays;
   tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
   hardware::Ledger ledger;
@@ -40,6 +42,8 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.binner);
   visit(counters.tessellation);
   visit(counters.tilecore);
+  visit(counters.stencil);
+  visit(counters.rays);
   visit(counters.shading);
   visit(counters.resolve);
 }

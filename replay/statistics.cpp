@@ -40,6 +40,7 @@ json counters_json(const FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
   for_each_counter_struct(counters, [&](const auto& unit) {
     using S = std::decay_t<decltype(unit)>;
+    if (hardware::absent(unit)) return;
     for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
   });
   const hardware::Traffic total = counters.ledger.total();
@@ -110,7 +111,11 @@ std::string Statistics::csv() const {
   text += "\n";
   for (const nlohmann::json& frame : frames_) {
     text += fmt::format("{},{:.6f}", frame["frame"].get<int>(), frame["host"]["seconds"].get<double>());
-    for (const auto& [counter, value] : names.items()) text += fmt::format(",{}", frame["counters"][counter].get<std::uint64_t>());
+    // A unit that ran in another frame only leaves its columns empty here.
+    for (const auto& [counter, value] : names.items()) {
+      const auto found = frame["counters"].find(counter);
+      text += found == frame["counters"].end() ? "," : fmt::format(",{}", found->get<std::uint64_t>());
+    }
     text += "\n";
   }
   return text;

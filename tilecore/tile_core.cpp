@@ -99,6 +99,13 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
   return limits;
 }
 
+// Leaves in a row of the grid that the entry's cells form; clusters are one row.
+std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::QueueEntry& entry) {
+  const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  const std::size_t cells = grid ? 4 : kLeafCells;
+  return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
+}
+
 }  // namespace
 
 TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
@@ -145,7 +152,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 
   const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), state.z.data()};
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, mesh, {entry.t0, entry.t1}, effects, settings, sink);
+    test_mesh(job, entry, mesh, effects, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
@@ -160,14 +167,17 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
   const MicroMesh& mesh = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits).mesh;
-  test_mesh(job, mesh, {entry.t0, entry.t1}, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
+  test_mesh(job, entry, mesh, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
   sink.flush();
 }
 
-void TileCore::test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+  const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
   if (!effects.motion && !effects.lens) {
     raster_mesh(mesh, samples_, settings, sink, work);
+  } else if (!job.visibility.by_class()) {
+    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility, sink, work);
   } else {
     leaf_times_.resize(mesh.leaves.size());
     touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);

@@ -20,6 +20,7 @@
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility_kernel.h"
+#include "tilecore/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -65,6 +66,8 @@ class TileCore {
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
+  StencilCounters take_stencil_counters() { return visibility_.take_stencil_counters(); }
+  RayCounters take_ray_counters() { return visibility_.take_ray_counters(); }
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
   ResolveCounters take_resolve_counters();
   hardware::Ledger take_ledger();
@@ -72,10 +75,11 @@ class TileCore {
  private:
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
-  // `entry_times`: codes of the samples that the mesh may touch in this tile; others are not tested.
-  void test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
+  // Tests the mesh of `entry`; samples outside the entry's times are not tested.
+  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
 
   MeshStore meshes_;
+  MeshVisibility visibility_;
   TileSamples samples_;
   DeferredShader shader_;
   TileCoreCounters counters_;

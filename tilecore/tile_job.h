@@ -8,6 +8,7 @@
 #include "frontend/frame_geometry.h"
 #include "tilecore/pixel_shader.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -33,6 +34,7 @@ struct TileJob {
   std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMostCapacity
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
+  VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
   int box_bits = 32;  // precision of the boxes of cells
 };

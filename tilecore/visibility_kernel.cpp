@@ -28,9 +28,10 @@ constexpr std::size_t kMaxLanes = hn::MaxLanes(D());
 HWY_INLINE V fma(V a, V b, V c) { return simd::fused_multiply_add(D(), a, b, c); }
 
 // One bit per lane, lane 0 the lowest.
-HWY_INLINE std::uint32_t mask_bits(M mask) {
+template <class Mask>
+HWY_INLINE std::uint32_t mask_bits(Mask mask) {
   std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(D(), mask, bytes);
+  hn::StoreMaskBits(hn::CappedTag<float, 16>(), mask, bytes);
   return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
 }
 
@@ -324,41 +325,83 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
 
 // ---- Pairs of a sample and a cell -------------------------------------------------------------------------------
 
-// Samples inside the boxes of a leaf's cells, waiting for a full vector.
-struct Pairs {
-  static constexpr std::size_t kCapacity = 256;
+// Samples inside a leaf's box, waiting for the boxes of its cells.
+struct Survivors {
+  static constexpr std::size_t kCapacity = 512;
   std::size_t count = 0;
-  alignas(64) std::int32_t sample[kCapacity + kMaxLanes], cell[kCapacity + kMaxLanes];
-  bool full() const { return count + kLeafCells > kCapacity; }
+  alignas(64) float x[kCapacity + kMaxLanes], y[kCapacity + kMaxLanes];
+  alignas(64) float rest_x[kCapacity + kMaxLanes], rest_y[kCapacity + kMaxLanes];  // in the leaf's rest frame
+  alignas(64) float t[kCapacity + kMaxLanes], lens_u[kCapacity + kMaxLanes], lens_v[kCapacity + kMaxLanes];
+  alignas(64) std::int32_t id[kCapacity + kMaxLanes];
+  alignas(64) std::uint16_t cells[kCapacity + kMaxLanes];  // bit k: inside the box of cell k
 };
 
-// Appends a pair for every cell of the leaf whose box holds (x, y); `first` is the leaf's first slot.
-HWY_INLINE void add_pairs(const MicroMesh& mesh, std::size_t first, float x, float y, std::int32_t sample, Pairs& pairs) {
+// Every survivor against the boxes of all cells.
+HWY_INLINE void test_boxes(const MicroMesh& mesh, std::size_t first, Survivors& from) {
   const hn::CappedTag<float, kLeafCells> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const auto xs = hn::Set(d, x), ys = hn::Set(d, y);
-  for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
-    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + k); };
-    const auto inside = hn::And(hn::And(hn::Ge(xs, at(mesh.box_x_low)), hn::Le(xs, at(mesh.box_x_high))),
-                                hn::And(hn::Ge(ys, at(mesh.box_y_low)), hn::Le(ys, at(mesh.box_y_high))));
-    hn::StoreU(hn::Set(di, sample), di, pairs.sample + pairs.count);
-    hn::StoreU(hn::Compress(hn::Iota(di, static_cast<std::int32_t>(k)), hn::RebindMask(di, inside)), di, pairs.cell + pairs.count);
-    pairs.count += hn::CountTrue(d, inside);
+  constexpr std::size_t kParts = kLeafCells / hn::MaxLanes(hn::CappedTag<float, kLeafCells>());
+  hn::Vec<decltype(d)> x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * hn::Lanes(d)); };
+    x_low[part] = at(mesh.box_x_low);
+    x_high[part] = at(mesh.box_x_high);
+    y_low[part] = at(mesh.box_y_low);
+    y_high[part] = at(mesh.box_y_high);
+  }
+  for (std::size_t s = 0, count = from.count; s < count; ++s) {
+    const auto x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
+    std::uint32_t cells = 0;
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const auto inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
+      cells |= mask_bits(inside) << part * hn::Lanes(d);
+    }
+    from.cells[s] = static_cast<std::uint16_t>(cells);
   }
 }
 
-// Tests the pairs and empties the list. `samples_at` gives the lanes' samples for their numbers in the list.
-template <class E, class SamplesAt>
-HWY_INLINE void test_pairs(const Context& to, const LeafCells& cells, const SamplesAt& samples_at, Pairs& pairs) {
+template <class E>
+HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
+  const D d;
+  SampleLanes s;
+  s.x = hn::GatherIndex(d, from.x, at);
+  s.y = hn::GatherIndex(d, from.y, at);
+  s.t = E::kMotion ? hn::GatherIndex(d, from.t, at) : hn::Zero(d);
+  s.lens_u = E::kLens ? hn::GatherIndex(d, from.lens_u, at) : hn::Zero(d);
+  s.lens_v = E::kLens ? hn::GatherIndex(d, from.lens_v, at) : hn::Zero(d);
+  s.id = hn::GatherIndex(DI(), from.id, at);
+  return s;
+}
+
+// Survivors against a leaf's cells: all boxes first; then the pairs of a survivor and a cell that are left, a vector of
+// them with both triangles at once. Empties the list.
+template <class E>
+void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const D d;
   const DI di;
-  for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
-    const M valid = hn::FirstN(d, pairs.count - i);
-    const VI at = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.sample + i));
-    const VI number = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.cell + i));
-    test_cell<E>(to, pick_cells<E>(cells, number), samples_at(at), valid);
+  const MicroMesh& mesh = to.mesh;
+  to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
+  test_boxes(mesh, l * kLeafCells, from);
+  LeafCells cells;
+  load_cells<E>(mesh, l * kLeafCells, cells);
+  constexpr std::size_t kCapacity = 256;
+  alignas(64) std::int32_t survivor[kCapacity + kLeafCells] = {}, cell[kCapacity + kLeafCells] = {};
+  std::size_t count = 0;
+  const auto test_pairs = [&]() HWY_ATTR {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+      const M valid = hn::FirstN(d, count - i);
+      test_cell<E>(to, pick_cells<E>(cells, hn::Load(di, cell + i)), gather_samples<E>(from, hn::Load(di, survivor + i)), valid);
+    }
+    count = 0;
+  };
+  for (std::size_t s = 0; s < from.count; ++s) {
+    for (std::uint32_t bits = from.cells[s]; bits != 0; bits &= bits - 1, ++count) {
+      survivor[count] = static_cast<std::int32_t>(s);
+      cell[count] = std::countr_zero(bits);
+    }
+    if (count >= kCapacity) test_pairs();
   }
-  pairs.count = 0;
+  test_pairs();
+  from.count = 0;
 }
 
 // ---- Raster path ------------------------------------------------------------------------------------------------
@@ -407,38 +450,32 @@ constexpr int kPairedCellPixels = 9;
 template <class E>
 void raster_pairs(const Context& to, std::size_t l, IntRect box) {
   const D d;
+  const DI di;
   const TileSamples& samples = to.samples;
   const MicroMesh::Leaf& leaf = to.mesh.leaves[l];
   const V x_low = hn::Set(d, leaf.x_low), x_high = hn::Set(d, leaf.x_high), y_low = hn::Set(d, leaf.y_low), y_high = hn::Set(d, leaf.y_high);
   const V near = hn::Set(d, leaf.near);
-  LeafCells cells;
-  load_cells<E>(to.mesh, l * kLeafCells, cells);
-  const auto samples_at = [&](VI id) HWY_ATTR {
-    SampleLanes s;
-    s.x = hn::GatherIndex(d, samples.x.data(), id);
-    s.y = hn::GatherIndex(d, samples.y.data(), id);
-    s.t = s.lens_u = s.lens_v = hn::Zero(d);
-    s.id = id;
-    return s;
-  };
-  Pairs pairs;
-  std::uint64_t tested = 0;
+  Survivors survivors;
   for (int y = box.y0; y < box.y1; ++y) {
     const auto [first, last] = samples_of_row(samples, y, box);
     for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
       const V sample_x = hn::LoadU(d, samples.x.data() + i), sample_y = hn::LoadU(d, samples.y.data() + i);
       M in = hn::And(hn::And(hn::Ge(sample_x, x_low), hn::Le(sample_x, x_high)), hn::And(hn::Ge(sample_y, y_low), hn::Le(sample_y, y_high)));
       in = hn::And(in, hn::FirstN(d, last - i));
-      if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::LoadU(d, to.settings.depth + i), near));
-      tested += hn::CountTrue(d, in);
-      for_each_lane(in, [&](std::size_t lane) HWY_ATTR {
-        add_pairs(to.mesh, l * kLeafCells, samples.x[i + lane], samples.y[i + lane], static_cast<std::int32_t>(i + lane), pairs);
-        if (pairs.full()) test_pairs<E>(to, cells, samples_at, pairs);
-      });
+      if (hn::AllFalse(d, in)) continue;
+      const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), hn::Iota(di, static_cast<std::int32_t>(i)));
+      // A gather: the array of depths ends with the last sample.
+      if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), near));
+      const std::size_t at = survivors.count;
+      compress_store(sample_x, in, d, survivors.x + at);
+      compress_store(sample_y, in, d, survivors.y + at);
+      compress_store(sample_x, in, d, survivors.rest_x + at);
+      compress_store(sample_y, in, d, survivors.rest_y + at);
+      survivors.count += compress_store(id, in, di, survivors.id + at);
+      if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
     }
   }
-  test_pairs<E>(to, cells, samples_at, pairs);
-  to.work.box_tests += tested * static_cast<std::uint64_t>(std::popcount(leaf.cells));
+  if (survivors.count > 0) test_survivors<E>(to, l, survivors);
 }
 
 template <class E>
@@ -473,52 +510,12 @@ void RasterMesh(const MicroMesh& mesh, const TileSamples& samples, const Visibil
 
 // ---- Ray path ---------------------------------------------------------------------------------------------------
 
-// Samples inside a leaf's box, waiting for the boxes of its cells.
-struct Survivors {
-  static constexpr std::size_t kCapacity = 512;
-  std::size_t count = 0;
-  alignas(64) float x[kCapacity + kMaxLanes], y[kCapacity + kMaxLanes];
-  alignas(64) float rest_x[kCapacity + kMaxLanes], rest_y[kCapacity + kMaxLanes];  // in the leaf's rest frame
-  alignas(64) float t[kCapacity + kMaxLanes], lens_u[kCapacity + kMaxLanes], lens_v[kCapacity + kMaxLanes];
-  alignas(64) std::int32_t id[kCapacity + kMaxLanes];
-};
-
 // Rate-corrected time of the lanes (see MicroMesh).
 HWY_INLINE V leaf_time(V t, float rate) {
   if (rate == 1.0f) return t;  // what the formula gives, exactly
   const D d;
   const V tr = hn::Mul(t, hn::Set(d, rate));
   return hn::Div(tr, hn::Add(hn::Sub(hn::Set(d, 1.0f), t), tr));
-}
-
-template <class E>
-HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
-  const D d;
-  SampleLanes s;
-  s.x = hn::GatherIndex(d, from.x, at);
-  s.y = hn::GatherIndex(d, from.y, at);
-  s.t = E::kMotion ? hn::GatherIndex(d, from.t, at) : hn::Zero(d);
-  s.lens_u = E::kLens ? hn::GatherIndex(d, from.lens_u, at) : hn::Zero(d);
-  s.lens_v = E::kLens ? hn::GatherIndex(d, from.lens_v, at) : hn::Zero(d);
-  s.id = hn::GatherIndex(DI(), from.id, at);
-  return s;
-}
-
-// Steps 2 and 3.
-template <class E>
-void test_survivors(const Context& to, std::size_t l, Survivors& from) {
-  const MicroMesh& mesh = to.mesh;
-  to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
-  LeafCells cells;
-  load_cells<E>(mesh, l * kLeafCells, cells);
-  const auto samples_at = [&](VI at) HWY_ATTR { return gather_samples<E>(from, at); };
-  Pairs pairs;
-  for (std::size_t s = 0; s < from.count; ++s) {
-    add_pairs(mesh, l * kLeafCells, from.rest_x[s], from.rest_y[s], static_cast<std::int32_t>(s), pairs);
-    if (pairs.full()) test_pairs<E>(to, cells, samples_at, pairs);
-  }
-  test_pairs<E>(to, cells, samples_at, pairs);
-  from.count = 0;
 }
 
 template <class E>

@@ -79,9 +79,26 @@ TEST(ReplayCommand, EveryFixedCounterNameOfTheUnitsThatRanIsThere) {
                            "tilecore.domain_evaluations", "tilecore.triangles", "tilecore.box_tests", "tilecore.triangle_tests", "tilecore.sample_hits",
                            "tilecore.samples_visible", "tilecore.pixel_shader_invocations", "resolve.pixels_shaded", "dram.read_bytes", "dram.written_bytes"})
     EXPECT_TRUE(counters.contains(name)) << name;
-  // Units that do not exist yet report nothing.
-  for (const char* name : {"tilecore.stencil_tests", "resolve.blocks_rate_4", "resolve.pixels_advected"})
+  // Units that do not exist yet, or did not run, report nothing.
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "resolve.blocks_rate_4", "resolve.pixels_advected"})
     EXPECT_FALSE(counters.contains(name)) << name;
+}
+
+TEST(ReplayCommand, CountersOfAVisibilityMethodAreThereWhenItsUnitsRan) {
+  const test::TemporaryFolder out;
+  const auto counters = [&](const std::string& setting) {
+    const auto folder = out / setting;
+    EXPECT_EQ(run_tessera({"replay", capture("serpent"), "--size", "96x54", "--frames", "12:14", "--quiet", "--set", setting, "--out", folder.string()}).status, 0);
+    EXPECT_EQ(line_count(test::read_text(folder / "stats.csv")), 3u);
+    return stats_of(folder)["total"]["counters"];
+  };
+  const json segments = counters("tilecore.visibility_method=segments");
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.stencil_kept", "tilecore.stencil_hits", "tilecore.stencil_lanes_issued"}) EXPECT_TRUE(segments.contains(name)) << name;
+  for (const char* name : {"tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"}) EXPECT_FALSE(segments.contains(name)) << name;
+  const json rays = counters("tilecore.traversal=ray");
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"}) EXPECT_TRUE(rays.contains(name)) << name;
+  EXPECT_LE(rays["tilecore.rays_hit"], rays["tilecore.rays_cast"]);
+  EXPECT_EQ(rays["tilecore.rays_cast"], rays["tilecore.stencil_kept"]);
 }
 
 TEST(ReplayCommand, TheSameInputsGiveTheSameBytes) {
@@ -342,7 +359,8 @@ TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
 
 TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--out", out.path().string()}).status, 0);
+  // Everything moves and is traced by single rays, so that all units run.
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", "effects.motion=on", "--set", "tilecore.traversal=ray", "--out", out.path().string()}).status, 0);
   std::set<std::string> described, counted;
   const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), frame = stats_of(out.path())["frames"][0];
   for (const json& row : rows) described.insert(row["name"]);
