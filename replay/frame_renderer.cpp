@@ -140,7 +140,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
       TileWork& work = result.maps.tiles[t];
-      const TileMeter meter(core, work);
+      TileMeter meter(core, work);
       hardware::Ledger ledger;
       std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, work.queue_bytes_read);
       core.charge(ledger);
@@ -154,6 +154,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       count_tessellations(tessellations[t], work);
       if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
       else core.store_state(job, state);
+      meter.stop();
     });
     for (auto& tile : tessellations) {
       cache.use(tile);

@@ -10,7 +10,7 @@ namespace tessera::replay {
 TileMaps::TileMaps(const binner::TileGrid& grid)
     : x0(grid.column_edge(0)), y0(grid.row_edge(0)), tile_width(grid.tile_width()), tile_height(grid.tile_height()), columns(grid.columns()), rows(grid.rows()), tiles(grid.tile_count()) {}
 
-TileMeter::~TileMeter() {
+void TileMeter::stop() {
   const tilecore::TileCoreCounters& now = core_.counters();
   const tilecore::ShadingCounters& shaded = core_.shading_counters();
   work_.entries += now.entries_fetched - entries_.entries_fetched;
