@@ -86,6 +86,7 @@ json frame_json(const FrameResult& frame) {
     out["timing"] = timing_json(frame.model->timing);
     out["energy"] = energy_json(frame.model->energy);
   }
+  if (frame.right) out["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
   if (frame.baselines) out["baselines"] = baselines_json(*frame.baselines);
   return out;
 }

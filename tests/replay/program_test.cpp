@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -367,6 +368,31 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   for (const auto& [name, value] : frame["counters"].items()) counted.insert(name);
   for (const auto& [name, value] : frame["baselines"]["immediate"].items()) counted.insert(name);
   EXPECT_EQ(described, counted);
+}
+
+TEST(Program, HistoriesWarmUpsAndPicturesOfTheResolveUnitNeedDesampling) {
+  const test::TemporaryFolder out;
+  const auto replay = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"replay", capture("stroll"), "--size", "48x27", "--quiet", "--out", (out / "x").string()};
+    if (std::find(more.begin(), more.end(), "--frames") == more.end()) more.insert(more.end(), {"--frames", "20:22"});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_tessera(arguments);
+  };
+  const std::string history = (out / "history").string(), on = "resolve.desampling=adaptive";
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--aux", "rate"}, {"--warmup", "2"}, {"--save-history", history}, {"--set", on, "--warmup", "-1"},
+                                                    {"--set", on, "--set", "resolve.k_stat=9"}, {"--set", on, "--set", "stereo.eye_separation=1", "--save-history", history}})
+    EXPECT_EQ(replay(arguments).status, 2) << arguments[0] << " " << arguments[1];
+  EXPECT_EQ(replay({"--set", on, "--history", history}).status, 3);
+  ASSERT_EQ(replay({"--set", on, "--warmup", "2", "--save-history", history, "--aux", "rate,velocity,edges,discrepancy,origin,error"}).status, 0);
+  // With a warm-up the first frame that is written has a history already; without it has none.
+  const auto advected = [&] { return stats_of(out / "x")["frames"][0]["counters"]["resolve.pixels_advected"].get<int>(); };
+  EXPECT_GT(advected(), 0);
+  ASSERT_EQ(replay({"--set", on, "--history", history, "--frames", "22:23"}).status, 0);
+  EXPECT_GT(advected(), 0);
+  ASSERT_EQ(replay({"--set", on}).status, 0);
+  EXPECT_EQ(advected(), 0);
+  ASSERT_EQ(replay({"--set", "stereo.eye_separation=0.1"}).status, 0);
+  for (const char* name : {"frame_0020.right.exr", "frame_0020.right.png", "frame_0021.png"}) EXPECT_TRUE(fs::exists(out / "x" / name)) << name;
 }
 
 }  // namespace
