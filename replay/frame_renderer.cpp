@@ -203,25 +203,24 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
       TileCounts& work = result.maps.tiles[t];
-      {
-        const TileMeter meter(core, work);
-        hardware::Ledger ledger;
-        ledger.record_into(recorder.begin_tile(t, core));
-        std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, work.queue_bytes_read);
-        core.charge(ledger);
-        tilecore::TileState fresh;
-        tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
-        if (state.started && (done || !entries.empty())) core.load_state(job, state);
-        if (done || !entries.empty()) {
-          if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
-          core.render_entries(job, tile, std::move(entries), state);
-          tessellations[t] = core.take_tessellations();
-          count_tessellations(tessellations[t], work);
-          recorder.begin_shading(t, core);
-          if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
-          else core.store_state(job, state);
-        }
+      TileMeter meter(core, work);
+      hardware::Ledger ledger;
+      ledger.record_into(recorder.begin_tile(t, core));
+      std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, work.queue_bytes_read);
+      core.charge(ledger);
+      tilecore::TileState fresh;
+      tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
+      if (state.started && (done || !entries.empty())) core.load_state(job, state);
+      if (done || !entries.empty()) {
+        if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
+        core.render_entries(job, tile, std::move(entries), state);
+        tessellations[t] = core.take_tessellations();
+        count_tessellations(tessellations[t], work);
+        recorder.begin_shading(t, core);
+        if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
+        else core.store_state(job, state);
       }
+      meter.stop();
       recorder.end_tile(t, job, core, done);
     });
     busy_seconds.for_each([&](double seconds) { result.stage_seconds["tile_threads"] += seconds; });

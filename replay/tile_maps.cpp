@@ -15,7 +15,7 @@ void TileMaps::add(const TileMaps& view) {
     for (const TileMapField& field : kTileMapFields) tiles[t].*field.member += view.tiles[t].*field.member;
 }
 
-TileMeter::~TileMeter() {
+void TileMeter::stop() {
   const tilecore::TileCoreCounters& now = core_.counters();
   const tilecore::ShadingCounters& shaded = core_.shading_counters();
   work_.entries += now.entries_fetched - entries_.entries_fetched;

@@ -63,13 +63,12 @@ struct TileMaps {
   void add(const TileMaps& view);
 };
 
-// Adds to a tile's work what its core counts while this lives. Only the thread that renders the tile may touch either.
+// Adds to a tile's work what its core counts between construction and stop(), in which time nobody may take the core's
+// counters. Only the thread that renders the tile may touch either.
 class TileMeter {
  public:
   TileMeter(const tilecore::TileCore& core, TileCounts& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()) {}
-  ~TileMeter();
-  TileMeter(const TileMeter&) = delete;
-  TileMeter& operator=(const TileMeter&) = delete;
+  void stop();
 
  private:
   const tilecore::TileCore& core_;

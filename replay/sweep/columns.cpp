@@ -45,6 +45,7 @@ const std::vector<std::string>& known_columns() {
       for (std::size_t p = 0; p < hardware::kPurposeCount; ++p)
         for (const char* way : {"read_bytes", "written_bytes"})
           names.push_back(ledger_column(std::string(name(static_cast<hardware::Unit>(u))), std::string(name(static_cast<hardware::Purpose>(p))), way));
+    names.insert(names.end(), {"timing.cycles", "energy.total_nj"});
     for (const std::string_view scheme : binner::kSchemeNames)
       for (const auto& field : hardware::kCounterFields<binner::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." + std::string(field.name.substr(kBaseline.size())));

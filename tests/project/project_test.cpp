@@ -273,9 +273,13 @@ TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
       const nlohmann::json of = study_replay(static_cast<int>(row[0]), 0, true)["baselines"];
       const auto value = [&](const char* scheme, const char* counter) { return of[scheme][counter].get<double>(); };
       const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"), post = value("post-tessellation", "baseline.queue_bytes_peak");
-      EXPECT_EQ(row[1], pre), EXPECT_EQ(row[2], value("patch-whole", "baseline.queue_bytes_peak")), EXPECT_EQ(row[3], post);
+      EXPECT_EQ(row[1], pre);
+      EXPECT_EQ(row[2], value("patch-whole", "baseline.queue_bytes_peak"));
+      EXPECT_EQ(row[3], post);
       EXPECT_NEAR(row[4], post / pre, 0.051);
-      EXPECT_EQ(row[5], value("pre-tessellation", "baseline.dram_bytes")), EXPECT_EQ(row[6], value("patch-whole", "baseline.dram_bytes")), EXPECT_EQ(row[7], value("post-tessellation", "baseline.dram_bytes"));
+      EXPECT_EQ(row[5], value("pre-tessellation", "baseline.dram_bytes"));
+      EXPECT_EQ(row[6], value("patch-whole", "baseline.dram_bytes"));
+      EXPECT_EQ(row[7], value("post-tessellation", "baseline.dram_bytes"));
       EXPECT_NEAR(row[8], row[7] / row[5], 0.0051);
       ++tiles;
     } else {
