@@ -74,6 +74,7 @@ FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::G
       assembly_(frontend::assemble(capture)),
       pyramids_(assembly_),
       texture_memory_(capture, gpu.line_bytes()),
+      displacement_memory_(capture, gpu.line_bytes(), texture_memory_.lines()),
       camera_(choose_camera(capture, settings, request)) {}
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
@@ -255,7 +256,7 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
   FrameResult whole{result.frame, tilecore::FrameTargets(request_.region, false), {}, {}, {}, 0, {}, {}};
-  WorkRecorder whole_work(whole_gpu, false);
+  WorkRecorder whole_work(whole_gpu, nullptr, false);
   MachineRecord whole_record;
   run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
@@ -282,7 +283,7 @@ FrameResult FrameRenderer::render(int frame) {
   std::optional<frontend::OcclusionGuess> guess;
   if (gpu_.frontend_previous_depth_culling && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
-  WorkRecorder recorder(gpu_, request_.record_accesses);
+  WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
   run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, request_.baselines ? &record : nullptr);
   if (settings_.machine_model) {
     const StageTimer timer(result, "model");

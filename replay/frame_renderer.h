@@ -95,7 +95,8 @@ class FrameRenderer {
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == frontend::kNone; }
   const frontend::Assembly& assembly() const { return assembly_; }
-  const tilecore::TextureMemory& texture_memory() const { return texture_memory_; }
+  // Cache lines of all textures, displacement maps last.
+  std::uint64_t texture_lines() const { return displacement_memory_.end(); }
 
  private:
   frontend::FrameRequest frame_request(int frame) const;
@@ -120,6 +121,7 @@ class FrameRenderer {
   frontend::Assembly assembly_;
   frontend::PyramidLibrary pyramids_;
   tilecore::TextureMemory texture_memory_;
+  DisplacementMemory displacement_memory_;
   frontend::CameraChoice camera_;
   PerThread<tilecore::TileCore> cores_;
   std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
