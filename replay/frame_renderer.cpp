@@ -113,6 +113,7 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, co
       assembly_(prepared_->assembly),
       pyramids_(prepared_->pyramids),
       texture_memory_(capture_, gpu.line_bytes()),
+      displacement_memory_(capture_, gpu.line_bytes(), texture_memory_.lines()),
       camera_(choose_camera(capture_, settings, request)),
       resolve_(resolve_settings(settings, request.width, request.height)) {
   for (const double offset : {0.0, settings.eye_separation}) {
@@ -321,7 +322,7 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
   FrameResult whole(result.frame, tilecore::FrameTargets(request_.region, false));
-  WorkRecorder whole_work(whole_gpu, false);
+  WorkRecorder whole_work(whole_gpu, nullptr, false);
   MachineRecord whole_record;
   run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
@@ -347,7 +348,7 @@ void FrameRenderer::measure_error(const tilecore::TileJob& job, FrameResult& res
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
-  WorkRecorder recorder(gpu_, false);
+  WorkRecorder recorder(gpu_, nullptr, false);
   run_machine(gpu_, nullptr, plain, recorder, full, nullptr);
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
@@ -384,7 +385,7 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
   if (guesses && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool baselines = request_.baselines && left == nullptr;
-  WorkRecorder recorder(gpu_, request_.record_accesses);
+  WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
   run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, baselines ? &record : nullptr);
   if (settings_.machine_model) {
     const StageTimer timer(result, "model");

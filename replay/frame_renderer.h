@@ -140,7 +140,8 @@ class FrameRenderer {
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == frontend::kNone; }
   const frontend::Assembly& assembly() const { return assembly_; }
-  const tilecore::TextureMemory& texture_memory() const { return texture_memory_; }
+  // Cache lines of all textures, displacement maps last.
+  std::uint64_t texture_lines() const { return displacement_memory_.end(); }
 
  private:
   // A view of the scene that is rendered, and what its frames leave to each other.
@@ -177,6 +178,7 @@ class FrameRenderer {
   const frontend::Assembly& assembly_;
   const frontend::PyramidLibrary& pyramids_;
   tilecore::TextureMemory texture_memory_;
+  DisplacementMemory displacement_memory_;
   frontend::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
   std::vector<Eye> eyes_;  // the left or only one, the right one
