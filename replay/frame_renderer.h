@@ -113,10 +113,10 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;          // pixels; whole frame by default
   bool auxiliary = false;
-  bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
-  bool error = false;              // and of its error: renders every frame fully as well
   bool baselines = false;  // run the other schemes as well
   bool record_accesses = false;  // keep every transfer over the memory interface, for traces
+  bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
+  bool error = false;              // and of its error: renders every frame fully as well
 };
 
 // Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures and counters are independent of each
