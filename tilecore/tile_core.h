@@ -68,7 +68,7 @@ class TileCore {
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
   ResolveCounters take_resolve_counters();
   DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
-  // Host time of the resolve unit, but for the plain multisample resolve.
+  // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
   hardware::Ledger take_ledger();
 
