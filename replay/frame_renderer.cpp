@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/thread_clock.h"
 #include "replay/resolve_options.h"
 
 namespace tessera::replay {
@@ -23,14 +24,15 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// Adds the thread's processor time since it was made.
 class BusyTimer {
  public:
-  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
-  ~BusyTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(thread_seconds()) {}
+  ~BusyTimer() { seconds_ += thread_seconds() - start_; }
 
  private:
   double& seconds_;
-  std::chrono::steady_clock::time_point start_;
+  double start_;
 };
 
 // Calls visit(tile, first_of_group) for every tile: groups on any thread, the tiles of a group one after the other on the
@@ -373,7 +375,8 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     if (eye.sequence.wants_previous_pose(frame)) previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
     job.resolve = &eye.sequence.begin(frame, *geometry, std::move(previous), result.effect_reasons);
     if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
-    job.resolve->all_velocities = request_.resolve_auxiliary || resolve_.advection.bfecc;
+    job.resolve->all_velocities = resolve_.advection.bfecc;
+    job.resolve->auxiliary = request_.resolve_auxiliary;
     result.counters.desampling.emplace();
     result.effects["desampling"] = true;
     if (job.resolve->previous.history != nullptr && resolve_.advect && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;

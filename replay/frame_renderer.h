@@ -91,7 +91,7 @@ struct FrameResult {
   FrameEffects effects;
   EffectReasons effect_reasons;  // for effects of the resolve unit
   std::optional<RightEye> right;
-  std::map<std::string, double> stage_seconds;  // host time; tile_threads and resolve_threads: summed over threads
+  std::map<std::string, double> stage_seconds;  // host time; tile_threads, resolve_threads: processor time, summed over threads
   double seconds = 0;
   std::optional<BaselineSet> baselines;
   std::optional<MachineModel> model;  // with output.machine_model
