@@ -43,7 +43,7 @@ Keys memory_keys() {
       {"cache.line_bytes", &Gpu::cache_line_bytes, "bytes", 16, 256, "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
       {"texture.cache_bytes", &Gpu::texture_cache_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.", "[assumed]"},
       {"texture.cache_ways", &Gpu::texture_cache_ways, "ways", 1, 64, "Associativity of the texture cache.", "[assumed]"},
-      {"l2.bytes", &Gpu::l2_bytes, "bytes", 0, 1073741824.0, "L2 that all cores share, for textures; 0: none. Patch records have tessellator.cache_bytes, what is written once passes by.",
+      {"l2.bytes", &Gpu::l2_bytes, "bytes", 0, 1073741824.0, "L2 that all cores share, for textures and displacement maps; 0: none. Patch records have tessellator.cache_bytes, what is written once passes by.",
        "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] the half that tessellator.cache_bytes leaves"},
       {"l2.ways", &Gpu::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
       {"memory.bytes_per_clk", &Gpu::memory_bytes_per_clk, "bytes/clk", 0.125, 65536, "Peak rate of the external memory.",

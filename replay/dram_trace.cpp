@@ -75,7 +75,7 @@ hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::
   const auto pixels = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height());
   const auto samples = static_cast<std::uint64_t>(gpu.tile_width * gpu.tile_height * settings.samples_per_pixel);
   const std::uint64_t of_sample = tilecore::TileState::kBytesPerSample + static_cast<std::uint64_t>(gpu.tilecore_blend_layers) * tilecore::TileState::kBytesPerLayer;
-  return hardware::AddressMap({renderer.assembly().patch_count() * kMostRecordBytes, renderer.texture_memory().lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
+  return hardware::AddressMap({renderer.assembly().patch_count() * kMostRecordBytes, renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                                pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/thread_clock.h"
 #include "replay/resolve_options.h"
 
 namespace tessera::replay {
@@ -23,14 +24,15 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// Adds the thread's processor time since it was made.
 class BusyTimer {
  public:
-  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
-  ~BusyTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(thread_seconds()) {}
+  ~BusyTimer() { seconds_ += thread_seconds() - start_; }
 
  private:
   double& seconds_;
-  std::chrono::steady_clock::time_point start_;
+  double start_;
 };
 
 // Calls visit(tile, first_of_group) for every tile: groups on any thread, the tiles of a group one after the other on the
@@ -115,6 +117,7 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, co
       assembly_(prepared_->assembly),
       pyramids_(prepared_->pyramids),
       texture_memory_(capture_, gpu.line_bytes()),
+      displacement_memory_(capture_, gpu.line_bytes(), texture_memory_.lines()),
       camera_(choose_camera(capture_, settings, request)),
       resolve_(resolve_settings(settings, request.width, request.height)) {
   for (const double offset : {0.0, settings.eye_separation}) {
@@ -338,7 +341,7 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
   FrameResult whole(result.frame, tilecore::FrameTargets(request_.region, false));
-  WorkRecorder whole_work(whole_gpu, false);
+  WorkRecorder whole_work(whole_gpu, nullptr, false);
   MachineRecord whole_record;
   run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
@@ -364,7 +367,7 @@ void FrameRenderer::measure_error(const tilecore::TileJob& job, FrameResult& res
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
-  WorkRecorder recorder(gpu_, false);
+  WorkRecorder recorder(gpu_, nullptr, false);
   run_machine(gpu_, nullptr, plain, recorder, full, nullptr);
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
@@ -391,7 +394,8 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     if (eye.sequence.wants_previous_pose(frame)) previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
     job.resolve = &eye.sequence.begin(frame, *geometry, std::move(previous), result.effect_reasons);
     if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
-    job.resolve->all_velocities = request_.resolve_auxiliary || resolve_.advection.bfecc;
+    job.resolve->all_velocities = resolve_.advection.bfecc;
+    job.resolve->auxiliary = request_.resolve_auxiliary;
     result.counters.desampling.emplace();
     result.effects["desampling"] = true;
     if (job.resolve->previous.history != nullptr && resolve_.advect && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
@@ -403,7 +407,7 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
   if (guesses && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool baselines = request_.baselines && left == nullptr;
-  WorkRecorder recorder(gpu_, request_.record_accesses);
+  WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
   run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, baselines ? &record : nullptr);
   if (settings_.machine_model) {
     const StageTimer timer(result, "model");

@@ -93,7 +93,7 @@ struct FrameResult {
   FrameEffects effects;
   EffectReasons effect_reasons;  // for effects of the resolve unit
   std::optional<RightEye> right;
-  std::map<std::string, double> stage_seconds;  // host time; tile_threads and resolve_threads: summed over threads
+  std::map<std::string, double> stage_seconds;  // host time; tile_threads, resolve_threads: processor time, summed over threads
   double seconds = 0;
   std::optional<BaselineSet> baselines;
   std::optional<MachineModel> model;  // with output.machine_model
@@ -115,10 +115,10 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;          // pixels; whole frame by default
   bool auxiliary = false;
-  bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
-  bool error = false;              // and of its error: renders every frame fully as well
   bool baselines = false;  // run the other schemes as well
   bool record_accesses = false;  // keep every transfer over the memory interface, for traces
+  bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
+  bool error = false;              // and of its error: renders every frame fully as well
 };
 
 // Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures and counters are independent of each
@@ -142,7 +142,8 @@ class FrameRenderer {
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == frontend::kNone; }
   const frontend::Assembly& assembly() const { return assembly_; }
-  const tilecore::TextureMemory& texture_memory() const { return texture_memory_; }
+  // Cache lines of all textures, displacement maps last.
+  std::uint64_t texture_lines() const { return displacement_memory_.end(); }
 
  private:
   // A view of the scene that is rendered, and what its frames leave to each other.
@@ -181,6 +182,7 @@ class FrameRenderer {
   const frontend::Assembly& assembly_;
   const frontend::PyramidLibrary& pyramids_;
   tilecore::TextureMemory texture_memory_;
+  DisplacementMemory displacement_memory_;
   frontend::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
   std::vector<Eye> eyes_;  // the left or only one, the right one

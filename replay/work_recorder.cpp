@@ -10,12 +10,13 @@ using hardware::Unit;
 
 namespace {
 
-constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility), kShading = static_cast<std::size_t>(Phase::kShading);
+constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility);
 
 }  // namespace
 
-WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, bool record_accesses)
+WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses)
     : gpu_(gpu),
+      heights_(heights),
       record_accesses_(record_accesses),
       line_bytes_(static_cast<std::uint64_t>(gpu.line_bytes())),
       l2_(gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()) {}
@@ -29,6 +30,7 @@ std::uint64_t WorkRecorder::since(const hardware::Ledger& ledger, hardware::Traf
 }
 
 void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result) {
+  frame_ = &frame;
   if (record_accesses_ && patch_offsets_.empty()) {
     std::uint64_t next = 0;
     for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
@@ -108,7 +110,7 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
   const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
   slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
-    const std::uint64_t vertices = cache.counters().domain_evaluations, bytes = fetched();
+    const std::uint64_t made = cache.counters().sub_patches, vertices = cache.counters().domain_evaluations, bytes = fetched();
     cache.use(std::span(&r, 1));
     rounds_.read_bytes += fetched() - bytes;
     slot.work.vertices += cache.counters().domain_evaluations - vertices;
@@ -118,21 +120,26 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
     slot.work.boxes += cells + (cells + 15) / 16;
     // Records of neighbours that it needs are taken to lie behind its own.
     if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
+    if (heights_ == nullptr || cache.counters().sub_patches == made) continue;
+    heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
+    for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   }
   share_lines(slot);
 }
 
+void WorkRecorder::share_line(Slot& slot, std::uint32_t line, Phase phase) {
+  ++l2_counters_.requests;
+  ++slot.work.l2_lines;
+  if (l2_.use(line)) return;
+  ++l2_counters_.misses;
+  ++slot.work.l2_lines;
+  l2_ledger_.read(Unit::kTilecore, Purpose::kTexture, line_bytes_);
+  slot.work.dram_bytes[static_cast<std::size_t>(phase)] += line_bytes_;
+  if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kTexture, false, line * line_bytes_, line_bytes_);
+}
+
 void WorkRecorder::share_lines(Slot& slot) {
-  for (std::size_t i = 0; i < slot.lines.size(); ++i) {
-    ++l2_counters_.requests;
-    ++slot.work.l2_lines;
-    if (l2_.use(slot.lines[i])) continue;
-    ++l2_counters_.misses;
-    ++slot.work.l2_lines;
-    l2_ledger_.read(Unit::kTilecore, Purpose::kTexture, line_bytes_);
-    slot.work.dram_bytes[i < slot.shading_lines ? kVisibility : kShading] += line_bytes_;
-    if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kTexture, false, slot.lines[i] * line_bytes_, line_bytes_);
-  }
+  for (std::size_t i = 0; i < slot.lines.size(); ++i) share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
   slot.lines.clear();
 }
 

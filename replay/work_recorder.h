@@ -10,11 +10,12 @@
 #include "hardware/ledger.h"
 #include "hardware/line_cache.h"
 #include "hardware/work.h"
+#include "replay/displacement_memory.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
 
-// Lines that the texture caches of all cores asked of the shared L2.
+// Lines that the texture caches of all cores and the tessellators asked of the shared L2.
 struct L2Counters {
   std::uint64_t requests = 0;
   std::uint64_t misses = 0;
@@ -40,7 +41,8 @@ struct FrameRecord {
 // share() tile by tile, end_round(). finish() last.
 class WorkRecorder {
  public:
-  WorkRecorder(const hardware::GpuConfiguration& gpu, bool record_accesses);
+  // `heights`: null where textures are not modelled.
+  WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses);
 
   // Events since the last call; before the binner runs on them.
   void front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result);
@@ -84,10 +86,14 @@ class WorkRecorder {
     hardware::AccessLog log;
   };
   void share_lines(Slot& slot);
+  void share_line(Slot& slot, std::uint32_t line, hardware::Phase phase);
   // Adds what a ledger moved since `seen` to rounds_; bytes of it.
   std::uint64_t since(const hardware::Ledger& ledger, hardware::Traffic& seen);
 
   const hardware::GpuConfiguration& gpu_;
+  const DisplacementMemory* heights_;
+  const frontend::FrameGeometry* frame_ = nullptr;
+  std::vector<std::uint32_t> height_lines_;
   bool record_accesses_;
   std::uint64_t line_bytes_;
   hardware::LineCache l2_;
@@ -115,7 +121,7 @@ inline constexpr bool kAbsentWhenIdle<replay::L2Counters> = true;
 
 template <>
 inline constexpr auto kCounterFields<replay::L2Counters> = std::to_array<CounterField<replay::L2Counters>>({
-    {"l2.requests", &replay::L2Counters::requests, Combine::kSum, "lines", "Lines that texture caches asked of the L2.", "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
+    {"l2.requests", &replay::L2Counters::requests, Combine::kSum, "lines", "Lines that texture caches and, for displacement maps, tessellators asked of the L2.", "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
     {"l2.misses", &replay::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.", "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
 });
 TESSERA_COUNTERS_COVER(replay::L2Counters);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <tuple>
 #include <utility>
 
 #include "base/check.h"
+#include "base/thread_clock.h"
 #include "tilecore/clipped_cells.h"
 #include "tilecore/tile_frustum.h"
 
@@ -217,22 +217,21 @@ void TileCore::load_state(const TileJob& job, const TileState& state) {
 // ---- Shading ----------------------------------------------------------------------------------------------------
 
 void TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = thread_seconds();
   resolve_.plan(*job.resolve, *job.frame, samples_, state);
-  const auto planned = std::chrono::steady_clock::now();
+  const double planned = thread_seconds();
   shader_.shade(job, samples_, state, first_of_group, resolve_.runs());
-  const auto shaded = std::chrono::steady_clock::now();
+  const double shaded = thread_seconds();
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
   resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.charge_frame_buffer}, targets);
-  const auto end = std::chrono::steady_clock::now();
-  resolve_seconds_ += std::chrono::duration<double>((planned - start) + (end - shaded)).count();
+  resolve_seconds_ += (planned - start) + (thread_seconds() - shaded);
 }
 
 void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = thread_seconds();
   resolve_.finish_deferred(*job.resolve, job.grid->pixels(tile), {job.burst_bytes, job.charge_frame_buffer}, targets);
-  resolve_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  resolve_seconds_ += thread_seconds() - start;
 }
 
 void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group) {

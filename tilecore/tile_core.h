@@ -77,7 +77,7 @@ class TileCore {
   TextureUnit& textures() { return shader_.textures(); }
   ResolveCounters take_resolve_counters();
   DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
-  // Host time of the resolve unit, but for the plain multisample resolve.
+  // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
   SamplingCounters take_sampling_counters() { return sampler_.take_counters(); }
   hardware::Ledger take_ledger();

@@ -125,6 +125,26 @@ TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadi
   }
 }
 
+TEST(Desampling, PicturesOfTheUnitChangeNeitherTheFrameNorACounter) {
+  const Capture capture = shipped("stroll");
+  Machine m, pictures;
+  pictures.request.resolve_auxiliary = pictures.request.error = true;
+  const auto expected = m.frames(capture, 20, 23), got = pictures.frames(capture, 20, 23);
+  for (std::size_t f = 0; f < 3; ++f) {
+    EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values);
+    EXPECT_EQ(counters_json(got[f].counters), counters_json(expected[f].counters));
+  }
+  // Errors are where pixels were not shaded, and nowhere else.
+  double most = 0;
+  for (std::size_t p = 0; p < 160 * 90; ++p) {
+    if (got[2].targets.origin.values[p] == 0) {
+      ASSERT_EQ(got[2].targets.error.values[p], 0.0f);
+    }
+    most = std::max(most, double{got[2].targets.error.values[p]});
+  }
+  EXPECT_GT(most, 0);
+}
+
 // ---- Determinism ------------------------------------------------------------------------------------------------
 
 std::vector<FrameResult> on_machine(Machine m, const Capture& capture, std::size_t threads, const std::string& simd) {

@@ -235,6 +235,39 @@ TEST(Textures, AnL2ThatHoldsEverythingFetchesEachLineOnceAndNoneFetchesEveryMiss
   EXPECT_LT(render(capture, run).counters.texture.cache_misses, none.counters.texture.cache_misses);
 }
 
+// The lines of a flat map under a patch, against every vertex's own look-up.
+TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
+  Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  const frontend::Assembly assembly = frontend::assemble(capture);
+  frontend::FrameRequest request;
+  request.width = 320;
+  request.height = 180;
+  const auto frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 320, 180), request);
+  const DisplacementMemory memory(capture, 64, 1000);
+  std::vector<std::uint32_t> lines;
+  std::size_t displaced = 0;
+  for (std::uint32_t p = 0; p < assembly.patch_count(); ++p) {
+    const frontend::PosedDrawable& drawable = frame->drawable_of(p);
+    memory.lines_of(*frame, p, frontend::patch_cells(*frame, p), lines);
+    EXPECT_EQ(lines.empty(), !drawable.material->displacement.has_value());
+    if (lines.empty()) continue;
+    ++displaced;
+    const std::set<std::uint32_t> distinct(lines.begin(), lines.end());
+    EXPECT_EQ(distinct.size(), lines.size());
+    EXPECT_GE(*distinct.begin(), 1000u);
+    EXPECT_LT(*distinct.rbegin(), memory.end());
+    // Ranges need no more than the whole patch, and together no less.
+    const frontend::CellRange all = frontend::patch_cells(*frame, p);
+    std::set<std::uint32_t> parts;
+    for (std::uint8_t i = all.i0; i < all.i1; ++i) {
+      memory.lines_of(*frame, p, {i, all.j0, static_cast<std::uint8_t>(i + 1), all.j1}, lines);
+      parts.insert(lines.begin(), lines.end());
+    }
+    EXPECT_EQ(parts, distinct) << "patch " << p;
+  }
+  EXPECT_GT(displaced, 100u);
+}
+
 TEST(Model, WithoutItThePictureIsTheSameAndItsMembersAreAbsent) {
   const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
   Way run;

@@ -361,7 +361,8 @@ TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
 TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   const test::TemporaryFolder out;
   // Everything moves and is traced by single rays, so that all units run.
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", "effects.motion=on", "--set", "tilecore.traversal=ray", "--out", out.path().string()}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", "effects.motion=on", "--set", "tilecore.traversal=ray", "--set", "resolve.desampling=adaptive",
+                         "--set", "frame_buffer.compression=lossless", "--out", out.path().string()}).status, 0);
   std::set<std::string> described, counted;
   const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), frame = stats_of(out.path())["frames"][0];
   for (const json& row : rows) described.insert(row["name"]);
@@ -373,7 +374,7 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
 TEST(Program, HistoriesWarmUpsAndPicturesOfTheResolveUnitNeedDesampling) {
   const test::TemporaryFolder out;
   const auto replay = [&](std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"replay", capture("stroll"), "--size", "48x27", "--quiet", "--out", (out / "x").string()};
+    std::vector<std::string> arguments = {"replay", capture("stroll"), "--size", "160x90", "--quiet", "--out", (out / "x").string()};
     if (std::find(more.begin(), more.end(), "--frames") == more.end()) more.insert(more.end(), {"--frames", "20:22"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tessera(arguments);

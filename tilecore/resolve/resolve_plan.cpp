@@ -65,18 +65,11 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   if (block.empty) return;
   if (settings.desampling != Desampling::kAdaptive) {
     block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
-    if (resolve.all_velocities) velocity_.evaluate(block.pixels, settings.block_speed);
+    if (resolve.auxiliary) velocity_.evaluate(block.pixels, settings.block_speed, false);
     return;
   }
-  block.edge = is_edge(settings, block);
   BlockEvidence evidence;
-  evidence.edge = block.edge;
   evidence.still = block.still;
-  if (!block.edge || block.still || resolve.all_velocities) {
-    const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed);
-    evidence.velocity_usable = motion.usable;
-    evidence.speed = motion.speed;
-  }
   const History* history = resolve.previous.history;
   if (history != nullptr) {
     const bool distrusted = history->distrusted_around(block.pixels.x0, block.pixels.y0);
@@ -84,12 +77,22 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     evidence.advection_allowed = settings.advect && resolve.previous.motion->same_lights() && !distrusted;
     evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
   }
+  // Where all is still edges do not decide.
+  const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges && settings.rates.thresholds.still > 0;
+  if (!copies || resolve.auxiliary) block.edge = is_edge(settings, block);
+  evidence.edge = block.edge && !copies;
+  const bool needed = !evidence.edge || resolve.all_velocities;
+  if (needed || resolve.auxiliary) {
+    const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
+    evidence.velocity_usable = motion.usable;
+    evidence.speed = motion.speed;
+  }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.most_samples = settings.foveation.most_samples(middle);
   block.decision = select_rate(settings.rates, evidence);
   // What the other eye sees far away it sees where this one does.
   if (resolve.other_eye.history != nullptr && !block.edge && nearest > resolve.other_eye_depth && !block.decision.advect) {
-    eye_velocity_.evaluate(block.pixels, settings.block_speed);
+    eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
     block.from_other_eye = true;
     block.decision = {std::min(8, evidence.most_samples), true};
   }
@@ -138,7 +141,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     default: ++counters_.blocks_rate_16; break;
   }
   counters_.blocks_advected += block.decision.advect;
-  counters_.blocks_edge += block.edge;
+  counters_.blocks_edge += block.edge && !(block.still && block.decision.advect);
   const std::uint8_t groups = block.decision.samples == 32 ? 2 : 1;
   for_each_pixel(block.pixels, [&](int x, int y) { runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0; });
 }

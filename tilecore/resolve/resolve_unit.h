@@ -43,7 +43,8 @@ struct ResolveFrame {
   AdvectionSource other_eye;     // stereo: the left eye's finished frame
   float other_eye_depth = 0;     // both eyes must see a point farther than this
   bool keeps_history = true;     // charge for the records that the next frame, or the right eye, will want
-  bool all_velocities = false;   // evaluate those that no decision needs, too (BFECC, auxiliary pictures)
+  bool all_velocities = false;   // BFECC needs those that no decision needs, too
+  bool auxiliary = false;        // pictures show velocities and edges that nothing needs; not counted
   History* next = nullptr;
   std::vector<std::uint8_t> origin;  // per pixel of the region: PixelOrigin
   std::vector<std::uint8_t> deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
@@ -136,7 +137,7 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
      "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
     {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks", "Blocks that see nothing; they have no rate.", ""},
-    {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks", "Blocks in which the edge detector found an edge.", ""},
+    {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks", "Blocks in which the edge detector found an edge; still blocks that are advected are not looked at.", ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",

@@ -49,7 +49,7 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) const {
   return motion_->step(drawable, rest, surfaces_->depth[pixel], {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
 }
 
-VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statistic) {
+VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statistic, bool counted) {
   Block out;
   if (motion_ == nullptr) {
     out.usable = false;
@@ -69,7 +69,7 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
         continue;
       }
       const MotionField::Step step = evaluate_pixel(pixel);
-      ++evaluations_;
+      evaluations_ += counted;
       velocity_[pixel] = step.velocity;
       then_depth_[pixel] = step.depth;
       // A colour that blended surfaces are in moves with them, not with what is behind.

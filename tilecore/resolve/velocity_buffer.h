@@ -26,8 +26,8 @@ class VelocityBuffer {
   // Forgets the last tile. `motion`, which may be null (then nothing is usable), and the others must stay until the next tile.
   void start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state, const PixelSurfaces& surfaces, const MotionField* motion);
 
-  // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4).
-  Block evaluate(IntRect block, BlockSpeed statistic);
+  // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4). `counted`: the machine needs it; false: a picture does.
+  Block evaluate(IntRect block, BlockSpeed statistic, bool counted);
 
   // Of the tile, row by row. Unusable, with velocity zero, where nothing was evaluated.
   const std::vector<Vec2>& velocity() const { return velocity_; }
