@@ -18,8 +18,8 @@ using frontend::Procedure;
 using frontend::ProcedureCellBounds;
 
 constexpr int kMostHalvings = 20;
-// Of cells without a bounded derivative: halving rarely helps there.
-constexpr int kMostHalvingsUnknown = 8;
+// Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay large on screen.
+constexpr int kMostHalvingsUnknown = 8, kMostHalvingsNear = 13;
 constexpr std::uint16_t kUnknownSteps = 16;
 
 // Bounds one piece's cells by intervals, halving those that are large on screen.
@@ -49,7 +49,7 @@ class IntervalPass {
       return;
     }
     const double side = 2 * std::max(b.reach_u, b.reach_v);
-    const int most = std::isfinite(side) ? kMostHalvings : kMostHalvingsUnknown;
+    const int most = !std::isfinite(side) ? kMostHalvingsUnknown : b.crosses_near ? kMostHalvingsNear : kMostHalvings;
     if (!(side <= settings_.cell_pixels) && halvings < most) {
       // The longer side; where both are unknown, each in turn.
       const bool along_u = b.reach_u == b.reach_v ? halvings % 2 == 0 : b.reach_u > b.reach_v;

@@ -159,7 +159,7 @@ TEST(ParameterMaps, IntervalsMissNothingInAHundredThousandScenes) {  // S1
 #else
   // TESSERA_SCENES asks for more; 100000 have been run.
   const char* scenes = std::getenv("TESSERA_SCENES");
-  const Misses misses = count_misses(1, scenes != nullptr ? std::atoi(scenes) : 5000, settings, true, 24);
+  const Misses misses = count_misses(1, scenes != nullptr ? std::atoi(scenes) : 2000, settings, true, 24);
 #endif
   EXPECT_GT(misses.points, 10 * misses.scenes / 4);
   EXPECT_EQ(misses.tags, 0);
