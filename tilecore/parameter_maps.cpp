@@ -18,9 +18,9 @@ using frontend::Procedure;
 using frontend::ProcedureCellBounds;
 
 constexpr int kMostHalvings = 20;
-// Of cells without a bounded derivative: halving rarely helps there.
-constexpr int kMostHalvingsUnknown = 8;
-constexpr std::uint16_t kUnknownSteps = 16;
+// Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay large on screen.
+constexpr int kMostHalvingsUnknown = 8, kMostHalvingsNear = 13;
+constexpr std::uint16_t kUnknownSteps = 16, kMostStepsNear = 24;
 
 // Bounds one piece's cells by intervals, halving those that are large on screen.
 class IntervalPass {
@@ -49,7 +49,7 @@ class IntervalPass {
       return;
     }
     const double side = 2 * std::max(b.reach_u, b.reach_v);
-    const int most = std::isfinite(side) ? kMostHalvings : kMostHalvingsUnknown;
+    const int most = !std::isfinite(side) ? kMostHalvingsUnknown : b.crosses_near ? kMostHalvingsNear : kMostHalvings;
     if (!(side <= settings_.cell_pixels) && halvings < most) {
       // The longer side; where both are unknown, each in turn.
       const bool along_u = b.reach_u == b.reach_v ? halvings % 2 == 0 : b.reach_u > b.reach_v;
@@ -70,6 +70,12 @@ class IntervalPass {
     bool clamped = false;
     cell.steps_u = sample_steps(b.reach_u, reach_, clamped);
     cell.steps_v = sample_steps(b.reach_v, reach_, clamped);
+    // Blurred and across the near plane, a sample may sweep the whole picture: few of those.
+    if (b.crosses_near && (frame_.drawables[drawable_].moving || frame_.projection.lens_scale != 0)) {
+      clamped = clamped || cell.steps_u > kMostStepsNear || cell.steps_v > kMostStepsNear;
+      cell.steps_u = std::min(cell.steps_u, kMostStepsNear);
+      cell.steps_v = std::min(cell.steps_v, kMostStepsNear);
+    }
     out_.counters.rates_clamped += clamped ? 1 : 0;
     // Bounds have a margin of 2^-8, which outlasts the rounding to float inside any frame.
     cell.x0 = static_cast<float>(b.x0), cell.y0 = static_cast<float>(b.y0), cell.x1 = static_cast<float>(b.x1), cell.y1 = static_cast<float>(b.y1);

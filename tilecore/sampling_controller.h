@@ -74,6 +74,7 @@ class SamplingController {
 
   // sampling_refill.cpp
   void refill_holes(const Job& job);
+  void refill_once(const Job& job);
   bool refill(const Job& job, std::size_t hole, std::size_t before, std::size_t after);
 
   // sampling_lines.cpp

@@ -11,13 +11,23 @@ namespace tessera::tilecore {
 namespace {
 
 constexpr int kMostSteps = 6;                 // of Newton's method
+constexpr int kMostRounds = 4;
 constexpr float kSolvedPixels = 1.0f / 128;
 constexpr float kBehindShare = 1.0f / 512;    // a hole sees something farther by more than this share of the depth
 constexpr float kSameSurfaceShare = 1.0f / 16;  // neighbours on one surface differ in depth by less
 
 }  // namespace
 
+// What was filled helps to find what lies beside it.
 void SamplingController::refill_holes(const Job& job) {
+  for (int round = 0; round < kMostRounds; ++round) {
+    const std::uint64_t before = counters_.holes_refilled;
+    refill_once(job);
+    if (counters_.holes_refilled == before) return;
+  }
+}
+
+void SamplingController::refill_once(const Job& job) {
   const IntRect& pixels = job.samples.pixels;
   const int columns = pixels.width() * side_, rows = pixels.height() * side_;
   const auto sample_at = [&](int column, int row) -> std::size_t {

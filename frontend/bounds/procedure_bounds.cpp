@@ -95,6 +95,7 @@ ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const Posed
     out.outside = true;
     return out;
   }
+  out.crosses_near = !(depth.low() >= projection.near);
   std::array<ScreenCoordinate, 2> c;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto member = axis == 0 ? &RasterEnclosure::x : &RasterEnclosure::y;

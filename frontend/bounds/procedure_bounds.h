@@ -19,6 +19,7 @@ struct ParameterBox {
 struct ProcedureCellBounds {
   bool outside = false;           // no point of it lies in the depth range; nothing else is set then
   bool faces_away = false;        // all of it shows its back (still drawables without lens only)
+  bool crosses_near = false;      // some of it may lie in front of the near plane
   double x0, y0, x1, y1;          // pixels, closed
   double near_z, far_z;
   // Largest change of x or of y on screen, in pixels, from the middle of the box to its side along each parameter.

@@ -151,15 +151,15 @@ Misses count_misses(std::uint32_t seed, int scenes, const ProcedureSettings& set
   return misses;
 }
 
-TEST(ParameterMaps, IntervalsMissNothingInAHundredThousandScenes) {  // S1
+TEST(ParameterMaps, IntervalsMissNothingInRandomScenes) {  // S1
   ProcedureSettings settings;
   settings.cell_pixels = 24;
 #ifdef TESSERA_SANITIZED
   const Misses misses = count_misses(1, 3000, settings, true, 24);
 #else
-  // TESSERA_SCENES asks for more; 100000 have been run.
+  // TESSERA_SCENES asks for more.
   const char* scenes = std::getenv("TESSERA_SCENES");
-  const Misses misses = count_misses(1, scenes != nullptr ? std::atoi(scenes) : 5000, settings, true, 24);
+  const Misses misses = count_misses(1, scenes != nullptr ? std::atoi(scenes) : 1000, settings, true, 24);
 #endif
   EXPECT_GT(misses.points, 10 * misses.scenes / 4);
   EXPECT_EQ(misses.tags, 0);
@@ -271,14 +271,37 @@ TestFrame one(ShapeId id, const shaders::ShapeInput& in, const DVec3& place, boo
 TEST(SamplingController, EverySampleIsCountedOnce) {  // C3
   Random random(5);
   for (int n = 0; n < 40; ++n) {
-    // Blur over the whole picture costs a test per sample point and sample: a few of those.
-    const RandomScene scene(random, static_cast<ShapeId>(n % test::kShapeCount), n % 8 == 0);
+    const RandomScene scene(random, static_cast<ShapeId>(n % test::kShapeCount), false);
     const Drawn drawn = draw(*scene.scene.frame, {});
     const SamplingCounters& c = drawn.counters;
     EXPECT_LE(c.samples_outside_tile + c.samples_behind + c.samples_backfacing + c.samples_not_finite, c.samples);
     EXPECT_GE(c.array_slots, c.samples);
     EXPECT_GE(c.writes, seen(drawn.state));
   }
+}
+
+TEST(SamplingController, ABlurredSphereIsSeenWhereItPassesAndCountedOnce) {  // C3, with motion and a lens
+  TestFrame scene;
+  frontend::Camera camera;
+  camera.lens = {0.1f, 3.0f};
+  test::add_camera(*scene.capture, DVec3(0, 0, 4), camera);
+  test::add_material(*scene.capture);
+  shaders::ShapeInput in;
+  in.p[0] = 0.4f;
+  test::add_motion(*scene.capture, test::add_procedure(*scene.capture, ShapeId::kSphere, in, DVec3(-0.5, 0, 0), 0), DVec3(1, 0, 0));
+  scene.pose(96, 64);
+  const Drawn drawn = draw(*scene.frame, {});
+  const SamplingCounters& c = drawn.counters;
+  EXPECT_LE(c.samples_outside_tile + c.samples_behind + c.samples_backfacing + c.samples_not_finite, c.samples);
+  // The middle of the way sees it most of the time, its ends and what lies beyond do not.
+  const auto covered = [&](int x) {
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < 16; ++k) n += drawn.state.patch[(32 * 96 + static_cast<std::size_t>(x)) * 16 + k] != TileState::kNoPatch ? 1 : 0;
+    return n;
+  };
+  EXPECT_GT(covered(48), 8u);
+  EXPECT_LT(covered(33), covered(48));
+  EXPECT_EQ(covered(5), 0u);
 }
 
 TEST(SamplingController, SeesASphereWhereItIs) {
@@ -299,7 +322,7 @@ TEST(SamplingController, SeesASphereWhereItIs) {
     inside += hit ? 1 : 0;
     if (hit != found && std::abs(square) > 2e-2) ++wrong;
     if (hit && found && square > 2e-2) {
-      EXPECT_NEAR(static_cast<double>(drawn.state.z[s]), b - std::sqrt(square), 2e-4);
+      EXPECT_NEAR(static_cast<double>(drawn.state.z[s]), b - std::sqrt(square), 2e-3);  // extrapolated half a step, steepest at the outline
     }
   }
   EXPECT_EQ(wrong, 0);  // no hole, and nothing beside the outline
