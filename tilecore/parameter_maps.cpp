@@ -77,6 +77,11 @@ class IntervalPass {
       cell.steps_v = std::min(cell.steps_v, kMostStepsNear);
     }
     out_.counters.rates_clamped += clamped ? 1 : 0;
+    // Smooth surfaces bend by less than the least slack within half a step.
+    if (shaders::shape_declarations()[static_cast<std::size_t>(frame_.drawables[drawable_].procedure->shape)].kinks) {
+      const double bend = std::min(b.bend_u / cell.steps_u + b.bend_v / cell.steps_v, reach_ / 2);
+      cell.slack = static_cast<std::uint8_t>(std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
+    }
     // Bounds have a margin of 2^-8, which outlasts the rounding to float inside any frame.
     cell.x0 = static_cast<float>(b.x0), cell.y0 = static_cast<float>(b.y0), cell.x1 = static_cast<float>(b.x1), cell.y1 = static_cast<float>(b.y1);
     cell.near_z = static_cast<float>(b.near_z * (1 - 0x1p-20));

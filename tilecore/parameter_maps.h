@@ -65,6 +65,9 @@ struct ParameterCell {
   std::uint16_t steps_u = 1, steps_v = 1;    // samples along each parameter
   float x0 = 0, y0 = 0, x1 = 0, y1 = 0;      // pixels: where it may be seen, over the whole shutter and lens
   float near_z = 0;
+  std::uint8_t slack = kLeastSlack;  // 1/256 pixel, by which footprints are wider than their parallelograms
+  // What a smooth surface bends within half a step, and rounding.
+  static constexpr std::uint8_t kLeastSlack = 1;
 };
 
 // The result of the sparse pass over one frame: tag map (tiles with cells), parameter map (cells per tile) and rate map (steps
@@ -74,6 +77,8 @@ struct ParameterCell {
 //   S1  Every visible point of a procedure lies in a tile whose list holds the point's cell: recall of tag and parameter map is 1.
 //   S2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and along y, unless
 //       rates_clamped counts the cell.
+//   S3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included: where there are
+//       any, what the derivative varies within the cell is the footprints' slack, up to half of `spacing`.
 class ParameterMaps {
  public:
   static constexpr std::uint16_t kMostSteps = 128;
@@ -90,8 +95,8 @@ class ParameterMaps {
   const SamplingCounters& counters() const { return counters_; }
   const hardware::Ledger& ledger() const { return ledger_; }
 
-  // [spec: the published rate map has a radius per parameter] A cell in memory: its place in the domain, two rates, its depth.
-  static constexpr std::uint64_t kCellBytes = 12;
+  // [spec: the published rate map has a radius per parameter] A cell in memory: its place in the domain, two rates, its depth, its slack.
+  static constexpr std::uint64_t kCellBytes = 13;
   // An entry of a tile's list: the number of a cell.
   static constexpr std::uint64_t kEntryBytes = 4;
 

@@ -16,6 +16,8 @@ namespace {
 using frontend::FrameGeometry;
 using frontend::PosedDrawable;
 
+constexpr std::uint64_t kImagePointBytes = 12;  // three floats
+
 float farthest(const TileState& state) {
   if (state.unseen > 0) return std::numeric_limits<float>::infinity();
   return *std::max_element(state.z.begin(), state.z.end());
@@ -81,11 +83,28 @@ void SamplingController::render(const FrameGeometry& frame, const ParameterMaps&
       continue;
     }
     const std::uint32_t drawable = maps.cells()[order_[group.first]].drawable;
-    read(hardware::Purpose::kPatchData, frontend::patch_record_bytes(frame, frame.drawables[drawable].drawable->first_patch));
+    const frontend::Procedure& procedure = *frame.drawables[drawable].procedure;
+    const std::uint64_t image_bytes = procedure.image ? kImagePointBytes * procedure.image->x.size() : 0;
+    read(hardware::Purpose::kPatchData, frontend::patch_record_bytes(frame, frame.drawables[drawable].drawable->first_patch) - image_bytes);
+    if (procedure.image) ledger_.read(hardware::Unit::kSampling, hardware::Purpose::kPatchData, std::min(image_bytes_of(group, maps, *procedure.image, burst_bytes), image_bytes));
     run_group(job, group);
   }
   if (maps.settings().refill) refill_holes(job);
   if (maps.settings().style == ProcedureSettings::Style::kLines) draw_lines(job);
+}
+
+// What a group's cells read of a geometry image: its points row by row, once for each cell.
+std::uint64_t SamplingController::image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image, std::uint64_t burst_bytes) const {
+  std::uint64_t sum = 0;
+  for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
+    const ParameterCell& cell = maps.cells()[order_[k]];
+    const auto point = [](float at, int size) { return static_cast<std::uint64_t>(std::clamp(static_cast<int>(at * static_cast<float>(size - 1)), 0, size - 1)); };
+    const std::uint64_t width = static_cast<std::uint64_t>(image.width), first = point(cell.u0, image.width), last = std::min(point(cell.u1, image.width) + 1, width - 1);
+    const std::uint64_t last_row = std::min(point(cell.v1, image.height) + 1, static_cast<std::uint64_t>(image.height) - 1);
+    for (std::uint64_t row = point(cell.v0, image.height); row <= last_row; ++row)
+      sum += hardware::burst_bytes(kImagePointBytes * (row * width + first), kImagePointBytes * (last - first + 1), burst_bytes);
+  }
+  return sum;
 }
 
 void SamplingController::begin_piece(const Job& job, const ParameterCell& first) {
@@ -175,7 +194,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
   const float z = at[R::kZ][k];
   const frontend::Projection& projection = job.frame.projection;
   if (z < static_cast<float>(projection.near) || (projection.far > 0 && z > static_cast<float>(projection.far))) return void(++counters_.samples_behind);
-  Parallelogram p{at[R::kX][k], at[R::kY][k], at[R::kXu][k] * f.half_u, at[R::kYu][k] * f.half_u, at[R::kXv][k] * f.half_v, at[R::kYv][k] * f.half_v, 0};
+  Parallelogram p{at[R::kX][k], at[R::kY][k], at[R::kXu][k] * f.half_u, at[R::kYu][k] * f.half_u, at[R::kXv][k] * f.half_v, at[R::kYv][k] * f.half_v, 0, f.slack()};
   p.det = p.ax * p.by - p.ay * p.bx;
   if (!std::isfinite(p.x + p.y + z + p.ax + p.ay + p.bx + p.by)) return void(++counters_.samples_not_finite);
   const PosedDrawable& drawable = job.frame.drawables[drawable_];
@@ -185,7 +204,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
   // Sub-pixels that the footprint's box touches, inside the tile.
   const IntRect& pixels = job.samples.pixels;
   const auto side = static_cast<float>(side_);
-  const float reach_x = std::abs(p.ax) + std::abs(p.bx) + kSlackPixels, reach_y = std::abs(p.ay) + std::abs(p.by) + kSlackPixels;
+  const float reach_x = std::abs(p.ax) + std::abs(p.bx) + p.slack, reach_y = std::abs(p.ay) + std::abs(p.by) + p.slack;
   const float left = (p.x - static_cast<float>(pixels.x0)) * side, top = (p.y - static_cast<float>(pixels.y0)) * side;
   const int columns = pixels.width() * side_, rows = pixels.height() * side_;
   const float x0 = std::max(left - reach_x * side, 0.0f), x1 = std::min(left + reach_x * side, static_cast<float>(columns)), y0 = std::max(top - reach_y * side, 0.0f), y1 = std::min(top + reach_y * side, static_cast<float>(rows));
@@ -270,6 +289,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
       p.bx += lens_u * slope * z_v, p.by += lens_v * slope * z_v;
     }
     p.det = p.ax * p.by - p.ay * p.bx;
+    p.slack = f.slack();
     return true;
   };
   // Box over the visible part of the shutter and the lens: positions at its two ends hold all between.
@@ -286,7 +306,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
     }
     const float coc = lens ? job.samples.lens_scale * std::abs(orthographic ? 1.0f - z * focus : 1.0f / z - focus) : 0.0f;
     const float spread = lens ? job.samples.lens_scale * (std::abs(z_u) + std::abs(z_v)) * (orthographic ? std::abs(focus) : 1.0f / (z * z)) : 0.0f;
-    const float rx = std::abs(p.ax) + std::abs(p.bx) + coc + spread + 2 * kSlackPixels, ry = std::abs(p.ay) + std::abs(p.by) + coc + spread + 2 * kSlackPixels;
+    const float rx = std::abs(p.ax) + std::abs(p.bx) + coc + spread + 2 * p.slack, ry = std::abs(p.ay) + std::abs(p.by) + coc + spread + 2 * p.slack;
     x0 = std::min(x0, p.x - rx), x1 = std::max(x1, p.x + rx), y0 = std::min(y0, p.y - ry), y1 = std::max(y1, p.y + ry);
   }
   const bool bounded = job.maps.settings().maps == ProcedureSettings::Maps::kInterval;

@@ -60,10 +60,12 @@ class SamplingController {
   struct Footprint {
     const ParameterCell* cell;
     float u, v, half_u, half_v;
+    float slack() const { return static_cast<float>(cell->slack) * (1.0f / 256); }
   };
 
   void find_slots(const TileSamples& samples);
   void group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps);
+  std::uint64_t image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image, std::uint64_t burst_bytes) const;
   void run_group(const Job& job, const Group& group);
   void run_batch(const Job& job);
   void scatter_still(const Job& job, std::size_t k);

@@ -10,6 +10,7 @@
 namespace tessera::tilecore {
 namespace {
 
+constexpr float kSlackPixels = 1.0f / 256;  // of a stroke, for rounding
 constexpr int kLines = 64;               // of each parameter over a piece; a power of two
 constexpr float kWidthPixels = 0.55f;    // half the width of a stroke
 constexpr float kNearer = 1.0f - 1.0f / 256;  // strokes lie a little in front of their surface
@@ -77,7 +78,7 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
   if (!(z >= static_cast<float>(job.frame.projection.near)) || !(luma <= light)) return;
   const float tangent_x = at[along_u ? R::kXu : R::kXv][k] * half_step, tangent_y = at[along_u ? R::kYu : R::kYv][k] * half_step;
   const float length = std::sqrt(tangent_x * tangent_x + tangent_y * tangent_y), across = kWidthPixels / std::max(length, 1e-6f);
-  Parallelogram p{at[R::kX][k], at[R::kY][k], tangent_x, tangent_y, -tangent_y * across, tangent_x * across, 0};
+  Parallelogram p{at[R::kX][k], at[R::kY][k], tangent_x, tangent_y, -tangent_y * across, tangent_x * across, 0, kSlackPixels};
   p.det = p.ax * p.by - p.ay * p.bx;
   if (!std::isfinite(p.x + p.y + z + p.det)) return;
   const frontend::PosedDrawable& drawable = job.frame.drawables[cell.drawable];

@@ -104,8 +104,11 @@ void make_workshop(const std::filesystem::path& folder) {
   add(asset, "cup", cup, {{"shape", "revolution"}, {"parameters", {{"profile", wall}}}, {"texture", clay}, {"shading", phong}, {"material", glazed}});
   add_handle(asset, cup, {{0.62, 1.05}, {0.95, 1.15}, {1.25, 0.95}, {1.18, 0.62}, {1.12, 0.38}, {0.95, 0.25}, {0.62, 0.30}}, 0.07f, clay, phong, glazed);
 
-  add(asset, "spring", {Vec3(0.75f, 0.10f, -0.9f)},
+  const Place spring{Vec3(0.75f, 0.10f, -0.9f)};
+  add(asset, "spring", spring,
       {{"shape", "spring"}, {"parameters", {{"radius", 0.62}, {"wireRadius", 0.1}, {"height", 2.3}, {"turns", 7}}}, {"texture", plain(Vec3(1.0f))}, {"shading", by_material}, {"material", steel}});
+  for (const float y : {0.0f, 2.3f})  // rounded ends of the wire
+    add(asset, "end of the spring", {spring.at + Vec3(0.62f, y, 0)}, {{"shape", "sphere"}, {"parameters", {{"radius", 0.1}}}, {"texture", plain(Vec3(1.0f))}, {"shading", by_material}, {"material", steel}});
   add(asset, "ring", {Vec3(0.55f, 0.22f, 1.7f)}, {{"shape", "torus"}, {"parameters", {{"majorRadius", 0.75}, {"minorRadius", 0.22}}}, {"shading", by_material}, {"material", brass}});
   add(asset, "leaning ring", {Vec3(-0.75f, 0.98f, -1.35f), about({1, 0, 0}, 74) * about({0, 1, 0}, 20)},
       {{"shape", "torus"}, {"parameters", {{"majorRadius", 0.82}, {"minorRadius", 0.14}}}, {"shading", by_material}, {"material", brass}});
@@ -120,7 +123,7 @@ void make_workshop(const std::filesystem::path& folder) {
       {{"shape", "cylinder"}, {"parameters", {{"radius", 0.42}, {"topRadius", 0.12}, {"height", 2.6}}}, {"texture", {{"pattern", "checker"}, {"color", {0.75, 0.12, 0.08}}, {"second", {0.85, 0.80, 0.72}}, {"repeat", {1, 7}}, {"blur", 0.05}}},
        {"shading", by_material}, {"material", matt}});
   add(asset, "shell", {Vec3(-2.35f, 0.5f, 1.75f), about({0, 0, 1}, 70) * about({0, 1, 0}, 60)},
-      {{"shape", "geometryImage"}, {"parameters", {{"scale", 0.5}}}, {"image", {{"positions", asset.add_points(shell_points(33, 129))}, {"width", 33}}},
+      {{"shape", "geometryImage"}, {"parameters", {{"scale", 0.5}}}, {"image", {{"positions", asset.add_points(shell_points(65, 257))}, {"width", 65}}},
        {"texture", marble(Vec3(0.88f, 0.70f, 0.55f), Vec3(0.55f, 0.24f, 0.14f), 0.8f, 0.6f)}, {"shading", by_material}, {"material", glazed}});
 
   const int camera = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.46}, {"znear", 0.1}}}});

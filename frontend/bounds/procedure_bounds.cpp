@@ -44,6 +44,10 @@ ScreenCoordinate projected(const Enclosure& x, const Enclosure& z, double near) 
   return {value, (x.by_s() - value * z.by_s()) / front, (x.by_t() - value * z.by_t()) / front};
 }
 
+ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const Projection& p) {
+  return p.orthographic ? ScreenCoordinate{with_error(x), x.by_s(), x.by_t()} : projected(x, z, p.near);
+}
+
 ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) { return {hull(a.value, b.value), hull(a.by_s, b.by_s), hull(a.by_t, b.by_t)}; }
 
 // The same at every time between the keys. A point's position is a mean of its positions at the keys, weighted with its
@@ -100,10 +104,9 @@ ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const Posed
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto member = axis == 0 ? &RasterEnclosure::x : &RasterEnclosure::y;
     if (projection.orthographic) {
-      const auto plain = [&](const Enclosure& x) { return ScreenCoordinate{with_error(x), x.by_s(), x.by_t()}; };
-      c[axis] = join(plain(r[0].*member), plain(r[1].*member));
+      c[axis] = join(on_screen(r[0].*member, r[0].z, projection), on_screen(r[1].*member, r[1].z, projection));
     } else {
-      c[axis] = drawable.moving ? moving(r, member, projection.near) : projected(r[0].*member, r[0].z, projection.near);
+      c[axis] = drawable.moving ? moving(r, member, projection.near) : on_screen(r[0].*member, r[0].z, projection);
     }
   }
   if (!drawable.moving && projection.lens_scale == 0 && !drawable.material->double_sided) {
@@ -122,6 +125,13 @@ ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const Posed
   out.far_z = known(depth.high());
   out.reach_u = known(std::max(c[0].by_s.magnitude(), c[1].by_s.magnitude()));
   out.reach_v = known(std::max(c[0].by_t.magnitude(), c[1].by_t.magnitude()));
+  const auto width = [](const Interval& x) { return known(x.high() - x.low()); };
+  for (std::size_t key = 0; key < (drawable.moving ? 2u : 1u); ++key)
+    for (const auto member : {&RasterEnclosure::x, &RasterEnclosure::y}) {
+      const ScreenCoordinate at_key = on_screen(r[key].*member, r[key].z, projection);
+      out.bend_u = std::max(out.bend_u, width(at_key.by_s));
+      out.bend_v = std::max(out.bend_v, width(at_key.by_t));
+    }
   return out;
 }
 

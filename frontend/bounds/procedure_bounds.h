@@ -25,6 +25,9 @@ struct ProcedureCellBounds {
   // Largest change of x or of y on screen, in pixels, from the middle of the box to its side along each parameter.
   // Infinite where the shape or the projection has no bounded derivative.
   double reach_u = 0, reach_v = 0;
+  // Largest difference, along x or y, of two of these changes at one key through the middle of the lens: how far from a straight
+  // line its image may bend.
+  double bend_u = 0, bend_v = 0;
 };
 
 // Bounds hold for every (u, v) of the box, every time and every point of the lens for which the point lies in front of the

@@ -7,7 +7,7 @@ namespace {
 
 template <class Stage>
 StageDeclaration declare_shape() {
-  return {Stage::kName, Stage::kMeaning, Stage::kParameters, Stage::kPatchesU, Stage::kPatchesV};
+  return {Stage::kName, Stage::kMeaning, Stage::kParameters, Stage::kPatchesU, Stage::kPatchesV, requires { Stage::kKinks; }};
 }
 template <class Stage>
 StageDeclaration declare() {

@@ -59,6 +59,7 @@ struct StageDeclaration {
   std::string_view name, meaning;
   std::span<const ParameterDeclaration> parameters;
   int patches_u = 1, patches_v = 1;  // shapes: base patches of a piece when it is tessellated
+  bool kinks = false;                // shapes: derivatives may jump inside a piece
 };
 
 std::span<const StageDeclaration> shape_declarations();    // by ShapeId

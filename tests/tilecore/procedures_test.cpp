@@ -215,7 +215,7 @@ TEST(Footprint, NeighboursLeaveNoGapAndHardlyOverlap) {
     int hits = 0;
     for (int i = -8; i <= 8; ++i)
       for (int j = -8; j <= 8; ++j) {
-        const Parallelogram p{2 * (static_cast<float>(i) * ax + static_cast<float>(j) * bx), 2 * (static_cast<float>(i) * ay + static_cast<float>(j) * by), ax, ay, bx, by, ax * by - ay * bx};
+        const Parallelogram p{2 * (static_cast<float>(i) * ax + static_cast<float>(j) * bx), 2 * (static_cast<float>(i) * ay + static_cast<float>(j) * by), ax, ay, bx, by, ax * by - ay * bx, 1.0f / 256};
         float u, v;
         hits += p.holds(px, py, u, v) ? 1 : 0;
       }
