@@ -24,6 +24,9 @@ Keys speed_keys() {
        "[assumed]"},
       {"tilecore.boxes_per_clk", &Gpu::tilecore_boxes_per_clk, "boxes/clk", kLeast, kMost, "Boxes of cells and leaves that a core builds.", "[assumed] a cell for each vertex"},
       {"tilecore.box_tests_per_clk", &Gpu::tilecore_box_tests_per_clk, "tests/clk", kLeast, kMost, "Box tests of a core.", "[assumed] as triangle tests"},
+      {"tilecore.stencil_tests_per_clk", &Gpu::tilecore_stencil_tests_per_clk, "tests/clk", kLeast, kMost, "Samples whose time a core's stencil unit tests.", "[assumed] a group of 32 samples"},
+      {"sampling.operations_per_clk", &Gpu::sampling_operations_per_clk, "operations/clk", kLeast, kMost, "Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.",
+       "[spec] US 2007/0002066: an array of lanes; [assumed] 32, as the shader"},
       {"tilecore.triangle_tests_per_clk", &Gpu::tilecore_triangle_tests_per_clk, "tests/clk", kLeast, kMost, "Samples that a core tests against a triangle.",
        "[assumed] a quad with 4 samples a pixel"},
       {"tilecore.alpha_tests_per_clk", &Gpu::tilecore_alpha_tests_per_clk, "tests/clk", kLeast, kMost, "Alpha tests of a core.", "[assumed] a quad"},
@@ -32,6 +35,8 @@ Keys speed_keys() {
       {"texture.texels_per_clk", &Gpu::texture_texels_per_clk, "texels/clk", kLeast, kMost, "Bilinear look-ups of a core's texture unit; a trilinear one is two.", "[assumed]"},
       {"tilecore.blends_per_clk", &Gpu::tilecore_blends_per_clk, "layers/clk", kLeast, kMost, "Blended layers of samples that a core composes.", "[assumed] a quad"},
       {"resolve.pixels_per_clk", &Gpu::resolve_pixels_per_clk, "pixels/clk", kLeast, kMost, "Pixels that a core's resolve unit finishes.", "[assumed] a quad"},
+      {"resolve.operations_per_clk", &Gpu::resolve_operations_per_clk, "operations/clk", kLeast, kMost,
+       "Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap with float weights is four.", "[assumed] a stencil of 16 taps"},
   };
 }
 
@@ -65,6 +70,8 @@ Keys energy_keys() {
       {"energy.vertex_pj", &Gpu::energy_vertex_pj, "pJ", 0, 1e9, "Vertex evaluated.", "[assumed] 130 operations of 1.15 pJ"},
       {"energy.box_pj", &Gpu::energy_box_pj, "pJ", 0, 1e9, "Box of a cell or a leaf built.", "[assumed]"},
       {"energy.box_test_pj", &Gpu::energy_box_test_pj, "pJ", 0, 1e9, "Box test.", "[assumed] 4 comparisons of a quarter of an operation, one read of 2 bytes"},
+      {"energy.stencil_test_pj", &Gpu::energy_stencil_test_pj, "pJ", 0, 1e9, "Time of a sample tested against a stencil's references.", "[assumed] two comparisons of 8 bits, one read of a byte"},
+      {"energy.sampling_operation_pj", &Gpu::energy_sampling_operation_pj, "pJ", 0, 1e9, "Operation of the SIMD array that evaluates procedures.", "[assumed] as the pixel shader's"},
       {"energy.triangle_test_pj", &Gpu::energy_triangle_test_pj, "pJ", 0, 1e9, "Sample tested against a triangle.", "[assumed] 7 operations of 1.15 pJ"},
       {"energy.alpha_test_pj", &Gpu::energy_alpha_test_pj, "pJ", 0, 1e9, "Alpha test.", "[assumed] a bilinear look-up and what it compares"},
       {"energy.hit_pj", &Gpu::energy_hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.", "[assumed] depth read, 20 bytes written"},
@@ -73,6 +80,7 @@ Keys energy_keys() {
       {"energy.l2_line_pj", &Gpu::energy_l2_line_pj, "pJ", 0, 1e9, "Line read from or filled into the L2.", "[assumed] ten times the small cache, 64 bytes"},
       {"energy.blend_pj", &Gpu::energy_blend_pj, "pJ", 0, 1e9, "Blended layer of a sample composed.", "[assumed] 4 operations of 1.15 pJ"},
       {"energy.resolved_pixel_pj", &Gpu::energy_resolved_pixel_pj, "pJ", 0, 1e9, "Pixel resolved, memory traffic apart.", "[assumed] 4 samples of 4 operations"},
+      {"energy.resolve_operation_pj", &Gpu::energy_resolve_operation_pj, "pJ", 0, 1e9, "Operation of desampling.", "[assumed] a multiplication by 8 bits and an addition for four channels"},
       {"energy.leakage_mw", &Gpu::energy_leakage_mw, "mW", 0, 1e6, "Power of the GPU that does nothing.", "[assumed]"},
   };
 }

@@ -21,6 +21,8 @@ struct MachineNumbers {
   double tessellator_vertices_per_clk = 1;
   double tilecore_boxes_per_clk = 1;
   double tilecore_box_tests_per_clk = 16;
+  double tilecore_stencil_tests_per_clk = 32;
+  double sampling_operations_per_clk = 32;
   double tilecore_triangle_tests_per_clk = 16;
   double tilecore_alpha_tests_per_clk = 4;
   std::int64_t shader_lanes = 32;
@@ -28,6 +30,7 @@ struct MachineNumbers {
   double texture_texels_per_clk = 2;
   double tilecore_blends_per_clk = 4;
   double resolve_pixels_per_clk = 4;
+  double resolve_operations_per_clk = 16;
 
   std::int64_t cache_line_bytes = 64;
   std::int64_t texture_cache_bytes = 16 << 10;
@@ -46,6 +49,8 @@ struct MachineNumbers {
   double energy_vertex_pj = 150;
   double energy_box_pj = 20;
   double energy_box_test_pj = 2;
+  double energy_stencil_test_pj = 1;
+  double energy_sampling_operation_pj = 1.5;
   double energy_triangle_test_pj = 8;
   double energy_alpha_test_pj = 20;
   double energy_hit_pj = 12;
@@ -54,6 +59,7 @@ struct MachineNumbers {
   double energy_l2_line_pj = 200;
   double energy_blend_pj = 5;
   double energy_resolved_pixel_pj = 20;
+  double energy_resolve_operation_pj = 1;
   double energy_leakage_mw = 60;
 };
 

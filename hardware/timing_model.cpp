@@ -110,7 +110,7 @@ class SharedTime {
 };
 
 constexpr std::array kGeometryStages = {Stage::kFrontend, Stage::kBinner};
-constexpr std::array kVisibilityStages = {Stage::kFetch, Stage::kTessellator, Stage::kBoxes, Stage::kBoxTests, Stage::kTriangleTests, Stage::kAlphaTests};
+constexpr std::array kVisibilityStages = {Stage::kFetch, Stage::kTessellator, Stage::kBoxes, Stage::kBoxTests, Stage::kStencil, Stage::kSampling, Stage::kTriangleTests, Stage::kAlphaTests};
 constexpr std::array kShadingStages = {Stage::kShader, Stage::kTexture, Stage::kBlend};
 constexpr std::array kStoreStages = {Stage::kResolve};
 

@@ -13,13 +13,13 @@ namespace tessera::hardware {
 // Units of the machine that have a throughput, in the order in which work passes them. The front end and the binner exist once,
 // the others once in each tile core; the memory (kDram) is shared by all.
 enum class Stage : std::uint8_t {
-  kFrontend, kBinner,                                                                  // geometry
-  kFetch, kTessellator, kBoxes, kBoxTests, kTriangleTests, kAlphaTests,                // visibility of a tile
-  kShader, kTexture, kBlend,                                                           // shading of a tile
-  kResolve,                                                                            // its pixels
+  kFrontend, kBinner,                                                                        // geometry
+  kFetch, kTessellator, kBoxes, kBoxTests, kStencil, kSampling, kTriangleTests, kAlphaTests,  // visibility of a tile
+  kShader, kTexture, kBlend,                                                                 // shading of a tile
+  kResolve,                                                                                  // its pixels
   kDram
 };
-inline constexpr std::size_t kStageCount = 13;
+inline constexpr std::size_t kStageCount = 15;
 std::string_view name(Stage stage);
 
 // What a tile passes through, one after the other: its samples are found, shaded, resolved and stored.
@@ -30,6 +30,7 @@ inline constexpr std::size_t kPhaseCount = 3;
 struct GeometryWork {
   std::uint64_t patches = 0;
   std::uint64_t bounds = 0;
+  std::uint64_t sampling_operations = 0;  // of the sampling controller's sparse pass
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
   std::uint64_t dram_bytes = 0;
@@ -45,7 +46,9 @@ struct TileWork {
   std::uint64_t vertices = 0;          // evaluated for it
   std::uint64_t boxes = 0;             // of cells and leaves
   std::uint64_t box_tests = 0;
-  std::uint64_t triangle_tests = 0;
+  std::uint64_t stencil_tests = 0;
+  std::uint64_t sampling_operations = 0;  // of the SIMD array that evaluates procedures, idle lanes included
+  std::uint64_t triangle_tests = 0;       // and tests of footprints
   std::uint64_t hits = 0;
   std::uint64_t alpha_tests = 0;
   std::uint64_t shader_runs = 0;
@@ -53,6 +56,7 @@ struct TileWork {
   std::uint64_t l2_lines = 0;          // asked of the L2, and filled into it
   std::uint64_t blended_layers = 0;
   std::uint64_t pixels = 0;            // resolved
+  std::uint64_t resolve_operations = 0;  // of desampling: stencil taps, velocities, advected pixels
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
 };
 

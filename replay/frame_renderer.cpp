@@ -308,6 +308,10 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   hardware::merge(result.counters.shading, sums.shading);
   hardware::merge(result.counters.resolve, sums.resolve);
   hardware::merge(result.counters.texture, sums.texture);
+  hardware::merge(result.counters.stencil, sums.stencil);
+  hardware::merge(result.counters.rays, sums.rays);
+  hardware::merge(result.counters.sampling, sums.sampling);
+  if (result.counters.desampling) hardware::merge(*result.counters.desampling, sums.desampling);
   hardware::merge(result.counters.l2, sums.l2);
   result.counters.ledger += sums.ledger;
 }
@@ -320,6 +324,7 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
     front_end = frontend::run_front_end(*job.frame, pyramids_, gpu, guess);
   }
   recorder.front_end(*job.frame, front_end);
+  if (job.procedures != nullptr) recorder.sparse_pass(*job.procedures);
   binner::Binner binner(gpu, *job.grid);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   result.maps = TileMaps(*job.grid);

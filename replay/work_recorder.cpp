@@ -47,6 +47,23 @@ void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const fronten
   front_end_ = result.counters;
 }
 
+void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
+  const tilecore::SamplingCounters& counters = maps.counters();
+  geometry_.patches += counters.cells;
+  geometry_.bounds += counters.interval_evaluations;
+  geometry_.sampling_operations += counters.sparse_operations;
+  hardware::Traffic none;
+  geometry_bytes_ += since(maps.ledger(), none);
+  if (!record_accesses_) return;
+  const auto log = [&](Purpose purpose) {
+    const hardware::Traffic& traffic = maps.ledger().traffic(Unit::kSampling, purpose);
+    if (traffic.read_bytes > 0) geometry_log_.add_next(Unit::kSampling, purpose, false, traffic.read_bytes);
+    if (traffic.written_bytes > 0) geometry_log_.add_next(Unit::kSampling, purpose, true, traffic.written_bytes);
+  };
+  log(Purpose::kPatchData);
+  log(Purpose::kSamplingMaps);
+}
+
 void WorkRecorder::begin_round(const binner::Binner& binner) {
   const binner::BinnerCounters& now = binner.buffer().counters();
   geometry_.entries = now.entries - binner_.entries;
@@ -80,18 +97,28 @@ void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tile
   const tilecore::ShadingCounters shading = core.take_shading_counters();
   const tilecore::ResolveCounters resolve = core.take_resolve_counters();
   const tilecore::TextureCounters texture = core.textures().take_counters();
+  const tilecore::StencilCounters stencil = core.take_stencil_counters();
+  const tilecore::RayCounters rays = core.take_ray_counters();
+  const tilecore::SamplingCounters sampling = core.take_sampling_counters();
+  const tilecore::DesamplingCounters desampling = core.take_desampling_counters();
   const hardware::Ledger ledger = core.take_ledger();
   slot.lines = core.textures().take_misses();
 
   hardware::TileWork& work = slot.work;
   work.entries = tilecore.entries_fetched;
-  work.box_tests = tilecore.box_tests;
-  work.triangle_tests = tilecore.triangle_tests;
+  // Nodes of a sub-patch's tree are boxes as its leaves are.
+  work.boxes += rays.nodes_built;
+  work.box_tests = tilecore.box_tests + rays.frustum_node_tests + rays.node_visits;
+  work.stencil_tests = stencil.tests;
+  work.sampling_operations = sampling.operations;
+  work.triangle_tests = tilecore.triangle_tests + sampling.footprint_tests;
   work.hits = tilecore.sample_hits;
   work.alpha_tests = tilecore.alpha_tests;
   work.shader_runs = shading.pixel_shader_invocations;
   work.blended_layers = shading.blended_layers;
   work.texels = texture.texels;
+  const bool floats = job.resolve != nullptr && !job.resolve->settings.packed_weights;
+  work.resolve_operations = desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps * (floats ? 4 : 1);
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile));
     work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
@@ -102,6 +129,10 @@ void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tile
   hardware::merge(sums.shading, shading);
   hardware::merge(sums.resolve, resolve);
   hardware::merge(sums.texture, texture);
+  hardware::merge(sums.stencil, stencil);
+  hardware::merge(sums.rays, rays);
+  hardware::merge(sums.sampling, sampling);
+  hardware::merge(sums.desampling, desampling);
   sums.ledger += ledger;
 }
 
@@ -163,6 +194,10 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
     hardware::merge(all.shading, sums.shading);
     hardware::merge(all.resolve, sums.resolve);
     hardware::merge(all.texture, sums.texture);
+    hardware::merge(all.stencil, sums.stencil);
+    hardware::merge(all.rays, sums.rays);
+    hardware::merge(all.sampling, sums.sampling);
+    hardware::merge(all.desampling, sums.desampling);
     all.ledger += sums.ledger;
     sums = {};
   });

@@ -47,6 +47,9 @@ class WorkRecorder {
   // Events since the last call; before the binner runs on them.
   void front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result);
 
+  // The sampling controller's sparse pass; before the first round.
+  void sparse_pass(const tilecore::ParameterMaps& maps);
+
   // After the binner's run. The queues of the round are complete.
   void begin_round(const binner::Binner& binner);
   // Where the binner's transfers go while it runs; null when they are not recorded.
@@ -69,6 +72,10 @@ class WorkRecorder {
     tilecore::ShadingCounters shading;
     tilecore::ResolveCounters resolve;
     tilecore::TextureCounters texture;
+    tilecore::StencilCounters stencil;
+    tilecore::RayCounters rays;
+    tilecore::SamplingCounters sampling;
+    tilecore::DesamplingCounters desampling;
     L2Counters l2;
     hardware::Ledger ledger;
   };

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "frontend/front_end.h"
+#include "shaders_cpp/procedures/operation_count.h"
 #include "tilecore/sparse_pass.h"
 
 namespace tessera::tilecore {
@@ -112,13 +113,17 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
     std::uint32_t drawable, piece;
   };
   std::vector<Task> tasks;
+  operations_.resize(frame.drawables.size());
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const Procedure* procedure = frame.drawables[d].procedure;
     if (procedure == nullptr) continue;
     ++counters_.objects;
     ledger_.read(hardware::Unit::kSampling, hardware::Purpose::kPatchData,
                  hardware::burst_bytes(0, frontend::patch_record_bytes(frame, frame.drawables[d].drawable->first_patch), burst_bytes));
-    for (std::size_t p = 0; p < procedure->pieces.size(); ++p) tasks.push_back({static_cast<std::uint32_t>(d), static_cast<std::uint32_t>(p)});
+    for (std::size_t p = 0; p < procedure->pieces.size(); ++p) {
+      tasks.push_back({static_cast<std::uint32_t>(d), static_cast<std::uint32_t>(p)});
+      operations_[d].push_back(shaders::count_geometry(procedure->shape, procedure->pieces[p].input).total() + shaders::count_view().total());
+    }
   }
   // Pieces on any thread, joined in order.
   std::vector<SparseResult> results(tasks.size());
@@ -132,9 +137,10 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
       run_published_pass(frame, grid.region(), settings_, side, tasks[k].drawable, tasks[k].piece, *own, results[k]);
     }
   });
-  for (const SparseResult& result : results) {
-    cells_.insert(cells_.end(), result.cells.begin(), result.cells.end());
-    hardware::merge(counters_, result.counters);
+  for (std::size_t k = 0; k < tasks.size(); ++k) {
+    cells_.insert(cells_.end(), results[k].cells.begin(), results[k].cells.end());
+    results[k].counters.sparse_operations = results[k].counters.sparse_evaluations * operations(tasks[k].drawable, tasks[k].piece);
+    hardware::merge(counters_, results[k].counters);
   }
   counters_.cells = cells_.size();
   sort_into_tiles(grid);

@@ -37,6 +37,7 @@ struct ProcedureSettings {
 struct SamplingCounters {
   std::uint64_t objects = 0;
   std::uint64_t sparse_evaluations = 0;
+  std::uint64_t sparse_operations = 0;
   std::uint64_t interval_evaluations = 0;
   std::uint64_t cells = 0;
   std::uint64_t cells_outside = 0;
@@ -47,6 +48,7 @@ struct SamplingCounters {
   std::uint64_t cells_culled_occlusion = 0;
   std::uint64_t samples = 0;
   std::uint64_t array_slots = 0;
+  std::uint64_t operations = 0;
   std::uint64_t samples_outside_tile = 0;
   std::uint64_t samples_behind = 0;
   std::uint64_t samples_backfacing = 0;
@@ -92,6 +94,8 @@ class ParameterMaps {
   std::span<const std::uint32_t> of_tile(binner::TileIndex tile) const {
     return std::span(tile_cells_).subspan(tile_first_[tile], tile_first_[tile + 1] - tile_first_[tile]);
   }
+  // Operations of one sample of a piece: point, tangents and view.
+  std::uint64_t operations(std::uint32_t drawable, std::uint32_t piece) const { return operations_[drawable][piece]; }
   const SamplingCounters& counters() const { return counters_; }
   const hardware::Ledger& ledger() const { return ledger_; }
 
@@ -105,6 +109,7 @@ class ParameterMaps {
 
   ProcedureSettings settings_;
   std::vector<ParameterCell> cells_;
+  std::vector<std::vector<std::uint64_t>> operations_;  // by drawable and piece
   std::vector<std::uint32_t> tile_first_, tile_cells_;
   SamplingCounters counters_;
   hardware::Ledger ledger_;
@@ -119,6 +124,7 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
     {"sampling.objects", &tilecore::SamplingCounters::objects, Combine::kSum, "objects", "Procedures that the sampling controller draws.", ""},
     {"sampling.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
      "Parameter tuples evaluated by the sparse pass of procedures.maps=published.", ""},
+    {"sampling.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations", "Arithmetic of these tuples: point, tangents and view.", ""},
     {"sampling.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
      "Cells of the parameter domain bounded by interval evaluation, kept or not, by the sparse pass of procedures.maps=interval.", ""},
     {"sampling.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells", "Cells in the rate map: those that may be seen.", ""},
@@ -131,6 +137,7 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
      "Entries of the parameter map skipped because every sample of the tile sees something nearer.", ""},
     {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples", "Parameter tuples evaluated by the render pass.", ""},
     {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots", "Lanes that the emulated SIMD array issued for them, idle ones included.", ""},
+    {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations", "Arithmetic of these lanes: point, tangents and view of a sample.", ""},
     {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples", "Samples that reached no sample point of their tile's pixels.", ""},
     {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples", "Samples in front of the near plane or behind the far one; dropped before the division counts.", ""},
     {"sampling.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples", "Samples dropped because the surface faces away there.", ""},

@@ -86,7 +86,7 @@ void SamplingController::render(const FrameGeometry& frame, const ParameterMaps&
     const frontend::Procedure& procedure = *frame.drawables[drawable].procedure;
     const std::uint64_t image_bytes = procedure.image ? kImagePointBytes * procedure.image->x.size() : 0;
     read(hardware::Purpose::kPatchData, frontend::patch_record_bytes(frame, frame.drawables[drawable].drawable->first_patch) - image_bytes);
-    if (procedure.image) ledger_.read(hardware::Unit::kSampling, hardware::Purpose::kPatchData, std::min(image_bytes_of(group, maps, *procedure.image, burst_bytes), image_bytes));
+    if (procedure.image) ledger_.read(hardware::Unit::kSampling, hardware::Purpose::kPatchData, std::min(image_bytes_of(group, maps, *procedure.image, burst_bytes), hardware::burst_bytes(0, image_bytes, burst_bytes)));
     run_group(job, group);
   }
   if (maps.settings().refill) refill_holes(job);
@@ -143,7 +143,9 @@ void SamplingController::run_group(const Job& job, const Group& group) {
   // The array takes samples of one piece together, whatever their cells.
   const auto lanes = static_cast<std::uint64_t>(job.maps.settings().lanes);
   counters_.samples += issued;
-  counters_.array_slots += (issued + lanes - 1) / lanes * lanes;
+  const std::uint64_t slots = (issued + lanes - 1) / lanes * lanes;
+  counters_.array_slots += slots;
+  counters_.operations += slots * job.maps.operations(drawable_, piece_);
 }
 
 void SamplingController::run_batch(const Job& job) {

@@ -40,6 +40,8 @@ class SamplingController {
 
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
   hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
+  // Until take_ledger(), every transfer also goes to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
   // Sub-pixels along a pixel's side for so many samples: the smallest square that has room for them.
   static int sub_pixels(int samples_per_pixel);
