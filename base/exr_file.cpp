@@ -16,8 +16,6 @@
 namespace tessera {
 namespace {
 
-constexpr int kMaxSide = 16384;
-
 Imf::PixelType pixel_type(ExrChannel::Type type) {
   switch (type) {
     case ExrChannel::Type::kHalf: return Imf::HALF;
@@ -65,15 +63,15 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
   file.commit();
 }
 
-Image read_exr(const std::filesystem::path& source) {
+Image read_exr(const std::filesystem::path& source, const ImageLimits& limits) {
   try {
     Imf::InputFile input(source.c_str(), 1);
     const Imath::Box2i window = input.header().dataWindow();
     const long width = static_cast<long>(window.max.x) - window.min.x + 1;
     const long height = static_cast<long>(window.max.y) - window.min.y + 1;
     if (width < 1 || height < 1) throw InputError(source.string(), "dataWindow", "is empty");
-    if (width > kMaxSide || height > kMaxSide)
-      throw LimitError(fmt::format("{}: {}x{} pixels, the limit is {} a side", source.string(), width, height, kMaxSide));
+    if (width > limits.max_side || height > limits.max_side || static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
+      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", source.string(), width, height, limits.max_side, limits.max_pixels));
     const bool alpha = input.header().channels().findChannel("A") != nullptr;
     for (const char* name : {"R", "G", "B"})
       if (input.header().channels().findChannel(name) == nullptr)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/image.h"
+#include "base/image_codec.h"
 
 namespace tessera {
 
@@ -22,7 +23,7 @@ struct ExrChannel {
 void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels);
 
 // Reads R, G, B (and A when present) as linear floats. Throws InputError when the file is not such an EXR,
-// LimitError when it is larger than 16384 pixels a side.
-Image read_exr(const std::filesystem::path& source);
+// LimitError when it is larger than the limits, before its pixels are allocated.
+Image read_exr(const std::filesystem::path& source, const ImageLimits& limits = {});
 
 }  // namespace tessera

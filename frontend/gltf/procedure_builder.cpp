@@ -54,7 +54,7 @@ void check_parameters(const StageDeclaration& stage, const json& object, std::st
   if (!object.is_object()) place.refuse("is not an object");
   for (const auto& [name, value] : object.items()) {
     if (name == apart || name == "extensions" || name == "extras") continue;
-    const auto found = std::find_if(stage.parameters.begin(), stage.parameters.end(), [&](const ParameterDeclaration& p) { return p.name == name; });
+    const auto found = std::find_if(stage.parameters.begin(), stage.parameters.end(), [&known = name](const ParameterDeclaration& p) { return p.name == known; });
     if (found == stage.parameters.end()) place.at(name).refuse("is no parameter of '{}'", stage.name);
     check_parameter(*found, value, place.at(name));
   }
