@@ -82,11 +82,10 @@ Image read_exr(const std::filesystem::path& source, const ImageLimits& limits) {
     const std::size_t y_stride = x_stride * static_cast<std::size_t>(width);
     Imf::FrameBuffer frame_buffer;
     for (int c = 0; c < image.channels; ++c) {
-      // OpenEXR addresses pixels from (0, 0), wherever the data window lies.
-      char* origin = reinterpret_cast<char*>(image.values.data() + c) -
-                     static_cast<std::ptrdiff_t>(x_stride) * window.min.x -
-                     static_cast<std::ptrdiff_t>(y_stride) * window.min.y;
-      frame_buffer.insert(std::string(1, "RGBA"[c]), Imf::Slice(Imf::FLOAT, origin, x_stride, y_stride));
+      // OpenEXR addresses pixels from (0, 0), wherever the data window lies: as integers, because that address may be no pointer's.
+      const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.values.data() + c) - x_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.x)) -
+                                    y_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.y));
+      frame_buffer.insert(std::string(1, "RGBA"[c]), Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), x_stride, y_stride));
     }
     input.setFrameBuffer(frame_buffer);
     input.readPixels(window.min.y, window.max.y);

@@ -1,5 +1,6 @@
 #include "tests/fuzz/document_mutator.h"
 
+#include <cmath>
 #include <cstring>
 
 #include "tests/support/gltf_asset.h"
@@ -56,11 +57,14 @@ std::string interesting_name(const std::vector<Spot>& spots, Generator& random) 
   return pick(kNames, random);
 }
 
+// A whole number and another one, wrapping around.
+std::int64_t stepped(const json& value, std::uint64_t by) { return static_cast<std::int64_t>(static_cast<std::uint64_t>(value.get<std::int64_t>()) + by); }
+
 json changed_number(const json& value, Generator& random) {
   const double number = value.get<double>();
   switch (random() % 6) {
-    case 0: return value.is_number_integer() ? json(value.get<std::int64_t>() + 1) : json(std::nextafter(number, 1e300));
-    case 1: return value.is_number_integer() ? json(static_cast<std::int64_t>(static_cast<std::uint64_t>(value.get<std::int64_t>()) - 1)) : json(number - 1);
+    case 0: return value.is_number_integer() ? json(stepped(value, 1)) : json(std::nextafter(number, 1e300));
+    case 1: return value.is_number_integer() ? json(stepped(value, ~std::uint64_t{0})) : json(number - 1);
     case 2: return number * 2;
     case 3: return -number;
     case 4: return random() % 16;
