@@ -44,8 +44,9 @@ std::vector<std::string> seeds() {
   for (const test::BrokenClass& broken : test::broken_captures())
     for (const test::BrokenCapture& capture : broken.captures) {
       fs::create_directories(folder);
-      std::ifstream in(capture.make(folder), std::ios::binary);
-      all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+      const fs::path file = capture.make(folder);
+      std::ifstream in(file, std::ios::binary);
+      if (fs::is_regular_file(file)) all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
       fs::remove_all(folder);
     }
   return all;

@@ -86,6 +86,10 @@ void require(bool holds, const char* what) {
 
 using tessera::fuzz::g_target;
 
+// Short stacks per allocation: unwinding all of them takes longer than reading a document.
+extern "C" const char* __asan_default_options();
+extern "C" const char* __asan_default_options() { return "malloc_context_size=4:quarantine_size_mb=32"; }
+
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   namespace fuzz = tessera::fuzz;
   // libFuzzer starts itself again for some of its modes, without the name of the target.
