@@ -8,6 +8,8 @@
 #include <ImfOutputFile.h>
 #include <half.h>
 
+#include <fstream>
+
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
@@ -15,8 +17,6 @@
 
 namespace tessera {
 namespace {
-
-constexpr int kMaxSide = 16384;
 
 Imf::PixelType pixel_type(ExrChannel::Type type) {
   switch (type) {
@@ -33,6 +33,84 @@ std::vector<half> to_half(const ExrChannel& channel, std::size_t pixels) {
   for (std::size_t i = 0; i < pixels; ++i) values[i] = half(source[i * channel.stride]);
   return values;
 }
+
+// OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is walked first: every
+// attribute inside the file, a picture within the limits, no more channels than the file's length allows.
+class HeaderWalk {
+ public:
+  explicit HeaderWalk(const std::filesystem::path& source) : name_(source.string()), in_(source, std::ios::binary) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(source, ignored) || !in_) throw InputError(name_, "", "cannot be read");
+    left_ = std::filesystem::file_size(source);
+  }
+
+  void check(const ImageLimits& limits) {
+    constexpr std::uint32_t kMagic = 20000630, kParts = 0x1000;
+    if (word() != kMagic) throw InputError(name_, "byte 0", "is not an EXR file");
+    const bool parts = (word() & kParts) != 0;
+    while (check_part(limits) && parts) continue;  // parts end with one without attributes
+  }
+
+ private:
+  // False: no attributes.
+  bool check_part(const ImageLimits& limits) {
+    std::string attribute = text();
+    if (attribute.empty()) return false;
+    for (; !attribute.empty(); attribute = text()) {
+      text();  // its type
+      const std::uint32_t size = word();
+      if (size > left_) throw InputError(name_, attribute, "is longer than the file");
+      if (attribute == "dataWindow" && size == 16) check_window(limits);
+      else if (attribute == "tiles" && size == 9) check_tile(limits);
+      else skip(size);
+      if (attribute == "channels" && size > kMostChannelBytes) throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMostChannelBytes));
+    }
+    return true;
+  }
+  static constexpr std::uint32_t kMostChannelBytes = 4096;  // some two hundred channels
+
+  void read(char* bytes, std::size_t count) {
+    if (count > left_ || !in_.read(bytes, static_cast<std::streamsize>(count))) throw InputError(name_, "", "ends inside its header");
+    left_ -= count;
+  }
+  void skip(std::size_t count) {
+    in_.seekg(static_cast<std::streamoff>(count), std::ios::cur);
+    left_ -= count;
+  }
+  std::uint32_t word() {
+    unsigned char b[4];
+    read(reinterpret_cast<char*>(b), 4);
+    return b[0] | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
+  }
+  std::string text() {
+    constexpr std::size_t kLongest = 255;
+    std::string out;
+    for (char c = 0; read(&c, 1), c != 0;) {
+      if (out.size() == kLongest) throw InputError(name_, "", "has a name of more than 255 characters in its header");
+      out += c;
+    }
+    return out;
+  }
+  void check_window(const ImageLimits& limits) {
+    std::int64_t edge[4];
+    for (std::int64_t& e : edge) e = static_cast<std::int32_t>(word());
+    const std::int64_t width = edge[2] - edge[0] + 1, height = edge[3] - edge[1] + 1;
+    if (width < 1 || height < 1) throw InputError(name_, "dataWindow", "is empty");
+    if (width > limits.max_side || height > limits.max_side || static_cast<std::uint64_t>(width * height) > limits.max_pixels)
+      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", name_, width, height, limits.max_side, limits.max_pixels));
+  }
+
+  void check_tile(const ImageLimits& limits) {
+    const std::uint64_t width = word(), height = word();
+    skip(1);  // levels
+    const auto side = static_cast<std::uint64_t>(limits.max_side);
+    if (width > side || height > side || width * height > limits.max_pixels) throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of a picture", name_, width, height));
+  }
+
+  std::string name_;
+  std::ifstream in_;
+  std::uint64_t left_ = 0;
+};
 
 }  // namespace
 
@@ -65,15 +143,16 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
   file.commit();
 }
 
-Image read_exr(const std::filesystem::path& source) {
+Image read_exr(const std::filesystem::path& source, const ImageLimits& limits) {
+  HeaderWalk(source).check(limits);
   try {
     Imf::InputFile input(source.c_str(), 1);
     const Imath::Box2i window = input.header().dataWindow();
     const long width = static_cast<long>(window.max.x) - window.min.x + 1;
     const long height = static_cast<long>(window.max.y) - window.min.y + 1;
     if (width < 1 || height < 1) throw InputError(source.string(), "dataWindow", "is empty");
-    if (width > kMaxSide || height > kMaxSide)
-      throw LimitError(fmt::format("{}: {}x{} pixels, the limit is {} a side", source.string(), width, height, kMaxSide));
+    if (width > limits.max_side || height > limits.max_side || static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
+      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", source.string(), width, height, limits.max_side, limits.max_pixels));
     const bool alpha = input.header().channels().findChannel("A") != nullptr;
     for (const char* name : {"R", "G", "B"})
       if (input.header().channels().findChannel(name) == nullptr)
@@ -84,11 +163,10 @@ Image read_exr(const std::filesystem::path& source) {
     const std::size_t y_stride = x_stride * static_cast<std::size_t>(width);
     Imf::FrameBuffer frame_buffer;
     for (int c = 0; c < image.channels; ++c) {
-      // OpenEXR addresses pixels from (0, 0), wherever the data window lies.
-      char* origin = reinterpret_cast<char*>(image.values.data() + c) -
-                     static_cast<std::ptrdiff_t>(x_stride) * window.min.x -
-                     static_cast<std::ptrdiff_t>(y_stride) * window.min.y;
-      frame_buffer.insert(std::string(1, "RGBA"[c]), Imf::Slice(Imf::FLOAT, origin, x_stride, y_stride));
+      // OpenEXR addresses pixels from (0, 0), wherever the data window lies: as integers, because that address may be no pointer's.
+      const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.values.data() + c) - x_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.x)) -
+                                    y_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.y));
+      frame_buffer.insert(std::string(1, "RGBA"[c]), Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), x_stride, y_stride));
     }
     input.setFrameBuffer(frame_buffer);
     input.readPixels(window.min.y, window.max.y);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/image.h"
+#include "base/image_codec.h"
 
 namespace tessera {
 
@@ -21,8 +22,8 @@ struct ExrChannel {
 // Writes a scan-line EXR file (ZIP compression), whole or not at all. Throws SystemError.
 void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels);
 
-// Reads R, G, B (and A when present) as linear floats. Throws InputError when the file is not such an EXR,
-// LimitError when it is larger than 16384 pixels a side.
-Image read_exr(const std::filesystem::path& source);
+// Reads R, G, B (and A when present) (of the first part) as linear floats. Throws InputError when the file is not such an EXR,
+// LimitError when it is larger than the limits, before its pixels are allocated.
+Image read_exr(const std::filesystem::path& source, const ImageLimits& limits = {});
 
 }  // namespace tessera

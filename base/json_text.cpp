@@ -1,5 +1,8 @@
 #include "base/json_text.h"
 
+#include <climits>
+#include <cstdint>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -43,6 +46,12 @@ nlohmann::json parse_json(std::string_view text, const std::string& file, int ma
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file, "", fmt::format("is not JSON: {}", error.what()));
   }
+}
+
+int whole_number(const nlohmann::json& value) {
+  const bool fits = value.is_number_unsigned() ? value.get<std::uint64_t>() <= INT_MAX : value.is_number_integer() && value.get<std::int64_t>() >= INT_MIN && value.get<std::int64_t>() <= INT_MAX;
+  if (!fits) throw nlohmann::json::type_error::create(302, fmt::format("type must be a whole number of 32 bits, but is {}", value.type_name()), &value);
+  return static_cast<int>(value.get<std::int64_t>());
 }
 
 }  // namespace tessera

@@ -26,7 +26,7 @@ struct TileCoverage {
 // segments, each if selected. Configured by binner.coverage, binner.time_intervals, binner.time_segments. Keeps
 // its memory from call to call.
 //
-// Every method is conservative by itself, so their intersection is. Sub-patches that do not move have [0, 255].
+// Every method is conservative by itself, so their intersection is. Sub-patches that do not move have [0, 255]. Raises neither the invalid nor the divide-by-zero flag for finite corners.
 class TileCoverageUnit {
  public:
   explicit TileCoverageUnit(const hardware::GpuConfiguration& gpu);

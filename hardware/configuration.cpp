@@ -1,5 +1,6 @@
 #include "hardware/configuration.h"
 
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -251,6 +252,8 @@ std::vector<std::string> preset_names() {
 GpuConfiguration load_gpu(const std::string& preset_or_file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
+  constexpr std::uint64_t kMostBytes = 16u << 20;
+  if (std::filesystem::file_size(preset_or_file) > kMostBytes) throw LimitError(fmt::format("{}: a machine of more than {} bytes", preset_or_file, kMostBytes));
   std::ifstream stream(preset_or_file, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   try {

@@ -63,11 +63,15 @@ json compare_pictures(const fs::path& a, const fs::path& b, const std::string& m
   return row;
 }
 
-json read_stats(const fs::path& folder) {
-  const auto bytes = frontend::gltf::read_whole_file(folder / "stats.json", 1ull << 30, (folder / "stats.json").string());
-  const json stats = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, (folder / "stats.json").string());
-  if (stats.value("schema", "") != "tessera.stats/1" || !stats.contains("total")) throw InputError((folder / "stats.json").string(), "/schema", "is not tessera.stats/1");
-  return stats;
+// Counters of all frames together, by name.
+json read_total_counters(const fs::path& folder) {
+  const std::string file = (folder / "stats.json").string();
+  const auto bytes = frontend::gltf::read_whole_file(file, 1ull << 30, file);
+  const json stats = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file);
+  if (!stats.is_object() || stats.value("schema", json()) != "tessera.stats/1") throw InputError(file, "/schema", "is not tessera.stats/1");
+  static const json::json_pointer kCounters("/total/counters");
+  if (!stats.contains(kCounters) || !stats[kCounters].is_object()) throw InputError(file, kCounters.to_string(), "is not an object of counters");
+  return stats[kCounters];
 }
 
 json compare_folders(const fs::path& a, const fs::path& b) {
@@ -82,7 +86,7 @@ json compare_folders(const fs::path& a, const fs::path& b) {
     out["frames"].push_back(row);
   }
   if (out["frames"].empty()) throw InputError(b.string(), "", fmt::format("has no frame in common with {}", a.string()));
-  const json first = read_stats(a)["total"]["counters"], second = read_stats(b)["total"]["counters"];
+  const json first = read_total_counters(a), second = read_total_counters(b);
   std::set<std::string> counters;
   for (const json* side : {&first, &second})
     for (const auto& [name, value] : side->items()) counters.insert(name);

@@ -84,7 +84,9 @@ class ReplayCommand final : public Command {
 
     FrameRenderer renderer(capture, gpu, settings, request);
     say_notices(capture, renderer);
-    if (!history_.empty()) renderer.set_history(tilecore::History::restore(history_, std::uint64_t{1} << 28));
+    // Colour, depth and surface of a pixel, and the blocks of a region of one.
+    constexpr std::uint64_t kHistoryBytesPerPixel = 26;
+    if (!history_.empty()) renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
     check_folder(out_);

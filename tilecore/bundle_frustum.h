@@ -35,7 +35,7 @@ struct MotionBox {
 //
 // Distances are computed in single precision with a bound e = 6 u (|n_x p_x| + |n_z p_z| + |d|) of their rounding, by
 // which boxes are moved inwards before anything is decided or solved: solving first and nudging the solution afterwards
-// loses samples when motion is slow.
+// loses samples when motion is slow. Raises neither the invalid nor the divide-by-zero flag for finite boxes.
 //
 // Invariants (cited by the tests):
 //   F1  A box that meets a ray of the rectangle at some time is not outside.

@@ -18,7 +18,7 @@ class Enclosure {
  public:
   Enclosure() = default;
   // NOLINTNEXTLINE: constants widen silently, as in the scalar shader
-  Enclosure(double value) : range_(value), middle_(value), by_s_(0), by_t_(0) {}
+  Enclosure(double value) : range_(value), middle_(value), by_s_(0.0), by_t_(0.0) {}
   Enclosure(float value) : Enclosure(static_cast<double>(value)) {}  // NOLINT
   Enclosure(int value) : Enclosure(static_cast<double>(value)) {}    // NOLINT
   Enclosure(const Interval& range, const Interval& middle, const Interval& by_s, const Interval& by_t, double error)

@@ -12,6 +12,7 @@ class Interval {
  public:
   Interval() = default;
   Interval(double value) : low_(value), high_(value) {}  // NOLINT: a number is an interval
+  Interval(float value) : Interval(static_cast<double>(value)) {}  // NOLINT
   Interval(double low, double high) : low_(low), high_(high) {}
 
   double low() const { return low_; }

@@ -52,7 +52,7 @@ struct SubPatchBody {
 // cells: those inside, those that stitching moves, and those on shared displaced edges and corners, which the patches
 // that own them evaluate with their own heights and normals.
 //
-// Has scratch memory; one instance per thread.
+// For finite input raises neither the invalid nor the divide-by-zero flag (but kInterval, whose ends may be infinite). Has scratch memory; one instance per thread.
 class SubPatchBounder {
  public:
   SubPatchBounder(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method)

@@ -26,7 +26,7 @@ json replay_report(const fs::path& folder, std::string&) {
   std::size_t bytes = 0, left_out = 0;
   const std::size_t stride = picture_stride(frames.size());
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const int number = frames[f].at("frame").get<int>();
+    const int number = whole_number(frames[f].at("frame"));
     const fs::path picture = folder / (frame_name(number) + ".png");
     std::error_code missing;
     const std::uintmax_t size = fs::file_size(picture, missing);
@@ -35,7 +35,7 @@ json replay_report(const fs::path& folder, std::string&) {
       ++left_out;
       continue;
     }
-    json view = picture_view(fmt::format("frame {}", number), picture, folder / tile_maps_name(number), region.at(0).get<int>(), region.at(1).get<int>());
+    json view = picture_view(fmt::format("frame {}", number), picture, folder / tile_maps_name(number), whole_number(region.at(0)), whole_number(region.at(1)));
     if (view.is_null()) continue;
     bytes += size;
     view["frame"] = number;
@@ -43,7 +43,7 @@ json replay_report(const fs::path& folder, std::string&) {
   }
   const std::string capture = stats.at("capture").at("file");
   return {{"title", capture + ": replay"},
-          {"subtitle", fmt::format("{}x{}, {} frame{}, machine '{}'", stats.at("settings").at("width").get<int>(), stats.at("settings").at("height").get<int>(), frames.size(), frames.size() == 1 ? "" : "s",
+          {"subtitle", fmt::format("{}x{}, {} frame{}, machine '{}'", whole_number(stats.at("settings").at("width")), whole_number(stats.at("settings").at("height")), frames.size(), frames.size() == 1 ? "" : "s",
                                    stats.at("gpu").at("preset").get<std::string>())},
           {"stats", stats}, {"views", views}, {"left_out", left_out}};
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
+#include "base/json_text.h"
 #include "replay/report/report.h"
 #include "replay/sweep/columns.h"
 #include "replay/sweep/sweep_folder.h"
@@ -17,12 +18,12 @@ namespace fs = std::filesystem;
 // "tile.width=16 tile.height=16, frame 3"
 std::string row_label(const json& manifest, const SweepRow& row) {
   const json& point = manifest.at("points").at(row.point);
-  std::string label = manifest.at("captures").size() > 1 ? manifest.at("captures").at(point.at("capture").get<std::size_t>()).get<std::string>() + " " : "";
+  std::string label = manifest.at("captures").size() > 1 ? manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture")))).get<std::string>() + " " : "";
   for (std::size_t k = 0; k < manifest.at("axes").size(); ++k) {
     const json& value = point.at("values").at(k);
     label += fmt::format("{}={} ", manifest.at("axes")[k].get<std::string>(), value.is_string() ? value.get<std::string>() : value.dump());
   }
-  return label + fmt::format("frame {}", row.frame.at("frame").get<int>());
+  return label + fmt::format("frame {}", whole_number(row.frame.at("frame")));
 }
 
 json row_cells(const json& columns, const SweepRow& row) {
@@ -43,7 +44,7 @@ json sweep_views(const SweepFolder& folder, const JoinedSweep& sweep, std::size_
     const SweepRow& row = sweep.rows[r];
     if (row.frame.is_null()) continue;
     const std::string hash = sweep.manifest.at("points").at(row.point).at("hash");
-    const int frame = row.frame.at("frame").get<int>();
+    const int frame = whole_number(row.frame.at("frame"));
     std::error_code missing;
     const std::uintmax_t size = fs::file_size(folder.picture_file(hash, frame), missing);
     if (missing) continue;

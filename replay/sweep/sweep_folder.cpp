@@ -133,7 +133,7 @@ std::string sweep_csv(const JoinedSweep& sweep) {
   text += "\n";
   for (const SweepRow& row : sweep.rows) {
     const json& point = manifest.at("points").at(row.point);
-    text += fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(), cell(manifest.at("captures").at(point.at("capture").get<std::size_t>())));
+    text += fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(), cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
     for (const json& value : point.at("values")) text += "," + cell(value);
     text += fmt::format(",{},{}", row.frame.is_null() ? "" : row.frame.at("frame").dump(), cell(row.status));
     const std::map<std::string, json> values = row.frame.is_null() ? std::map<std::string, json>{} : frame_values(row.frame);

@@ -55,6 +55,22 @@ TEST(ExrFile, EveryTruncationOfAFileIsRefused) {
   }
 }
 
+TEST(ExrFile, SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated) {
+  const test::TemporaryFolder folder;
+  const std::vector<float> values(3 * 40 * 30, 0.5f);
+  const auto channel = [&](const char* name, std::size_t c) { return ExrChannel{name, ExrChannel::Type::kHalf, values.data() + c, 3}; };
+  const auto file = folder / "picture.exr";
+  write_exr(file, 40, 30, {channel("R", 0), channel("G", 1), channel("B", 2)});
+  ImageLimits limits;
+  limits.max_pixels = 40 * 30;
+  EXPECT_EQ(read_exr(file, limits).width, 40);
+  limits.max_pixels = 40 * 30 - 1;
+  EXPECT_THROW(read_exr(file, limits), LimitError);
+  limits = {};
+  limits.max_side = 39;
+  EXPECT_THROW(read_exr(file, limits), LimitError);
+}
+
 TEST(ExrFile, AFolderThatCannotBeMadeIsReportedAndNothingIsLeft) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "file", "");

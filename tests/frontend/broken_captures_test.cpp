@@ -14,36 +14,6 @@
 namespace tessera::test {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-
-fs::path put(const fs::path& folder, const std::string& name, const std::string& contents) {
-  write_text(folder / name, contents);
-  return folder / name;
-}
-
-BrokenCapture damaged(std::string name, std::function<void(GltfAsset&)> damage, std::string place, std::string fault) {
-  return {std::move(name),
-          [damage = std::move(damage)](const fs::path& folder) {
-            GltfAsset asset = everything_asset();
-            damage(asset);
-            return put(folder, "capture.glb", asset.glb());
-          },
-          std::move(place), std::move(fault)};
-}
-
-BrokenCapture edited(std::string name, const char* pointer, json value, std::string place, std::string fault) {
-  const std::string at = pointer;
-  return damaged(std::move(name), [=](GltfAsset& a) { a.document[json::json_pointer(at)] = value; }, place.empty() ? at : std::move(place), std::move(fault));
-}
-
-BrokenCapture without(std::string name, const char* pointer, std::string place, std::string fault) {
-  const json::json_pointer at(pointer);
-  return damaged(std::move(name), [=](GltfAsset& a) { a.document[at.parent_pointer()].erase(at.back()); }, std::move(place), std::move(fault));
-}
-
-BrokenCapture file_of(std::string name, std::string contents, std::string place, std::string fault) {
-  return {name, [=](const fs::path& folder) { return put(folder, name, contents); }, std::move(place), std::move(fault)};
-}
 
 namespace {
 
@@ -58,12 +28,6 @@ const ProcessLimits kLimits{.memory_bytes = 1ull << 30, .seconds = 20};
 std::set<fs::path> files_below(const fs::path& folder) {
   std::set<fs::path> out;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) out.insert(entry.path());
-  return out;
-}
-
-std::vector<BrokenClass> corpus() {
-  std::vector<BrokenClass> out = broken_containers();
-  for (const auto& part : {broken_documents(), broken_contents()}) out.insert(out.end(), part.begin(), part.end());
   return out;
 }
 
@@ -89,12 +53,12 @@ TEST_P(BrokenCaptures, AreRefusedInOneLineThatNamesFilePlaceAndFault) {
   for (const BrokenCapture& broken : GetParam().captures) expect_refused(broken);
 }
 
-INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(corpus()), [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(broken_captures()), [](const auto& instance) { return instance.param.name; });
 
 TEST(BrokenCaptureCorpus, HoldsAtLeast130DifferentlyNamedCaptures) {
   std::set<std::string> names;
   std::size_t count = 0;
-  for (const BrokenClass& c : corpus())
+  for (const BrokenClass& c : broken_captures())
     for (const BrokenCapture& broken : c.captures) {
       EXPECT_TRUE(names.insert(c.name + "/" + broken.name).second) << broken.name;
       ++count;

@@ -11,6 +11,7 @@
 
 #include "frontend/extensions.h"
 #include "replay/describe.h"
+#include "tests/project/stability_page.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -103,6 +104,33 @@ std::vector<fs::path> documents() {
 TEST(Documents, GeneratedPagesAreCurrent) {
   for (const std::string& topic : replay::describe_topics())
     EXPECT_EQ(read_text(kRoot / "docs" / (topic + ".md")), replay::describe_markdown(topic)) << "run: tessera describe " << topic << " --markdown > docs/" << topic << ".md";
+}
+
+TEST(Documents, TheStabilityPageIsCurrent) {
+  EXPECT_EQ(read_text(kRoot / "docs" / "stability.md"), stability_page()) << "run: build/release/tests/tessera_stability_page > docs/stability.md";
+}
+
+TEST(Documents, EveryTestOfTheStabilityPageExists) {
+  const test::ProcessResult listed = test::run_process({"/usr/bin/env", "ctest", "--show-only", "--test-dir", TESSERA_BINARY_DIR});
+  ASSERT_EQ(listed.status, 0) << listed.errors;
+  std::vector<std::string> names;
+  static const std::regex kTest("^ *Test +#[0-9]+: (.*)$");
+  for (const std::string& line : lines_of(listed.output)) {
+    std::smatch match;
+    if (std::regex_match(line, match, kTest)) names.push_back(match[1]);
+  }
+  ASSERT_GT(names.size(), 100u);
+  std::vector<std::string> missing = missing_tests(stability_topics(), names);
+  // Fuzz targets are tests of builds that have a sanitized one beside them, as ./tessera test makes it.
+  if (std::none_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("fuzz: "); }))
+    std::erase_if(missing, [](const std::string& text) { return text.find(": fuzz: ") != std::string::npos; });
+  EXPECT_THAT(missing, testing::IsEmpty());
+}
+
+TEST(Documents, ATestThatIsNotThereIsCaught) {
+  const std::vector<StabilityTopic> topics = {{"topic", "", {{"case", "", "", {"base: Suite.Law", "base: Case/Suite.Law/Pole_"}}, {"bare", "", "", {}}}}};
+  EXPECT_THAT(missing_tests(topics, {"base: Suite.Law/0", "base: Case/Suite.Law/Pole_obb"}), testing::ElementsAre("bare: no test"));
+  EXPECT_THAT(missing_tests(topics, {"base: Suite.LawAndMore", "base: Case/Suite.Law/Point_obb"}), testing::ElementsAre("case: base: Suite.Law", "case: base: Case/Suite.Law/Pole_", "bare: no test"));
 }
 
 TEST(Documents, LinksLeadSomewhere) {

@@ -348,6 +348,20 @@ TEST(CompareCommand, MeasuresPicturesAndFolders) {
   EXPECT_EQ(run_tessera({"compare", a + "/stats.json", b + "/frame_0000.png"}).status, 3);
 }
 
+// Statistics are input like any other: a member that is missing or of another type is the file's fault, not the program's.
+TEST(CompareCommand, DamagedStatisticsEndWithStatus3) {
+  const test::TemporaryFolder folder;
+  fs::create_directories(folder / "run");
+  write_png(folder / "run" / "frame_0000.png", Image8(2, 2, 3));
+  for (const char* text : {"[]", "7", "{}", R"({"schema":7,"total":{}})", R"({"schema":"tessera.stats/1","total":7})", R"({"schema":"tessera.stats/1","total":{}})",
+                           R"({"schema":"tessera.stats/1","total":{"counters":[1]}})", R"({"schema":"tessera.stats/1","total":{"counters":7}})", "{"}) {
+    test::write_text(folder / "run" / "stats.json", text);
+    const test::ProcessResult r = test::run_tessera({"compare", (folder / "run").string(), (folder / "run").string()});
+    EXPECT_EQ(r.status, 3) << text << ": " << r.errors;
+    EXPECT_NE(r.errors.find("stats.json"), std::string::npos) << r.errors;
+  }
+}
+
 TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
   for (const char* topic : {"counters", "settings", "gpu", "extensions", "effects"}) {
     EXPECT_FALSE(run_tessera({"describe", topic}).output.empty());

@@ -372,6 +372,26 @@ TEST(HardProcedures, ASurfaceOfNoSizeIsAPointOrNothing) {
   EXPECT_EQ(drawn.counters.samples_not_finite, 0u);
 }
 
+// Far away a step across the whole domain is less than a sub-pixel; right before the eye no step is small enough.
+TEST(HardProcedures, ARateOfZeroOrWithoutBoundStaysWithinTheStepsOfACell) {
+  const binner::TileGrid grid(96, 64, 16, 16);
+  const auto maps = [&](float radius, double distance) {
+    shaders::ShapeInput in;
+    in.p[0] = radius;
+    const TestFrame scene = one(ShapeId::kSphere, in, DVec3(0, 0, 4 - distance), true);
+    return ParameterMaps(*scene.frame, grid, {}, 4, 64);
+  };
+  const ParameterMaps far = maps(1e-3f, 1e6), close = maps(1e6f, 1e6 + 0.21);
+  for (const ParameterMaps* m : {&far, &close})
+    for (const ParameterCell& cell : m->cells()) {
+      ASSERT_GE(std::min(cell.steps_u, cell.steps_v), 1);
+      ASSERT_LE(std::max(cell.steps_u, cell.steps_v), ParameterMaps::kMostSteps);
+    }
+  EXPECT_LE(far.cells().size(), 1u);
+  EXPECT_EQ(far.counters().rates_clamped, 0u);
+  EXPECT_GT(close.counters().rates_clamped, 0u);
+}
+
 TEST(HardProcedures, AnObjectInOnePixelIsSeen) {
   shaders::ShapeInput in;
   in.p[0] = 0.02f;

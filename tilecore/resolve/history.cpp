@@ -65,6 +65,8 @@ void History::save(const std::filesystem::path& file) const {
 }
 
 History History::restore(const std::filesystem::path& file, std::uint64_t most_pixels) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file.string(), "", "no such file");
   std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError(file.string(), "", "cannot be read");
   Head head;

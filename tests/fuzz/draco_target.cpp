@@ -1,0 +1,104 @@
+// Any bytes as a Draco stream inside an otherwise sound capture, so that all changes reach the stream.
+// Input: a byte of flags, points and triangles that the accessors promise (two bytes each), the stream.
+#include "frontend/capture_reader.h"
+#include "replay/pack/draco_encoder.h"
+#include "tests/fuzz/document_mutator.h"
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/sound_capture.h"
+#include "tests/support/captures.h"
+#include "tests/support/gltf_asset.h"
+
+namespace tessera::fuzz {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kHead = 5;
+// Flags: which attributes the capture asks for, by the ids 1, 2, 3 that the seeds give them.
+constexpr int kNormals = 1, kTexcoords = 2, kColors = 4, kStrip = 8;
+
+std::string wrap(Bytes input) {
+  const int flags = input[0];
+  const int points = input[1] | (input[2] << 8), triangles = input[3] | (input[4] << 8);
+  test::GltfAsset asset;
+  asset.add_view(input.subspan(kHead));
+  json attributes = json::object(), ids = json::object();
+  const auto attribute = [&](const char* name, const char* type, int component_type, int id, bool normalized) {
+    json accessor = {{"componentType", component_type}, {"type", type}, {"count", points}};
+    if (normalized) accessor["normalized"] = true;
+    attributes[name] = asset.add("accessors", accessor);
+    ids[name] = id;
+  };
+  attribute("POSITION", "VEC3", 5126, 0, false);
+  if ((flags & kNormals) != 0) attribute("NORMAL", "VEC3", 5126, 1, false);
+  if ((flags & kTexcoords) != 0) attribute("TEXCOORD_0", "VEC2", 5126, 2, false);
+  if ((flags & kColors) != 0) attribute("COLOR_0", "VEC4", 5121, 3, true);
+  const bool strip = (flags & kStrip) != 0;
+  const int indices = asset.add("accessors", {{"componentType", 5125}, {"type", "SCALAR"}, {"count", strip ? triangles + 2 : 3 * triangles}});
+  asset.add("meshes", {{"primitives", {{{"attributes", attributes}, {"indices", indices}, {"mode", strip ? 5 : 4},
+                                        {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", 0}, {"attributes", ids}}}}}}}}});
+  asset.add("nodes", {{"mesh", 0}});
+  asset.document["extensionsUsed"] = {"KHR_draco_mesh_compression"};
+  return asset.glb();
+}
+
+void run(Bytes input) {
+  if (input.size() < kHead) return;
+  static const std::filesystem::path kFile = scratch_folder() / "draco.glb";
+  write_scratch(kFile, wrap(input));
+  frontend::CaptureLimits limits;
+  limits.max_bytes = kMostBytes;
+  expect_answer([&] { require_sound(frontend::read_capture(kFile, limits)); });
+}
+
+// A grid of n x n points, closed to a tube where asked for, attributes by flags.
+std::string seed(int n, int flags, bool sequential, bool tube, replay::QuantizationBits bits) {
+  replay::DracoInput input;
+  std::vector<float> positions, normals, texcoords, colors;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      positions.insert(positions.end(), {static_cast<float>(i) * 0.37f, static_cast<float>(j), static_cast<float>(i * j % 5)});
+      normals.insert(normals.end(), {i % 2 == 0 ? 0.6f : 0.0f, i % 2 == 0 ? 0.0f : -0.6f, 0.8f});
+      texcoords.insert(texcoords.end(), {static_cast<float>(i) / static_cast<float>(n), static_cast<float>(j % 3)});
+      colors.insert(colors.end(), {static_cast<float>(i * 20 % 256), 0, 255, static_cast<float>(j * 30 % 256)});
+    }
+  for (int j = 0; j + 1 < n; ++j)
+    for (int i = 0; i + (tube ? 0 : 1) < n; ++i) {
+      const int right = (i + 1) % n;
+      for (const int k : {j * n + i, j * n + right, (j + 1) * n + i, (j + 1) * n + i, j * n + right, (j + 1) * n + right}) input.indices.push_back(static_cast<std::uint32_t>(k));
+    }
+  input.vertex_count = static_cast<std::size_t>(n * n);
+  input.attributes.push_back({"POSITION", 3, 5126, false, positions});
+  if ((flags & kNormals) != 0) input.attributes.push_back({"NORMAL", 3, 5126, false, normals});
+  if ((flags & kTexcoords) != 0) input.attributes.push_back({"TEXCOORD_0", 2, 5126, false, texcoords});
+  if ((flags & kColors) != 0) input.attributes.push_back({"COLOR_0", 4, 5121, true, colors});
+  const replay::DracoOutput output = replay::encode_draco(input, bits, sequential);
+  const std::size_t triangles = input.indices.size() / 3;
+  std::string bytes = {static_cast<char>(flags), static_cast<char>(input.vertex_count & 255), static_cast<char>(input.vertex_count >> 8), static_cast<char>(triangles & 255), static_cast<char>(triangles >> 8)};
+  return bytes.append(output.bytes.begin(), output.bytes.end());
+}
+
+std::vector<std::string> seeds() {
+  std::vector<std::string> all;
+  for (const bool sequential : {true, false})
+    for (const bool tube : {false, true})
+      for (const int n : {2, 3, 7})
+        for (const int flags : {0, int{kNormals}, kNormals | kTexcoords, kNormals | kTexcoords | kColors}) {
+          all.push_back(seed(n, flags, sequential, tube, {}));
+          all.push_back(seed(n, flags, sequential, tube, {0, 0, 0, 0, 0}));  // nothing is quantised
+        }
+  return all;
+}
+
+std::size_t mutate(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
+  // Most changes go to the stream behind its first bytes: method, counts and attributes decide how the rest is read.
+  if (size > kHead + 11 && random() % 4 != 0) return mutate_tail(data, kHead + 11, size, max_size);
+  if (size > kHead) return mutate_tail(data, kHead, size, max_size);
+  return mutate_bytes(data, size, max_size);
+}
+
+}  // namespace
+
+const Target kDracoTarget{"draco", "any bytes as a Draco stream inside a sound capture", 4 << 10, run, seeds, mutate};
+
+}  // namespace tessera::fuzz

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <random>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/error.h"
+
+namespace tessera::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+using Generator = std::minstd_rand;
+
+// What a fuzz target promises for any bytes: it returns. A refusal is one of the project's errors and is swallowed by run();
+// everything else that gets out of it, a broken invariant, a report of the sanitizers, a leak, a hang and a single
+// allocation beyond kMostBytes each end the program.
+struct Target {
+  std::string_view name;
+  std::string_view about;
+  std::size_t max_bytes;                 // of an input
+  void (*run)(Bytes input);
+  std::vector<std::string> (*seeds)();   // inputs to begin with, made by code
+  // Changes an input in place and returns its new size, at most `max_size`; null: libFuzzer's own mutations only.
+  std::size_t (*mutate)(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random);
+};
+
+std::span<const Target> targets();
+
+// What one input may take, by the limits that the program has (--max-memory, ImageLimits).
+inline constexpr std::uint64_t kMostBytes = 64ull << 20;
+
+// libFuzzer's mutations of plain bytes.
+std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+// Ends the program with a message when something that was accepted is not sound.
+void require(bool holds, const char* what);
+
+// Runs what may refuse its input: UsageError, InputError and LimitError are answers.
+template <class Work>
+void expect_answer(const Work& work) {
+  try {
+    work();
+  } catch (const UsageError&) {
+  } catch (const InputError&) {
+  } catch (const LimitError&) {
+  }
+}
+
+// A folder in memory for this process, removed at its end. Every target writes its input to files there, because the
+// decoders' interface is a file.
+const std::filesystem::path& scratch_folder();
+void write_scratch(const std::filesystem::path& file, Bytes bytes);
+void write_scratch(const std::filesystem::path& file, std::string_view text);
+
+// Targets, by the file that has them.
+extern const Target kCaptureTarget, kDracoTarget, kReplayTarget;        // capture_targets.cpp, draco_target.cpp, replay_target.cpp
+extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget;  // text_targets.cpp
+extern const Target kPictureTarget, kExrTarget, kHistoryTarget;         // picture_targets.cpp
+
+}  // namespace tessera::fuzz

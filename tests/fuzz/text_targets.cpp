@@ -1,0 +1,203 @@
+// Texts that people write: studies, machines, options. And results that other runs of the program wrote: sweeps, statistics.
+#include <algorithm>
+
+#include "base/json_text.h"
+#include "hardware/configuration.h"
+#include "replay/option_numbers.h"
+#include "replay/report/report.h"
+#include "replay/settings.h"
+#include "replay/sweep/study.h"
+#include "tests/fuzz/document_mutator.h"
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/support/captures.h"
+
+namespace tessera::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// ---- Studies ----------------------------------------------------------------------------------------------------
+
+const fs::path& study_folder() {
+  static const fs::path kFolder = [] {
+    const fs::path folder = scratch_folder() / "study";
+    fs::create_directories(folder);
+    write_scratch(folder / "a.glb", std::string_view("x"));
+    write_scratch(folder / "b.glb", std::string_view("y"));
+    write_scratch(folder / "gpu.json", std::string_view(R"({"preset":"small","tile":{"width":16}})"));
+    return folder;
+  }();
+  return kFolder;
+}
+
+void read_any_study(Bytes input) {
+  constexpr std::uint64_t kMostPoints = 256;
+  const fs::path file = study_folder() / "study.json";
+  write_scratch(file, input);
+  expect_answer([&] {
+    const replay::Study study = replay::read_study(file, kMostPoints);
+    std::uint64_t points = study.captures.size();
+    for (const replay::StudyAxis& axis : study.axes) points *= axis.values.size();
+    require(points == study.point_count && points <= kMostPoints, "a study has another number of points than it says");
+    // First and last step of every axis: values may not fit each other, and nothing else may go wrong.
+    for (const bool last : {false, true}) {
+      std::vector<std::uint32_t> steps;
+      for (const replay::StudyAxis& axis : study.axes) steps.push_back(last ? static_cast<std::uint32_t>(axis.values.size()) - 1 : 0);
+      const replay::PointConfiguration point = replay::configure_point(study, steps);
+      hardware::check_gpu(point.gpu);
+    }
+  });
+}
+
+std::vector<std::string> studies() {
+  const json small = {{"title", "t"}, {"captures", {"a.glb", "b.glb"}}, {"frames", "0:2"}, {"size", "64x32"}, {"gpu", "small"}, {"settings", {{"sampling.samples_per_pixel", 4}}},
+                      {"axes", {{{"key", "tile.width"}, {"values", {8, 16}}}, {{"keys", {"tile.height", "frontend.split_depth"}}, {"values", {{8, 1}, {16, 2}}}}, {{"key", "parameter_buffer.bytes"}, {"range", {{"from", 65536}, {"to", 1048576}, {"factor", 4}}}}}},
+                      {"columns", {"binner.*", "dram.read_bytes", "timing.cycles"}}, {"pictures", true}};
+  json ranges = small, machines = small;
+  ranges["axes"] = {{{"key", "resolve.k_stat"}, {"range", {{"from", 0.1}, {"to", 1}, {"step", 0.3}}}}, {{"key", "size"}, {"values", {"8x8", "16x16"}}}};
+  machines["gpu"] = "gpu.json";
+  machines["axes"] = {{{"key", "gpu"}, {"values", {"small", "middle", "gpu.json"}}}};
+  machines["baselines"] = true;
+  json shipped = json::parse(test::read_text(test::shipped_capture("eggs").parent_path() / "studies" / "binning.json"));
+  shipped["captures"] = {"a.glb"};
+  std::vector<std::string> all;
+  for (const json& study : {small, ranges, machines, shipped}) all.push_back(study.dump());
+  return all;
+}
+
+// ---- Machines ---------------------------------------------------------------------------------------------------
+
+void read_machine(Bytes input) {
+  static const fs::path kFile = scratch_folder() / "machine.json";
+  write_scratch(kFile, input);
+  expect_answer([&] {
+    const hardware::GpuConfiguration gpu = hardware::load_gpu(kFile.string());
+    const std::string written = hardware::gpu_json(gpu).dump();
+    bool fits = true;
+    try {
+      hardware::check_gpu(gpu);
+    } catch (const UsageError&) {
+      fits = false;
+    }
+    if (!fits) return;
+    // What a replay writes of its machine reads back as the same machine.
+    write_scratch(kFile, written);
+    require(hardware::gpu_json(hardware::load_gpu(kFile.string())).dump() == written, "a machine does not read back as itself");
+  });
+}
+
+std::vector<std::string> machines() {
+  std::vector<std::string> all = {R"({"preset":"small"})", R"({"tile":{"width":16,"height":8},"memory":{"burst_bytes":32}})"};
+  for (const std::string& name : hardware::preset_names()) all.push_back(hardware::gpu_json(hardware::load_gpu(name)).dump());
+  return all;
+}
+
+// ---- Options ----------------------------------------------------------------------------------------------------
+
+// The first byte chooses the option, the rest is its text.
+void parse_option(Bytes input) {
+  if (input.empty()) return;
+  // A command line has no zero bytes.
+  std::string text(input.begin() + 1, input.end());
+  text.resize(std::min(text.size(), text.find('\0')));
+  expect_answer([&] {
+    switch (input[0] % 6) {
+      case 0: {
+        const replay::PictureSize size = replay::parse_size("--size", text);
+        require(size.width >= 1 && size.height >= 1 && size.width <= 16384 && size.height <= 16384, "a size beyond its range");
+        break;
+      }
+      case 1: {
+        const replay::FrameRange range = replay::parse_frames("--frames", text);
+        require(range.first >= 0 && range.first < range.last, "an empty range of frames");
+        break;
+      }
+      case 2: {
+        const replay::NumberPair pair = replay::parse_pair("--shutter", text, "A:B");
+        require(pair.a - pair.a == 0 && pair.b - pair.b == 0, "a number that is not finite");
+        break;
+      }
+      case 3: require(replay::parse_whole_numbers("--region", text, ',', 4, "X,Y,W,H").size() == 4, "a region of not four numbers"); break;
+      case 4: hardware::gpu_json(hardware::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : "")); break;
+      default: {
+        replay::RunSettings settings;
+        hardware::GpuConfiguration gpu;
+        replay::apply_setting(text, settings, gpu);
+        const std::string written = replay::settings_json(settings).dump() + hardware::gpu_json(gpu).dump();
+        require(written.find("null") == std::string::npos, "a setting that is not finite was accepted");
+      }
+    }
+  });
+}
+
+std::vector<std::string> options() {
+  std::vector<std::string> all = {std::string("\0", 1) + "1280x720", "\x01" "0:24", "\x02" "0:0.5", "\x02-1e-3:2", "\x03" "0,0,64,64", "\x04small"};
+  const replay::RunSettings settings;
+  for (const auto& key : replay::settings_keys().keys())
+    all.push_back("\x05" + std::string(key.name) + "=" + key_value_json(replay::settings_keys().value(settings, key)).dump());
+  for (const auto& key : hardware::gpu_keys().keys()) all.push_back("\x05" + std::string(key.name) + "=" + std::to_string(static_cast<long long>(key.max)));
+  return all;
+}
+
+// ---- Results ----------------------------------------------------------------------------------------------------
+
+// The first byte chooses: a sweep with one result, a replay's statistics.
+void read_results(Bytes input) {
+  if (input.empty()) return;
+  static const fs::path kFolder = [] {
+    const fs::path folder = scratch_folder() / "results";
+    fs::create_directories(folder / "points");
+    return folder;
+  }();
+  const std::string_view text(reinterpret_cast<const char*>(input.data()) + 1, input.size() - 1);
+  expect_answer([&] {
+    std::string note;
+    // The report turns a member that is missing or of another type into a refusal of its own; so does this.
+    try {
+      if (input[0] % 2 == 0) {
+        const std::size_t cut = std::min(text.find('\n'), text.size());
+        write_scratch(kFolder / "sweep.json", text.substr(0, cut));
+        write_scratch(kFolder / "points" / "0123456789abcdef0123456789abcdef.json", text.substr(std::min(cut + 1, text.size())));
+        replay::sweep_report(kFolder, note);
+      } else {
+        write_scratch(kFolder / "stats.json", text);
+        replay::replay_report(kFolder, note);
+      }
+    } catch (const json::exception&) {
+    }
+  });
+}
+
+std::vector<std::string> results() {
+  const json frame = {{"frame", 3}, {"counters", {{"binner.entries", 7}}}, {"timing", {{"cycles", 9}, {"bound_by", "dram"}}}, {"energy", {{"total_nj", 1.5}}}};
+  const json sweep = {{"schema", "tessera.sweep/1"}, {"title", "t"}, {"captures", {"a.glb"}}, {"axes", {"tile.width"}}, {"columns", {"binner.entries", "timing.cycles"}},
+                      {"points", {{{"hash", "0123456789abcdef0123456789abcdef"}, {"capture", 0}, {"values", {8}}}}}};
+  const json point = {{"schema", "tessera.point/1"}, {"frames", {frame}}};
+  const json stats = {{"schema", "tessera.stats/1"}, {"capture", {{"file", "a.glb"}}}, {"gpu", {{"preset", "middle"}}}, {"settings", {{"width", 8}, {"height", 8}, {"region", {0, 0, 8, 8}}}},
+                      {"frames", {frame}}, {"total", {{"counters", {{"binner.entries", 7}}}}}};
+  return {std::string(1, '\0') + sweep.dump() + "\n" + point.dump(), std::string(1, '\0') + sweep.dump() + "\n" + json{{"fault", "no"}}.dump(), std::string(1, '\1') + stats.dump()};
+}
+
+std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
+  if (size < 2) return mutate_bytes(data, size, max_size);
+  std::uint8_t* const cut = std::find(data, data + size, '\n');
+  if (cut == data + size) return 1 + mutate_json(data + 1, size - 1, max_size - 1, random);
+  // One of the two documents; the one in front is put together with what comes behind it.
+  const std::size_t second = static_cast<std::size_t>(cut - data) + 1;
+  if (random() % 2 == 0) return second + mutate_json(data + second, size - second, max_size - second, random);
+  const std::string rest(cut, data + size);
+  if (max_size <= rest.size() + 1 + second) return size;
+  const std::size_t first = 1 + mutate_json(data + 1, second - 2, max_size - 1 - rest.size(), random);
+  std::copy(rest.begin(), rest.end(), data + first);
+  return first + rest.size();
+}
+
+}  // namespace
+
+const Target kStudyTarget{"study", "any bytes as a study of `sweep`", 8 << 10, read_any_study, studies, mutate_json};
+const Target kMachineTarget{"machine", "any bytes as a machine of `--gpu`", 16 << 10, read_machine, machines, mutate_json};
+const Target kOptionTarget{"option", "any text as a number, range, size or KEY=VALUE of the command line", 256, parse_option, options, nullptr};
+const Target kResultTarget{"result", "any bytes as results that `compare`, `report` and `sweep` read back", 8 << 10, read_results, results, mutate_results};
+
+}  // namespace tessera::fuzz
