@@ -103,7 +103,7 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
 }
 
 VisibilitySettings visibility_settings(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, const float* depth) {
-  return {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), frontend::sharp_factor(frame.projection), depth};
+  return {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
 }
 
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
