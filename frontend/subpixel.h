@@ -13,8 +13,8 @@ inline constexpr float kSubpixels = 256.0f;
 inline constexpr float kStillPixels = 1.0f / kSubpixels;
 inline constexpr float kStillDepth = 0x1p-16f;
 // A projected vertex whose circle of confusion has a radius of no more than this is in focus: it is seen through the middle of the
-// lens. A sixteenth of a pixel is a quarter of the distance between the samples of a pixel that has 16 of them.
-inline constexpr float kSharpPixels = 0.0625f;
+// lens. Four sub-pixels.
+inline constexpr float kSharpPixels = 4.0f / kSubpixels;
 
 // Farther out than this from the frame's corner a vertex is not put on the grid: float could no longer hold the
 // difference of two positions exactly. 2^14 pixels with 8 fractional bits are 22 of float's 24.

@@ -99,7 +99,12 @@ std::unique_ptr<Capture> masked_scene(std::uint32_t seed) {
     material.base_color_texture.texture = std::make_shared<const shaders::Texture>(alpha_texture(64, random));
     const int number = add_material(*capture, material);
     Primitive primitive = bent_patches(random, number);
-    for (Vec2& at : primitive.vertices.texcoords[0]) at = at * 1.3f + Vec2(random.uniform(-0.01f, 0.01f));
+    // Each patch reads its own part of the texture, some across its border.
+    Vec2 offset(0.0f);
+    for (std::size_t v = 0; v < primitive.vertices.texcoords[0].size(); ++v) {
+      if (v % 16 == 0) offset = Vec2(random.uniform(-1, 1), random.uniform(-1, 1));
+      primitive.vertices.texcoords[0][v] = primitive.vertices.texcoords[0][v] * 0.4f + offset;
+    }
     add_node(*capture, primitive, DVec3(random.in_box(0.5f)));
     Primitive mesh = triangles({{-1, -1, 0}, {0, -1, 0}, {0, 0, 0}, {-1, 0, 0}}, {0, 1, 2, 0, 2, 3}, number);
     mesh.vertices.texcoords = {{{0, 0}, {0.25f, 0}, {0.25f, 0.25f}, {0, 0.25f}}};
