@@ -7,6 +7,11 @@
 namespace tessera::binner {
 namespace {
 
+// As far as the tile core is concerned: its kernels do not move what the front end found still.
+bool moves(const frontend::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
+  return (sub_patch.effects & frontend::kEffectMotion) != 0 && frame.drawable_of(sub_patch.base_patch).moving;
+}
+
 QueueEntry make_entry(const frontend::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
   const frontend::PosedDrawable& drawable = frame.drawable_of(sub_patch.base_patch);
   QueueEntry entry;
@@ -14,10 +19,14 @@ QueueEntry make_entry(const frontend::FrameGeometry& frame, const frontend::Boun
   entry.range = sub_patch.range;
   entry.near_depth = sub_patch.bounds.near_z;
   entry.far_depth = sub_patch.bounds.far_z;
-  if (drawable.moving) entry.flags |= QueueEntry::kMoving;
-  if (sub_patch.bounds.crosses_near) entry.flags |= QueueEntry::kCrossesNear;
-  if (drawable.material->alpha_mode == frontend::AlphaMode::kMask) entry.flags |= QueueEntry::kAlphaMask;
-  if (drawable.material->alpha_mode == frontend::AlphaMode::kBlend) entry.flags |= QueueEntry::kBlended;
+  entry.flags = 0;
+  const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
+  flag(moves(frame, sub_patch), QueueEntry::kMoving);
+  flag(sub_patch.bounds.crosses_near, QueueEntry::kCrossesNear);
+  flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, QueueEntry::kDefocused);
+  flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(), QueueEntry::kDisplaced);
+  flag((sub_patch.effects & frontend::kEffectAlphaTest) != 0 && drawable.material->alpha_mode == frontend::AlphaMode::kMask, QueueEntry::kAlphaMask);
+  flag(drawable.material->alpha_mode == frontend::AlphaMode::kBlend, QueueEntry::kBlended);
   return entry;
 }
 
@@ -38,7 +47,7 @@ void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const f
     TileCoverageUnit unit = coverage_;
     for (std::size_t i = block * kBlock; i < std::min(ahead_.size(), (block + 1) * kBlock); ++i) {
       const frontend::BoundedSubPatch& sub_patch = sub_patches[first + i];
-      const TileCoverage& coverage = unit.cover(sub_patch, frame.drawable_of(sub_patch.base_patch).moving, grid_);
+      const TileCoverage& coverage = unit.cover(sub_patch, moves(frame, sub_patch), grid_);
       hierarchy_.place(coverage, frontend::patch_record_bytes(frame, sub_patch.base_patch), ahead_[i].placements);
       ahead_[i].covered = coverage.covered;
       ahead_[i].dropped_exact = coverage.dropped_exact;

@@ -18,16 +18,18 @@ namespace tessera::binner {
 //   10..11  far_depth    upper half of the float, rounded away
 //   12      t0           first 1/256 of the shutter in which the sub-patch may touch the tile
 //   13      t1           last one
-//   14      flags        kMoving ...
+//   14      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
 //   15      zero
 struct QueueEntry {
-  enum Flag : std::uint8_t { kMoving = 1, kCrossesNear = 2, kAlphaMask = 4, kBlended = 8 };
+  enum Flag : std::uint8_t { kMoving = 1, kCrossesNear = 2, kAlphaMask = 4, kBlended = 8, kDefocused = 16, kDisplaced = 32 };
+  // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
+  static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
 
   std::uint32_t base_patch = 0;
   frontend::CellRange range;
   float near_depth = 0, far_depth = 0;  // unpacked: never nearer / farther than what was packed
   std::uint8_t t0 = 0, t1 = 255;
-  std::uint8_t flags = 0;
+  std::uint8_t flags = kEveryEffect;
 };
 
 inline constexpr std::size_t kQueueEntryBytes = 16;

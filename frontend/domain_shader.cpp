@@ -9,11 +9,11 @@ shaders::ControlPoints<float> shader_control_points(const FrameGeometry& frame, 
   return c;
 }
 
-Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key) {
+Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key, bool displaced) {
   const auto c = shader_control_points(frame, drawable, patch, key);
   const shaders::BicubicRow<float> row = shaders::bicubic_row(c, v);
   const shaders::SurfacePoint<float> p = shaders::bicubic_point<float>(row, u);
-  if (!drawable.material->displacement) return {p.position.x, p.position.y, p.position.z};
+  if (!displaced || !drawable.material->displacement) return {p.position.x, p.position.y, p.position.z};
   const Vector3<float> n = shaders::bicubic_normal(c, u, v, p);
   const float offset = patch_displacement(frame, drawable, patch).offset(u, v);
   const Vector3<float> moved = p.position + n * offset;

@@ -10,8 +10,9 @@ namespace tessera::frontend {
 
 shaders::ControlPoints<float> shader_control_points(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key);
 
-// The displaced point at one parameter of a patch, in object space at a key: the scalar form of the domain shader.
-Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key);
+// The displaced point at one parameter of a patch, in object space at a key: the scalar form of the domain shader. Without
+// `displaced` the caller knows that the offset there is zero.
+Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key, bool displaced = true);
 
 // A vertex on the boundary of a grid is evaluated by the owner of the corner or edge that it lies on, so that every
 // grid that has it computes the same bits. (i, j) must lie on the boundary of the pattern's grid.

@@ -21,14 +21,26 @@ void connect_spans(PosedDrawable& posed) {
   }
 }
 
-void pose_drawable(const Assembly& assembly, const Drawable& drawable, const std::array<Pose, 2>& poses,
+// The materials without what the request leaves out; empty when it leaves out nothing.
+std::vector<Material> reduced_materials(const Assembly& assembly, const FrameRequest& request) {
+  if (request.displacement && request.alpha_test && request.blending) return {};
+  std::vector<Material> materials = assembly.materials;
+  for (Material& material : materials) {
+    if (!request.displacement) material.displacement.reset();
+    if (!request.alpha_test && material.alpha_mode == AlphaMode::kMask) material.alpha_mode = AlphaMode::kOpaque;
+    if (!request.blending && material.alpha_mode == AlphaMode::kBlend) material.alpha_mode = AlphaMode::kOpaque;
+  }
+  return materials;
+}
+
+void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable, const std::array<Pose, 2>& poses,
                    const std::array<DMat4, 2>& world_to_raster, PosedDrawable& posed) {
   const Capture& capture = *assembly.capture;
   static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
   posed.drawable = &drawable;
   if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
   posed.primitive = posed.procedure != nullptr ? &kNoPrimitive : &capture.meshes[static_cast<std::size_t>(drawable.mesh)].primitives[static_cast<std::size_t>(drawable.primitive)];
-  posed.material = &assembly.materials[static_cast<std::size_t>(drawable.material)];
+  posed.material = &materials[static_cast<std::size_t>(drawable.material)];
   for (std::size_t key = 0; key < 2; ++key) {
     const DMat4 world = object_to_world(capture, drawable.node, *posed.primitive, poses[key]);
     posed.to_world[key] = Mat4(world);
@@ -105,8 +117,10 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
     world_to_raster[key] = frame->projection.matrix() * frame->views[key].world_to_camera;
   }
   frame->drawables.resize(assembly.drawables.size());
+  frame->materials = reduced_materials(assembly, request);
+  const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials) : std::span<const Material>(frame->materials);
   parallel_for(assembly.drawables.size(), [&](std::size_t d) {
-    pose_drawable(assembly, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
+    pose_drawable(assembly, materials, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
   });
   for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
   frame->patterns.resize(assembly.patch_count());

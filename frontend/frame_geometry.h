@@ -20,6 +20,8 @@ struct FrameRequest {
   int max_factor = 64;
   bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
   bool draw_lines = false;         // procedures are paper with ink strokes, not shaded surfaces
+  // Whether the scene has what the capture says of it; false: as a capture without it.
+  bool displacement = true, alpha_test = true, blending = true, procedures = true;
 };
 
 // A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
@@ -47,6 +49,7 @@ struct FrameGeometry {
   FrameRequest request;
   Projection projection;
   std::array<View, 2> views;
+  std::vector<Material> materials;           // as Assembly::materials where the request leaves something out of them, else empty
   std::vector<PosedDrawable> drawables;      // as Assembly::drawables
   std::vector<TessellationPattern> patterns; // per base patch; clusters keep the default
   std::vector<float> displacement_lod;       // per base patch: level of detail of its heights; 0 where nothing displaces

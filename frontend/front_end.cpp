@@ -35,7 +35,7 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
     PatchSplitter splitter(frame, pyramids, settings, guess);
     for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
-      if (frame.request.sample_procedures && frame.drawable_of(patch).procedure != nullptr) continue;
+      if ((frame.request.sample_procedures || !frame.request.procedures) && frame.drawable_of(patch).procedure != nullptr) continue;
       result.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
                          hardware::burst_bytes(0, patch_record_bytes(frame, patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
       splitter.split(patch, result.sub_patches, result.aside, result.counters);

@@ -142,10 +142,10 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   if (aside != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
     ++counters.culled_previous_depth;
     counters.cells_culled_previous_depth += cell_count(range);
-    aside->push_back({patch, range, *bounds, body.corners});
+    aside->push_back({patch, range, *bounds, body.corners, kAllSubPatchEffects});
     return std::nullopt;
   }
-  Node node{0, visited_++, depth, {patch, range, *bounds, body.corners}};
+  Node node{0, visited_++, depth, {patch, range, *bounds, body.corners, effects_.select(bounder_, body, *bounds)}};
   if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, depth);
   return node;
 }
@@ -170,6 +170,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std
   const auto later = [](const Node& a, const Node& b) { return a.priority != b.priority ? a.priority < b.priority : a.order > b.order; };
   bounder_.begin(patch);
   back_face_.begin(patch);
+  effects_.begin(patch);
   visited_ = 0;
   heap_.clear();
   const std::size_t first = out.size();
@@ -204,6 +205,20 @@ void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std
     for (const CellRange& half : halves(r, along_u)) keep(half, mandatory ? node.depth : node.depth + 1);
   }
   counters.sub_patches += out.size() - first;
+  for (std::size_t k = first; k < out.size(); ++k) count_effects(out[k].effects, counters);
+}
+
+void PatchSplitter::count_effects(std::uint8_t effects, FrontendCounters& counters) const {
+  const PosedDrawable& drawable = bounder_.drawable();
+  const auto count = [&](SubPatchEffect effect, bool asked, std::uint64_t& runs, std::uint64_t& elided) {
+    if ((effects & effect) != 0) ++runs;
+    else if (asked) ++elided;
+  };
+  count(kEffectMotion, drawable.moving, counters.sub_patches_moving, counters.motion_elided);
+  count(kEffectDefocus, frame_.projection.lens_scale != 0, counters.sub_patches_defocused, counters.defocus_elided);
+  count(kEffectDisplacement, bounder_.displaced(), counters.sub_patches_displaced, counters.displacement_elided);
+  count(kEffectAlphaTest, drawable.material->alpha_mode == AlphaMode::kMask, counters.sub_patches_alpha_tested, counters.alpha_test_elided);
+  if ((effects & kEffectBlending) != 0) ++counters.sub_patches_blended;
 }
 
 }  // namespace tessera::frontend

@@ -10,6 +10,7 @@
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/sub_patch_effects.h"
 #include "hardware/configuration.h"
 
 namespace tessera::frontend {
@@ -52,6 +53,15 @@ struct FrontendCounters {
   std::uint64_t cells_culled_backface = 0;
   std::uint64_t cells_culled_previous_depth = 0;
   std::uint64_t sub_patches = 0;
+  std::uint64_t sub_patches_moving = 0;
+  std::uint64_t sub_patches_defocused = 0;
+  std::uint64_t sub_patches_displaced = 0;
+  std::uint64_t sub_patches_alpha_tested = 0;
+  std::uint64_t sub_patches_blended = 0;
+  std::uint64_t motion_elided = 0;
+  std::uint64_t defocus_elided = 0;
+  std::uint64_t displacement_elided = 0;
+  std::uint64_t alpha_test_elided = 0;
 };
 
 // A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
@@ -60,6 +70,7 @@ struct BoundedSubPatch {
   CellRange range;
   ScreenBounds bounds;    // over the whole shutter and lens
   MovingCorners corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
+  std::uint8_t effects = kAllSubPatchEffects;  // that its kernels need: bits of SubPatchEffect
 };
 
 // Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
@@ -69,7 +80,7 @@ class PatchSplitter {
  public:
   // With a guess, sub-patches that it hides are put aside, unsplit.
   PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings, const OcclusionGuess* guess = nullptr)
-      : frame_(frame), pyramids_(pyramids), settings_(settings), guess_(guess), bounder_(frame, pyramids, settings.method), back_face_(frame) {}
+      : frame_(frame), pyramids_(pyramids), settings_(settings), guess_(guess), bounder_(frame, pyramids, settings.method), back_face_(frame), effects_(frame, pyramids) {}
 
   // Appends the sub-patches of one base patch, and to `aside` what the guess hides.
   void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside, FrontendCounters& counters);
@@ -88,6 +99,7 @@ class PatchSplitter {
   void split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* aside,
                    FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, int depth) const;
+  void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
   const FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
@@ -95,6 +107,7 @@ class PatchSplitter {
   const OcclusionGuess* guess_;
   SubPatchBounder bounder_;
   BackFaceTest back_face_;
+  EffectSelector effects_;
   std::vector<Node> heap_;
   std::uint32_t visited_ = 0;
 };

@@ -6,6 +6,16 @@ namespace tessera::frontend {
 inline constexpr int kSubpixelBits = 8;
 inline constexpr float kSubpixels = 256.0f;
 
+// What the tile core overlooks, vertex by vertex and in every kernel, so that sub-patches that need no code for motion or for the lens
+// can be told before they are tessellated (sub_patch_effects.h).
+// A projected vertex that moves from shutter open to close by no more than a sub-pixel along either axis, and by no more than this
+// share of its depth, does not move: it is where it is at shutter open.
+inline constexpr float kStillPixels = 1.0f / kSubpixels;
+inline constexpr float kStillDepth = 0x1p-16f;
+// A projected vertex whose circle of confusion has a radius of no more than this is in focus: it is seen through the middle of the
+// lens. Four sub-pixels.
+inline constexpr float kSharpPixels = 4.0f / kSubpixels;
+
 // Farther out than this from the frame's corner a vertex is not put on the grid: float could no longer hold the
 // difference of two positions exactly. 2^14 pixels with 8 fractional bits are 22 of float's 24.
 inline constexpr float kGuardBandPixels = 16384.0f;

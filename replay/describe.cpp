@@ -59,9 +59,9 @@ const std::vector<Topic>& topics() {
        "`shaders_cpp/procedures/`. How they are drawn: [procedural.md](procedural.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects", "Effects",
-       "Effects that a frame may need. `stats.json` says for each frame which ran, and in `effect_reasons` why those of the resolve unit did or did not; a sub-patch that needs none of motion and defocus runs kernels\n"
-       "that hold no code for them.",
-       {{"name", "effect"}, {"meaning", "meaning"}, {"when", "runs when"}, {"setting", "forced by"}}},
+       "Tessera simulates only the effects that a scene calls for. Each is decided as finely as the third column says, and `stats.json` says of every frame which ran (`effects`), why or\n"
+       "why not (`effect_reasons`) and where (`effect_places`). What follows the table, how it is decided and what it saves, is not generated.",
+       {{"name", "effect"}, {"meaning", "meaning"}, {"decided", "decided for each"}, {"when", "runs when"}, {"setting", "forced by"}}},
   };
   return kTopics;
 }
@@ -112,17 +112,29 @@ json describe_extensions() {
 }
 
 json describe_effects() {
-  return json::array(
-      {{{"name", "advection"}, {"meaning", "Slow blocks take half of their pixels from the previous frame, or from the other eye."}, {"when", "resolve.desampling is adaptive, the frame before was rendered with the same lights"}, {"setting", "resolve.advection"}},
-       {{"name", "alpha_test"}, {"meaning", "Hits count only where the material's alpha reaches its cutoff."}, {"when", "a material has alpha mode MASK"}, {"setting", ""}},
-       {{"name", "blending"}, {"meaning", "Surfaces are kept as layers per sample and composed far to near."}, {"when", "a material has alpha mode BLEND"}, {"setting", ""}},
-       {{"name", "defocus"}, {"meaning", "Samples look through points of a thin lens."}, {"when", "the camera has an aperture"}, {"setting", "effects.defocus"}},
-       {{"name", "desampling"}, {"meaning", "Not all pixels are shaded; the others are advected or reconstructed."}, {"when", "resolve.desampling asks for it"}, {"setting", "resolve.desampling"}},
-       {{"name", "displacement"}, {"meaning", "Vertices of Bezier patches move along the normal by a texture."}, {"when", "a Bezier patch has a material with TESSERA_displacement"}, {"setting", ""}},
-       {{"name", "foveation"}, {"meaning", "Blocks far from the focus get fewer samples."}, {"when", "resolve.desampling is adaptive and resolve.foveation_r0 is not 0"}, {"setting", "resolve.foveation_r0"}},
-       {{"name", "frame_buffer_compression"}, {"meaning", "Finished pixels are compressed on their way to memory."}, {"when", "the machine does"}, {"setting", "frame_buffer.compression"}},
-       {{"name", "motion"}, {"meaning", "Samples see the scene at different times of the shutter."}, {"when", "anything differs between shutter open and close, camera included"}, {"setting", "effects.motion"}},
-       {{"name", "stereo"}, {"meaning", "A second picture for a right eye."}, {"when", "stereo.eye_separation is not 0"}, {"setting", "stereo.eye_separation"}}});
+  struct Effect {
+    const char *name, *meaning, *decided, *when, *setting;
+  };
+  constexpr const char* kSubPatch = "frame, drawable, sub-patch, tile";
+  constexpr Effect kEffects[] = {
+      {"advection", "Slow blocks take half of their pixels from the previous frame, or from the other eye.", "frame, block",
+       "resolve.desampling is adaptive, the frame before was rendered with the same lights", "resolve.advection"},
+      {"alpha_test", "Hits count only where the material's alpha reaches its cutoff.", kSubPatch,
+       "the material has alpha mode MASK, and its texture or vertex colours may fall below the cutoff somewhere on the sub-patch", "effects.alpha_test"},
+      {"blending", "Surfaces are kept as layers per sample and composed far to near.", "drawable, tile", "the material has alpha mode BLEND", "effects.blending (off only)"},
+      {"defocus", "Samples look through points of a thin lens.", kSubPatch, "the camera has an aperture, and the sub-patch's circle of confusion may be larger than 1/64 pixel in radius", "effects.defocus"},
+      {"desampling", "Not all pixels are shaded; the others are advected or reconstructed.", "frame, block", "resolve.desampling asks for it", "resolve.desampling"},
+      {"displacement", "Vertices of Bezier patches move along the normal by a texture.", kSubPatch, "the material has TESSERA_displacement, and its offset is not zero all over the sub-patch", "effects.displacement"},
+      {"foveation", "Blocks far from the focus get fewer samples.", "frame, block", "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},
+      {"frame_buffer_compression", "Finished pixels are compressed on their way to memory.", "frame", "the machine does", "frame_buffer.compression"},
+      {"motion", "Samples see the scene at different times of the shutter.", kSubPatch,
+       "the drawable moves on screen between shutter open and close, by the camera's motion or its own, and a vertex of the sub-patch may move by more than 1/256 pixel or 2^-16 of its depth", "effects.motion"},
+      {"procedures", "Surfaces that are formulas are sampled by the sampling controller.", "frame, tile", "the capture has TESSERA_procedure", "effects.procedures (off only), procedures.path"},
+      {"stereo", "A second picture for a right eye.", "frame", "stereo.eye_separation is not 0", "stereo.eye_separation"},
+  };
+  json rows = json::array();
+  for (const Effect& e : kEffects) rows.push_back({{"name", e.name}, {"meaning", e.meaning}, {"decided", e.decided}, {"when", e.when}, {"setting", e.setting}});
+  return rows;
 }
 
 std::string parameter_text(const shaders::ParameterDeclaration& p) {

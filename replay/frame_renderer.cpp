@@ -52,7 +52,7 @@ void for_each_tile(const binner::TileGrid& grid, const tilecore::TileJob& job, c
 frontend::CameraChoice choose_camera(const frontend::Capture& capture, const RunSettings& settings, const RenderRequest& request) {
   const frontend::CaptureSettings& own = capture.settings;
   frontend::CameraChoice choice = frontend::choose_camera(capture, own.first_frame / own.frame_rate, request.width, request.height);
-  if (settings.defocus == "off") choice.camera.lens.aperture_radius = 0;
+  if (settings.defocus == "off" || !tilecore::kGeneralEffects) choice.camera.lens.aperture_radius = 0;
   return choice;
 }
 
@@ -133,11 +133,15 @@ frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   request.width = request_.width;
   request.height = request_.height;
   request.open_time = (frame + own.shutter_open) / own.frame_rate;
-  request.close_time = settings_.motion == "off" ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
+  request.close_time = settings_.motion == "off" || !tilecore::kGeneralEffects ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
   request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
   request.draw_lines = settings_.procedures_style == "lines";
   request.sample_procedures = settings_.procedures_path == "sampled";
+  request.displacement = settings_.displacement != "off" && tilecore::kGeneralEffects;
+  request.alpha_test = settings_.alpha_test != "off";
+  request.blending = settings_.blending != "off";
+  request.procedures = settings_.procedures != "off";
   return request;
 }
 
@@ -158,8 +162,10 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
   job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
   job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);
-  job.force_motion = settings_.motion == "on";
-  job.force_lens = settings_.defocus == "on";
+  job.force_motion = settings_.motion == "on" && tilecore::kGeneralEffects;
+  job.force_lens = settings_.defocus == "on" && tilecore::kGeneralEffects;
+  job.force_displacement = settings_.displacement == "on";
+  job.force_alpha_test = settings_.alpha_test == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
   job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
@@ -169,23 +175,9 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   return job;
 }
 
-FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) const {
-  FrameEffects effects = {{"motion", frame.any_motion}, {"defocus", frame.projection.lens_scale != 0},
-                          {"displacement", false}, {"alpha_test", false}, {"blending", false},
-                          {"desampling", false}, {"advection", false}, {"foveation", false}, {"stereo", eyes_.size() > 1},
-                          {"frame_buffer_compression", gpu_.frame_buffer_compression != "none"}};
-  for (const frontend::PosedDrawable& drawable : frame.drawables) {
-    const frontend::Material& material = *drawable.material;
-    if (material.displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) effects["displacement"] = true;
-    if (material.alpha_mode == frontend::AlphaMode::kMask) effects["alpha_test"] = true;
-    if (material.alpha_mode == frontend::AlphaMode::kBlend) effects["blending"] = true;
-  }
-  return effects;
-}
-
 std::unique_ptr<tilecore::ParameterMaps> FrameRenderer::map_procedures(const tilecore::TileJob& job, FrameResult& result) const {
   const auto is_procedure = [](const frontend::PosedDrawable& drawable) { return drawable.procedure != nullptr; };
-  if (!job.frame->request.sample_procedures || std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure)) return nullptr;
+  if (!job.frame->request.sample_procedures || !job.frame->request.procedures || std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure)) return nullptr;
   const StageTimer timer(result, "sparse");
   auto maps = std::make_unique<tilecore::ParameterMaps>(*job.frame, *job.grid, procedure_settings(settings_),
                                                         tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
@@ -386,7 +378,6 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     const StageTimer timer(result, "pose");
     geometry = frontend::pose_frame(assembly_, eye.camera, frame_request(frame));
   }
-  if (left == nullptr) result.effects = effects_of(*geometry);
   const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
@@ -455,6 +446,7 @@ FrameResult FrameRenderer::render(int frame) {
     }
     result.right = RightEye{std::move(right.targets), right.counters};
   }
+  report_effects({*left, settings_, result.counters, result.maps, eyes_.size() > 1, gpu_.frame_buffer_compression != "none"}, result.effects, result.effect_reasons, result.effect_places);
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -17,6 +17,7 @@
 #include "hardware/ledger.h"
 #include "hardware/timing_model.h"
 #include "replay/baselines.h"
+#include "replay/effect_report.h"
 #include "replay/resolve_sequence.h"
 #include "replay/settings.h"
 #include "replay/work_recorder.h"
@@ -67,9 +68,6 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.sampling);
 }
 
-// Which effects a frame needed, in order of their names.
-using FrameEffects = std::map<std::string, bool>;
-
 // Cycles and energy of a frame on the described machine, and how they came about.
 struct MachineModel {
   FrameRecord record;
@@ -91,7 +89,8 @@ struct FrameResult {
   tilecore::FrameTargets targets;
   FrameCounters counters;
   FrameEffects effects;
-  EffectReasons effect_reasons;  // for effects of the resolve unit
+  EffectReasons effect_reasons;  // why each ran, or did not
+  FrameEffectPlaces effect_places;
   std::optional<RightEye> right;
   std::map<std::string, double> stage_seconds;  // host time; tile_threads, resolve_threads: processor time, summed over threads
   double seconds = 0;
@@ -172,7 +171,6 @@ class FrameRenderer {
   void collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result);
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
   BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
-  FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
   std::shared_ptr<const PreparedCapture> prepared_;
   const frontend::Capture& capture_;

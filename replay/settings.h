@@ -23,6 +23,10 @@ struct RunSettings {
   double shading_cell_pixels = 1.0;
   std::string motion = "auto";
   std::string defocus = "auto";
+  std::string displacement = "auto";
+  std::string alpha_test = "auto";
+  std::string blending = "auto";
+  std::string procedures = "auto";
   bool machine_model = true;
   double exposure = 0;  // 0: the capture's
 

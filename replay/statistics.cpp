@@ -80,8 +80,14 @@ Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConf
   head_["settings"]["region"] = {request.region.x0, request.region.y0, request.region.width(), request.region.height()};
 }
 
+json effect_places_json(const FrameEffectPlaces& places) {
+  json out = json::object();
+  for (const auto& [name, at] : places) out[name] = {{"sub_patches", at.sub_patches}, {"sub_patches_elided", at.sub_patches_elided}, {"tiles", at.tiles}};
+  return out;
+}
+
 json frame_json(const FrameResult& frame) {
-  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"effect_reasons", frame.effect_reasons}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
+  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"effect_reasons", frame.effect_reasons}, {"effect_places", effect_places_json(frame.effect_places)}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
   if (frame.model) {
     out["timing"] = timing_json(frame.model->timing);
     out["energy"] = energy_json(frame.model->energy);

@@ -25,12 +25,21 @@ void TileMeter::stop() {
   work_.sample_hits += now.sample_hits - entries_.sample_hits;
   work_.samples_visible += shaded.samples_visible - shading_.samples_visible;
   work_.pixel_shader_invocations += shaded.pixel_shader_invocations - shading_.pixel_shader_invocations;
+  const tilecore::DesamplingCounters& desampled = core_.desampling_counters();
+  work_.desampled_blocks += (desampled.blocks_rate_4 - desampling_.blocks_rate_4) + (desampled.blocks_rate_8 - desampling_.blocks_rate_8);
+  work_.advected_pixels += desampled.pixels_advected - desampling_.pixels_advected;
+  work_.foveated_blocks += desampled.blocks_foveated - desampling_.blocks_foveated;
+  work_.procedure_samples += core_.sampling_counters().samples - sampling_.samples;
 }
 
 void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work) {
   work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& request : requests) {
     work.moving_sub_patches += request.moving ? 1 : 0;
+    work.defocused_sub_patches += request.defocused ? 1 : 0;
+    work.displaced_sub_patches += request.displaced ? 1 : 0;
+    work.alpha_tested_sub_patches += request.alpha_tested ? 1 : 0;
+    work.blended_sub_patches += request.blended ? 1 : 0;
     work.triangles += request.triangles;
   }
 }

@@ -19,6 +19,14 @@ struct TileCounts {
   std::uint64_t culled_occlusion = 0;
   std::uint64_t sub_patches = 0;
   std::uint64_t moving_sub_patches = 0;
+  std::uint64_t defocused_sub_patches = 0;
+  std::uint64_t displaced_sub_patches = 0;
+  std::uint64_t alpha_tested_sub_patches = 0;
+  std::uint64_t blended_sub_patches = 0;
+  std::uint64_t procedure_samples = 0;
+  std::uint64_t desampled_blocks = 0;
+  std::uint64_t advected_pixels = 0;
+  std::uint64_t foveated_blocks = 0;
   std::uint64_t triangles = 0;
   std::uint64_t box_tests = 0;
   std::uint64_t triangle_tests = 0;
@@ -41,6 +49,14 @@ inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
     {"culled_occlusion", &TileCounts::culled_occlusion, "entries", "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
     {"sub_patches", &TileCounts::sub_patches, "sub-patches", "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
     {"moving_sub_patches", &TileCounts::moving_sub_patches, "sub-patches", "Those of them that ran the kernels for motion.", ""},
+    {"defocused_sub_patches", &TileCounts::defocused_sub_patches, "sub-patches", "Those that ran the kernels for the lens.", ""},
+    {"displaced_sub_patches", &TileCounts::displaced_sub_patches, "sub-patches", "Those whose vertices were displaced.", ""},
+    {"alpha_tested_sub_patches", &TileCounts::alpha_tested_sub_patches, "sub-patches", "Those whose hits were tested for alpha.", ""},
+    {"blended_sub_patches", &TileCounts::blended_sub_patches, "sub-patches", "Those that were kept as layers.", ""},
+    {"procedure_samples", &TileCounts::procedure_samples, "samples", "Samples of procedures that the tile's array took.", "sampling.samples"},
+    {"desampled_blocks", &TileCounts::desampled_blocks, "blocks", "Blocks of which fewer than 16 pixels were to be shaded.", ""},
+    {"advected_pixels", &TileCounts::advected_pixels, "pixels", "Pixels taken from the previous frame or the other eye.", ""},
+    {"foveated_blocks", &TileCounts::foveated_blocks, "blocks", "Blocks that foveation limits to fewer than 16 samples.", ""},
     {"triangles", &TileCounts::triangles, "triangles", "Triangles of these sub-patches.", ""},
     {"box_tests", &TileCounts::box_tests, "tests", "Samples or tiles tested against boxes.", "tilecore.box_tests"},
     {"triangle_tests", &TileCounts::triangle_tests, "tests", "Samples tested against triangles.", "tilecore.triangle_tests"},
@@ -67,7 +83,7 @@ struct TileMaps {
 // counters. Only the thread that renders the tile may touch either.
 class TileMeter {
  public:
-  TileMeter(const tilecore::TileCore& core, TileCounts& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()) {}
+  TileMeter(const tilecore::TileCore& core, TileCounts& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()), desampling_(core.desampling_counters()), sampling_(core.sampling_counters()) {}
   void stop();
 
  private:
@@ -75,6 +91,8 @@ class TileMeter {
   TileCounts& work_;
   const tilecore::TileCoreCounters entries_;  // at the beginning
   const tilecore::ShadingCounters shading_;
+  const tilecore::DesamplingCounters desampling_;
+  const tilecore::SamplingCounters sampling_;
 };
 
 // Adds what the tile asked of the tessellator.

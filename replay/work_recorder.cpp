@@ -151,7 +151,7 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
     slot.work.boxes += cells + (cells + 15) / 16;
     // Records of neighbours that it needs are taken to lie behind its own.
     if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
-    if (heights_ == nullptr || cache.counters().sub_patches == made) continue;
+    if (heights_ == nullptr || !r.displaced || cache.counters().sub_patches == made) continue;
     heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
     for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   }

@@ -16,6 +16,7 @@ struct RaySpace {
   bool moving = false;
   double inverse_focus = 0;
   double lens_radius = 0;  // pixels per unit of the lens factor; 0 for a pinhole
+  double sharp_radius = 0; // pixels of defocus that vertices in focus do not have; see VisibilitySettings
 };
 
 // A linearly moving box of that space: [key][axis], B(t) = (1-t) B(0) + t B(1). Rounded outwards.

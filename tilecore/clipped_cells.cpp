@@ -29,7 +29,8 @@ Corner place_corner(const MicroMesh& m, std::size_t v, const SampleView& s, RayE
       c.y = std::fma(lambda, m.y1[v] - m.y0[v], c.y);
     }
     if (effects.lens) {
-      const float coc = settings.orthographic ? 1.0f - c.z * settings.inverse_focus : c.scale - settings.inverse_focus;
+      float coc = settings.orthographic ? 1.0f - c.z * settings.inverse_focus : c.scale - settings.inverse_focus;
+      if (std::abs(coc) <= settings.sharp_factor) coc = 0.0f;
       c.x = std::fma(-s.lens_u, coc, c.x);
       c.y = std::fma(-s.lens_v, coc, c.y);
     }

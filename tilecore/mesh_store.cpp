@@ -27,14 +27,14 @@ MeshStore::Node& MeshStore::make_room() {
   return nodes_.front();
 }
 
-const MeshStore::Item& MeshStore::get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects, int box_bits) {
+const MeshStore::Item& MeshStore::get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects, int box_bits, bool displaced) {
   if (frame.identity != frame_identity_) {
     index_.clear();
     // Their memory serves the new frame.
     for (Node& node : nodes_) node.key.patch = ~std::uint32_t{0};
     frame_identity_ = frame.identity;
   }
-  const Key key{patch, range, effects, box_bits};
+  const Key key{patch, range, effects, box_bits, displaced};
   if (const auto found = index_.find(key); found != index_.end()) {
     nodes_.splice(nodes_.begin(), nodes_, found->second);
     return nodes_.front().item;
@@ -42,7 +42,7 @@ const MeshStore::Item& MeshStore::get(const frontend::FrameGeometry& frame, std:
   Node& node = make_room();
   node.key = key;
   tessellator_.set_box_bits(box_bits);
-  node.item.work = tessellator_.tessellate(frame, patch, range, effects, node.item.mesh);
+  node.item.work = tessellator_.tessellate(frame, patch, range, effects, node.item.mesh, displaced);
   node.bytes = node.item.mesh.memory_bytes();
   bytes_ += node.bytes;
   index_[key] = nodes_.begin();

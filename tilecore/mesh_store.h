@@ -22,7 +22,7 @@ class MeshStore {
     Tessellator::Work work;
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
-  const Item& get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects, int box_bits);
+  const Item& get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects, int box_bits, bool displaced = true);
 
   // Of all that is kept; at most the limit, but for a single larger mesh.
   std::size_t memory_bytes() const { return bytes_; }
@@ -33,6 +33,7 @@ class MeshStore {
     frontend::CellRange range;
     RayEffects effects;
     int box_bits;
+    bool displaced;
     bool operator==(const Key&) const = default;
   };
   struct KeyHash {

@@ -175,7 +175,9 @@ float leaf_pad(const LeafRange& r, const BoxSettings& settings, MicroMesh::Leaf&
   float lens = 0.0f;
   if (settings.lens) {
     const auto factor = [&](float z) { return settings.orthographic ? 1.0f - z * settings.inverse_focus : 1.0f / z - settings.inverse_focus; };
-    const float a = factor(r.low_z), b = factor(r.high_z);
+    float a = factor(r.high_z), b = factor(r.low_z);
+    // Vertices in focus have a factor of zero.
+    if (a <= 2 * settings.sharp_factor && b >= -2 * settings.sharp_factor) a = std::min(a, 0.0f), b = std::max(b, 0.0f);
     leaf.lens_factor = 0.5f * (a + b);
     // Factors are differences that may cancel: 2^-20 of what they are differences of is 16 roundings.
     const float size = settings.orthographic ? 1.0f + std::max(std::abs(r.low_z), std::abs(r.high_z)) * settings.inverse_focus

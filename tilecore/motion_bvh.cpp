@@ -75,7 +75,9 @@ MotionBox cell_box(const MicroMesh& m, std::size_t cell, bool moving, const RayS
   const double width = std::max(screen_high[0] - screen_low[0], screen_high[1] - screen_low[1]) + 2 * lens;
   const double focus = space.lens_radius * (1 + farthest * space.inverse_focus);
   const double pad = kRoundingMargin * (space.orthographic ? way + width + focus : farthest * (way + width) + (space.lens_radius > 0 ? focus * (farthest / nearest) : 0.0));
-  const std::array<double, 3> pads = {pad, pad, 2 * kRoundingMargin * farthest};
+  // A vertex in focus is where the middle of the lens sees it, that much away from where a ray through another point would.
+  const double sharp = space.sharp_radius * (1 + 0x1p-20) * (space.orthographic ? 1.0 : farthest), across = pad + sharp;
+  const std::array<double, 3> pads = {across, across, 2 * kRoundingMargin * farthest};
   MotionBox box;
   for (std::size_t key = 0; key < 2; ++key)
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -18,6 +18,8 @@ struct TessellationRequest {
   std::uint32_t vertices = 0, triangles = 0;
   std::uint64_t patch_bytes = 0;  // bursts fetched to tessellate it
   bool moving = false;
+  // Effects that the kernels of this sub-patch were compiled for.
+  bool displaced = false, defocused = false, alpha_tested = false, blended = false;
 };
 
 struct TessellationCounters {

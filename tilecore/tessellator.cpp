@@ -8,6 +8,7 @@
 #include "frontend/front_end.h"
 #include "frontend/patch_displacement.h"
 #include "frontend/procedure_patch.h"
+#include "frontend/sub_patch_effects.h"
 #include "shaders_cpp/bicubic.h"
 #include "tilecore/procedure_kernel.h"
 #include "tilecore/tessellator_kernel.h"
@@ -46,9 +47,9 @@ void build_cluster_cells(const frontend::MeshClusters& clusters, const frontend:
 
 // Records fetched for a sub-patch: its own, and of each other patch that owns one of its boundary vertices when those
 // are displaced (plain edges are computed from the patch's own control points, which are the same).
-std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, const frontend::CellRange& range) {
+std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, const frontend::CellRange& range, bool displaced) {
   std::uint64_t bytes = frontend::patch_record_bytes(frame, patch);
-  if (drawable.drawable->kind != frontend::Primitive::Kind::kBezierPatches || !drawable.material->displacement) return bytes;
+  if (drawable.drawable->kind != frontend::Primitive::Kind::kBezierPatches || !displaced) return bytes;
   const std::uint32_t first = drawable.drawable->first_patch;
   const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
   const TessellationPattern& pattern = frame.patterns[patch];
@@ -71,25 +72,25 @@ void Tessellator::resize(std::size_t vertices) {
   for (auto* v : {&u_, &v_, &offset_, &margin_}) v->resize(vertices + kVertexPadding);
 }
 
-Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key) {
+Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key, bool displaced) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
   const TessellationPattern& pattern = frame.patterns[patch];
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
     const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
     const frontend::OwnedVertex owned = frontend::boundary_vertex(pattern, neighbours, i, j);
-    return frontend::domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key));
+    return frontend::domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key), displaced);
   }
-  return frontend::domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key));
+  return frontend::domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key), displaced);
 }
 
+template <bool kDisplaced>
 void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
                                const frontend::CellRange& range, std::size_t key) {
   const TessellationPattern& pattern = frame.patterns[patch];
   const auto c = frontend::shader_control_points(frame, drawable, patch, key);
-  const bool displaced = drawable.material->displacement.has_value();
   frontend::PatchDisplacement displacement;
-  if (displaced) displacement = frontend::patch_displacement(frame, drawable, patch);
+  if constexpr (kDisplaced) displacement = frontend::patch_displacement(frame, drawable, patch);
 
   // Rows through the inside of the grid, all lanes at once; boundary vertices are overwritten below.
   const int columns = range.i1 - range.i0 + 1;
@@ -102,20 +103,22 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
       const float v = static_cast<float>(j) / static_cast<float>(pattern.nv);
       const shaders::BicubicRow<float> row = shaders::bicubic_row(c, v);
       const PointArrays normal = {normal_.x.data(), normal_.y.data(), normal_.z.data()};
-      evaluate_row(row, u_.data(), count, position, normal, displaced ? margin_.data() : nullptr);
-      for (std::size_t i = 0; displaced && i < count; ++i) {
-        offset_[i] = displacement.offset(u_[i], v);
-        if (margin_[i] > 0.0f) continue;
-        const Vector3<float> n = shaders::limit_normal(c, u_[i], v, shaders::bicubic_point<float>(row, u_[i]));
-        normal_.x[i] = n.x;
-        normal_.y[i] = n.y;
-        normal_.z[i] = n.z;
+      evaluate_row(row, u_.data(), count, position, normal, kDisplaced ? margin_.data() : nullptr);
+      if constexpr (kDisplaced) {
+        for (std::size_t i = 0; i < count; ++i) {
+          offset_[i] = displacement.offset(u_[i], v);
+          if (margin_[i] > 0.0f) continue;
+          const Vector3<float> n = shaders::limit_normal(c, u_[i], v, shaders::bicubic_point<float>(row, u_[i]));
+          normal_.x[i] = n.x;
+          normal_.y[i] = n.y;
+          normal_.z[i] = n.z;
+        }
+        displace(count, offset_.data(), normal, position);
       }
-      if (displaced) displace(count, offset_.data(), normal, position);
     }
     for (int i = range.i0; i <= range.i1; ++i) {
       if (i > 0 && i < pattern.nu && j > 0 && j < pattern.nv) continue;
-      const Vec3 p = vertex_position(frame, patch, i, j, static_cast<int>(key));
+      const Vec3 p = vertex_position(frame, patch, i, j, static_cast<int>(key), kDisplaced);
       const std::size_t at = first + static_cast<std::size_t>(i - range.i0);
       object_[key].x[at] = p.x;
       object_[key].y[at] = p.y;
@@ -149,10 +152,11 @@ void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable&
 }
 
 Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects,
-                                          MicroMesh& mesh) {
+                                          MicroMesh& mesh, bool displaced) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
   const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches, grid = frontend::has_grid(*drawable.drawable);
-  const bool moving = effects.motion;
+  const bool moving = kGeneralEffects && effects.motion, lens = kGeneralEffects && effects.lens;
+  const bool displaces = kGeneralEffects && displaced && bezier && drawable.material->displacement.has_value();
   std::size_t vertices;
   if (grid) vertices = static_cast<std::size_t>(range.i1 - range.i0 + 1) * static_cast<std::size_t>(range.j1 - range.j0 + 1);
   else vertices = frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch].vertex_count;
@@ -161,9 +165,11 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
   mesh.vertex_count = vertices;
 
   // A rigid drawable has one object-space surface; only its transform differs between the keys.
-  const std::size_t shaded_keys = drawable.deforming ? 2 : 1;
+  const std::size_t shaded_keys = moving && drawable.deforming ? 2 : 1;
   for (std::size_t key = 0; key < shaded_keys; ++key) {
-    if (bezier) shade_bezier(frame, drawable, patch, range, key);
+    if (bezier && displaces) {
+      if constexpr (kGeneralEffects) shade_bezier<true>(frame, drawable, patch, range, key);
+    } else if (bezier) shade_bezier<false>(frame, drawable, patch, range, key);
     else if (grid) shade_procedure(frame, patch, range);
     else shade_cluster(frame, drawable, patch, key);
   }
@@ -181,9 +187,9 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
     const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
     build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], mesh);
   }
-  build_cells(mesh, {moving, effects.lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
-                     effects.lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_});
-  return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range)};
+  build_cells(mesh, {moving, lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
+                     lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_, lens ? frontend::sharp_factor(frame.projection) : 0.0f});
+  return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range, displaces)};
 }
 
 }  // namespace tessera::tilecore

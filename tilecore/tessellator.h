@@ -23,18 +23,19 @@ class Tessellator {
     std::uint64_t patch_bytes = 0;         // records fetched: the patch, and owners of its shared displaced edges
   };
 
-  // Fills key 1 and moving boxes when `effects` has motion (which a drawable that moves requires), and leaves room for
-  // the lens when it has one.
+  // Fills key 1 and moving boxes when `effects` has motion (which a sub-patch that moves requires), and leaves room for
+  // the lens when it has one. Without `displaced` no displacement map is read; the caller knows that it is zero there.
   Work tessellate(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects,
-                  MicroMesh& mesh);
+                  MicroMesh& mesh, bool displaced = true);
 
   // Precision of the boxes of cells (see BoxSettings); 32 is single precision.
   void set_box_bits(int bits) { box_bits_ = bits; }
 
   // Position of one vertex in object space at a key, as all grids that share it compute it. For tests and bounds.
-  static Vec3 vertex_position(const frontend::FrameGeometry& frame, std::uint32_t patch, int i, int j, int key);
+  static Vec3 vertex_position(const frontend::FrameGeometry& frame, std::uint32_t patch, int i, int j, int key, bool displaced = true);
 
  private:
+  template <bool kDisplaced>
   void shade_bezier(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, std::uint32_t patch,
                     const frontend::CellRange& range, std::size_t key);
   void shade_procedure(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range);

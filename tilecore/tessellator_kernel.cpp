@@ -72,7 +72,7 @@ bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object
                      const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster, std::uint8_t* projected) {
   const D d;
   const auto grid = hn::Set(d, frontend::kSubpixels), cell = hn::Set(d, 1.0f / frontend::kSubpixels);
-  const auto guard = hn::Set(d, frontend::kGuardBandPixels), near = hn::Set(d, settings.near);
+  const auto cell_still = hn::Set(d, frontend::kStillPixels), guard = hn::Set(d, frontend::kGuardBandPixels), near = hn::Set(d, settings.near);
   const std::size_t keys = moving ? 2 : 1;
   bool all = true;
   each_vector(count, [&](std::size_t i) HWY_ATTR {
@@ -87,6 +87,15 @@ bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object
       y[key] = (h[key].y / w).v;
       good = hn::And(good, hn::Ge(h[key].depth.v, near));
       good = hn::And(good, hn::And(hn::Le(hn::Abs(x[key]), guard), hn::Le(hn::Abs(y[key]), guard)));
+    }
+    if (moving) {
+      // Vertices that stay where they are as far as anybody can tell.
+      const auto within = [&](hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> most) HWY_ATTR { return hn::Le(hn::Abs(hn::Sub(a, b)), most); };
+      const auto still_depth = hn::Mul(h[0].depth.v, hn::Set(d, frontend::kStillDepth));
+      const auto still = hn::And(hn::And(good, within(h[1].depth.v, h[0].depth.v, still_depth)), hn::And(within(x[1], x[0], cell_still), within(y[1], y[0], cell_still)));
+      x[1] = hn::IfThenElse(still, x[0], x[1]);
+      y[1] = hn::IfThenElse(still, y[0], y[1]);
+      h[1].depth = Lanes(hn::IfThenElse(still, h[0].depth.v, h[1].depth.v));
     }
     for (std::size_t key = 0; key < keys; ++key) {
       const auto snap = [&](hn::Vec<D> v) HWY_ATTR { return hn::Mul(hn::Round(hn::Mul(v, grid)), cell); };

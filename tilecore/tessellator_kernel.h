@@ -32,7 +32,8 @@ struct ProjectionSettings {
   float near;
 };
 
-// Object space to raster space at one or two keys (`moving`); fills x, y, z per key and `projected`.
+// Object space to raster space at one or two keys (`moving`); fills x, y, z per key and `projected`. A projected vertex that moves by
+// no more than frontend::kStillPixels and kStillDepth gets the same bits at both.
 // Returns whether every vertex is projected.
 bool project_vertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster,
                       bool moving, const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster,

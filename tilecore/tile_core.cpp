@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/thread_clock.h"
+#include "frontend/sub_patch_effects.h"
 #include "tilecore/clipped_cells.h"
 #include "tilecore/tile_frustum.h"
 
@@ -101,6 +102,10 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
   return limits;
 }
 
+VisibilitySettings visibility_settings(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, const float* depth) {
+  return {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
+}
+
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
 std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::QueueEntry& entry) {
   const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == frontend::Primitive::Kind::kBezierPatches;
@@ -121,8 +126,17 @@ ResolveCounters TileCore::take_resolve_counters() {
   return std::exchange(resolve_counters_, {});
 }
 
-void TileCore::prepare_samples(const TileJob& job, IntRect pixels) {
-  const bool lens = job.frame->projection.lens_scale != 0 || job.force_lens;
+TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
+  using Flag = binner::QueueEntry::Flag;
+  const frontend::PosedDrawable& drawable = job.frame->drawable_of(entry.base_patch);
+  const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
+  EntryEffects effects{{(drawable.moving && needs(Flag::kMoving, false)) || job.force_motion, (job.frame->projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
+                       drawable.material->displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches && needs(Flag::kDisplaced, job.force_displacement),
+                       drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.force_alpha_test)};
+  return effects;
+}
+
+void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
   samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens);
 }
 
@@ -132,7 +146,8 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   counters_.entries_fetched += entries.size();
   shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
-  prepare_samples(job, pixels);
+  const auto needs_lens = [&](const binner::QueueEntry& entry) { return effects_of(job, entry).ray.lens; };
+  prepare_samples(job, pixels, has_lens(job) && (job.procedures != nullptr || std::any_of(entries.begin(), entries.end(), needs_lens)));
   if (!state.started) {
     state.start(samples_.count);
     if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
@@ -156,21 +171,24 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
 void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state) {
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
-  const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
-  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits);
+  const EntryEffects effects = effects_of(job, entry);
+  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
   const MicroMesh& mesh = item.mesh;
   const Tessellator::Work& work = item.work;
   tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations), static_cast<std::uint32_t>(work.triangles),
-                            hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.motion});
+                            hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion, effects.displaced, effects.ray.lens, effects.alpha_tested, drawable.material->alpha_mode == AlphaMode::kBlend});
 
-  const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), state.z.data()};
+  const VisibilitySettings settings = visibility_settings(frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, entry, mesh, effects, settings, sink);
+    test_mesh(job, entry, mesh, effects.ray, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
     case AlphaMode::kOpaque: run(OpaqueSink(entry.base_patch, state)); break;
-    case AlphaMode::kMask: run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests)); break;
+    case AlphaMode::kMask:
+      if (!effects.alpha_tested) run(OpaqueSink(entry.base_patch, state));
+      else run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
+      break;
     case AlphaMode::kBlend: run(LayerSink(entry.base_patch, state)); break;
   }
 }
@@ -178,16 +196,17 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink) {
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
-  const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
-  const MicroMesh& mesh = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits).mesh;
-  test_mesh(job, entry, mesh, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
+  const EntryEffects effects = effects_of(job, entry);
+  const MicroMesh& mesh = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
+  test_mesh(job, entry, mesh, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
   sink.flush();
 }
 
 void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
   const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
-  if (!effects.motion && !effects.lens) {
+  if (!kGeneralEffects || (!effects.motion && !effects.lens)) {
+    TESSERA_CHECK(!effects.motion && !effects.lens, "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
     raster_mesh(mesh, samples_, settings, sink, work);
   } else if (!job.visibility.by_class()) {
     visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility, sink, work);

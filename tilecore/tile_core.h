@@ -61,12 +61,14 @@ class TileCore {
 
   // All samples that single entries touch, hidden or not, for machines that draw in another order: begin_tile(), then entry by entry in
   // any order. Alpha is not tested, nothing is kept.
-  void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile)); }
+  void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile), has_lens(job)); }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
   // Since take_counters() and take_shading_counters() were called last.
   const TileCoreCounters& counters() const { return counters_; }
   const ShadingCounters& shading_counters() const { return shader_.counters(); }
+  const DesamplingCounters& desampling_counters() const { return resolve_.counters(); }
+  const SamplingCounters& sampling_counters() const { return sampler_.counters(); }
 
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
@@ -89,8 +91,16 @@ class TileCore {
   }
 
  private:
+  static bool has_lens(const TileJob& job) { return job.frame->projection.lens_scale != 0 || job.force_lens; }
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
-  void prepare_samples(const TileJob& job, IntRect pixels);
+  // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.
+  struct EntryEffects {
+    RayEffects ray;
+    bool displaced, alpha_tested;
+  };
+  static EntryEffects effects_of(const TileJob& job, const binner::QueueEntry& entry);
+  // `lens`: also through which point of it the samples look.
+  void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
   void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);

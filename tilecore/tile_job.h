@@ -38,7 +38,8 @@ struct TileJob {
   int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied
   std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMostCapacity
   bool cull_occlusion = true;
-  bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
+  // Run the general kernels also where the scene does not ask for them, or the front end found that they can be spared.
+  bool force_motion = false, force_lens = false, force_displacement = false, force_alpha_test = false;
   VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
   TextureUnit::Settings textures;

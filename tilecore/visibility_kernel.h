@@ -57,6 +57,7 @@ struct VisibilitySettings {
   // Of the tile's samples, natural order, or null: what cannot be nearer is not looked for, and hits that are farther
   // are counted but not handed over. It may change while a sink takes hits.
   const float* depth = nullptr;
+  float sharp_factor = 0;  // a projected corner whose lens factor is no larger than this is seen as through the middle of the lens
 };
 
 // Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels under a

@@ -111,7 +111,8 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
 void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work) {
   const IntRect& tile = in.samples.pixels;
   const RaySpace space{0.5 * (tile.x0 + tile.x1), 0.5 * (tile.y0 + tile.y1), in.settings.orthographic, in.effects.motion, static_cast<double>(in.settings.inverse_focus),
-                       in.effects.lens ? static_cast<double>(in.samples.lens_scale) : 0.0};
+                       in.effects.lens ? static_cast<double>(in.samples.lens_scale) : 0.0,
+                       in.effects.lens ? static_cast<double>(in.settings.sharp_factor) * static_cast<double>(in.samples.lens_scale) : 0.0};
   const std::uint64_t tests_before = bvh_.counters().frustum_node_tests + bvh_.counters().node_visits;
   bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
   const float* depth = in.settings.depth;

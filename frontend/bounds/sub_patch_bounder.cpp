@@ -11,6 +11,7 @@
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
 #include "frontend/domain_shader.h"
+#include "frontend/subpixel.h"
 
 namespace tessera::frontend {
 namespace {
@@ -118,6 +119,22 @@ PyramidLibrary::PyramidLibrary(const Assembly& assembly) {
     slot = std::make_unique<MinMaxPyramid>(*material.displacement->texture);
     slopes_[material.displacement->texture.get()] = std::make_unique<SlopePyramid>(*material.displacement->texture);
   }
+  for (const Material& material : assembly.materials) {
+    const auto& texture = material.base_color_texture.texture;
+    if (material.alpha_mode != AlphaMode::kMask || texture == nullptr || texture->opaque()) continue;
+    auto& slot = alphas_[texture.get()];
+    if (slot != nullptr) continue;
+    std::vector<float> alpha;
+    alpha.reserve(static_cast<std::size_t>(texture->width()) * static_cast<std::size_t>(texture->height()));
+    for (int y = 0; y < texture->height(); ++y)
+      for (int x = 0; x < texture->width(); ++x) alpha.push_back(texture->texel(0, x, y).w);
+    slot = std::make_unique<MinMaxPyramid>(shaders::ScalarTexture(texture->width(), texture->height(), std::move(alpha)));
+  }
+}
+
+const MinMaxPyramid* PyramidLibrary::alpha_of(const shaders::Texture& texture) const {
+  const auto found = alphas_.find(&texture);
+  return found == alphas_.end() ? nullptr : found->second.get();
 }
 
 void SubPatchBounder::begin(std::uint32_t patch) {
@@ -128,7 +145,7 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   foreign_boundary_ = false;
   keys_ = drawable_->deforming ? 2 : 1;
   largest_ = rounding_ = 0;
-  offsets_ = {0, 0};
+  offsets_ = foreign_offsets_ = {0, 0};
   if (drawable_->procedure != nullptr) procedure_patch_ = procedure_patch(frame_, patch);
   if (!bezier_) return;
   for (std::size_t key = 0; key < keys_; ++key) {
@@ -147,6 +164,7 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
   for (std::size_t c = 0; c < 4; ++c) {
     const PatchNeighbours::CornerOwner& owner = neighbours.corners[c];
     const Vec2 at = corner_parameters(owner.corner);
+    corner_offsets_[c] = patch_displacement(frame_, *drawable_, owner.patch + first).offset(at.x, at.y);
     for (std::size_t key = 0; key < keys_; ++key)
       corners_[key][c] = DVec3(domain_point(frame_, *drawable_, owner.patch + first, at.x, at.y, key));
   }
@@ -211,6 +229,7 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
   const bool owner_along_u = edge.owner_edge < 2;
   const ParameterRange strip = owner_along_u ? ParameterRange{a, fixed, b, fixed} : ParameterRange{fixed, a, fixed, b};
   const ValueRange offset = offset_range(edge.displacement, strip);
+  foreign_offsets_ = foreign_offsets_.hull(offset);
   const double scale = static_cast<double>(b) - static_cast<double>(a);
   const auto rows = cubic_restriction(static_cast<double>(a), static_cast<double>(b));
   const bool cones = method_ == BoundMethod::kTpatch || method_ == BoundMethod::kNpatch;
@@ -240,6 +259,7 @@ void SubPatchBounder::bound_foreign_vertices(const CellRange& cells, MovingBox& 
   for (std::size_t c = 0; c < 4; ++c) {
     if (!corner[c]) continue;
     foreign_boundary_ = true;
+    foreign_offsets_ = foreign_offsets_.hull({corner_offsets_[c], corner_offsets_[c]});
     for (std::size_t key = 0; key < keys_; ++key)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double s = glm::dot(corners_[key][c], box.axes[axis]);
@@ -257,6 +277,7 @@ MovingBox SubPatchBounder::cluster_box() const {
 
 MovingBox SubPatchBounder::box(const CellRange& cells) {
   foreign_boundary_ = false;
+  foreign_offsets_ = {0, 0};
   if (drawable_->procedure != nullptr) {
     range_ = parameter_range(frame_.patterns[patch_], cells);
     const MovingBox box = procedure_box(procedure_patch_, range_);
@@ -282,7 +303,13 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
 
 SubPatchBody SubPatchBounder::body(const CellRange& cells) {
   const MovingBox box = this->box(cells);
-  return {box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster)};
+  SubPatchBody body{box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster), {}};
+  if (!drawable_->moving) return body;
+  // The vertex rule of kStillPixels leaves a vertex up to that far behind.
+  body.margin.pixels += static_cast<double>(kStillPixels);
+  const Mat4 way = drawable_->to_raster[1] - drawable_->to_raster[0];
+  body.way_margin = vertex_rounding_margin(box, largest_, {way, way});
+  return body;
 }
 
 }  // namespace tessera::frontend

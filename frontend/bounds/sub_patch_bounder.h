@@ -30,22 +30,28 @@ inline constexpr std::array<std::string_view, 5> kBoundMethodNames = {"aabb", "o
 // Throws UsageError for another name.
 BoundMethod bound_method(std::string_view name);
 
-// Pyramids of every displacement texture of a capture; built once.
+// Pyramids of every displacement texture of a capture, and of the alpha of the colour textures of masked materials; built once.
 class PyramidLibrary {
  public:
   explicit PyramidLibrary(const Assembly& assembly);
   const MinMaxPyramid& of(const shaders::ScalarTexture& texture) const { return *pyramids_.at(&texture); }
   const SlopePyramid& slopes_of(const shaders::ScalarTexture& texture) const { return *slopes_.at(&texture); }
+  // Null for a texture whose alpha is 1 everywhere, and for those of materials that do not mask.
+  const MinMaxPyramid* alpha_of(const shaders::Texture& texture) const;
 
  private:
   std::map<const shaders::ScalarTexture*, std::unique_ptr<MinMaxPyramid>> pyramids_;
   std::map<const shaders::ScalarTexture*, std::unique_ptr<SlopePyramid>> slopes_;
+  std::map<const shaders::Texture*, std::unique_ptr<MinMaxPyramid>> alphas_;
 };
 
 // A sub-patch's box in raster space at both keys, with the rounding margin that goes with it.
 struct SubPatchBody {
   MovingCorners corners;
   RoundingMargin margin;
+  // The same for the difference of a vertex's coordinates at both keys, as far as it comes from the vertex itself and not from its
+  // transformation; of rigid drawables, whose vertex is the same at both.
+  RoundingMargin way_margin{};
 };
 
 // Bounds the sub-patches of one base patch after another. A box holds every vertex that the machine computes for the
@@ -70,6 +76,8 @@ class SubPatchBounder {
   std::span<const PatchNet> nets() const { return {nets_.data(), keys_}; }
   const ValueRange& offsets() const { return offsets_; }
   bool displaced() const { return displaced_; }
+  // Whether every offset that moves a vertex of the cells is exactly zero, those of other patches on the boundary included.
+  bool offsets_vanish() const { return offsets_.low == 0 && offsets_.high == 0 && foreign_offsets_.low == 0 && foreign_offsets_.high == 0; }
   // Whether a boundary vertex of the cells is evaluated by another patch's displacement.
   bool foreign_boundary() const { return foreign_boundary_; }
   const PosedDrawable& drawable() const { return *drawable_; }
@@ -110,8 +118,9 @@ class SubPatchBounder {
   ProcedurePatch procedure_patch_;
   std::array<ForeignEdge, 4> edges_;
   std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced, as their owners evaluate them
+  std::array<float, 4> corner_offsets_{};
   ParameterRange range_{};
-  ValueRange offsets_{0, 0};
+  ValueRange offsets_{0, 0}, foreign_offsets_{0, 0};
 };
 
 }  // namespace tessera::frontend

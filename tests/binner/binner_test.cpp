@@ -93,7 +93,7 @@ RC_GTEST_PROP(QueueEntry, UnpacksToItselfWithDepthsRoundedOutwards, ()) {
   e.far_depth = e.near_depth + static_cast<float>(*rc::gen::inRange(0, 1 << 20)) * 1e-3f;
   e.t0 = *rc::gen::arbitrary<std::uint8_t>();
   e.t1 = *rc::gen::arbitrary<std::uint8_t>();
-  e.flags = *rc::gen::inRange<std::uint8_t>(0, 16);
+  e.flags = *rc::gen::inRange<std::uint8_t>(0, 64);
   const QueueEntry back = unpack(pack(e));
   RC_ASSERT(back.base_patch == e.base_patch);
   RC_ASSERT(back.range == e.range);

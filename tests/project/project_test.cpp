@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -102,8 +103,13 @@ std::vector<fs::path> documents() {
 }
 
 TEST(Documents, GeneratedPagesAreCurrent) {
-  for (const std::string& topic : replay::describe_topics())
-    EXPECT_EQ(read_text(kRoot / "docs" / (topic + ".md")), replay::describe_markdown(topic)) << "run: tessera describe " << topic << " --markdown > docs/" << topic << ".md";
+  for (const std::string& topic : replay::describe_topics()) {
+    const std::string generated = replay::describe_markdown(topic);
+    std::string page = read_text(kRoot / "docs" / (topic + ".md"));
+    // The page of effects goes on behind what is generated.
+    if (topic == "effects") page.resize(std::min(page.size(), generated.size()));
+    EXPECT_EQ(page, generated) << "run: tessera describe " << topic << " --markdown, for " << (topic == "effects" ? "the beginning of " : "") << "docs/" << topic << ".md";
+  }
 }
 
 TEST(Documents, TheStabilityPageIsCurrent) {

@@ -89,6 +89,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
   evidence.most_samples = settings.foveation.most_samples(middle);
+  counters_.blocks_foveated += evidence.most_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
   // What the other eye sees far away it sees where this one does.
   if (resolve.other_eye.history != nullptr && !block.edge && nearest > resolve.other_eye_depth && !block.decision.advect) {

@@ -22,7 +22,7 @@ namespace tessera::tilecore {
 
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
-  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0, blocks_deferred = 0;
+  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0, blocks_deferred = 0, blocks_foveated = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, stencil_taps = 0;
@@ -84,6 +84,7 @@ class ResolveUnit {
   // Second pass over a tile; no other tile may still be incomplete.
   void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);
 
+  const DesamplingCounters& counters() const { return counters_; }
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
   hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
@@ -139,6 +140,7 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
      "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
     {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks", "Blocks that see nothing; they have no rate.", ""},
+    {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks", "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
     {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks", "Blocks in which the edge detector found an edge; still blocks that are advected are not looked at.", ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},

@@ -47,7 +47,19 @@ function replayReport() {
 
   const effects = Object.keys(shown.effects);
   const effectPart = section('effects', 'Effects');
-  effectPart.append(table([{ title: 'frame', of: (row) => row.frame }, ...effects.map((effect) => ({ title: effect, of: (row) => (row.effects[effect] ? 'yes' : 'no') }))], frames));
+  effectPart.append(table([{ title: 'frame', of: (row) => row.frame }, ...effects.map((effect) => ({ title: effect.replaceAll('_', ' '), of: (row) => (row.effects[effect] ? 'yes' : 'no') }))], frames));
+  // Where and why, in the frame that is shown; which tiles, the maps of the frame show.
+  const places = make('div');
+  effectPart.append(places);
+  const fillPlaces = () => {
+    if (!shown.effect_places) return;
+    const at = (effect) => shown.effect_places[effect] || {};
+    places.replaceChildren(table([
+      { title: `frame ${shown.frame}`, of: (row) => row.replaceAll('_', ' ') }, { title: 'sub-patches', of: (row) => at(row).sub_patches }, { title: 'sub-patches spared', of: (row) => at(row).sub_patches_elided },
+      { title: 'tiles', of: (row) => at(row).tiles }, { title: 'why', of: (row) => shown.effect_reasons[row] || '', wide: true }], effects));
+  };
+  fillPlaces();
+  document.addEventListener('frame', fillPlaces);
   configurationSection([['Capture', stats.capture], ['Settings', stats.settings], ['Described machine', stats.gpu]]);
 }
 
