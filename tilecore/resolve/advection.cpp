@@ -31,8 +31,9 @@ std::optional<Place> place_at(int x, int y, Vec2 offset) {
 // v between pixels; nothing where a pixel with a weight is unusable or outside.
 std::optional<Vec2> velocity_at(const Place& p, const VelocityView& view, AdvectionWork& work) {
   Vec2 sum(0.0f);
-  for (int j = 0; j < 2; ++j)
-    for (int i = 0; i < 2; ++i) {
+  const bool whole = p.fx == 0.0f && p.fy == 0.0f;
+  for (int j = 0; j < (whole ? 1 : 2); ++j)
+    for (int i = 0; i < (whole ? 1 : 2); ++i) {
       const float w = (i == 0 ? 1.0f - p.fx : p.fx) * (j == 0 ? 1.0f - p.fy : p.fy);
       if (w == 0.0f) continue;
       if (!view.region.contains(p.x + i, p.y + j)) return std::nullopt;
@@ -71,8 +72,6 @@ struct Surface {
 
 using Weights = std::array<float, 4>;  // of the texels -1, 0, 1, 2 along an axis
 
-Weights bilinear_weights(float f) { return {0.0f, 1.0f - f, f, 0.0f}; }
-
 // Catmull and Rom 1974.
 Weights catmull_rom_weights(float f) {
   const float f2 = f * f, f3 = f2 * f;
@@ -104,6 +103,23 @@ Advection fetch(const Surface& surface, const Place& p, const Weights& wx, const
   return Advection::kTaken;
 }
 
+// The same with the weights of a tent on the inner four texels, not clamped.
+Advection fetch_bilinear(const Surface& surface, const Place& p, Vec4& out, AdvectionWork& work) {
+  const Vec4* base = nullptr;
+  Vec4 sum(0.0f);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 2; ++i) {
+      const float w = (i == 0 ? 1.0f - p.fx : p.fx) * (j == 0 ? 1.0f - p.fy : p.fy);
+      if (w == 0.0f) continue;
+      if (const Advection verdict = surface.verdict(p.x + i, p.y + j, work); verdict != Advection::kTaken) return verdict;
+      const Vec4& color = surface.color(p.x + i, p.y + j);
+      if (base == nullptr) base = &color;
+      else sum += w * (color - *base);
+    }
+  out = p.fx == 0.0f && p.fy == 0.0f ? *base : *base + sum;
+  return Advection::kTaken;
+}
+
 }  // namespace
 
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
@@ -129,7 +145,7 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   // After a bicubic fetch the inner texels have been read and charged.
   AdvectionWork charged;
   const bool bicubic = settings.fetch == Fetch::kBicubic;
-  result.outcome = fetch(surface, *place, bilinear_weights(place->fx), bilinear_weights(place->fy), false, result.color, bicubic ? charged : work);
+  result.outcome = fetch_bilinear(surface, *place, result.color, bicubic ? charged : work);
   work.bilinear_fallbacks += bicubic && result.outcome == Advection::kTaken;
   return result;
 }

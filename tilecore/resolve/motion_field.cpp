@@ -67,7 +67,7 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
   const DMat4 m = then.projection.matrix() * camera_then * glm::inverse(camera_now) * unprojection(now.projection);
   if (!finite(m)) return motion;
   motion.kind = Kind::kRigid;
-  motion.reprojection = Mat4(m);
+  motion.rows = glm::transpose(Mat4(m));
   return motion;
 }
 
@@ -91,7 +91,8 @@ MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const S
     case Kind::kRigid: {
       const float w = orthographic ? 1.0f : z;
       if (!(w > 0)) return {};
-      r = motion.reprojection * Vec4(rest.x * w, rest.y * w, z, 1.0f);
+      const float x = rest.x * w, y = rest.y * w;
+      for (int k = 0; k < 4; ++k) r[k] = motion.rows[k].x * x + motion.rows[k].y * y + motion.rows[k].z * z + motion.rows[k].w;
       break;
     }
     case Kind::kDeforming: {

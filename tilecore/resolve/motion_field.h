@@ -46,7 +46,7 @@ class MotionField {
  private:
   struct Motion {
     Kind kind = Kind::kUnusable;
-    Mat4 reprojection{1.0f};  // rigid: (xh, yh, depth, 1) now to (xh, yh, depth, w) then
+    Mat4 rows{1.0f};  // rigid: row k dotted with (xh, yh, depth, 1) now is component k of (xh, yh, depth, w) then
   };
   static Motion motion_of(const frontend::FrameGeometry& now, const frontend::FrameGeometry& then, std::size_t drawable);
 
