@@ -1,5 +1,9 @@
 #include "binner/binner.h"
 
+#include <algorithm>
+
+#include "base/parallel.h"
+
 namespace tessera::binner {
 namespace {
 
@@ -19,33 +23,50 @@ QueueEntry make_entry(const frontend::FrameGeometry& frame, const frontend::Boun
 
 }  // namespace
 
-void Binner::count(const TileCoverage& coverage) {
+void Binner::count(const Placed& placed) {
   BinnerCounters& counters = buffer_.counters();
-  counters.tile_overlaps += coverage.covered;
-  counters.tiles_dropped_exact += coverage.dropped_exact;
-  counters.tiles_dropped_time += coverage.dropped_time;
+  counters.tile_overlaps += placed.covered;
+  counters.tiles_dropped_exact += placed.dropped_exact;
+  counters.tiles_dropped_time += placed.dropped_time;
+}
+
+void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, std::size_t first) {
+  constexpr std::size_t kBlock = 64;
+  ahead_first_ = first;
+  ahead_.resize(std::min(kAhead, sub_patches.size() - first));
+  parallel_for((ahead_.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+    TileCoverageUnit unit = coverage_;
+    for (std::size_t i = block * kBlock; i < std::min(ahead_.size(), (block + 1) * kBlock); ++i) {
+      const frontend::BoundedSubPatch& sub_patch = sub_patches[first + i];
+      const TileCoverage& coverage = unit.cover(sub_patch, frame.drawable_of(sub_patch.base_patch).moving, grid_);
+      hierarchy_.place(coverage, frontend::patch_record_bytes(frame, sub_patch.base_patch), ahead_[i].placements);
+      ahead_[i].covered = coverage.covered;
+      ahead_[i].dropped_exact = coverage.dropped_exact;
+      ahead_[i].dropped_time = coverage.dropped_time;
+    }
+  });
 }
 
 bool Binner::run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, Cursor& cursor) {
+  if (cursor.sub_patch == 0 && cursor.entry == 0) ahead_.clear();
   for (; cursor.sub_patch < sub_patches.size(); ++cursor.sub_patch, cursor.entry = 0) {
-    const frontend::BoundedSubPatch& sub_patch = sub_patches[cursor.sub_patch];
-    QueueEntry entry = make_entry(frame, sub_patch);
-    const TileCoverage& coverage = coverage_.cover(sub_patch, (entry.flags & QueueEntry::kMoving) != 0, grid_);
-    hierarchy_.place(coverage, frontend::patch_record_bytes(frame, sub_patch.base_patch), placements_);
+    if (cursor.sub_patch < ahead_first_ || cursor.sub_patch >= ahead_first_ + ahead_.size()) place_ahead(frame, sub_patches, cursor.sub_patch);
+    const Placed& placed = ahead_[cursor.sub_patch - ahead_first_];
+    QueueEntry entry = make_entry(frame, sub_patches[cursor.sub_patch]);
     const bool begun = cursor.entry > 0;  // before a partial render: its tiles are counted
-    for (; cursor.entry < placements_.size(); ++cursor.entry) {
-      const QueueHierarchy::Placement& placement = placements_[cursor.entry];
+    for (; cursor.entry < placed.placements.size(); ++cursor.entry) {
+      const QueueHierarchy::Placement& placement = placed.placements[cursor.entry];
       entry.t0 = static_cast<std::uint8_t>(placement.times.first);
       entry.t1 = static_cast<std::uint8_t>(placement.times.last);
       if (!buffer_.append(placement.queue, entry)) {
         buffer_.finish();
-        if (!begun && cursor.entry > 0) count(coverage);
+        if (!begun && cursor.entry > 0) count(placed);
         return false;
       }
       buffer_.counters().interval_codes += static_cast<std::uint64_t>(placement.times.codes());
       if (placement.queue >= grid_.tile_count()) ++buffer_.counters().group_entries;
     }
-    if (!begun) count(coverage);
+    if (!begun) count(placed);
   }
   buffer_.finish();
   return true;

@@ -28,7 +28,8 @@ class Binner {
     std::uint32_t entry = 0;
   };
 
-  // Bins from the cursor on. True: all are binned; false: the buffer is full.
+  // Bins from the cursor on, which stands at the beginning for sub-patches that were not passed before. True: all are binned;
+  // false: the buffer is full.
   [[nodiscard]] bool run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, Cursor& cursor);
 
   // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue.
@@ -42,13 +43,23 @@ class Binner {
   const ParameterBuffer& buffer() const { return buffer_; }
 
  private:
-  void count(const TileCoverage& coverage);
+  // Where the entries of one sub-patch go, and what coverage counted for it.
+  struct Placed {
+    std::vector<QueueHierarchy::Placement> placements;
+    std::uint64_t covered, dropped_exact, dropped_time;
+  };
+  // Sub-patches whose coverage is found at once, by all threads; entries are then written in order.
+  static constexpr std::size_t kAhead = 2048;
+
+  void place_ahead(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, std::size_t first);
+  void count(const Placed& placed);
 
   TileGrid grid_;
   QueueHierarchy hierarchy_;
-  TileCoverageUnit coverage_;
+  TileCoverageUnit coverage_;  // each thread works with a copy
   ParameterBuffer buffer_;
-  std::vector<QueueHierarchy::Placement> placements_;
+  std::size_t ahead_first_ = 0;  // of the sub-patches in ahead_
+  std::vector<Placed> ahead_;
 };
 
 }  // namespace tessera::binner

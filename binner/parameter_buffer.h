@@ -59,6 +59,8 @@ class ParameterBuffer {
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
   const hardware::Ledger& ledger() const { return ledger_; }
+  // The binner's own transfers from now on also go to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
  private:
   struct Head {
@@ -85,7 +87,7 @@ namespace tessera::hardware {
 template <>
 inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
     {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile queues. A sub-patch counts once for every queue it is in.", "MaliFragRdPrim (FRAG_PRIMITIVES_OUT)"},
+     "Entries written to tile queues. A sub-patch counts once for every queue it is in.", "PowerVR Tiles per Triangle (times Triangles Out); Adreno visibility stream size"},
     {"binner.group_entries", &binner::BinnerCounters::group_entries, Combine::kSum, "entries",
      "Those of binner.entries that went to queues of groups of tiles.", ""},
     {"binner.tile_overlaps", &binner::BinnerCounters::tile_overlaps, Combine::kSum, "tiles",
@@ -99,13 +101,13 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
      "Lengths of the time intervals of all entries; 256 each without motion.", ""},
     {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
      "Bytes of entries, chunk links and list heads written by the binner, before rounding to bursts.",
-     "MaliTilerWrBt; V3D PTB-memory-words-writes"},
+     "MaliTilerWrBt (times the bus width); V3D PTB-memory-words-writes"},
     {"binner.queue_bytes_read", &binner::BinnerCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes of entries, chunk links and list heads read by tile cores, before rounding to bursts.", "MaliTilerRdBt"},
+     "Bytes of entries, chunk links and list heads read by tile cores, before rounding to bursts.", "MaliTilerRdBt (times the bus width); V3D PTB-memory-reads"},
     {"binner.queue_bytes_peak", &binner::BinnerCounters::queue_bytes_peak, Combine::kPeak, "bytes",
      "Most parameter-buffer memory in use at any time: list heads and whole chunks.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
     {"binner.partial_renders", &binner::BinnerCounters::partial_renders, Combine::kSum, "renders",
-     "Times that a full parameter buffer made all tiles render what they had.", "PowerVR SPM; Apple partial render; Mali incremental render"},
+     "Times that a full parameter buffer made all tiles render what they had.", "PowerVR SPM; Apple partial render; Mali incremental render; Adreno vsc_draw_overflow, vsc_prim_overflow"},
     {"binner.spilled_chunks", &binner::BinnerCounters::spilled_chunks, Combine::kSum, "chunks",
      "Chunks taken from the overflow area because the parameter buffer was full.", "V3D binner out-of-memory interrupt"},
 });

@@ -51,6 +51,27 @@ void pair_triangles(const std::vector<LocalTriangle>& triangles, std::vector<Clu
 constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {{{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
 constexpr std::array<std::size_t, 4> kCornerPoints = {0, 3, 12, 15};
 
+// Base patches of a procedure: each piece cut evenly, piece by piece, row by row.
+void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly) {
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    const int number = capture.nodes[n].procedure;
+    if (number == kNone || !rest.in_scene[n]) continue;
+    const Procedure& procedure = capture.procedures[static_cast<std::size_t>(number)];
+    const shaders::StageDeclaration& shape = procedure.declaration();
+    const std::size_t patches = procedure.pieces.size() * static_cast<std::size_t>(shape.patches_u * shape.patches_v);
+    Drawable drawable{};
+    drawable.node = static_cast<int>(n);
+    drawable.mesh = drawable.primitive = kNone;
+    drawable.material = procedure.material == kNone ? static_cast<int>(capture.materials.size()) : procedure.material;
+    drawable.kind = Primitive::Kind::kProcedure;
+    drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
+    drawable.patch_count = static_cast<std::uint32_t>(patches);
+    drawable.geometry = static_cast<std::uint32_t>(number);
+    assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches, static_cast<std::uint32_t>(assembly.drawables.size()));
+    assembly.drawables.push_back(drawable);
+  }
+}
+
 }  // namespace
 
 MeshClusters build_clusters(const Primitive& primitive) {
@@ -147,6 +168,7 @@ Assembly assemble(const Capture& capture) {
       assembly.drawables.push_back(drawable);
     }
   }
+  add_procedures(capture, rest, assembly);
   return assembly;
 }
 

@@ -55,11 +55,11 @@ struct PatchNeighbours {
 
 // One primitive of one node.
 struct Drawable {
-  int node, mesh, primitive;
+  int node, mesh, primitive;     // mesh and primitive are kNone for a procedure
   int material;                  // of Assembly::materials
   Primitive::Kind kind;
   std::uint32_t first_patch, patch_count;  // base patch numbers of the whole capture
-  std::uint32_t geometry;        // index into Assembly::clusters or Assembly::neighbours, by kind
+  std::uint32_t geometry;        // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind
 };
 
 struct Assembly {
@@ -72,6 +72,9 @@ struct Assembly {
 
   std::size_t patch_count() const { return patch_drawable.size(); }
 };
+
+// Whether a drawable's patches are tessellated on parametric grids; clusters are not.
+inline bool has_grid(const Drawable& drawable) { return drawable.kind != Primitive::Kind::kTriangles; }
 
 // `capture` must outlive the assembly.
 Assembly assemble(const Capture& capture);

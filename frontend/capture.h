@@ -10,6 +10,7 @@
 
 #include "base/vec.h"
 #include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/procedures/declarations.h"
 #include "shaders_cpp/texture.h"
 
 namespace tessera::frontend {
@@ -48,6 +49,7 @@ struct Primitive {
   enum class Kind : std::uint8_t {
     kTriangles,       // indices: three per triangle
     kBezierPatches,   // 16 vertices per patch, in order: vertex 16*p + 4*j + i is control point i along u, j along v
+    kProcedure,       // no vertices: a Procedure's pieces
   };
   Kind kind = Kind::kTriangles;
   Vertices vertices;
@@ -97,6 +99,27 @@ struct Material {
   std::optional<Displacement> displacement;
 };
 
+// ---- Procedures -------------------------------------------------------------------------------------------------
+
+// TESSERA_procedure: a surface that stays a formula until it is sampled. A shape whose parameters are chains of curves has a
+// piece for each pair of curves; all others have one.
+struct Procedure {
+  struct Piece {
+    shaders::ShapeInput input;
+    float u_first = 0, u_scale = 1, v_first = 0, v_scale = 1;  // (u, v) of the whole = first + scale * (u, v) of the piece
+  };
+  shaders::ShapeId shape = shaders::ShapeId::kSphere;
+  std::vector<Piece> pieces;
+  shaders::TextureId texture = shaders::TextureId::kPlain;
+  std::array<float, 12> texture_numbers{1, 1, 1};
+  shaders::ShadingId shading = shaders::ShadingId::kMaterial;
+  std::array<float, 8> shading_numbers{};
+  int material = kNone;
+  std::shared_ptr<const shaders::GeometryImage> image;  // what the pieces' inputs point at
+
+  const shaders::StageDeclaration& declaration() const { return shaders::shape_declarations()[static_cast<std::size_t>(shape)]; }
+};
+
 // ---- Scene ------------------------------------------------------------------------------------------------------
 
 struct Transform {
@@ -111,7 +134,7 @@ struct Node {
   std::vector<int> children;
   Transform transform;                // used unless `matrix` is set
   std::optional<DMat4> matrix;
-  int mesh = kNone, skin = kNone, camera = kNone, light = kNone;
+  int mesh = kNone, skin = kNone, camera = kNone, light = kNone, procedure = kNone;
   std::vector<float> weights;         // overrides the mesh's default weights when not empty
 };
 
@@ -175,6 +198,7 @@ struct Capture {
   std::vector<Node> nodes;
   std::vector<int> roots;                  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;
+  std::vector<Procedure> procedures;
   std::vector<Material> materials;
   std::vector<Skin> skins;
   std::vector<Animation> animations;

@@ -4,6 +4,7 @@
 
 #include "base/parallel.h"
 #include "frontend/patch_displacement.h"
+#include "frontend/procedure_patch.h"
 
 namespace tessera::frontend {
 namespace {
@@ -23,8 +24,10 @@ void connect_spans(PosedDrawable& posed) {
 void pose_drawable(const Assembly& assembly, const Drawable& drawable, const std::array<Pose, 2>& poses,
                    const std::array<DMat4, 2>& world_to_raster, PosedDrawable& posed) {
   const Capture& capture = *assembly.capture;
+  static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
   posed.drawable = &drawable;
-  posed.primitive = &capture.meshes[static_cast<std::size_t>(drawable.mesh)].primitives[static_cast<std::size_t>(drawable.primitive)];
+  if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
+  posed.primitive = posed.procedure != nullptr ? &kNoPrimitive : &capture.meshes[static_cast<std::size_t>(drawable.mesh)].primitives[static_cast<std::size_t>(drawable.primitive)];
   posed.material = &assembly.materials[static_cast<std::size_t>(drawable.material)];
   for (std::size_t key = 0; key < 2; ++key) {
     const DMat4 world = object_to_world(capture, drawable.node, *posed.primitive, poses[key]);
@@ -81,7 +84,7 @@ std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pos
 
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
   const Drawable& drawable = *frame.drawable_of(patch).drawable;
-  if (drawable.kind == Primitive::Kind::kBezierPatches) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+  if (has_grid(drawable)) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
   const Cluster& cluster = frame.assembly->clusters[drawable.geometry].clusters[patch - drawable.first_patch];
   return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
 }
@@ -110,6 +113,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   frame->displacement_lod.resize(assembly.patch_count());
   parallel_for(assembly.patch_count(), [&](std::size_t p) {
     const PosedDrawable& drawable = frame->drawable_of(static_cast<std::uint32_t>(p));
+    if (drawable.procedure != nullptr) frame->patterns[p] = procedure_pattern(*frame, static_cast<std::uint32_t>(p));
     if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) return;
     frame->patterns[p] = pattern_of(*frame, drawable, static_cast<std::uint32_t>(p));
     if (drawable.material->displacement)

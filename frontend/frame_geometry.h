@@ -18,6 +18,8 @@ struct FrameRequest {
   double open_time = 0, close_time = 0;  // seconds; equal: no motion blur
   TessellationSettings tessellation;
   int max_factor = 64;
+  bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
+  bool draw_lines = false;         // procedures are paper with ink strokes, not shaded surfaces
 };
 
 // A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
@@ -26,6 +28,7 @@ struct PosedDrawable {
   const Drawable* drawable = nullptr;
   const Primitive* primitive = nullptr;
   const Material* material = nullptr;
+  const Procedure* procedure = nullptr;  // of drawables that are one; their primitive is empty
   bool moving = false;      // anything differs between the keys, camera included
   bool deforming = false;   // the vertices themselves differ
   bool mirrored = false;    // the transform turns triangles inside out

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/parallel.h"
+#include "frontend/procedure_patch.h"
 
 namespace tessera::frontend {
 namespace {
@@ -15,6 +16,7 @@ constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neig
 std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
   const std::uint64_t keys = drawable.deforming ? 2 : 1;
+  if (drawable.procedure != nullptr) return kHeaderBytes + procedure_record_bytes(*drawable.procedure);
   if (drawable.drawable->kind == Primitive::Kind::kBezierPatches) return kHeaderBytes + 16 * sizeof(Vec3) * keys;
   const Cluster& cluster =
       frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch];
@@ -33,6 +35,7 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
     PatchSplitter splitter(frame, pyramids, settings, guess);
     for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
+      if (frame.request.sample_procedures && frame.drawable_of(patch).procedure != nullptr) continue;
       result.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
                          hardware::burst_bytes(0, patch_record_bytes(frame, patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
       splitter.split(patch, result.sub_patches, result.aside, result.counters);

@@ -39,18 +39,18 @@ template <>
 inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array<CounterField<frontend::FrontendCounters>>({
     {"frontend.base_patches", &frontend::FrontendCounters::base_patches, Combine::kSum, "patches",
      "Base patches read: Bezier patches and clusters of passive meshes.",
-     "MaliGeomTotalPrim; PowerVR Triangles In; Vulkan tessellation control patches"},
+     "MaliGeomTotalPrim; PowerVR Triangles In; Adreno pre-clipped polygons; Apple primitives in; Vulkan tessellation control patches"},
     {"frontend.bounds_computed", &frontend::FrontendCounters::bounds_computed, Combine::kSum, "bounds",
      "Bounding volumes computed for sub-patches.", ""},
     {"frontend.splits", &frontend::FrontendCounters::splits, Combine::kSum, "splits",
      "Sub-patches halved, because they were too large for a tile core or by the split criterion.", ""},
     {"frontend.culled_frustum", &frontend::FrontendCounters::culled_frustum, Combine::kSum, "sub-patches",
      "Sub-patches dropped because their bound lies outside the view or its depth range at all times.",
-     "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; V3D PTB-primitives-discarded-outside-viewport"},
+     "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; Adreno % primitives trivially rejected; V3D PTB-primitives-discarded-outside-viewport; Apple primitives culled"},
     {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
-     "Sub-patches dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim; PowerVR Back-facing triangles"},
+     "Sub-patches dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim; PowerVR Triangle Ratio; V3D PTB-primitives-discarded-reversed; Apple primitives culled"},
     {"frontend.culled_previous_depth", &frontend::FrontendCounters::culled_previous_depth, Combine::kSum, "sub-patches",
-     "Sub-patches dropped because the previous frame's coarse depth, re-projected, hides them, and this frame's did as well.", ""},
+     "Sub-patches dropped because the previous frame's coarse depth, re-projected, hides them, and this frame's did as well.", "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
     {"frontend.revived_previous_depth", &frontend::FrontendCounters::revived_previous_depth, Combine::kSum, "sub-patches",
      "Sub-patches that the previous frame's depth hid but this frame's did not; their tiles are rendered again.", ""},
     {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
@@ -62,7 +62,7 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array
     {"frontend.cells_culled_previous_depth", &frontend::FrontendCounters::cells_culled_previous_depth, Combine::kSum, "cells",
      "Cells of the sub-patches that frontend.culled_previous_depth counts.", ""},
     {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
-     "Sub-patches sent to the binner.", "MaliGeomVisiblePrim; V3D PTB-primitives-binned"},
+     "Sub-patches sent to the binner.", "MaliGeomVisiblePrim; PowerVR Triangles Out; Adreno PERF_LRZ_VISIBLE_PRIM_AFTER_LRZ; V3D PTB-primitives-binned; Apple primitives rendered"},
 });
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 

@@ -44,6 +44,27 @@ double side_length2(const MovingCorners& corners, std::size_t axis_bit) {
   return longest;
 }
 
+// Longer side on screen of a moving box, the larger of both keys. What a sub-patch sweeps beyond that, by motion or by
+// its circle of confusion, its halves would sweep as well.
+double extent_at_keys(const MovingCorners& corners) {
+  double longest = 0;
+  for (const std::size_t first : {std::size_t{0}, std::size_t{8}}) {
+    std::array<double, 2> low, high;
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (std::size_t k = first; k < first + 8; ++k) {
+      for (int axis = 0; axis < 2; ++axis) {
+        const double at = corners[k][axis] / std::max(corners[k].w, 1e-9);
+        const auto a = static_cast<std::size_t>(axis);
+        low[a] = std::min(low[a], at);
+        high[a] = std::max(high[a], at);
+      }
+    }
+    for (std::size_t a = 0; a < 2; ++a) longest = std::max(longest, high[a] - low[a]);
+  }
+  return longest;
+}
+
 double box_area(const MovingCorners& corners) {
   double area = 0;
   for (const std::size_t first : {std::size_t{0}, std::size_t{8}}) {
@@ -80,7 +101,7 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
   if (std::max(width, height) > settings_.max_cells) return kMandatory;
   if (depth >= settings_.depth || std::max(width, height) < 2 * kSmallestSide) return 0;
   const ScreenBounds& b = piece.bounds;
-  const double extent = extent_in_frame(b, frame_.request.width, frame_.request.height);
+  const double extent = std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(piece.corners));
   if (!(extent > settings_.pixels)) return 0;
   switch (settings_.criterion) {
     case SplitCriterion::kScreenExtent: return extent;
@@ -91,7 +112,7 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
     }
     case SplitCriterion::kNearest: return 1 / std::max(static_cast<double>(b.near_z), 1e-30);
     case SplitCriterion::kNormalSpread: {
-      if (bounder_.drawable().material->double_sided) return 0;
+      if (bounder_.drawable().material->double_sided || bounder_.drawable().procedure != nullptr) return 0;
       const CornerFrame frame = corner_frame(bounder_.nets());
       const NetMeasure m = measure_net(bounder_.nets()[0], frame.axes, frame.tangent_u, frame.tangent_v);
       const auto cones = tangent_cones(m, frame);
@@ -125,7 +146,7 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     return std::nullopt;
   }
   Node node{0, visited_++, depth, {patch, range, *bounds, body.corners}};
-  if (bounder_.drawable().drawable->kind == Primitive::Kind::kBezierPatches) node.priority = priority(node.piece, depth);
+  if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, depth);
   return node;
 }
 

@@ -31,7 +31,7 @@ struct SplitSettings {
   BoundMethod method;
   SplitCriterion criterion;
   int max_cells;       // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
-  double pixels;       // a sub-patch no wider on screen than this is not split further
+  double pixels;       // a sub-patch that is no wider on screen than this, at shutter open and close, is not split further
   int depth;           // most splits on the way from a base patch to a sub-patch, those for max_cells aside
   int budget;          // most sub-patches that the criterion may make of one base patch
   bool cull_backface;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "frontend/deform.h"
+#include "shaders_cpp/procedures/procedures.h"
 
 namespace tessera::frontend {
 namespace {
@@ -19,12 +20,24 @@ struct Box {
   bool empty() const { return !(low.x <= high.x); }
 };
 
+// A grid of points is enough to frame a picture.
+void add_procedure(const Procedure& procedure, const DMat4& world, Box& box) {
+  constexpr int kSteps = 16;
+  for (const Procedure::Piece& piece : procedure.pieces)
+    for (int k = 0; k < (kSteps + 1) * (kSteps + 1); ++k) {
+      const Vector3<double> p = shaders::shape_point(procedure.shape, piece.input, static_cast<double>(k % (kSteps + 1)) / kSteps, static_cast<double>(k / (kSteps + 1)) / kSteps);
+      if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) box.add(DVec3(world * DVec4(p.x, p.y, p.z, 1.0)));
+    }
+}
+
 Box scene_box(const Capture& capture, double time) {
   const Pose pose = pose_at(capture, time);
   Box box;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const Node& node = capture.nodes[n];
-    if (node.mesh == kNone || !pose.in_scene[n]) continue;
+    if (!pose.in_scene[n]) continue;
+    if (node.procedure != kNone) add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], box);
+    if (node.mesh == kNone) continue;
     for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
       const DMat4 to_world = object_to_world(capture, static_cast<int>(n), primitive, pose);
       Deformed deformed;

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "hardware/machine_keys.h"
 
 namespace tessera::hardware {
 namespace {
@@ -32,7 +33,21 @@ const std::vector<Preset>& presets() {
         {"parameter_buffer.bytes", 2 << 20},
         {"binner.combining_bursts", 64},
         {"memory.burst_bytes", 32},
-        {"tessellator.sub_patch_cells", 8}}},
+        {"tessellator.sub_patch_cells", 8},
+        {"clock.mhz", 650},
+        {"tilecore.count", 1},
+        {"tilecore.memory_bytes", 40 << 10},
+        {"shader.lanes", 8},
+        {"texture.texels_per_clk", 1},
+        {"resolve.pixels_per_clk", 2},
+        {"texture.cache_bytes", 8 << 10},
+        {"l2.bytes", 32 << 10},
+        {"tessellator.cache_bytes", 32 << 10},
+        {"post_tessellation.cache_bytes", 32 << 10},
+        {"immediate.cache_bytes", 32 << 10},
+        {"memory.bytes_per_clk", 19.7},
+        {"memory.latency_clk", 160},
+        {"energy.leakage_mw", 15}}},
       {"middle", {}},
       // [spec] The largest mobile parts render 64x64 pixels; [spec] 128 MiB is where Mali's tiler heap ends.
       {"large",
@@ -40,7 +55,28 @@ const std::vector<Preset>& presets() {
         {"tile.height", 64},
         {"parameter_buffer.bytes", 128 << 20},
         {"parameter_buffer.chunk_bytes", 4096},
-        {"binner.combining_bursts", 1024}}},
+        {"binner.combining_bursts", 1024},
+        {"clock.mhz", 900},
+        {"tilecore.count", 12},
+        {"tilecore.memory_bytes", 640 << 10},
+        {"frontend.bounds_per_clk", 1},
+        {"binner.entries_per_clk", 2},
+        {"binner.tiles_per_clk", 8},
+        {"shader.lanes", 128},
+        {"texture.texels_per_clk", 8},
+        {"tilecore.box_tests_per_clk", 32},
+        {"tilecore.triangle_tests_per_clk", 32},
+        {"resolve.pixels_per_clk", 8},
+        {"texture.cache_bytes", 32 << 10},
+        {"l2.bytes", 512 << 10},
+        {"l2.ways", 16},
+        {"tessellator.cache_bytes", 512 << 10},
+        {"post_tessellation.cache_bytes", 512 << 10},
+        {"immediate.cache_bytes", 512 << 10},
+        {"memory.bytes_per_clk", 75.9},
+        {"memory.latency_clk", 224},
+        {"memory.pj_per_bit", 8},
+        {"energy.leakage_mw", 300}}},
   };
   return kPresets;
 }
@@ -86,10 +122,9 @@ Gpu from_json(const std::string& file, const json& root) {
   return gpu;
 }
 
-}  // namespace
-
-const KeyTable<GpuConfiguration>& gpu_keys() {
-  static const KeyTable<Gpu> table({
+// What the machine does; how fast and at what cost is in machine_keys().
+std::vector<Key<Gpu>> behaviour_keys() {
+  return {
       {"frontend.bound_method", &Gpu::frontend_bound_method, {"aabb", "obb", "tpatch", "npatch", "interval"},
        "How sub-patches are boxed: object axes or the patch's own, displaced in every direction (aabb, obb) or along bounded normals (tpatch, npatch), or "
        "by interval arithmetic.",
@@ -97,7 +132,7 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
       {"frontend.split_criterion", &Gpu::frontend_split_criterion, {"screen_extent", "frustum", "nearest", "normal_spread", "surface_area"},
        "Which sub-patches are split further, and which first.", "[assumed]"},
       {"frontend.split_pixels", &Gpu::frontend_split_pixels, "pixels", 1, 65536,
-       "Sub-patches no wider than this on screen are not split further.", "[measured] docs/bounding.md: four tiles"},
+       "Sub-patches no wider than this on screen, at shutter open and close, are not split further.", "[measured] docs/bounding.md: four tiles"},
       {"frontend.split_depth", &Gpu::frontend_split_depth, "splits", 0, 12,
        "Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.", "[assumed]"},
       {"frontend.split_budget", &Gpu::frontend_split_budget, "sub-patches", 1, 4096,
@@ -141,6 +176,27 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
       {"tilecore.occlusion_culling", &Gpu::tilecore_occlusion_culling,
        "Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.",
        "[spec] hierarchical depth of every GPU, applied to sub-patches"},
+      {"tilecore.visibility_method", &Gpu::tilecore_visibility_method, {"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"},
+       "How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of each cell's whole motion; by a stencil "
+       "test on time for segments of the shutter, for parts of the rectangle, for segments of whole leaves; by a rectangle for each of a few fixed intervals. "
+       "The picture is the same.",
+       "[spec] patch-bvh: US 8791945; segments, partition, clusters: US 9626762; brute and interleaved: what both compare with"},
+      {"tilecore.stencil_segments", &Gpu::tilecore_stencil_segments, "segments", 0, 256,
+       "Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, at most 64.",
+       "[spec] US 9626762 leaves the number open; [assumed] 0"},
+      {"tilecore.interleaved_times", &Gpu::tilecore_interleaved_times, "intervals", 1, 256, "Intervals of the shutter of the method interleaved.",
+       "[assumed] 16, a small fixed number as in US 8791945"},
+      {"tilecore.traversal", &Gpu::tilecore_traversal, {"class", "ray"},
+       "How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through "
+       "the binary tree of the sub-patch's cells.",
+       "[spec] ray: US 8791945; [assumed] class"},
+      {"tilecore.branch_node", &Gpu::tilecore_branch_node, {"root", "both_children", "leaf_mask"},
+       "With tilecore.traversal=ray: the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the "
+       "lowest one above all leaves inside.",
+       "[spec] US 8791945 offers both; [measured] docs/visibility_methods.md: leaf_mask"},
+      {"tilecore.ray_segments", &Gpu::tilecore_ray_segments, "segments", 1, 64,
+       "With tilecore.traversal=ray: parts of the shutter that have a stencil test, a leaf mask and a branch node of their own.",
+       "[spec] US 8791945: 1; more is what US 9626762 does to a polygon"},
       {"tilecore.box_bits", &Gpu::tilecore_box_bits, "bits", 8, 32,
        "Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.",
        "[assumed] single precision; 8 bits: Ylitie et al. 2017, quantised wide BVH nodes"},
@@ -164,7 +220,25 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
        "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.", "[assumed] as tessellator.cache_bytes"},
       {"immediate.cache_bytes", &Gpu::immediate_cache_bytes, "bytes", 0, 1073741824.0,
        "With --baselines: colour and depth cache of an immediate-mode machine.", "[assumed] as tessellator.cache_bytes"},
-  });
+  };
+}
+
+// Sets of a cache are addressed by bits, ways may be any number.
+void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes) {
+  const std::int64_t sets = bytes / (ways * line_bytes);
+  if (sets < 1 || sets * ways * line_bytes != bytes || (sets & (sets - 1)) != 0)
+    throw UsageError(fmt::format("{0}_bytes and {0}_ways: {1} bytes are not a power of two of sets of {2} ways of {3} bytes", name, bytes, ways, line_bytes));
+}
+
+}  // namespace
+
+const KeyTable<GpuConfiguration>& gpu_keys() {
+  static const KeyTable<Gpu> table([] {
+    std::vector<Key<Gpu>> keys = behaviour_keys();
+    const std::vector<Key<Gpu>> numbers = machine_keys();
+    keys.insert(keys.end(), numbers.begin(), numbers.end());
+    return keys;
+  }());
   return table;
 }
 
@@ -195,6 +269,9 @@ void check_gpu(const GpuConfiguration& gpu) {
     throw UsageError("memory.burst_bytes must be a power of two");
   if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)
     throw UsageError("parameter_buffer.chunk_bytes must be a multiple of memory.burst_bytes");
+  if ((gpu.cache_line_bytes & (gpu.cache_line_bytes - 1)) != 0) throw UsageError("cache.line_bytes must be a power of two");
+  check_cache("texture.cache", gpu.texture_cache_bytes, gpu.texture_cache_ways, gpu.line_bytes());
+  if (gpu.l2_bytes > 0) check_cache("l2", gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes());
 }
 
 nlohmann::json gpu_json(const GpuConfiguration& gpu) {

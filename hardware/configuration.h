@@ -8,12 +8,13 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "base/key_table.h"
+#include "hardware/machine_numbers.h"
 
 namespace tessera::hardware {
 
 // The described machine. Every number is a key of gpu_keys(), which gives unit, range, meaning and source; the
 // values here are those of the preset "middle".
-struct GpuConfiguration {
+struct GpuConfiguration : MachineNumbers {
   std::string preset = "middle";
 
   std::string frontend_bound_method = "npatch";
@@ -39,6 +40,12 @@ struct GpuConfiguration {
   std::int64_t memory_burst_bytes = 64;
 
   bool tilecore_occlusion_culling = true;
+  std::string tilecore_visibility_method = "patch-bvh";
+  std::int64_t tilecore_stencil_segments = 0;    // of segments and clusters; 0: by blur length over primitive size
+  std::int64_t tilecore_interleaved_times = 16;  // of interleaved
+  std::string tilecore_traversal = "class";      // of patch-bvh
+  std::string tilecore_branch_node = "leaf_mask";  // where single rays start
+  std::int64_t tilecore_ray_segments = 1;        // of the shutter, each with a branch node
   std::int64_t tilecore_box_bits = 32;
   std::int64_t tilecore_blend_layers = 8;
   std::int64_t shading_cache_entries = 1024;
@@ -53,6 +60,9 @@ struct GpuConfiguration {
   // On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
   std::int64_t post_tessellation_cache_bytes = 256 << 10;
   std::int64_t immediate_cache_bytes = 256 << 10;
+
+  // A line of the texture caches and the L2: at least a burst.
+  std::int64_t line_bytes() const { return cache_line_bytes > memory_burst_bytes ? cache_line_bytes : memory_burst_bytes; }
 };
 
 const KeyTable<GpuConfiguration>& gpu_keys();

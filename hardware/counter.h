@@ -26,6 +26,19 @@ struct CounterField {
 template <class S>
 inline constexpr int kCounterFields = 0;
 
+// Specialised as true for units that only some configurations have: while such a unit has counted nothing it did not
+// run, and its counters are absent from statistics instead of zero.
+template <class S>
+inline constexpr bool kAbsentWhenIdle = false;
+
+template <class S>
+bool absent(const S& counters) {
+  if constexpr (!kAbsentWhenIdle<S>) return false;
+  for (const auto& field : kCounterFields<S>)
+    if (counters.*field.member != 0) return false;
+  return true;
+}
+
 // A struct of raw counts is a value: `merge` joins the counts of two units that worked on one frame.
 template <class S>
 void merge(S& into, const S& from) {

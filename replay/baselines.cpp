@@ -60,7 +60,7 @@ binner::TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uin
   take(mesh.x0, patch.x0), take(mesh.y0, patch.y0), take(mesh.z0, patch.z0);
   if (patch.moving) take(mesh.x1, patch.x1), take(mesh.y1, patch.y1), take(mesh.z1, patch.z1);
   patch.projected.assign(mesh.projected.begin(), mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
-  if (drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) {
+  if (frontend::has_grid(*drawable.drawable)) {
     add_grid_triangles(frame.patterns[number], patch);
   } else {
     const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
@@ -122,7 +122,9 @@ hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu) {
 
 BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record) {
   const hardware::Ledger& ledger = counters.ledger;
-  const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState), frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer), all = ledger.total();
+  const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState), frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer), textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
+  hardware::Traffic all = ledger.total();
+  all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
   const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   // Without the cache every request is a tessellation.

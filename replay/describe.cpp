@@ -10,6 +10,7 @@
 #include "frontend/extensions.h"
 #include "hardware/configuration.h"
 #include "replay/settings.h"
+#include "shaders_cpp/procedures/declarations.h"
 #include "replay/statistics.h"
 
 namespace tessera::replay {
@@ -45,12 +46,18 @@ const std::vector<Topic>& topics() {
        {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}}},
       {"gpu", "The described machine",
        "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset `middle`. In a file the dots nest:\n"
-       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, [assumed] our own choice.",
-       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}, {"source", "source"}}},
+       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, [measured] our own\n"
+       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. What cycles and energies follow\n"
+       "from these numbers, and how, is in [timing_model.md](timing_model.md).",
+       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"other_presets", "other presets"}, {"range", "range"}, {"meaning", "meaning"}, {"source", "source"}}},
       {"extensions", "glTF extensions",
        "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset requires them; then it is\n"
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
        {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
+      {"procedures", "Procedures",
+       "Stages that a capture's `TESSERA_procedure` can name ([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
+       "`shaders_cpp/procedures/`. How they are drawn: [procedural.md](procedural.md).",
+       {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects", "Effects",
        "Effects that a frame may need. `stats.json` says for each frame which ran, and in `effect_reasons` why those of the resolve unit did or did not; a sub-patch that needs none of motion and defocus runs kernels\n"
        "that hold no code for them.",
@@ -71,6 +78,25 @@ template <class S>
 json describe_keys(const KeyTable<S>& table) {
   json rows = json::array();
   for (const auto& key : table.keys()) rows.push_back(describe_key(key, table.default_value(key)));
+  return rows;
+}
+
+// The rows of gpu_keys() with the values of the presets that differ from the default.
+json describe_gpu() {
+  json rows = describe_keys(hardware::gpu_keys());
+  for (const std::string& preset : hardware::preset_names()) {
+    const hardware::GpuConfiguration gpu = hardware::load_gpu(preset);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const json value = key_value_json(hardware::gpu_keys().value(gpu, hardware::gpu_keys().keys()[k]));
+      if (value != rows[k]["default"]) rows[k]["presets"][preset] = value;
+    }
+  }
+  for (json& row : rows) {
+    std::string text;
+    if (row.contains("presets"))
+      for (const auto& [preset, value] : row["presets"].items()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", preset, value.dump());
+    row["other_presets"] = text;
+  }
   return rows;
 }
 
@@ -97,6 +123,30 @@ json describe_effects() {
        {{"name", "frame_buffer_compression"}, {"meaning", "Finished pixels are compressed on their way to memory."}, {"when", "the machine does"}, {"setting", "frame_buffer.compression"}},
        {{"name", "motion"}, {"meaning", "Samples see the scene at different times of the shutter."}, {"when", "anything differs between shutter open and close, camera included"}, {"setting", "effects.motion"}},
        {{"name", "stereo"}, {"meaning", "A second picture for a right eye."}, {"when", "stereo.eye_separation is not 0"}, {"setting", "stereo.eye_separation"}}});
+}
+
+std::string parameter_text(const shaders::ParameterDeclaration& p) {
+  using shaders::ParameterLayout;
+  std::string text = fmt::format("{}", p.name);
+  if (p.layout != ParameterLayout::kNumbers) text += p.layout == ParameterLayout::kChainU ? " (curves along u)" : " (curves along v)";
+  else if (p.size > 1) text += fmt::format(" ({} numbers)", p.size);
+  text += p.required() ? ", required" : fmt::format(" = {:g}", p.default_value);
+  return text + fmt::format(": {}", p.meaning);
+}
+
+json describe_stages() {
+  json rows = json::array();
+  const auto add = [&](std::string_view kind, std::span<const shaders::StageDeclaration> stages) {
+    for (const shaders::StageDeclaration& stage : stages) {
+      std::string parameters;
+      for (const shaders::ParameterDeclaration& p : stage.parameters) parameters += (parameters.empty() ? "" : "<br>") + parameter_text(p);
+      rows.push_back({{"name", stage.name}, {"kind", kind}, {"meaning", stage.meaning}, {"parameters", parameters}});
+    }
+  };
+  add("shape", shaders::shape_declarations());
+  add("texture", shaders::texture_declarations());
+  add("shading", shaders::shading_declarations());
+  return rows;
 }
 
 std::string range_of(const json& row) {
@@ -135,8 +185,9 @@ json describe_json(const std::string& name) {
   topic_named(name);
   if (name == "counters") return describe_counters();
   if (name == "settings") return describe_keys(settings_keys());
-  if (name == "gpu") return describe_keys(hardware::gpu_keys());
+  if (name == "gpu") return describe_gpu();
   if (name == "extensions") return describe_extensions();
+  if (name == "procedures") return describe_stages();
   return describe_effects();
 }
 

@@ -56,6 +56,15 @@ frontend::CameraChoice choose_camera(const frontend::Capture& capture, const Run
   return choice;
 }
 
+MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord record) {
+  MachineModel model;
+  model.record = std::move(record);
+  model.schedule = hardware::schedule_frame(gpu, model.record.work);
+  model.timing = hardware::time_frame(gpu, model.record.work, model.schedule);
+  model.energy = hardware::frame_energy(gpu, model.record.work, model.timing.cycles);
+  return model;
+}
+
 }  // namespace
 
 void FrameCounters::accumulate(const FrameCounters& frame) {
@@ -63,8 +72,12 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
   hardware::accumulate(binner, frame.binner);
   hardware::accumulate(tessellation, frame.tessellation);
   hardware::accumulate(tilecore, frame.tilecore);
+  hardware::accumulate(stencil, frame.stencil);
+  hardware::accumulate(rays, frame.rays);
   hardware::accumulate(shading, frame.shading);
   hardware::accumulate(resolve, frame.resolve);
+  hardware::accumulate(texture, frame.texture);
+  hardware::accumulate(l2, frame.l2);
   if (frame.desampling) {
     if (!desampling) desampling.emplace();
     hardware::accumulate(*desampling, *frame.desampling);
@@ -73,6 +86,7 @@ void FrameCounters::accumulate(const FrameCounters& frame) {
     if (!compression) compression.emplace();
     hardware::accumulate(*compression, *frame.compression);
   }
+  hardware::accumulate(sampling, frame.sampling);
   ledger += frame.ledger;
 }
 
@@ -81,22 +95,30 @@ void FrameCounters::merge(const FrameCounters& view) {
   hardware::merge(binner, view.binner);
   hardware::merge(tessellation, view.tessellation);
   hardware::merge(tilecore, view.tilecore);
+  hardware::merge(stencil, view.stencil);
+  hardware::merge(rays, view.rays);
   hardware::merge(shading, view.shading);
   hardware::merge(resolve, view.resolve);
+  hardware::merge(texture, view.texture);
+  hardware::merge(l2, view.l2);
+  hardware::merge(sampling, view.sampling);
   if (desampling && view.desampling) hardware::merge(*desampling, *view.desampling);
   if (compression && view.compression) hardware::merge(*compression, *view.compression);
   ledger += view.ledger;
 }
 
-FrameRenderer::FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
                              const RenderRequest& request)
-    : capture_(capture),
+    : prepared_(std::move(prepared)),
+      capture_(prepared_->capture),
       gpu_(gpu),
       settings_(settings),
       request_(request),
-      assembly_(frontend::assemble(capture)),
-      pyramids_(assembly_),
-      camera_(choose_camera(capture, settings, request)),
+      assembly_(prepared_->assembly),
+      pyramids_(prepared_->pyramids),
+      texture_memory_(capture_, gpu.line_bytes()),
+      displacement_memory_(capture_, gpu.line_bytes(), texture_memory_.lines()),
+      camera_(choose_camera(capture_, settings, request)),
       resolve_(resolve_settings(settings, request.width, request.height)) {
   for (const double offset : {0.0, settings.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
@@ -114,6 +136,8 @@ frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   request.close_time = settings_.motion == "off" ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
   request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
+  request.draw_lines = settings_.procedures_style == "lines";
+  request.sample_procedures = settings_.procedures_path == "sampled";
   return request;
 }
 
@@ -129,6 +153,7 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   if (job.has_background) job.background = *capture_.settings.background;
   using tilecore::ShadingRate;
   job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // strokes are finer than pixels
   job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
   job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
@@ -136,8 +161,10 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.force_motion = settings_.motion == "on";
   job.force_lens = settings_.defocus == "on";
   job.cull_occlusion = gpu_.tilecore_occlusion_culling;
+  job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
+  if (settings_.machine_model) job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
   job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
   return job;
 }
@@ -156,11 +183,21 @@ FrameEffects FrameRenderer::effects_of(const frontend::FrameGeometry& frame) con
   return effects;
 }
 
+std::unique_ptr<tilecore::ParameterMaps> FrameRenderer::map_procedures(const tilecore::TileJob& job, FrameResult& result) const {
+  const auto is_procedure = [](const frontend::PosedDrawable& drawable) { return drawable.procedure != nullptr; };
+  if (!job.frame->request.sample_procedures || std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure)) return nullptr;
+  const StageTimer timer(result, "sparse");
+  auto maps = std::make_unique<tilecore::ParameterMaps>(*job.frame, *job.grid, procedure_settings(settings_),
+                                                        tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
+  hardware::merge(result.counters.sampling, maps->counters());
+  result.counters.ledger += maps->ledger();
+  return maps;
+}
+
 void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record) {
+                              const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
-  PerThread<std::uint64_t> queue_bytes_read;
   binner::Binner::Cursor cursor;
   std::vector<std::vector<tilecore::TessellationRequest>> tessellations(tile_count);
   if (record != nullptr) record->entries.resize(tile_count);
@@ -168,7 +205,9 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
   while (!done) {
     {
       const StageTimer timer(result, "bin");
+      binner.buffer().record_accesses(recorder.binner_log());
       done = binner.run(*job.frame, sub_patches, cursor);
+      recorder.begin_round(binner);
     }
     const StageTimer timer(result, "tiles");
     if (!done) {
@@ -182,28 +221,37 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       const auto tile = static_cast<binner::TileIndex>(t);
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
+      TileCounts& work = result.maps.tiles[t];
+      TileMeter meter(core, work);
       hardware::Ledger ledger;
-      std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, queue_bytes_read.local());
+      ledger.record_into(recorder.begin_tile(t, core));
+      std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, work.queue_bytes_read);
       core.charge(ledger);
       tilecore::TileState fresh;
       tilecore::TileState& state = unfinished.empty() ? fresh : unfinished[t];
       if (state.started && (done || !entries.empty())) core.load_state(job, state);
-      if (!done && entries.empty()) return;
-      if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
-      core.render_entries(job, tile, std::move(entries), state);
-      tessellations[t] = core.take_tessellations();
-      if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
-      else core.store_state(job, state);
+      if (done || !entries.empty()) {
+        if (record != nullptr) record->entries[t].insert(record->entries[t].end(), entries.begin(), entries.end());
+        core.render_entries(job, tile, std::move(entries), state);
+        tessellations[t] = core.take_tessellations();
+        count_tessellations(tessellations[t], work);
+        recorder.begin_shading(t, core);
+        if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
+        else core.store_state(job, state);
+      }
+      meter.stop();
+      recorder.end_tile(t, job, core, done);
     });
     busy_seconds.for_each([&](double seconds) { result.stage_seconds["tile_threads"] += seconds; });
-    for (auto& tile : tessellations) {
-      cache.use(tile);
+    for (std::size_t t = 0; t < tile_count; ++t) {
+      std::vector<tilecore::TessellationRequest>& tile = tessellations[t];
+      recorder.share(t, tile, cache);
       if (record != nullptr) record->tessellations.insert(record->tessellations.end(), tile.begin(), tile.end());
       tile.clear();
     }
+    recorder.end_round();
     if (!done) binner.reset();
   }
-  queue_bytes_read.for_each([&](std::uint64_t bytes) { result.counters.binner.queue_bytes_read += bytes; });
 }
 
 frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
@@ -220,9 +268,10 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
 }
 
 void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
-                                   FrameResult& result, MachineRecord* record) {
+                                   WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   if (front_end.aside.empty()) return;
   std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
+  recorder.front_end(*job.frame, front_end);
   if (revived.empty()) return;
   std::vector<bool> again(binner.grid().tile_count(), false);
   for (const frontend::BoundedSubPatch& piece : revived) {
@@ -235,37 +284,50 @@ void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner&
     binner.reset();
     revived.insert(revived.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
-  run_tiles(job, binner, revived, again, cache, result, record);
+  run_tiles(job, binner, revived, again, cache, recorder, result, record);
 }
 
-void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, FrameResult& result) {
+void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result) {
   hardware::merge(result.counters.tessellation, cache.counters());
   result.counters.ledger += cache.ledger();
   hardware::merge(result.counters.binner, binner.buffer().counters());
+  for (const TileCounts& work : result.maps.tiles) result.counters.binner.queue_bytes_read += work.queue_bytes_read;
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
     hardware::merge(result.counters.tilecore, core.take_counters());
+    hardware::merge(result.counters.stencil, core.take_stencil_counters());
+    hardware::merge(result.counters.rays, core.take_ray_counters());
     hardware::merge(result.counters.shading, core.take_shading_counters());
     hardware::merge(result.counters.resolve, core.take_resolve_counters());
     if (result.counters.desampling) hardware::merge(*result.counters.desampling, core.take_desampling_counters());
+    hardware::merge(result.counters.sampling, core.take_sampling_counters());
     result.counters.ledger += core.take_ledger();
   });
+  const WorkRecorder::Sums sums = recorder.take_sums();
+  hardware::merge(result.counters.tilecore, sums.tilecore);
+  hardware::merge(result.counters.shading, sums.shading);
+  hardware::merge(result.counters.resolve, sums.resolve);
+  hardware::merge(result.counters.texture, sums.texture);
+  hardware::merge(result.counters.l2, sums.l2);
+  result.counters.ledger += sums.ledger;
 }
 
-void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result,
+void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result,
                                 MachineRecord* record) {
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
     front_end = frontend::run_front_end(*job.frame, pyramids_, gpu, guess);
   }
+  recorder.front_end(*job.frame, front_end);
   binner::Binner binner(gpu, *job.grid);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
+  result.maps = TileMaps(*job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
-  run_tiles(job, binner, front_end.sub_patches, {}, cache, result, record);
-  render_revived(job, binner, front_end, cache, result, record);
+  run_tiles(job, binner, front_end.sub_patches, {}, cache, recorder, result, record);
+  render_revived(job, binner, front_end, cache, recorder, result, record);
   if (job.resolve != nullptr) finish_deferred(job, result);
-  collect(binner, cache, result);
+  collect(binner, cache, recorder, result);
   if (!job.charge_frame_buffer) {
     const StageTimer timer(result, "compress");
     tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes, result.counters.compression.emplace(), result.counters.ledger);
@@ -279,8 +341,9 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
   FrameResult whole(result.frame, tilecore::FrameTargets(request_.region, false));
+  WorkRecorder whole_work(whole_gpu, nullptr, false);
   MachineRecord whole_record;
-  run_machine(whole_gpu, nullptr, job, whole, &whole_record);
+  run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
   // What the previous frame's depth hid is in no queue of this one, but an immediate machine draws it.
   const TriangleMachines machines = measure_triangle_machines(job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
@@ -304,7 +367,8 @@ void FrameRenderer::measure_error(const tilecore::TileJob& job, FrameResult& res
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
-  run_machine(gpu_, nullptr, plain, full, nullptr);
+  WorkRecorder recorder(gpu_, nullptr, false);
+  run_machine(gpu_, nullptr, plain, recorder, full, nullptr);
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
     for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c) error = std::max(error, std::abs(result.targets.color.values[c] - full.targets.color.values[c]));
@@ -322,6 +386,8 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
   const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
                                          static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
+  job.procedures = procedures.get();
   if (resolve_.desampling != tilecore::Desampling::kOff) {
     const StageTimer timer(result, "motion");
     std::unique_ptr<frontend::FrameGeometry> previous;
@@ -341,7 +407,12 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
   if (guesses && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool baselines = request_.baselines && left == nullptr;
-  run_machine(gpu_, guess ? &*guess : nullptr, job, result, baselines ? &record : nullptr);
+  WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
+  run_machine(gpu_, guess ? &*guess : nullptr, job, recorder, result, baselines ? &record : nullptr);
+  if (settings_.machine_model) {
+    const StageTimer timer(result, "model");
+    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));
+  }
   if (guesses) {
     last_depth_ = coarse_depth(job, result);
     last_frame_ = frame;
@@ -372,6 +443,11 @@ FrameResult FrameRenderer::render(int frame) {
     }
     for (const auto& [stage, seconds] : right.stage_seconds) result.stage_seconds[stage] += seconds;
     result.counters.merge(right.counters);
+    result.maps.add(right.maps);
+    if (result.model && right.model) {  // one eye after the other
+      result.model->timing.accumulate(right.model->timing);
+      result.model->energy.accumulate(right.model->energy);
+    }
     result.right = RightEye{std::move(right.targets), right.counters};
   }
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));

@@ -13,10 +13,14 @@
 #include "frontend/capture.h"
 #include "frontend/front_end.h"
 #include "hardware/configuration.h"
+#include "hardware/energy.h"
 #include "hardware/ledger.h"
+#include "hardware/timing_model.h"
 #include "replay/baselines.h"
 #include "replay/resolve_sequence.h"
 #include "replay/settings.h"
+#include "replay/work_recorder.h"
+#include "replay/tile_maps.h"
 #include "tilecore/resolve/compressed_store.h"
 #include "tilecore/tile_core.h"
 
@@ -28,10 +32,15 @@ struct FrameCounters {
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   tilecore::TileCoreCounters tilecore;
+  tilecore::StencilCounters stencil;
+  tilecore::RayCounters rays;
   tilecore::ShadingCounters shading;
   tilecore::ResolveCounters resolve;
+  tilecore::TextureCounters texture;
+  L2Counters l2;
   std::optional<tilecore::DesamplingCounters> desampling;  // where the resolve unit does more than its multisample resolve
   std::optional<tilecore::CompressionCounters> compression;     // with frame_buffer.compression
+  tilecore::SamplingCounters sampling;
   hardware::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
@@ -47,14 +56,27 @@ void for_each_counter_struct(Counters& counters, const Visit& visit) {
   visit(counters.binner);
   visit(counters.tessellation);
   visit(counters.tilecore);
+  visit(counters.stencil);
+  visit(counters.rays);
   visit(counters.shading);
   visit(counters.resolve);
+  visit(counters.texture);
+  visit(counters.l2);
   if (counters.desampling) visit(*counters.desampling);
   if (counters.compression) visit(*counters.compression);
+  visit(counters.sampling);
 }
 
 // Which effects a frame needed, in order of their names.
 using FrameEffects = std::map<std::string, bool>;
+
+// Cycles and energy of a frame on the described machine, and how they came about.
+struct MachineModel {
+  FrameRecord record;
+  hardware::Schedule schedule;
+  hardware::FrameTiming timing;
+  hardware::FrameEnergy energy;
+};
 
 // The right eye's picture; its counters are in those of the frame, too.
 struct RightEye {
@@ -74,6 +96,18 @@ struct FrameResult {
   std::map<std::string, double> stage_seconds;  // host time; tile_threads, resolve_threads: processor time, summed over threads
   double seconds = 0;
   std::optional<BaselineSet> baselines;
+  std::optional<MachineModel> model;  // with output.machine_model
+  TileMaps maps{};
+};
+
+// What all replays of one capture share, whatever the machine and the settings. Read only: many renderers may use it at once.
+struct PreparedCapture {
+  // `capture_in` must outlive it.
+  explicit PreparedCapture(const frontend::Capture& capture_in) : capture(capture_in), assembly(frontend::assemble(capture_in)), pyramids(assembly) {}
+
+  const frontend::Capture& capture;
+  const frontend::Assembly assembly;
+  const frontend::PyramidLibrary pyramids;
 };
 
 // What to render of a capture.
@@ -81,9 +115,10 @@ struct RenderRequest {
   int width = 0, height = 0;
   IntRect region;          // pixels; whole frame by default
   bool auxiliary = false;
+  bool baselines = false;  // run the other schemes as well
+  bool record_accesses = false;  // keep every transfer over the memory interface, for traces
   bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
   bool error = false;              // and of its error: renders every frame fully as well
-  bool baselines = false;  // run the other schemes as well
 };
 
 // Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures and counters are independent of each
@@ -93,6 +128,9 @@ class FrameRenderer {
  public:
   // `capture` must outlive the renderer.
   FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+                const RenderRequest& request)
+      : FrameRenderer(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
+  FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
                 const RenderRequest& request);
 
   FrameResult render(int frame);
@@ -104,6 +142,8 @@ class FrameRenderer {
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == frontend::kNone; }
   const frontend::Assembly& assembly() const { return assembly_; }
+  // Cache lines of all textures, displacement maps last.
+  std::uint64_t texture_lines() const { return displacement_memory_.end(); }
 
  private:
   // A view of the scene that is rendered, and what its frames leave to each other.
@@ -119,25 +159,30 @@ class FrameRenderer {
   // Renders the same frame fully and writes the difference to result.targets.error.
   void measure_error(const tilecore::TileJob& job, FrameResult& result);
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
-  // The machine of `gpu` from the front end on; adds to `result` and, unless null, to `record`.
-  void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, FrameResult& result, MachineRecord* record);
+  // The machine of `gpu` from the front end on; adds to `result`, to `recorder` and, unless null, to `record`.
+  void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
+  // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
+  std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
   void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                 const std::vector<bool>& only, tilecore::TessellationCache& cache, FrameResult& result, MachineRecord* record);
+                 const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
   // Renders again the tiles where something that the previous frame's depth hid is visible after all.
   void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
-                      FrameResult& result, MachineRecord* record);
-  void collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, FrameResult& result);
+                      WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
+  void collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result);
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
   BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
   FrameEffects effects_of(const frontend::FrameGeometry& frame) const;
 
+  std::shared_ptr<const PreparedCapture> prepared_;
   const frontend::Capture& capture_;
   hardware::GpuConfiguration gpu_;
   RunSettings settings_;
   RenderRequest request_;
-  frontend::Assembly assembly_;
-  frontend::PyramidLibrary pyramids_;
+  const frontend::Assembly& assembly_;
+  const frontend::PyramidLibrary& pyramids_;
+  tilecore::TextureMemory texture_memory_;
+  DisplacementMemory displacement_memory_;
   frontend::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
   std::vector<Eye> eyes_;  // the left or only one, the right one

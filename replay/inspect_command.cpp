@@ -73,10 +73,12 @@ json animations_json(const Capture& capture) {
 
 json inspect(const Capture& capture) {
   const frontend::Assembly assembly = frontend::assemble(capture);
-  std::size_t triangles = 0, bezier = 0, clusters = 0;
+  std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0;
   for (const frontend::Drawable& d : assembly.drawables) {
     if (d.kind == frontend::Primitive::Kind::kBezierPatches) {
       bezier += d.patch_count;
+    } else if (d.kind == frontend::Primitive::Kind::kProcedure) {
+      procedures += 1;
     } else {
       clusters += d.patch_count;
       triangles += capture.meshes[static_cast<std::size_t>(d.mesh)].primitives[static_cast<std::size_t>(d.primitive)].indices.size() / 3;
@@ -92,7 +94,7 @@ json inspect(const Capture& capture) {
   }
   return {{"file", capture.file.string()},
           {"bytes", capture.file_bytes},
-          {"drawn", {{"nodes", assembly.drawables.size()}, {"base_patches", assembly.patch_count()}, {"bezier_patches", bezier}, {"clusters", clusters}, {"triangles", triangles}}},
+          {"drawn", {{"nodes", assembly.drawables.size()}, {"base_patches", assembly.patch_count()}, {"bezier_patches", bezier}, {"clusters", clusters}, {"triangles", triangles}, {"procedures", procedures}}},
           {"meshes", meshes_json(capture)},
           {"materials", materials_json(capture)},
           {"animations", animations_json(capture)},
@@ -113,6 +115,7 @@ void print_table(const json& j) {
   const json &drawn = j["drawn"], &s = j["settings"];
   fmt::print("  drawn       {} nodes, {} base patches: {} Bezier patches, {} clusters of {} triangles\n", drawn["nodes"].dump(), drawn["base_patches"].dump(),
              drawn["bezier_patches"].dump(), drawn["clusters"].dump(), drawn["triangles"].dump());
+  if (drawn["procedures"] != 0) fmt::print("  procedures  {}\n", drawn["procedures"].dump());
   fmt::print("  settings    {}x{}, {} frames/s, shutter {} to {}, frames {}:{}{}\n", s["resolution"][0].dump(), s["resolution"][1].dump(), s["frame_rate"].dump(),
              s["shutter"][0].dump(), s["shutter"][1].dump(), s["first_frame"].dump(), s["first_frame"].get<int>() + s["frames"].get<int>(),
              s["declared"].get<bool>() ? "" : " (defaults: the capture says nothing)");

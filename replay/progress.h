@@ -6,8 +6,8 @@
 
 namespace tessera::replay {
 
-// Progress of long work on standard error: a bar with the time left on a terminal, one plain line per step otherwise,
-// nothing when quiet.
+// Progress of long work on standard error: a bar with the time left on a terminal, one plain line per step
+// otherwise, nothing when quiet.
 class Progress {
  public:
   Progress(std::size_t total, bool quiet);

@@ -1,24 +1,32 @@
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
 #include "base/parallel.h"
 #include "frontend/capture_reader.h"
 #include "replay/commands.h"
+#include "replay/dram_trace.h"
 #include "replay/frame_files.h"
 #include "replay/frame_renderer.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
+#include "replay/report/report.h"
 #include "replay/statistics.h"
+#include "replay/timeline.h"
+#include "replay/tile_maps.h"
 
 namespace tessera::replay {
 namespace {
+
+namespace fs = std::filesystem;
 
 class ReplayCommand final : public Command {
  public:
@@ -38,10 +46,16 @@ class ReplayCommand final : public Command {
     app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")->type_name("FILE");
     app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
     app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
+    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")->type_name("FILE");
+    app.add_option("--trace-frames", trace_frames_, "Frames that --trace and --dram-trace hold, B not included (default: all)")->type_name("A:B");
+    app.add_option("--trace-tiles", trace_tiles_, "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")->type_name("A:B");
+    app.add_option("--dram-trace", dram_trace_, "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")->type_name("FILE");
     app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
+    app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, stats.json and stats.csv (one row per frame);\n"
+        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
+        "stats.csv (one row per frame), report.html (all of it on one page; needs Debian's libjs-vega);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
@@ -74,6 +88,7 @@ class ReplayCommand final : public Command {
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
     check_folder(out_);
+    Traces traces(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const int begin = std::max(0, first - warmup_);
     for (int frame = begin; frame < first && !stop_requested(); ++frame) renderer.render(frame);
@@ -81,21 +96,56 @@ class ReplayCommand final : public Command {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
         const FrameResult result = renderer.render(frame);
+        traces.add(result);
         write_frame(out_, frame, result.targets, aux_, exposure);
+        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         if (result.right) write_frame(out_, frame, result.right->targets, aux_, exposure, "right");
         statistics.add(result);
         progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
     }
     statistics.write(out_);
+    traces.commit();
     if (!save_history_.empty()) renderer.history().save(save_history_);
     if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    make_report(statistics);
     if (quiet_) return;
     if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
     fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
   }
 
  private:
+  // The files of --trace and --dram-trace.
+  class Traces {
+   public:
+    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request, const FrameRenderer& renderer) {
+      if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
+        throw UsageError("--trace and --dram-trace need output.machine_model=true");
+      if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
+      Timeline::Limits tiles;
+      if (!command.trace_tiles_.empty()) {
+        const FrameRange range = parse_frames("--trace-tiles", command.trace_tiles_);
+        tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
+      }
+      if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
+      if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_, address_map(renderer, gpu, settings, request), static_cast<std::uint64_t>(gpu.memory_burst_bytes));
+    }
+    void add(const FrameResult& result) {
+      if (result.frame < frames_.first || result.frame >= frames_.last) return;
+      if (timeline_) timeline_->add(result.frame, *result.model);
+      if (dram_) dram_->add(*result.model);
+    }
+    void commit() {
+      if (timeline_) timeline_->commit();
+      if (dram_) dram_->commit();
+    }
+
+   private:
+    FrameRange frames_{0, std::numeric_limits<int>::max()};
+    std::optional<Timeline> timeline_;
+    std::optional<DramTrace> dram_;
+  };
+
   RenderRequest render_request(const frontend::Capture& capture, const RunSettings& settings, std::uint64_t max_bytes) const {
     RenderRequest request;
     request.width = capture.settings.width;
@@ -114,6 +164,7 @@ class ReplayCommand final : public Command {
     }
     request.auxiliary = !aux_.empty();
     request.baselines = baselines_;
+    request.record_accesses = !dram_trace_.empty();
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
     if (request.resolve_auxiliary && settings.desampling == "off") throw UsageError("--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or another than off");
@@ -133,6 +184,13 @@ class ReplayCommand final : public Command {
     return parse_frames("--frames", frames_);
   }
 
+  // A machine without the page's modules still gives pictures and figures.
+  void make_report(const Statistics& statistics) const {
+    if (no_report_ || statistics.frame_count() == 0) return;
+    if (const std::string missing = missing_for_reports(); missing.empty()) write_report(out_);
+    else if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+  }
+
   void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {
     if (quiet_) return;
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
@@ -141,13 +199,14 @@ class ReplayCommand final : public Command {
   }
 
   std::string capture_, frames_, size_, gpu_ = "middle", region_, out_ = "out";
+  std::string trace_, trace_frames_, trace_tiles_, dram_trace_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_;
   std::string history_, save_history_;
   int warmup_ = 0;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
-  bool quiet_ = false, baselines_ = false;
+  bool quiet_ = false, baselines_ = false, no_report_ = false;
 };
 
 }  // namespace

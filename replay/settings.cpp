@@ -27,6 +27,22 @@ const KeyTable<RunSettings>& settings_keys() {
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},
        "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same picture); none."},
+      {"output.machine_model", &S::machine_model,
+       "Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent."},
+      {"procedures.path", &S::procedures_path, {"sampled", "tessellated"},
+       "How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates."},
+      {"procedures.maps", &S::procedures_maps, {"interval", "published"},
+       "Sparse pass of the sampling controller: cells bounded by interval evaluation, or one tuple per cell and a padded radius."},
+      {"procedures.scatter", &S::procedures_scatter, {"footprint", "point"},
+       "What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into (still objects only)."},
+      {"procedures.style", &S::procedures_style, {"surface", "lines"}, "Shaded surfaces, or a drawing with lines along the parameters."},
+      {"procedures.spacing", &S::procedures_spacing, "sub-pixels", 0.125, 64,
+       "Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower."},
+      {"procedures.cell_pixels", &S::procedures_cell_pixels, "pixels", 1, 512, "Interval maps: cells of the parameter domain larger than this on screen are halved."},
+      {"procedures.padding", &S::procedures_padding, "", 0, 16, "Published maps: padding of a cell's place on screen, in its radius."},
+      {"procedures.sparse_spacing", &S::procedures_sparse_spacing, "sub-pixels", 0.5, 256, "Published maps: distance of the tuples of the sparse pass."},
+      {"procedures.refill", &S::procedures_refill, "Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter."},
+      {"procedures.lanes", &S::procedures_lanes, "lanes", 1, 1024, "Lanes of the emulated SIMD array."},
       {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
       {"resolve.desampling", &S::desampling, {"off", "adaptive", "fixed_8", "fixed_4", "checkerboard"},
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. "
@@ -74,20 +90,41 @@ nlohmann::json settings_json(const RunSettings& settings) {
   return out;
 }
 
-void apply_setting(const std::string& text, RunSettings& settings, hardware::GpuConfiguration& gpu) {
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) throw UsageError(fmt::format("--set {}: expected KEY=VALUE", escape_control(text, 80)));
-  const std::string name = text.substr(0, equals), value = text.substr(equals + 1);
-  if (const auto* key = settings_keys().find(name)) {
-    settings_keys().set(settings, *key, value);
-  } else if (const auto* gpu_key = hardware::gpu_keys().find(name)) {
-    hardware::gpu_keys().set(gpu, *gpu_key, value);
-  } else {
+tilecore::ProcedureSettings procedure_settings(const RunSettings& settings) {
+  using S = tilecore::ProcedureSettings;
+  S out;
+  out.maps = settings.procedures_maps == "published" ? S::Maps::kPublished : S::Maps::kInterval;
+  out.scatter = settings.procedures_scatter == "point" ? S::Scatter::kPoint : S::Scatter::kFootprint;
+  out.style = settings.procedures_style == "lines" ? S::Style::kLines : S::Style::kSurface;
+  out.spacing = settings.procedures_spacing;
+  out.cell_pixels = settings.procedures_cell_pixels;
+  out.padding = settings.procedures_padding;
+  out.sparse_spacing = settings.procedures_sparse_spacing;
+  out.refill = settings.procedures_refill;
+  out.lanes = static_cast<int>(settings.procedures_lanes);
+  return out;
+}
+
+const std::vector<std::string>& known_keys() {
+  static const std::vector<std::string> kKnown = [] {
     std::vector<std::string> known;
     for (const auto& k : settings_keys().keys()) known.emplace_back(k.name);
     for (const auto& k : hardware::gpu_keys().keys()) known.emplace_back(k.name);
-    throw UsageError(unknown_key_message(name, known));
-  }
+    return known;
+  }();
+  return kKnown;
+}
+
+void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, hardware::GpuConfiguration& gpu) {
+  if (const auto* key = settings_keys().find(name)) settings_keys().set(settings, *key, value);
+  else if (const auto* gpu_key = hardware::gpu_keys().find(name)) hardware::gpu_keys().set(gpu, *gpu_key, value);
+  else throw UsageError(unknown_key_message(name, known_keys()));
+}
+
+void apply_setting(const std::string& text, RunSettings& settings, hardware::GpuConfiguration& gpu) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) throw UsageError(fmt::format("--set {}: expected KEY=VALUE", escape_control(text, 80)));
+  set_key(text.substr(0, equals), text.substr(equals + 1), settings, gpu);
 }
 
 }  // namespace tessera::replay

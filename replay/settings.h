@@ -8,6 +8,7 @@
 
 #include "base/key_table.h"
 #include "hardware/configuration.h"
+#include "tilecore/parameter_maps.h"
 
 namespace tessera::replay {
 
@@ -22,6 +23,7 @@ struct RunSettings {
   double shading_cell_pixels = 1.0;
   std::string motion = "auto";
   std::string defocus = "auto";
+  bool machine_model = true;
   double exposure = 0;  // 0: the capture's
 
   std::string desampling = "off";
@@ -50,10 +52,30 @@ struct RunSettings {
   double focus_x = 0.5, focus_y = 0.5;        // of the frame
   double eye_separation = 0;                  // 0: one eye
   double far_depth = 10;
+  // Procedures; see tilecore/parameter_maps.h.
+  std::string procedures_path = "sampled";
+  std::string procedures_maps = "interval";
+  std::string procedures_scatter = "footprint";
+  std::string procedures_style = "surface";
+  double procedures_spacing = 1.0;
+  double procedures_cell_pixels = 12;
+  double procedures_padding = 0.5;
+  double procedures_sparse_spacing = 2;
+  bool procedures_refill = false;
+  std::int64_t procedures_lanes = 32;
 };
 
 const KeyTable<RunSettings>& settings_keys();
 nlohmann::json settings_json(const RunSettings& settings);
+
+// Sets whichever of the two has the key. Throws UsageError for an unknown key (naming the nearest known one) or a value out
+// of range.
+void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, hardware::GpuConfiguration& gpu);
+
+// All keys that set_key knows.
+const std::vector<std::string>& known_keys();
+// The part that the sampling controller works by.
+tilecore::ProcedureSettings procedure_settings(const RunSettings& settings);
 
 // Applies "KEY=VALUE" to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
 // (naming the nearest known one) or a value out of range.

@@ -6,6 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/simd_targets.h"
+#include "replay/machine_report.h"
 
 namespace tessera::replay {
 namespace {
@@ -40,6 +41,7 @@ json counters_json(const FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
   for_each_counter_struct(counters, [&](const auto& unit) {
     using S = std::decay_t<decltype(unit)>;
+    if (hardware::absent(unit)) return;
     for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
   });
   const hardware::Traffic total = counters.ledger.total();
@@ -59,10 +61,10 @@ json describe_counters() {
   for (json& row : describe_fields<binner::BaselineCounters>()) rows.push_back(std::move(row));
   rows.push_back({{"name", "dram.read_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
                   {"meaning", "Bytes read over the external memory interface, in whole bursts: the sum of the ledger."},
-                  {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total"}});
+                  {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total; Apple GPU read bandwidth"}});
   rows.push_back({{"name", "dram.written_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
                   {"meaning", "Bytes written over the external memory interface, in whole bursts: the sum of the ledger."},
-                  {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total"}});
+                  {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total; Apple GPU write bandwidth"}});
   std::sort(rows.begin(), rows.end(), [](const json& a, const json& b) { return a["name"] < b["name"]; });
   return rows;
 }
@@ -78,18 +80,28 @@ Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConf
   head_["settings"]["region"] = {request.region.x0, request.region.y0, request.region.width(), request.region.height()};
 }
 
+json frame_json(const FrameResult& frame) {
+  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"effect_reasons", frame.effect_reasons}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
+  if (frame.model) {
+    out["timing"] = timing_json(frame.model->timing);
+    out["energy"] = energy_json(frame.model->energy);
+  }
+  if (frame.right) out["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
+  if (frame.baselines) out["baselines"] = baselines_json(*frame.baselines);
+  return out;
+}
+
 void Statistics::add(const FrameResult& frame) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
-  frames_.push_back({{"frame", frame.frame},
-                     {"effects", frame.effects},
-                     {"effect_reasons", frame.effect_reasons},
-                     {"counters", counters_json(frame.counters)},
-                     {"dram", dram_json(frame.counters.ledger)},
-                     {"host", {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}}}});
-  if (frame.right) frames_.back()["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
+  frames_.push_back(frame_json(frame));
+  frames_.back()["host"] = {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}};
+  if (frame.model) {
+    if (!timing_) timing_.emplace();
+    timing_->accumulate(frame.model->timing);
+    energy_.accumulate(frame.model->energy);
+  }
   if (frame.baselines) {
-    frames_.back()["baselines"] = baselines_json(*frame.baselines);
     baselines_.add(frame.frame, *frame.baselines);
     has_baselines_ = true;
   }
@@ -101,6 +113,10 @@ json Statistics::json() const {
   nlohmann::json out = head_;
   out["frames"] = frames_;
   out["total"] = {{"frames", frames_.size()}, {"counters", counters_json(total_)}, {"dram", dram_json(total_.ledger)}, {"host", {{"seconds", total_seconds_}}}};
+  if (timing_) {
+    out["total"]["timing"] = timing_json(*timing_);
+    out["total"]["energy"] = energy_json(energy_);
+  }
   if (has_baselines_) out["total"]["baselines"] = baselines_json(baselines_.total());
   return out;
 }
@@ -109,10 +125,16 @@ std::string Statistics::csv() const {
   std::string text = "frame,host_seconds";
   const nlohmann::json names = counters_json(total_);
   for (const auto& [counter, value] : names.items()) text += "," + counter;
+  if (timing_) text += model_csv_header();
   text += "\n";
   for (const nlohmann::json& frame : frames_) {
     text += fmt::format("{},{:.6f}", frame["frame"].get<int>(), frame["host"]["seconds"].get<double>());
-    for (const auto& [counter, value] : names.items()) text += fmt::format(",{}", frame["counters"][counter].get<std::uint64_t>());
+    // A unit that ran in another frame only leaves its columns empty here.
+    for (const auto& [counter, value] : names.items()) {
+      const auto found = frame["counters"].find(counter);
+      text += found == frame["counters"].end() ? "," : fmt::format(",{}", found->get<std::uint64_t>());
+    }
+    if (frame.contains("timing")) text += model_csv(frame);
     text += "\n";
   }
   return text;

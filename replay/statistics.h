@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ class Statistics {
   nlohmann::json head_;
   std::vector<nlohmann::json> frames_;
   FrameCounters total_;
+  std::optional<hardware::FrameTiming> timing_;
+  hardware::FrameEnergy energy_;
   double total_seconds_ = 0;
   BaselineReport baselines_;
   bool has_baselines_ = false;
@@ -41,6 +44,9 @@ class Statistics {
 
 // {"unit.event": value, ...} of everything that was counted, with the ledger's sums.
 nlohmann::json counters_json(const FrameCounters& counters);
+
+// A frame's member of "frames", all but "host": what follows from the inputs.
+nlohmann::json frame_json(const FrameResult& frame);
 
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();

@@ -111,29 +111,35 @@ Vec4 Texture::texel(int level, int x, int y) const {
   return {static_cast<float>(p[0]) / 255.0f, static_cast<float>(p[1]) / 255.0f, static_cast<float>(p[2]) / 255.0f, alpha};
 }
 
-Vec4 Texture::sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level) const {
-  const TexelPair s = linear_texels(sampler.wrap_s, uv.x, width(level));
-  const TexelPair t = linear_texels(sampler.wrap_t, uv.y, height(level));
-  if (!linear) return texel(level, s.weight < 0.5f ? s.first : s.second, t.weight < 0.5f ? t.first : t.second);
+Vec4 Texture::sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level, TexelFootprint* footprint) const {
+  TexelPair s = linear_texels(sampler.wrap_s, uv.x, width(level));
+  TexelPair t = linear_texels(sampler.wrap_t, uv.y, height(level));
+  if (!linear) {
+    s.first = s.second = s.weight < 0.5f ? s.first : s.second;
+    t.first = t.second = t.weight < 0.5f ? t.first : t.second;
+  }
+  if (footprint != nullptr) footprint->levels[footprint->count++] = {level, s, t};
+  if (!linear) return texel(level, s.first, t.first);
   const Vec4 top = texel(level, s.first, t.first) * (1.0f - s.weight) + texel(level, s.second, t.first) * s.weight;
   const Vec4 bottom = texel(level, s.first, t.second) * (1.0f - s.weight) + texel(level, s.second, t.second) * s.weight;
   return top * (1.0f - t.weight) + bottom * t.weight;
 }
 
-Vec4 Texture::sample(const Sampler& sampler, Vec2 uv, float lod) const {
-  if (!(lod > 0.0f)) return sample_level(sampler, sampler.magnify_linear, uv, 0);
+Vec4 Texture::sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint) const {
+  if (footprint != nullptr) footprint->count = 0;
+  if (!(lod > 0.0f)) return sample_level(sampler, sampler.magnify_linear, uv, 0, footprint);
   const float last = static_cast<float>(level_count() - 1);
   const float level = std::min(lod, last);
   switch (sampler.mip) {
-    case MipFilter::kNone: return sample_level(sampler, sampler.minify_linear, uv, 0);
-    case MipFilter::kNearest: return sample_level(sampler, sampler.minify_linear, uv, static_cast<int>(level + 0.5f));
+    case MipFilter::kNone: return sample_level(sampler, sampler.minify_linear, uv, 0, footprint);
+    case MipFilter::kNearest: return sample_level(sampler, sampler.minify_linear, uv, static_cast<int>(level + 0.5f), footprint);
     case MipFilter::kLinear: break;
   }
   const int below = static_cast<int>(level);
   const float weight = level - static_cast<float>(below);
-  const Vec4 fine = sample_level(sampler, sampler.minify_linear, uv, below);
+  const Vec4 fine = sample_level(sampler, sampler.minify_linear, uv, below, footprint);
   if (weight == 0.0f) return fine;
-  return fine * (1.0f - weight) + sample_level(sampler, sampler.minify_linear, uv, below + 1) * weight;
+  return fine * (1.0f - weight) + sample_level(sampler, sampler.minify_linear, uv, below + 1, footprint) * weight;
 }
 
 // ---- ScalarTexture ----------------------------------------------------------------------------------------------

@@ -66,6 +66,16 @@ inline TexelPair linear_texels(Wrap wrap, float coordinate, int size) {
   return {wrap_near_texel(wrap, p.first, size), wrap_near_texel(wrap, p.first + 1, size), p.weight};
 }
 
+// The texels that a look-up weighs: up to four in each of up to two levels; first and second are the same where it takes one.
+struct TexelFootprint {
+  struct Level {
+    int level;
+    TexelPair s, t;
+  };
+  std::array<Level, 2> levels;
+  std::size_t count = 0;
+};
+
 // A mip-mapped 8-bit RGBA texture. Levels halve with rounding down; each texel is the area-weighted mean, in linear
 // light, of what it covers one level up. Immutable once built.
 class Texture {
@@ -82,15 +92,16 @@ class Texture {
   Vec4 texel(int level, int x, int y) const;
 
   // Filtered colour at texture coordinates uv ((0,0) is the corner of the first texel). `lod` is log2 of the number of
-  // level-0 texels per pixel; values <= 0 magnify. Coordinates that are not finite read texel 0.
-  Vec4 sample(const Sampler& sampler, Vec2 uv, float lod) const;
+  // level-0 texels per pixel; values <= 0 magnify. Coordinates that are not finite read texel 0. `footprint`, unless null,
+  // becomes what was read.
+  Vec4 sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint = nullptr) const;
 
  private:
   struct Level {
     int width, height;
     std::vector<std::uint8_t> rgba;
   };
-  Vec4 sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level) const;
+  Vec4 sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level, TexelFootprint* footprint) const;
 
   ColorSpace space_;
   bool opaque_ = true;

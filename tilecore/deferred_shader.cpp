@@ -38,7 +38,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 ShadedPoint DeferredShader::run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
-  return shade_point(*job.frame, job.lighting, at);
+  return shade_point(*job.frame, job.lighting, at, &textures_);
 }
 
 const ShadedPoint& DeferredShader::shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {

@@ -13,6 +13,7 @@
 #include "tilecore/sample_pattern.h"
 #include "tilecore/shading_cache.h"
 #include "tilecore/shading_cells.h"
+#include "tilecore/texture_unit.h"
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_state.h"
 
@@ -59,7 +60,10 @@ class DeferredShader {
   // Writes depth, normal, patch and invocations of the tile shaded last.
   void write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const;
 
+  const ShadingCounters& counters() const { return counters_; }  // since take_counters() was called last
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
+  // What shading fetches; its begin_tile() is called before a tile's first entries.
+  TextureUnit& textures() { return textures_; }
 
  private:
   // Samples of one pixel that share a run of the shader: same patch and, where the picture of the surface at rest
@@ -108,6 +112,7 @@ class DeferredShader {
   LayerMerger merger_;
   ShadingCells cells_;
   ShadingCache cache_;
+  TextureUnit textures_;
   ShadingCounters counters_;
 };
 
@@ -124,7 +129,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
     {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
      "Blended surfaces merged with another because their sample had no room for them.", ""},
     {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum, "invocations",
-     "Runs of the pixel shader.", "MaliFragThread; fragment invocations"},
+     "Runs of the pixel shader.", "MaliFragThread; Adreno fragments shaded; Apple and Vulkan fragment invocations"},
     {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved, Combine::kSum, "invocations",
      "Visible samples and blended layers that took the result of another's run of the pixel shader.", ""},
     {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "look-ups",

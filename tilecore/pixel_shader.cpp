@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shaders_cpp/metallic_roughness.h"
+#include "tilecore/procedure_surface.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -12,8 +13,17 @@ using frontend::FrameGeometry;
 using frontend::Material;
 using frontend::TextureSlot;
 
+// Filtered colour of a texture; `textures`, unless null, fetches what that takes.
+Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod, TextureUnit* textures) {
+  if (textures == nullptr || !textures->active()) return texture.sample(sampler, uv, lod);
+  shaders::TexelFootprint footprint;
+  const Vec4 color = texture.sample(sampler, uv, lod, &footprint);
+  textures->fetch(texture, footprint);
+  return color;
+}
+
 // Filtered texture value at a surface point, white where the slot is empty.
-Vec4 sample_slot(const TextureSlot& slot, const Surface& surface) {
+Vec4 sample_slot(const TextureSlot& slot, const Surface& surface, TextureUnit* textures) {
   if (slot.texture == nullptr) return Vec4(1.0f);
   const Surface::Texcoord uv = surface.texcoord(slot.texcoord, slot.transform);
   const Vec2 size(static_cast<float>(slot.texture->width()), static_cast<float>(slot.texture->height()));
@@ -21,7 +31,7 @@ Vec4 sample_slot(const TextureSlot& slot, const Surface& surface) {
   // Texels per pixel along the longer axis of the footprint.
   const float footprint2 = std::max(glm::dot(dx, dx), glm::dot(dy, dy));
   const float lod = footprint2 > 0.0f && std::isfinite(footprint2) ? 0.5f * std::log2(footprint2) : 0.0f;
-  return slot.texture->sample(slot.sampler, uv.value, lod);
+  return look_up(*slot.texture, slot.sampler, uv.value, lod, textures);
 }
 
 // Tangent frame of a texture coordinate set: the TANGENT attribute where the mesh has it, else from the coordinate's
@@ -58,11 +68,11 @@ bool tangent_frame(const Surface& s, const TextureSlot& slot, float t, Vec3& tan
   return true;
 }
 
-Vec3 mapped_normal(const Surface& s, const Material& material, float t) {
+Vec3 mapped_normal(const Surface& s, const Material& material, float t, TextureUnit* textures) {
   if (material.normal_texture.texture == nullptr) return s.normal;
   Vec3 tangent, bitangent;
   if (!tangent_frame(s, material.normal_texture, t, tangent, bitangent)) return s.normal;
-  const Vec4 texel = sample_slot(material.normal_texture, s);
+  const Vec4 texel = sample_slot(material.normal_texture, s, textures);
   const Vec3 n((texel.x * 2.0f - 1.0f) * material.normal_scale, (texel.y * 2.0f - 1.0f) * material.normal_scale, texel.z * 2.0f - 1.0f);
   const Vec3 mapped = tangent * n.x + bitangent * n.y + s.normal * n.z;
   const float length2 = glm::dot(mapped, mapped);
@@ -81,16 +91,17 @@ Vector3<float> plain(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at) {
+ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, TextureUnit* textures) {
   const Surface surface = evaluate_surface(frame, at);
+  if (surface.drawable->procedure != nullptr) return shade_procedure(frame, lighting, at, surface, towards_viewer(frame, surface.position, at.t));
   const Material& material = *surface.drawable->material;
-  const Vec4 base = material.base_color * surface.color() * sample_slot(material.base_color_texture, surface);
+  const Vec4 base = material.base_color * surface.color() * sample_slot(material.base_color_texture, surface, textures);
   ShadedPoint out;
   out.alpha = material.alpha_mode == frontend::AlphaMode::kBlend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
 
   const Vec3 view = towards_viewer(frame, surface.position, at.t);
   const float side = glm::dot(surface.geometric_normal, view) < 0.0f ? -1.0f : 1.0f;
-  Vec3 normal = mapped_normal(surface, material, at.t) * side;
+  Vec3 normal = mapped_normal(surface, material, at.t, textures) * side;
   // Interpolated normals may point away from the viewer near silhouettes; bend them back to the horizon.
   const float facing = glm::dot(normal, view);
   if (facing < 1e-3f) normal = glm::normalize(normal + view * (1e-3f - facing));
@@ -99,26 +110,28 @@ ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, co
     out.color = Vec3(base);
     return out;
   }
-  const Vec4 metallic_roughness = sample_slot(material.metallic_roughness_texture, surface);
-  const float occlusion = sample_slot(material.occlusion_texture, surface).x;
+  const Vec4 metallic_roughness = sample_slot(material.metallic_roughness_texture, surface, textures);
+  const float occlusion = sample_slot(material.occlusion_texture, surface, textures).x;
   shaders::MaterialPoint<float> point;
   point.base_color = plain(Vec3(base));
   point.metallic = material.metallic * metallic_roughness.z;
   point.roughness = material.roughness * metallic_roughness.y;
   point.occlusion = 1.0f + material.occlusion_strength * (occlusion - 1.0f);
-  point.emissive = plain(material.emissive * Vec3(sample_slot(material.emissive_texture, surface)));
+  point.emissive = plain(material.emissive * Vec3(sample_slot(material.emissive_texture, surface, textures)));
   out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
   return out;
 }
 
-float point_alpha(const FrameGeometry& frame, const SurfaceLocation& at) {
+float point_alpha(const FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures) {
   const frontend::PosedDrawable& drawable = frame.drawable_of(at.patch);
   const Material& material = *drawable.material;
   float alpha = material.base_color.w;
   if (!drawable.primitive->vertices.colors.empty()) alpha *= surface_alpha(frame, at);
   const TextureSlot& slot = material.base_color_texture;
-  if (slot.texture != nullptr && !slot.texture->opaque())
-    alpha *= slot.texture->sample(slot.sampler, surface_texcoord(frame, at, slot.texcoord, slot.transform), 0.0f).w;
+  if (slot.texture != nullptr && !slot.texture->opaque()) {
+    const Vec2 uv = surface_texcoord(frame, at, slot.texcoord, slot.transform);
+    alpha *= look_up(*slot.texture, slot.sampler, uv, 0.0f, textures).w;
+  }
   return alpha;
 }
 

@@ -3,6 +3,7 @@
 #include "frontend/frame_geometry.h"
 #include "shaders_cpp/environment.h"
 #include "tilecore/surface.h"
+#include "tilecore/texture_unit.h"
 
 namespace tessera::tilecore {
 
@@ -18,11 +19,12 @@ struct ShadedPoint {
 };
 
 // The pixel shader unit: fetches the material's textures with derivatives from the surface (not from neighbouring
-// pixels) and runs the metallic-roughness or the unlit shader. Counted by its caller: one call is one invocation.
-ShadedPoint shade_point(const frontend::FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at);
+// pixels) and runs the metallic-roughness or the unlit shader. Counted by its caller: one call is one invocation. `textures`, unless
+// null, is told of every look-up.
+ShadedPoint shade_point(const frontend::FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, TextureUnit* textures = nullptr);
 
 // Alpha of a point as the alpha test and blending see it: factor, texture at its finest level, vertex colour.
-float point_alpha(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
+float point_alpha(const frontend::FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures = nullptr);
 
 // Direction from a point of the picture into the scene, in world space, at shutter open.
 Vec3 view_direction(const frontend::FrameGeometry& frame, float pixel_x, float pixel_y);

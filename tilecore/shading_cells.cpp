@@ -82,7 +82,7 @@ ShadingCells::Grid ShadingCells::grid_of(std::uint32_t patch, std::uint32_t part
   Measured& m = measured_[(patch * 0x9E3779B1u + part * 0x85EBCA77u) >> 20];
   if (m.patch == patch && m.part == part) return m.grid;
   PartSize size;
-  if (is_bezier(frame_->drawable_of(patch))) {
+  if (has_grid(frame_->drawable_of(patch))) {
     const frontend::TessellationPattern& pattern = frame_->patterns[patch];
     const int columns = block_bits(*frame_, pattern.nu), rows = block_bits(*frame_, pattern.nv);
     const Vec2 block(1.0f / static_cast<float>(1 << columns), 1.0f / static_cast<float>(1 << rows));
@@ -111,7 +111,7 @@ ShadingCell ShadingCells::cell_of(const SurfaceLocation& at) {
     rest = scaled - piece;
     return static_cast<std::uint32_t>(piece);
   };
-  if (is_bezier(frame_->drawable_of(at.patch))) {
+  if (has_grid(frame_->drawable_of(at.patch))) {
     const frontend::TessellationPattern& pattern = frame_->patterns[at.patch];
     const int columns = block_bits(*frame_, pattern.nu), rows = block_bits(*frame_, pattern.nv);
     const Vec2 whole = parameters;
@@ -133,7 +133,7 @@ ShadingCell ShadingCells::cell_of(const SurfaceLocation& at) {
 SurfaceLocation ShadingCells::canonical_point(const FrameGeometry& frame, const ShadingCell& cell) {
   const Vec2 size(1.0f / static_cast<float>(1 << cell.i_bits), 1.0f / static_cast<float>(1 << cell.j_bits));
   const Vec2 corner = Vec2(static_cast<float>(cell.i), static_cast<float>(cell.j)) * size;
-  if (is_bezier(frame.drawable_of(cell.patch))) {
+  if (has_grid(frame.drawable_of(cell.patch))) {
     const frontend::TessellationPattern& pattern = frame.patterns[cell.patch];
     const int columns = block_bits(frame, pattern.nu), rows = block_bits(frame, pattern.nv);
     const Vec2 block(static_cast<float>(cell.part & ((1u << columns) - 1)), static_cast<float>(cell.part >> columns));

@@ -5,6 +5,7 @@
 
 #include "frontend/patch_displacement.h"
 #include "shaders_cpp/bicubic.h"
+#include "tilecore/procedure_surface.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -59,7 +60,7 @@ void set_bilinear_weights(Surface& s, std::uint32_t first_vertex, float u, float
 
 // (u, v) of a triangle's point, from the parameters of its grid vertices.
 Vec2 patch_parameters(const frontend::TessellationPattern& pattern, const SurfaceLocation& at) {
-  if (at.triangle == SurfaceLocation::kWholePatch) return {at.b1, at.b2};
+  if (at.triangle >= SurfaceLocation::kStroke) return {at.b1, at.b2};
   const int cell = static_cast<int>(at.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
   const auto vertex = [&](int di, int dj) { return Vec2(pattern.u(i + di, j + dj), pattern.v(i + di, j + dj)); };
   const Vec2 a = vertex(0, 0), c = vertex(1, 1);
@@ -169,7 +170,7 @@ void fill_cluster(const FrameGeometry& frame, const SurfaceLocation& at, Surface
 Surface attribute_weights(const FrameGeometry& frame, const SurfaceLocation& at) {
   Surface s;
   s.drawable = &frame.drawable_of(at.patch);
-  if (is_bezier(*s.drawable)) {
+  if (has_grid(*s.drawable)) {
     const Vec2 uv = patch_parameters(frame.patterns[at.patch], at);
     set_bilinear_weights(s, 16 * (at.patch - s.drawable->drawable->first_patch), uv.x, uv.y);
   } else {
@@ -206,21 +207,28 @@ Vec4 Surface::color() const {
 Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) {
   Surface s;
   s.drawable = &frame.drawable_of(at.patch);
-  if (is_bezier(*s.drawable)) fill_bezier(frame, at, s);
+  if (s.drawable->procedure != nullptr) fill_procedure(frame, at.patch, patch_parameters(frame.patterns[at.patch], at), at.t, s);
+  else if (has_grid(*s.drawable)) fill_bezier(frame, at, s);
   else fill_cluster(frame, at, s);
   return s;
 }
 
-bool is_bezier(const PosedDrawable& drawable) { return drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches; }
+bool has_grid(const PosedDrawable& drawable) { return frontend::has_grid(*drawable.drawable); }
 
 Vec2 surface_parameters(const FrameGeometry& frame, const SurfaceLocation& at) {
-  return is_bezier(frame.drawable_of(at.patch)) ? patch_parameters(frame.patterns[at.patch], at) : Vec2(at.b1, at.b2);
+  return has_grid(frame.drawable_of(at.patch)) ? patch_parameters(frame.patterns[at.patch], at) : Vec2(at.b1, at.b2);
 }
 
 Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key_number) {
   const PosedDrawable& drawable = frame.drawable_of(at.patch);
   const auto key = static_cast<std::size_t>(key_number);
-  if (is_bezier(drawable)) return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
+  if (drawable.procedure != nullptr) {
+    Surface s;
+    s.drawable = &drawable;
+    fill_procedure(frame, at.patch, parameters, static_cast<float>(key), s);
+    return s.raster;
+  }
+  if (has_grid(drawable)) return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
   const std::array<std::uint32_t, 3> v = cluster_triangle(frame, drawable, at);
   const auto& p = drawable.positions[key];
   const Vec3 point = p[v[0]] * (1.0f - parameters.x - parameters.y) + p[v[1]] * parameters.x + p[v[2]] * parameters.y;

@@ -8,15 +8,16 @@
 namespace tessera::tilecore {
 
 // A point on a base patch as visibility reports it: the triangle of the patch's grid or cluster, the weights of its
-// second and third corner, and the time. With triangle kWholePatch, of Bezier patches only, b1 and b2 are (u, v).
+// second and third corner, and the time. With triangle kWholePatch, of patches with a grid only, b1 and b2 are (u, v).
 struct SurfaceLocation {
   static constexpr std::uint32_t kWholePatch = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kStroke = 0xFFFFFFFEu;  // the same, on a line drawn along a procedure's parameters
   std::uint32_t patch = 0, triangle = 0;
   float b1 = 0, b2 = 0;
   float t = 0;
 };
 
-// The surface at that point: everything the pixel shader reads. Parameters (p, q) are (u, v) of a Bezier patch or
+// The surface at that point: everything the pixel shader reads. Parameters (p, q) are (u, v) of a patch with a grid or
 // (b1, b2) of a cluster's triangle.
 struct Surface {
   const frontend::PosedDrawable* drawable = nullptr;
@@ -25,7 +26,9 @@ struct Surface {
   Vec3 normal;                // world, unit, interpolated or displaced
   Vec3 position_p, position_q;  // world derivatives
   Vec4 raster;                // (xh, yh, depth, w)
-  // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on.
+  Vec3 object{0.0f}, object_normal{0.0f};  // of procedures: object space, for their textures
+  // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on, and on
+  // procedures, whose textures blur over the width of a pixel instead.
   glm::mat2 parameters_by_pixel{0.0f};
 
   // Vertices that attributes are interpolated from (numbers within the primitive), with weights and their derivatives.
@@ -43,8 +46,8 @@ struct Surface {
 
 Surface evaluate_surface(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
 
-// Whether a drawable consists of Bezier patches; else of clusters.
-bool is_bezier(const frontend::PosedDrawable& drawable);
+// Whether a drawable's patches have parametric grids (Bezier patches, procedures); else it consists of clusters.
+bool has_grid(const frontend::PosedDrawable& drawable);
 
 // (p, q) of a location.
 Vec2 surface_parameters(const frontend::FrameGeometry& frame, const SurfaceLocation& at);

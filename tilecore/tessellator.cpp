@@ -7,7 +7,9 @@
 #include "frontend/domain_shader.h"
 #include "frontend/front_end.h"
 #include "frontend/patch_displacement.h"
+#include "frontend/procedure_patch.h"
 #include "shaders_cpp/bicubic.h"
+#include "tilecore/procedure_kernel.h"
 #include "tilecore/tessellator_kernel.h"
 
 namespace tessera::tilecore {
@@ -66,7 +68,7 @@ std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& dra
 void Tessellator::resize(std::size_t vertices) {
   for (Points& points : object_) points.resize(vertices + kVertexPadding);
   normal_.resize(vertices + kVertexPadding);
-  for (auto* v : {&u_, &offset_, &margin_}) v->resize(vertices + kVertexPadding);
+  for (auto* v : {&u_, &v_, &offset_, &margin_}) v->resize(vertices + kVertexPadding);
 }
 
 Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key) {
@@ -122,6 +124,19 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
   }
 }
 
+// Every vertex is a function of its parameters alone, and patches that share an edge have the same parameters on it.
+void Tessellator::shade_procedure(const FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range) {
+  const TessellationPattern& pattern = frame.patterns[patch];
+  const frontend::ProcedurePatch at = frontend::procedure_patch(frame, patch);
+  std::size_t n = 0;
+  for (int j = range.j0; j <= range.j1; ++j)
+    for (int i = range.i0; i <= range.i1; ++i, ++n) {
+      u_[n] = at.u(pattern.u(i, j));
+      v_[n] = at.v(pattern.v(i, j));
+    }
+  procedure_vertices(at.shape, at.piece->input, u_.data(), v_.data(), n, {object_[0].x.data(), object_[0].y.data(), object_[0].z.data()});
+}
+
 void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
   const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   const frontend::Cluster& cluster = clusters.clusters[patch - drawable.drawable->first_patch];
@@ -136,10 +151,10 @@ void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable&
 Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects,
                                           MicroMesh& mesh) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
-  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches, grid = frontend::has_grid(*drawable.drawable);
   const bool moving = effects.motion;
   std::size_t vertices;
-  if (bezier) vertices = static_cast<std::size_t>(range.i1 - range.i0 + 1) * static_cast<std::size_t>(range.j1 - range.j0 + 1);
+  if (grid) vertices = static_cast<std::size_t>(range.i1 - range.i0 + 1) * static_cast<std::size_t>(range.j1 - range.j0 + 1);
   else vertices = frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch].vertex_count;
   resize(vertices);
   mesh.resize_vertices(vertices + kVertexPadding, moving);
@@ -149,6 +164,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
   const std::size_t shaded_keys = drawable.deforming ? 2 : 1;
   for (std::size_t key = 0; key < shaded_keys; ++key) {
     if (bezier) shade_bezier(frame, drawable, patch, range, key);
+    else if (grid) shade_procedure(frame, patch, range);
     else shade_cluster(frame, drawable, patch, key);
   }
   const auto arrays = [](Points& p) { return PointArrays{p.x.data(), p.y.data(), p.z.data()}; };
@@ -159,7 +175,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
       mesh.projected.data());
 
   mesh.clear_cells();
-  if (bezier) {
+  if (grid) {
     build_grid_cells(frame.patterns[patch], range, mesh);
   } else {
     const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];

@@ -37,6 +37,7 @@ class Tessellator {
  private:
   void shade_bezier(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, std::uint32_t patch,
                     const frontend::CellRange& range, std::size_t key);
+  void shade_procedure(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range);
   void shade_cluster(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, std::uint32_t patch, std::size_t key);
   void resize(std::size_t vertices);
 
@@ -47,7 +48,7 @@ class Tessellator {
   };
   std::array<Points, 2> object_;
   Points normal_;
-  std::vector<float> u_, offset_, margin_;
+  std::vector<float> u_, v_, offset_, margin_;
 };
 
 }  // namespace tessera::tilecore

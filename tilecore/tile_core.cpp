@@ -45,12 +45,12 @@ class OpaqueSink final : public HitSink {
 // Hits count only where the material's alpha reaches its cutoff.
 class MaskSink final : public HitSink {
  public:
-  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, std::uint64_t& alpha_tests)
-      : frame_(frame), patch_(patch), cutoff_(frame.drawable_of(patch).material->alpha_cutoff), opaque_(patch, state), alpha_tests_(alpha_tests) {}
+  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures, std::uint64_t& alpha_tests)
+      : frame_(frame), patch_(patch), cutoff_(frame.drawable_of(patch).material->alpha_cutoff), opaque_(patch, state), textures_(textures), alpha_tests_(alpha_tests) {}
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits) {
       ++alpha_tests_;
-      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}) >= cutoff_) opaque_.take(std::span(&hit, 1));
+      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}, &textures_) >= cutoff_) opaque_.take(std::span(&hit, 1));
     }
   }
 
@@ -59,6 +59,7 @@ class MaskSink final : public HitSink {
   std::uint32_t patch_;
   float cutoff_;
   OpaqueSink opaque_;
+  TextureUnit& textures_;
   std::uint64_t& alpha_tests_;
 };
 
@@ -100,11 +101,19 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
   return limits;
 }
 
+// Leaves in a row of the grid that the entry's cells form; clusters are one row.
+std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::QueueEntry& entry) {
+  const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  const std::size_t cells = grid ? 4 : kLeafCells;
+  return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
+}
+
 }  // namespace
 
 TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
 hardware::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
+  ledger_ += sampler_.take_ledger();
   return std::exchange(ledger_, {});
 }
 ResolveCounters TileCore::take_resolve_counters() {
@@ -121,9 +130,13 @@ void TileCore::prepare_samples(const TileJob& job, IntRect pixels) {
 
 void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries, TileState& state) {
   counters_.entries_fetched += entries.size();
+  shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
   prepare_samples(job, pixels);
-  if (!state.started) state.start(samples_.count);
+  if (!state.started) {
+    state.start(samples_.count);
+    if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
+  }
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) < std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
   });
@@ -152,12 +165,12 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 
   const VisibilitySettings settings{hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), state.z.data()};
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, mesh, {entry.t0, entry.t1}, effects, settings, sink);
+    test_mesh(job, entry, mesh, effects, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
     case AlphaMode::kOpaque: run(OpaqueSink(entry.base_patch, state)); break;
-    case AlphaMode::kMask: run(MaskSink(frame, entry.base_patch, state, counters_.alpha_tests)); break;
+    case AlphaMode::kMask: run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests)); break;
     case AlphaMode::kBlend: run(LayerSink(entry.base_patch, state)); break;
   }
 }
@@ -167,18 +180,23 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const RayEffects effects{drawable.moving || job.force_motion, frame.projection.lens_scale != 0 || job.force_lens};
   const MicroMesh& mesh = meshes_.get(frame, entry.base_patch, entry.range, effects, job.box_bits).mesh;
-  test_mesh(job, mesh, {entry.t0, entry.t1}, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
+  test_mesh(job, entry, mesh, effects, {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus)}, sink);
   sink.flush();
 }
 
-void TileCore::test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+  const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
   if (!effects.motion && !effects.lens) {
     raster_mesh(mesh, samples_, settings, sink, work);
+  } else if (!job.visibility.by_class()) {
+    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility, sink, work);
   } else {
+    leaf_times_.resize(mesh.leaves.size());
+    touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);
+    work.box_tests += mesh.leaves.size();
     for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-      ++work.box_tests;
-      const TimeRange times = touching_times(mesh.leaves[l], samples_.pixels, effects.motion, samples_.lens_scale).intersect(entry_times);
+      const TimeRange times = leaf_times_[l].intersect(entry_times);
       if (!times.empty()) trace_leaf(mesh, l, samples_, times, effects, settings, sink, work);
     }
   }

@@ -15,12 +15,14 @@
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/sampling_controller.h"
 #include "tilecore/mesh_store.h"
 #include "tilecore/tessellation_cache.h"
 #include "tilecore/tile_frustum.h"
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility_kernel.h"
+#include "tilecore/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -62,32 +64,45 @@ class TileCore {
   void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile)); }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
+  // Since take_counters() and take_shading_counters() were called last.
+  const TileCoreCounters& counters() const { return counters_; }
+  const ShadingCounters& shading_counters() const { return shader_.counters(); }
+
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   TileCoreCounters take_counters();
+  StencilCounters take_stencil_counters() { return visibility_.take_stencil_counters(); }
+  RayCounters take_ray_counters() { return visibility_.take_ray_counters(); }
   ShadingCounters take_shading_counters() { return shader_.take_counters(); }
+  TextureUnit& textures() { return shader_.textures(); }
   ResolveCounters take_resolve_counters();
   DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
   // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
+  SamplingCounters take_sampling_counters() { return sampler_.take_counters(); }
   hardware::Ledger take_ledger();
+  // Until take_ledger(), what this core moves also goes to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
 
  private:
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   void prepare_samples(const TileJob& job, IntRect pixels);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
-  // `entry_times`: codes of the samples that the mesh may touch in this tile; others are not tested.
-  void test_mesh(const TileJob& job, const MicroMesh& mesh, TimeRange entry_times, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
+  // Tests the mesh of `entry`; samples outside the entry's times are not tested.
+  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
 
   MeshStore meshes_;
+  MeshVisibility visibility_;
   TileSamples samples_;
   DeferredShader shader_;
   ResolveUnit resolve_;
   double resolve_seconds_ = 0;
+  SamplingController sampler_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
   hardware::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
+  std::vector<TimeRange> leaf_times_;
 };
 
 }  // namespace tessera::tilecore
@@ -97,16 +112,16 @@ namespace tessera::hardware {
 template <>
 inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array<CounterField<tilecore::TileCoreCounters>>({
     {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
-     "Queue entries read by tile cores.", "MaliFragRdPrim"},
+     "Queue entries read by tile cores.", "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
     {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
      "Entries dropped before tessellation because every sample of the tile sees something nearer.",
-     "MaliFragFPKKilledQd; Adreno LRZ; PowerVR HSR (after rasterisation, there)"},
+     "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
     {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
      "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
     {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
      "Samples tested against triangles.", "MaliRTUTri"},
     {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
-     "Triangle tests whose sample is inside, facing and depth range included.", ""},
+     "Triangle tests whose sample is inside, facing and depth range included.", "MaliFragRastQd (times the samples of a quad)"},
     {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
      "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
 });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "base/rect.h"
 #include "tilecore/micro_mesh.h"
 #include "tilecore/sample_pattern.h"
@@ -15,5 +17,8 @@ namespace tessera::tilecore {
 // `lens_scale`: largest |(u, v)| of a sample, 0 for a pinhole. A lens widens the rectangle by the leaf's circle of
 // confusion; that is the hull over both extreme lens points.
 TimeRange touching_times(const MicroMesh::Leaf& leaf, const IntRect& pixels, bool moving, float lens_scale);
+
+// The same of many leaves, several at a time, with the same bits; `out` has room for as many.
+void touching_times(std::span<const MicroMesh::Leaf> leaves, const IntRect& pixels, bool moving, float lens_scale, std::span<TimeRange> out);
 
 }  // namespace tessera::tilecore

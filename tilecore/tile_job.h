@@ -8,8 +8,12 @@
 #include "frontend/frame_geometry.h"
 #include "tilecore/pixel_shader.h"
 #include "tilecore/sample_pattern.h"
+#include "tilecore/visibility_method.h"
+#include "tilecore/texture_unit.h"
 
 namespace tessera::tilecore {
+
+class ParameterMaps;
 
 // When samples of a pixel share one run of the pixel shader.
 enum class ShadingRate {
@@ -35,7 +39,10 @@ struct TileJob {
   std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMostCapacity
   bool cull_occlusion = true;
   bool force_motion = false, force_lens = false;  // run the general kernels where the scene does not ask for them
+  VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
+  TextureUnit::Settings textures;
+  const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
   int box_bits = 32;  // precision of the boxes of cells
   bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later
   ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded

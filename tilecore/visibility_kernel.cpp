@@ -28,9 +28,10 @@ constexpr std::size_t kMaxLanes = hn::MaxLanes(D());
 HWY_INLINE V fma(V a, V b, V c) { return simd::fused_multiply_add(D(), a, b, c); }
 
 // One bit per lane, lane 0 the lowest.
-HWY_INLINE std::uint32_t mask_bits(M mask) {
+template <class Mask>
+HWY_INLINE std::uint32_t mask_bits(Mask mask) {
   std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(D(), mask, bytes);
+  hn::StoreMaskBits(hn::CappedTag<float, 16>(), mask, bytes);
   return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
 }
 
@@ -322,7 +323,97 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
   if (!hn::AllFalse(d, ties)) test_ties<E>(to, cell, corner, ties, s.id);
 }
 
+// ---- Pairs of a sample and a cell -------------------------------------------------------------------------------
+
+// Samples inside a leaf's box, waiting for the boxes of its cells.
+struct Survivors {
+  static constexpr std::size_t kCapacity = 512;
+  std::size_t count = 0;
+  alignas(64) float x[kCapacity + kMaxLanes], y[kCapacity + kMaxLanes];
+  alignas(64) float rest_x[kCapacity + kMaxLanes], rest_y[kCapacity + kMaxLanes];  // in the leaf's rest frame
+  alignas(64) float t[kCapacity + kMaxLanes], lens_u[kCapacity + kMaxLanes], lens_v[kCapacity + kMaxLanes];
+  alignas(64) std::int32_t id[kCapacity + kMaxLanes];
+  alignas(64) std::uint16_t cells[kCapacity + kMaxLanes];  // bit k: inside the box of cell k
+};
+
+// Every survivor against the boxes of all cells.
+HWY_INLINE void test_boxes(const MicroMesh& mesh, std::size_t first, Survivors& from) {
+  const hn::CappedTag<float, kLeafCells> d;
+  constexpr std::size_t kParts = kLeafCells / hn::MaxLanes(hn::CappedTag<float, kLeafCells>());
+  hn::Vec<decltype(d)> x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * hn::Lanes(d)); };
+    x_low[part] = at(mesh.box_x_low);
+    x_high[part] = at(mesh.box_x_high);
+    y_low[part] = at(mesh.box_y_low);
+    y_high[part] = at(mesh.box_y_high);
+  }
+  for (std::size_t s = 0, count = from.count; s < count; ++s) {
+    const auto x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
+    std::uint32_t cells = 0;
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const auto inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
+      cells |= mask_bits(inside) << part * hn::Lanes(d);
+    }
+    from.cells[s] = static_cast<std::uint16_t>(cells);
+  }
+}
+
+template <class E>
+HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
+  const D d;
+  SampleLanes s;
+  s.x = hn::GatherIndex(d, from.x, at);
+  s.y = hn::GatherIndex(d, from.y, at);
+  s.t = E::kMotion ? hn::GatherIndex(d, from.t, at) : hn::Zero(d);
+  s.lens_u = E::kLens ? hn::GatherIndex(d, from.lens_u, at) : hn::Zero(d);
+  s.lens_v = E::kLens ? hn::GatherIndex(d, from.lens_v, at) : hn::Zero(d);
+  s.id = hn::GatherIndex(DI(), from.id, at);
+  return s;
+}
+
+// Survivors against a leaf's cells: all boxes first; then the pairs of a survivor and a cell that are left, a vector of
+// them with both triangles at once. Empties the list.
+template <class E>
+void test_survivors(const Context& to, std::size_t l, Survivors& from) {
+  const D d;
+  const DI di;
+  const MicroMesh& mesh = to.mesh;
+  to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
+  test_boxes(mesh, l * kLeafCells, from);
+  LeafCells cells;
+  load_cells<E>(mesh, l * kLeafCells, cells);
+  constexpr std::size_t kCapacity = 256;
+  alignas(64) std::int32_t survivor[kCapacity + kLeafCells] = {}, cell[kCapacity + kLeafCells] = {};
+  std::size_t count = 0;
+  const auto test_pairs = [&]() HWY_ATTR {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+      const M valid = hn::FirstN(d, count - i);
+      test_cell<E>(to, pick_cells<E>(cells, hn::Load(di, cell + i)), gather_samples<E>(from, hn::Load(di, survivor + i)), valid);
+    }
+    count = 0;
+  };
+  for (std::size_t s = 0; s < from.count; ++s) {
+    for (std::uint32_t bits = from.cells[s]; bits != 0; bits &= bits - 1, ++count) {
+      survivor[count] = static_cast<std::int32_t>(s);
+      cell[count] = std::countr_zero(bits);
+    }
+    if (count >= kCapacity) test_pairs();
+  }
+  test_pairs();
+  from.count = 0;
+}
+
 // ---- Raster path ------------------------------------------------------------------------------------------------
+
+struct SampleRow {
+  std::size_t first, last;  // natural order; last excluded
+};
+HWY_INLINE SampleRow samples_of_row(const TileSamples& samples, int y, const IntRect& box) {
+  const auto row = static_cast<std::size_t>((y - samples.pixels.y0) * samples.pixels.width());
+  const auto of = [&](int x) { return (row + static_cast<std::size_t>(x - samples.pixels.x0)) * static_cast<std::size_t>(samples.spp); };
+  return {of(box.x0), of(box.x1)};
+}
 
 // The cell against the pixels of `box`, row by row.
 template <class E>
@@ -331,11 +422,8 @@ void raster_cell(const Context& to, std::size_t slot, IntRect box) {
   const DI di;
   const TileSamples& samples = to.samples;
   const Cell cell = load_cell<E>(to.mesh, slot);
-  const int width = samples.pixels.width();
   for (int y = box.y0; y < box.y1; ++y) {
-    const auto row = static_cast<std::size_t>((y - samples.pixels.y0) * width);
-    const std::size_t first = (row + static_cast<std::size_t>(box.x0 - samples.pixels.x0)) * static_cast<std::size_t>(samples.spp);
-    const std::size_t last = (row + static_cast<std::size_t>(box.x1 - samples.pixels.x0)) * static_cast<std::size_t>(samples.spp);
+    const auto [first, last] = samples_of_row(samples, y, box);
     for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
       SampleLanes s;
       s.x = hn::LoadU(d, samples.x.data() + i);
@@ -354,19 +442,63 @@ HWY_INLINE IntRect pixels_of(float x_low, float x_high, float y_low, float y_hig
   return {first(x_low, tile.x0, tile.x1), first(y_low, tile.y0, tile.y1), last(x_high, tile.x0, tile.x1), last(y_high, tile.y0, tile.y1)};
 }
 
+// Leaves whose cells cover fewer pixels than this on average go through pairs of sample and cell, others cell by cell:
+// rows of samples fill vectors only when they are long. [measured] tessera_embree_rival --profile.
+constexpr int kPairedCellPixels = 9;
+
+// The samples of the pixels of `box` against the leaf's cells.
+template <class E>
+void raster_pairs(const Context& to, std::size_t l, IntRect box) {
+  const D d;
+  const DI di;
+  const TileSamples& samples = to.samples;
+  const MicroMesh::Leaf& leaf = to.mesh.leaves[l];
+  const V x_low = hn::Set(d, leaf.x_low), x_high = hn::Set(d, leaf.x_high), y_low = hn::Set(d, leaf.y_low), y_high = hn::Set(d, leaf.y_high);
+  const V near = hn::Set(d, leaf.near);
+  Survivors survivors;
+  for (int y = box.y0; y < box.y1; ++y) {
+    const auto [first, last] = samples_of_row(samples, y, box);
+    for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
+      const V sample_x = hn::LoadU(d, samples.x.data() + i), sample_y = hn::LoadU(d, samples.y.data() + i);
+      M in = hn::And(hn::And(hn::Ge(sample_x, x_low), hn::Le(sample_x, x_high)), hn::And(hn::Ge(sample_y, y_low), hn::Le(sample_y, y_high)));
+      in = hn::And(in, hn::FirstN(d, last - i));
+      if (hn::AllFalse(d, in)) continue;
+      const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), hn::Iota(di, static_cast<std::int32_t>(i)));
+      // A gather: the array of depths ends with the last sample.
+      if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), near));
+      const std::size_t at = survivors.count;
+      compress_store(sample_x, in, d, survivors.x + at);
+      compress_store(sample_y, in, d, survivors.y + at);
+      compress_store(sample_x, in, d, survivors.rest_x + at);
+      compress_store(sample_y, in, d, survivors.rest_y + at);
+      survivors.count += compress_store(id, in, di, survivors.id + at);
+      if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
+    }
+  }
+  if (survivors.count > 0) test_survivors<E>(to, l, survivors);
+}
+
 template <class E>
 void raster(const Context& to) {
   const MicroMesh& mesh = to.mesh;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
     const MicroMesh::Leaf& leaf = mesh.leaves[l];
     ++to.work.box_tests;
-    if (pixels_of(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, to.samples.pixels).empty()) continue;
+    const IntRect leaf_box = pixels_of(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, to.samples.pixels);
+    if (leaf_box.empty()) continue;
+    // Of the whole leaf, not of its part in the tile.
+    if ((leaf.x_high - leaf.x_low) * (leaf.y_high - leaf.y_low) < static_cast<float>(kPairedCellPixels * std::popcount(leaf.cells))) {
+      raster_pairs<E>(to, l, leaf_box);
+      if (to.settings.depth != nullptr) to.sink.flush();  // the next leaf sees what this one covered
+      continue;
+    }
     to.work.box_tests += static_cast<std::uint64_t>(std::popcount(leaf.cells));
     for (std::uint32_t cells = leaf.cells; cells != 0; cells &= cells - 1) {
       const std::size_t c = l * kLeafCells + static_cast<std::size_t>(std::countr_zero(cells));
       const IntRect box = pixels_of(mesh.box_x_low[c], mesh.box_x_high[c], mesh.box_y_low[c], mesh.box_y_high[c], to.samples.pixels);
       if (!box.empty()) raster_cell<E>(to, c, box);
     }
+    if (to.settings.depth != nullptr) to.sink.flush();
   }
 }
 
@@ -378,83 +510,12 @@ void RasterMesh(const MicroMesh& mesh, const TileSamples& samples, const Visibil
 
 // ---- Ray path ---------------------------------------------------------------------------------------------------
 
-// Samples inside a leaf's box, waiting for the boxes of its cells.
-struct Survivors {
-  static constexpr std::size_t kCapacity = 512;
-  std::size_t count = 0;
-  alignas(64) float x[kCapacity + kMaxLanes], y[kCapacity + kMaxLanes];
-  alignas(64) float rest_x[kCapacity + kMaxLanes], rest_y[kCapacity + kMaxLanes];  // in the leaf's rest frame
-  alignas(64) float t[kCapacity + kMaxLanes], lens_u[kCapacity + kMaxLanes], lens_v[kCapacity + kMaxLanes];
-  alignas(64) std::int32_t id[kCapacity + kMaxLanes];
-};
-
 // Rate-corrected time of the lanes (see MicroMesh).
 HWY_INLINE V leaf_time(V t, float rate) {
   if (rate == 1.0f) return t;  // what the formula gives, exactly
   const D d;
   const V tr = hn::Mul(t, hn::Set(d, rate));
   return hn::Div(tr, hn::Add(hn::Sub(hn::Set(d, 1.0f), t), tr));
-}
-
-// Pairs of a survivor and a cell.
-struct Pairs {
-  static constexpr std::size_t kCapacity = 256;
-  std::size_t count = 0;
-  alignas(64) std::int32_t survivor[kCapacity + kMaxLanes], cell[kCapacity + kMaxLanes];
-};
-
-template <class E>
-HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
-  const D d;
-  SampleLanes s;
-  s.x = hn::GatherIndex(d, from.x, at);
-  s.y = hn::GatherIndex(d, from.y, at);
-  s.t = E::kMotion ? hn::GatherIndex(d, from.t, at) : hn::Zero(d);
-  s.lens_u = E::kLens ? hn::GatherIndex(d, from.lens_u, at) : hn::Zero(d);
-  s.lens_v = E::kLens ? hn::GatherIndex(d, from.lens_v, at) : hn::Zero(d);
-  s.id = hn::GatherIndex(DI(), from.id, at);
-  return s;
-}
-
-template <class E>
-HWY_INLINE void test_pairs(const Context& to, const LeafCells& cells, const Survivors& from, Pairs& pairs) {
-  const D d;
-  const DI di;
-  for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
-    const M valid = hn::FirstN(d, pairs.count - i);
-    const VI at = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.survivor + i));
-    const VI number = hn::IfThenElseZero(hn::RebindMask(di, valid), hn::Load(di, pairs.cell + i));
-    test_cell<E>(to, pick_cells<E>(cells, number), gather_samples<E>(from, at), valid);
-  }
-  pairs.count = 0;
-}
-
-// Steps 2 and 3.
-template <class E>
-void test_survivors(const Context& to, std::size_t l, Survivors& from) {
-  const hn::CappedTag<float, kLeafCells> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const MicroMesh& mesh = to.mesh;
-  const std::size_t first = l * kLeafCells;
-  to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
-  LeafCells cells;
-  load_cells<E>(mesh, first, cells);
-  Pairs pairs;
-  // A sample against the boxes of all cells.
-  for (std::size_t s = 0; s < from.count; ++s) {
-    const auto x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
-    for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
-      const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + k); };
-      const auto inside = hn::And(hn::And(hn::Ge(x, at(mesh.box_x_low)), hn::Le(x, at(mesh.box_x_high))),
-                                  hn::And(hn::Ge(y, at(mesh.box_y_low)), hn::Le(y, at(mesh.box_y_high))));
-      hn::StoreU(hn::Set(di, static_cast<std::int32_t>(s)), di, pairs.survivor + pairs.count);
-      hn::StoreU(hn::Compress(hn::Iota(di, static_cast<std::int32_t>(k)), hn::RebindMask(di, inside)), di, pairs.cell + pairs.count);
-      pairs.count += hn::CountTrue(d, inside);
-    }
-    if (pairs.count + kLeafCells > Pairs::kCapacity) test_pairs<E>(to, cells, from, pairs);
-  }
-  test_pairs<E>(to, cells, from, pairs);
-  from.count = 0;
 }
 
 template <class E>

@@ -59,8 +59,9 @@ struct VisibilitySettings {
   const float* depth = nullptr;
 };
 
-// Static scene, pinhole: no rays; each cell's rectangle of samples in natural order. Vertices and samples lie on the
-// sub-pixel grid and their differences are exact, so the edge functions have the signs of exact fixed-point ones.
+// Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels under a
+// leaf, each sample with the boxes of all cells at once. Vertices and samples lie on the sub-pixel grid and their
+// differences are exact, so the edge functions have the signs of exact fixed-point ones.
 void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
                  VisibilityWork& work);
 

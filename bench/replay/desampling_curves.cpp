@@ -245,7 +245,7 @@ int check() {
     fmt::print("{}: {}\n", law, holds ? "yes" : "NO");
     bad += !holds;
   };
-  const Shot shot{"stroll", 20, 23, 160, 90};
+  const Shot shot{"stroll", 20, 28, 160, 90};
   const frontend::Capture capture = read(shot.name);
   const Reference reference = render_reference(capture, shot);
   const Score full = score(capture, shot, {}, reference, false), half = score(capture, shot, adaptive({"resolve.k_stat=4"}), reference, false);

@@ -1,4 +1,4 @@
-// Loading, posing and rendering the shipped captures at 640x360.
+// Loading, posing and rendering the shipped captures at 640x360; with model:0 without texture caches, cycles and energy.
 #include <benchmark/benchmark.h>
 
 #include "frontend/capture_reader.h"
@@ -19,6 +19,7 @@ void Frame(benchmark::State& state, const std::string& name) {
   const frontend::Capture capture = frontend::read_capture(capture_file(name));
   RunSettings settings;
   settings.samples_per_pixel = state.range(0);
+  settings.machine_model = state.range(1) != 0;
   FrameRenderer renderer(capture, {}, settings, {640, 360, {0, 0, 640, 360}, false});
   const FrameResult first = renderer.render(capture.settings.first_frame);
   if (first.counters.shading.samples_visible == 0) state.SkipWithError("the frame is empty");
@@ -30,7 +31,7 @@ const bool kRegistered = [] {
   for (const char* name : {"eggs", "vases", "serpent", "flyby"}) {
     benchmark::RegisterBenchmark((std::string("Load/") + name).c_str(), [name](benchmark::State& s) { Load(s, name); })->Unit(benchmark::kMillisecond);
     benchmark::RegisterBenchmark((std::string("Frame/") + name).c_str(), [name](benchmark::State& s) { Frame(s, name); })
-        ->Unit(benchmark::kMillisecond)->ArgName("spp")->Arg(1)->Arg(4)->UseRealTime();
+        ->Unit(benchmark::kMillisecond)->ArgNames({"spp", "model"})->Args({1, 1})->Args({4, 1})->Args({4, 0})->UseRealTime();
   }
   return true;
 }();

@@ -11,7 +11,7 @@ namespace tessera::bench {
 namespace {
 
 constexpr double kLeft = 70, kTop = 40, kWidth = 470, kHeight = 300;
-constexpr const char* kColors[] = {"#1b6ca8", "#d1495b", "#2e933c", "#8f5fbf", "#c98a10", "#3b3b3b"};
+constexpr const char* kColors[] = {"#1b6ca8", "#d1495b", "#2e933c", "#8f5fbf", "#c98a10", "#3b3b3b", "#3aa6a0"};
 
 struct Range {
   double low = 1e300, high = -1e300;

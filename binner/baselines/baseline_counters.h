@@ -90,7 +90,7 @@ inline constexpr auto kCounterFields<binner::BaselineCounters> = std::to_array<C
     {"baseline.frame_bytes_written", &binner::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",
      "Colour and depth written to memory, the finished frame included.", "MaliSCBusTileWrBt"},
     {"baseline.dram_bytes", &binner::BaselineCounters::dram_bytes, Combine::kSum, "bytes",
-     "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes.", "MaliExtBusRdBy + MaliExtBusWrBy"},
+     "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes. Textures are left out.", "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.dram_bytes_uncached", &binner::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
 });

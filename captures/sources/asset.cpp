@@ -101,7 +101,10 @@ int Asset::add_mesh(const Geometry& g, int material) {
   return static_cast<int>(document_["meshes"].size()) - 1;
 }
 
+int Asset::add_points(const std::vector<Vec3>& points) { return add_accessor(bytes_of(points), kFloat, points.size(), "VEC3"); }
+
 int Asset::add_node(json node) {
+  if (node.contains("extensions") && node["extensions"].contains("TESSERA_procedure")) use_extension("TESSERA_procedure");
   document_["nodes"].push_back(std::move(node));
   return static_cast<int>(document_["nodes"].size()) - 1;
 }

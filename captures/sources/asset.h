@@ -36,6 +36,7 @@ class Asset {
 
   int add_material(nlohmann::json material);
   int add_mesh(const Geometry& geometry, int material);
+  int add_points(const std::vector<Vec3>& points);  // an accessor of its own
   int add_node(nlohmann::json node);  // a root of the scene unless `child` later claims it
   int add_camera(nlohmann::json camera);
   int add_light(nlohmann::json light);

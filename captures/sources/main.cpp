@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
     tessera::captures::make_serpent(argv[1]);
     tessera::captures::make_flyby(argv[1]);
     tessera::captures::make_stroll(argv[1]);
+    tessera::captures::make_workshop(argv[1]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera_make_captures: %s\n", error.what());
     return 1;

@@ -11,5 +11,9 @@ for name in vases serpent flyby; do
   "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 64 --quiet --out "$out/$name"
   cp "$out/$name"/frame_*.png "$here/$name.png"
 done
+"$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 64 --quiet --out "$out/workshop"
+cp "$out"/workshop/frame_*.png "$here/workshop.png"
+"$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 16 --set procedures.style=lines --quiet --out "$out/lines"
+cp "$out"/lines/frame_*.png "$here/workshop-lines.png"
 "$root/tessera" replay "$root/captures/eggs.glb" --quiet --out "$out/figures"
 grep -hE '"(frontend|binner|tilecore|dram)\.' "$out/figures/stats.json" | sort -u

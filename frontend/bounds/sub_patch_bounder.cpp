@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "frontend/bounds/enclosure.h"
+#include "frontend/bounds/procedure_bounds.h"
 #include "frontend/domain_shader.h"
 
 namespace tessera::frontend {
@@ -128,6 +129,7 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   keys_ = drawable_->deforming ? 2 : 1;
   largest_ = rounding_ = 0;
   offsets_ = {0, 0};
+  if (drawable_->procedure != nullptr) procedure_patch_ = procedure_patch(frame_, patch);
   if (!bezier_) return;
   for (std::size_t key = 0; key < keys_; ++key) {
     base_[key] = make_net(frame_.control_points(*drawable_, patch, static_cast<int>(key)));
@@ -255,6 +257,12 @@ MovingBox SubPatchBounder::cluster_box() const {
 
 MovingBox SubPatchBounder::box(const CellRange& cells) {
   foreign_boundary_ = false;
+  if (drawable_->procedure != nullptr) {
+    range_ = parameter_range(frame_.patterns[patch_], cells);
+    const MovingBox box = procedure_box(procedure_patch_, range_);
+    for (std::size_t axis = 0; axis < 3; ++axis) largest_ = std::max({largest_, std::abs(box.low[0][axis]), std::abs(box.high[0][axis])});
+    return box;
+  }
   if (!bezier_) return cluster_box();
   range_ = parameter_range(frame_.patterns[patch_], cells);
   if (displaced_) offsets_ = offset_range(displacement_, range_);

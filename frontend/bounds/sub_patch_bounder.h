@@ -14,6 +14,7 @@
 #include "frontend/bounds/patch_net.h"
 #include "frontend/frame_geometry.h"
 #include "frontend/patch_displacement.h"
+#include "frontend/procedure_patch.h"
 
 namespace tessera::frontend {
 
@@ -106,6 +107,7 @@ class SubPatchBounder {
   double rounding_ = 0;      // of a float derivative
   std::array<PatchNet, 2> base_, nets_;
   PatchDisplacement displacement_;
+  ProcedurePatch procedure_patch_;
   std::array<ForeignEdge, 4> edges_;
   std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced, as their owners evaluate them
   ParameterRange range_{};

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "frontend/gltf/builders.h"
+#include "frontend/gltf/procedure_builder.h"
 
 namespace tessera::frontend::gltf {
 namespace {
@@ -227,6 +228,7 @@ CaptureSettings build_settings(const Document& document) {
 
 void build_scene(Document& document, Capture& capture) {
   capture.nodes = build_nodes(document);
+  build_procedures(document, capture);
   capture.roots = build_roots(document, capture.nodes);
   capture.skins = build_skins(document);
   check_joints(document, capture);

@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "frontend/gltf/procedure_builder.h"
+
 namespace tessera::frontend::gltf {
 namespace {
 
@@ -246,7 +248,8 @@ Rule node_rule(const json& d, std::size_t light_count) {
       {"scale", numbers(3)},
       {"translation", numbers(3)},
       {"weights", list(number())},
-      {"extensions", object({{"KHR_lights_punctual", object({{"light", light, kRequired}})}})},
+      {"extensions", object({{"KHR_lights_punctual", object({{"light", light, kRequired}})},
+                             {"TESSERA_procedure", [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
   });
 }
 

@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "frontend/extensions.h"
 #include "frontend/gltf/accessor_layout.h"
+#include "frontend/gltf/procedure_builder.h"
 #include "frontend/gltf/subdivision_builder.h"
 
 namespace tessera::frontend::gltf {
@@ -188,6 +189,7 @@ void check_node_graph(const json& d, const Place& root) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Place place = root.at("nodes").at(i);
     check_node(d, i, place);
+    if (const json* procedure = extension(nodes[i], "TESSERA_procedure")) check_procedure_links(d, *procedure, place.at("extensions").at("TESSERA_procedure"));
     const json* children = find(nodes[i], "children");
     for (std::size_t k = 0; children != nullptr && k < children->size(); ++k) {
       const auto child = (*children)[k].get<std::size_t>();

@@ -151,18 +151,22 @@ void describe_decoded(gltf::Document& document, json& out) {
 
 // Calls visit(index, use) for every place in the document that names an accessor.
 void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)>& visit) {
-  for (json& mesh : d["meshes"])
-    for (json& primitive : mesh["primitives"]) {
-      for (auto& [name, index] : primitive["attributes"].items()) visit(index, AccessorUse::kVertices);
-      if (primitive.contains("indices")) visit(primitive["indices"], AccessorUse::kIndices);
-      if (primitive.contains("targets"))
-        for (json& target : primitive["targets"])
-          for (auto& [name, index] : target.items()) visit(index, AccessorUse::kVertices);
-    }
+  if (d.contains("meshes"))
+    for (json& mesh : d["meshes"])
+      for (json& primitive : mesh["primitives"]) {
+        for (auto& [name, index] : primitive["attributes"].items()) visit(index, AccessorUse::kVertices);
+        if (primitive.contains("indices")) visit(primitive["indices"], AccessorUse::kIndices);
+        if (primitive.contains("targets"))
+          for (json& target : primitive["targets"])
+            for (auto& [name, index] : target.items()) visit(index, AccessorUse::kVertices);
+      }
   if (d.contains("nodes"))
-    for (json& node : d["nodes"])
+    for (json& node : d["nodes"]) {
       if (json* instancing = extension_of(node, "EXT_mesh_gpu_instancing"))
         for (auto& [name, index] : (*instancing)["attributes"].items()) visit(index, AccessorUse::kOther);
+      if (json* procedure = extension_of(node, "TESSERA_procedure"); procedure != nullptr && procedure->contains("image"))
+        visit((*procedure)["image"]["positions"], AccessorUse::kOther);
+    }
   if (d.contains("skins"))
     for (json& skin : d["skins"])
       if (skin.contains("inverseBindMatrices")) visit(skin["inverseBindMatrices"], AccessorUse::kOther);

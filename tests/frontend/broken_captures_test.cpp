@@ -50,9 +50,9 @@ namespace {
 // Each capture gets a process of its own, with a limit on its memory that no refusal needs and a limit on its time.
 // Builds with the address sanitizer map terabytes of address space and go without the former.
 #ifdef TESSERA_SANITIZED
-constexpr ProcessLimits kLimits{.seconds = 60};
+const ProcessLimits kLimits{.seconds = 60};
 #else
-constexpr ProcessLimits kLimits{.memory_bytes = 1ull << 30, .seconds = 20};
+const ProcessLimits kLimits{.memory_bytes = 1ull << 30, .seconds = 20};
 #endif
 
 std::set<fs::path> files_below(const fs::path& folder) {

@@ -239,6 +239,66 @@ TEST(ShadingPage, ItsInvocationsAreThoseOfReplays) {
   EXPECT_EQ(rows, 4);
 }
 
+// The row of a table of numbers as the numbers; "12 345" is one. Empty for another line.
+std::vector<double> numbers_of_row(const std::string& line) {
+  static const std::regex kNumber("[0-9][0-9 ]*(\\.[0-9]+)?");
+  std::vector<double> numbers;
+  if (!line.starts_with("| ") || !line.ends_with(" |")) return numbers;
+  std::istringstream stream(line.substr(2, line.size() - 4));
+  for (std::string cell; std::getline(stream, cell, '|');) {
+    cell.erase(std::remove(cell.begin(), cell.end(), ' '), cell.end());
+    if (!std::regex_match(cell, kNumber)) return {};
+    numbers.push_back(std::stod(cell));
+  }
+  return numbers;
+}
+
+nlohmann::json study_replay(int tile, int depth, bool baselines) {
+  const test::TemporaryFolder out;
+  const std::string side = std::to_string(tile);
+  std::vector<std::string> arguments = {"replay", test::shipped_capture("eggs").string(), "--size", "640x360", "--quiet", "--no-report", "--set", "frontend.split_pixels=16", "--set", "tile.width=" + side, "--set",
+                                        "tile.height=" + side, "--set", "frontend.split_depth=" + std::to_string(depth), "--set", "parameter_buffer.bytes=16777216", "--out", out.path().string()};
+  if (baselines) arguments.push_back("--baselines");
+  EXPECT_EQ(test::run_tessera(arguments).status, 0);
+  return nlohmann::json::parse(read_text(out / "stats.json"))["frames"][0];
+}
+
+TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
+  int tiles = 0, depths = 0;
+  for (const std::string& line : lines_of(read_text(kRoot / "docs" / "study_binning.md"))) {
+    const std::vector<double> row = numbers_of_row(line);
+    if (row.size() != 9) continue;
+    // The table over tiles begins with a side, which is at least 16; that over depths with a depth, at most 12.
+    if (row[0] >= 16) {
+      const nlohmann::json of = study_replay(static_cast<int>(row[0]), 0, true)["baselines"];
+      const auto value = [&](const char* scheme, const char* counter) { return of[scheme][counter].get<double>(); };
+      const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"), post = value("post-tessellation", "baseline.queue_bytes_peak");
+      EXPECT_EQ(row[1], pre);
+      EXPECT_EQ(row[2], value("patch-whole", "baseline.queue_bytes_peak"));
+      EXPECT_EQ(row[3], post);
+      EXPECT_NEAR(row[4], post / pre, 0.051);
+      EXPECT_EQ(row[5], value("pre-tessellation", "baseline.dram_bytes"));
+      EXPECT_EQ(row[6], value("patch-whole", "baseline.dram_bytes"));
+      EXPECT_EQ(row[7], value("post-tessellation", "baseline.dram_bytes"));
+      EXPECT_NEAR(row[8], row[7] / row[5], 0.0051);
+      ++tiles;
+    } else {
+      const nlohmann::json frame = study_replay(32, static_cast<int>(row[0]), false);
+      const nlohmann::json& counters = frame["counters"];
+      const char* const names[] = {"frontend.sub_patches", "binner.entries", "binner.queue_bytes_peak"};
+      for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(row[c + 1], counters[names[c]].get<double>()) << names[c] << ": run docs/images/studies/make.sh";
+      EXPECT_EQ(row[5], counters["tilecore.domain_evaluations"].get<double>());
+      double bytes = 0;
+      for (const nlohmann::json& part : frame["dram"])
+        if (part["purpose"] != "texture") bytes += part["read_bytes"].get<double>() + part["written_bytes"].get<double>();
+      EXPECT_EQ(row[8], bytes);
+      ++depths;
+    }
+  }
+  EXPECT_EQ(tiles, 4);
+  EXPECT_EQ(depths, 5);
+}
+
 // What the project is for: one to two orders of magnitude less queue memory. Less is a fault of the binner, more means that a cost was forgotten.
 TEST(Readme, QueuesAreOneToTwoOrdersOfMagnitudeSmallerThanThoseOfTriangles) {
   const nlohmann::json& schemes = readme_statistics()["baselines"];

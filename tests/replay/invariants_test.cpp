@@ -165,6 +165,59 @@ TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {
   for (const Variant& v : front_end_variants()) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
 }
 
+// Every visibility method, and every way of tracing rays.
+std::vector<Variant> visibility_variants() {
+  std::vector<Variant> variants;
+  for (const char* method : {"brute", "segments", "partition", "clusters", "interleaved"}) {
+    variants.push_back({method, {}, {}, 0, ""});
+    variants.back().gpu.tilecore_visibility_method = method;
+  }
+  for (const char* node : {"root", "both_children", "leaf_mask"}) {
+    variants.push_back({std::string("rays from ") + node, {}, {}, 0, ""});
+    variants.back().gpu.tilecore_traversal = "ray";
+    variants.back().gpu.tilecore_branch_node = node;
+  }
+  return variants;
+}
+
+// Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of it.
+TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
+  const RenderRequest request = whole(96, 54);
+  const FrameResult expected = render(capture, {}, frame, request);
+  for (Variant v : visibility_variants())
+    for (const char* forced : {"auto", "on"}) {
+      v.settings.motion = v.settings.defocus = forced;
+      const FrameResult result = render(capture, v, frame, request);
+      EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name << " " << forced;
+      v.threads = 1;
+      EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters)) << v.name << " " << forced;
+      v.threads = 0;
+    }
+}
+
+// Invariants 1, 2 and 5 at once: every method, tile size, number of threads and width of vectors.
+TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheSameBits) {
+  const RenderRequest request = whole(80, 45);
+  const FrameResult expected = render(capture, {}, frame, request);
+  std::vector<Variant> methods = visibility_variants();
+  methods.push_back({"default", {}, {}, 0, ""});
+  for (Variant v : methods)
+    for (const int side : {16, 32, 64}) {
+      v.gpu.tile_width = v.gpu.tile_height = side;
+      nlohmann::json counters;
+      for (const std::size_t threads : {1u, 2u})
+        for (const std::string& target : simd_target_names()) {
+          v.threads = threads;
+          v.simd = target;
+          const FrameResult result = render(capture, v, frame, request);
+          const std::string where = v.name + ", tiles of " + std::to_string(side) + ", " + std::to_string(threads) + " threads, " + target;
+          EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << where;
+          if (counters.is_null()) counters = counters_json(result.counters);
+          EXPECT_EQ(counters_json(result.counters), counters) << where;
+        }
+    }
+}
+
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
 TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
   const FrameResult expected = render(capture, {}, frame);
@@ -323,6 +376,13 @@ TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
   const Capture capture = closed_capture(GetParam(), random);
   const FrameResult expected = render(capture, plainest_binning({}), 0);
   for (const Variant& v : binning_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
+}
+
+TEST_P(ClosedSurface, LooksTheSameByEveryVisibilityMethod) {
+  Random random(3);
+  const Capture capture = closed_capture(GetParam(), random);
+  const FrameResult expected = render(capture, {}, 0, whole(64, 36));
+  for (const Variant& v : visibility_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0, whole(64, 36)).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ClosedSurface,

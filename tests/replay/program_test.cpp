@@ -41,8 +41,8 @@ TEST(ReplayCommand, WritesPicturesAndStatisticsOfEveryFrame) {
   const test::TemporaryFolder out;
   const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "64x36", "--frames", "0:3", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
-  EXPECT_EQ(files_in(out.path()), (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png", "frame_0002.exr",
-                                                         "frame_0002.png", "stats.csv", "stats.json"}));
+  EXPECT_EQ(files_in(out.path()), (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png", "frame_0002.exr", "frame_0002.png", "report.html",
+                                                         "stats.csv", "stats.json", "tiles_0000.json", "tiles_0001.json", "tiles_0002.json"}));
   const json stats = stats_of(out.path());
   EXPECT_EQ(stats["schema"], "tessera.stats/1");
   ASSERT_EQ(stats["frames"].size(), 3u);
@@ -80,9 +80,26 @@ TEST(ReplayCommand, EveryFixedCounterNameOfTheUnitsThatRanIsThere) {
                            "tilecore.domain_evaluations", "tilecore.triangles", "tilecore.box_tests", "tilecore.triangle_tests", "tilecore.sample_hits",
                            "tilecore.samples_visible", "tilecore.pixel_shader_invocations", "resolve.pixels_shaded", "dram.read_bytes", "dram.written_bytes"})
     EXPECT_TRUE(counters.contains(name)) << name;
-  // Units that do not exist yet report nothing.
-  for (const char* name : {"tilecore.stencil_tests", "resolve.blocks_rate_4", "resolve.pixels_advected"})
+  // Units that do not exist yet, or did not run, report nothing.
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "resolve.blocks_rate_4", "resolve.pixels_advected"})
     EXPECT_FALSE(counters.contains(name)) << name;
+}
+
+TEST(ReplayCommand, CountersOfAVisibilityMethodAreThereWhenItsUnitsRan) {
+  const test::TemporaryFolder out;
+  const auto counters = [&](const std::string& setting) {
+    const auto folder = out / setting;
+    EXPECT_EQ(run_tessera({"replay", capture("serpent"), "--size", "96x54", "--frames", "12:14", "--quiet", "--set", setting, "--out", folder.string()}).status, 0);
+    EXPECT_EQ(line_count(test::read_text(folder / "stats.csv")), 3u);
+    return stats_of(folder)["total"]["counters"];
+  };
+  const json segments = counters("tilecore.visibility_method=segments");
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.stencil_kept", "tilecore.stencil_hits", "tilecore.stencil_lanes_issued"}) EXPECT_TRUE(segments.contains(name)) << name;
+  for (const char* name : {"tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"}) EXPECT_FALSE(segments.contains(name)) << name;
+  const json rays = counters("tilecore.traversal=ray");
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"}) EXPECT_TRUE(rays.contains(name)) << name;
+  EXPECT_LE(rays["tilecore.rays_hit"], rays["tilecore.rays_cast"]);
+  EXPECT_EQ(rays["tilecore.rays_cast"], rays["tilecore.stencil_kept"]);
 }
 
 TEST(ReplayCommand, TheSameInputsGiveTheSameBytes) {
@@ -129,7 +146,7 @@ TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
   EXPECT_GE(frames, 1u);
   EXPECT_LT(frames, 5000u);
   // Every frame that the statistics name has its pictures, and nothing else is there.
-  EXPECT_EQ(files_in(out.path()).size(), 2 * frames + 2);
+  EXPECT_EQ(files_in(out.path()).size(), 3 * frames + 3);
 }
 
 TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) {
@@ -217,7 +234,7 @@ TEST(ReplayCommand, MissingCapturesEndWithStatus3) {
 TEST(Program, HelpTeachesEveryCommandAndOptions) {
   const ProcessResult all = run_tessera({"--help"});
   EXPECT_EQ(all.status, 0);
-  for (const char* command : {"replay", "inspect", "pack", "compare", "describe"}) {
+  for (const char* command : {"replay", "inspect", "pack", "compare", "sweep", "report", "describe"}) {
     EXPECT_THAT(all.output, HasSubstr(command));
     const ProcessResult one = run_tessera({command, "--help"});
     EXPECT_EQ(one.status, 0);
@@ -343,7 +360,9 @@ TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
 
 TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--out", out.path().string()}).status, 0);
+  // Everything moves and is traced by single rays, so that all units run.
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", "effects.motion=on", "--set", "tilecore.traversal=ray", "--set", "resolve.desampling=adaptive",
+                         "--set", "frame_buffer.compression=lossless", "--out", out.path().string()}).status, 0);
   std::set<std::string> described, counted;
   const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), frame = stats_of(out.path())["frames"][0];
   for (const json& row : rows) described.insert(row["name"]);
@@ -355,7 +374,7 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
 TEST(Program, HistoriesWarmUpsAndPicturesOfTheResolveUnitNeedDesampling) {
   const test::TemporaryFolder out;
   const auto replay = [&](std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"replay", capture("stroll"), "--size", "48x27", "--quiet", "--out", (out / "x").string()};
+    std::vector<std::string> arguments = {"replay", capture("stroll"), "--size", "160x90", "--quiet", "--out", (out / "x").string()};
     if (std::find(more.begin(), more.end(), "--frames") == more.end()) more.insert(more.end(), {"--frames", "20:22"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tessera(arguments);

@@ -53,7 +53,7 @@ ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLim
   ProcessResult result;
   const auto start = Clock::now();
   const auto elapsed_ms = [&] { return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start).count(); };
-  bool interrupted = false;
+  bool interrupted = false, killed = false;
   pollfd ends[2] = {{out.read, POLLIN, 0}, {err.read, POLLIN, 0}};
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
     poll(ends, 2, 20);
@@ -67,6 +67,10 @@ ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLim
     if (limits.interrupt_after_ms >= 0 && !interrupted && elapsed_ms() >= limits.interrupt_after_ms) {
       kill(child, SIGINT);
       interrupted = true;
+    }
+    if (limits.kill_when && !killed && limits.kill_when()) {
+      kill(child, SIGKILL);
+      killed = true;
     }
     if (elapsed_ms() > limits.seconds * 1000 && !result.timed_out) {
       kill(child, SIGKILL);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct ProcessLimits {
   std::uint64_t memory_bytes = 0;  // address space; 0: no limit (the address sanitizer needs none)
   int seconds = 120;               // wall clock; the process is killed after that
   int interrupt_after_ms = -1;     // SIGINT after so many milliseconds
+  std::function<bool()> kill_when{};  // SIGKILL once it says so; asked about every 20 milliseconds
 };
 
 // Runs a program (argv[0] is its path) and waits for it.

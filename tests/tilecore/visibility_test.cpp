@@ -309,6 +309,37 @@ TEST(TouchingTimes, AreTightForFastMotion) {
   EXPECT_TRUE(touching_times(leaf, {100, 20, 108, 28}, true, 0).empty());
 }
 
+TEST(TouchingTimes, AreTheSameForOneLeafAndForManyOnEverySimdTarget) {
+  Random random(51);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<MicroMesh::Leaf> leaves(static_cast<std::size_t>(random.integer(1, 21)));
+    for (MicroMesh::Leaf& leaf : leaves) {
+      leaf.rate = random.coin() ? 1.0f : std::exp(random.uniform(-2, 2));
+      leaf.x_low = random.uniform(-60, 60);
+      leaf.x_high = leaf.x_low + random.uniform(-1, 9);  // some are empty
+      leaf.y_low = random.uniform(-60, 60);
+      leaf.y_high = leaf.y_low + random.uniform(0, 9);
+      leaf.drift_x = random.coin() ? 0.0f : random.uniform(-90, 90);
+      leaf.drift_y = random.uniform(-90, 90);
+      leaf.lens_factor = random.uniform(-1, 1);
+    }
+    const int x0 = random.integer(-64, 32), y0 = random.integer(-64, 32);
+    const IntRect pixels{x0, y0, x0 + random.integer(1, 32), y0 + random.integer(1, 32)};
+    const bool moving = random.integer(0, 9) > 0;
+    const float lens_scale = random.coin() ? 0.0f : random.uniform(0, 20);
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      std::vector<TimeRange> times(leaves.size());
+      touching_times(leaves, pixels, moving, lens_scale, times);
+      for (std::size_t l = 0; l < leaves.size(); ++l) {
+        const TimeRange one = touching_times(leaves[l], pixels, moving, lens_scale);
+        EXPECT_TRUE(times[l].first == one.first && times[l].last == one.last) << target << " leaf " << l << " of trial " << trial;
+      }
+    }
+    force_simd_target("");
+  }
+}
+
 // Vertices outside their cell's moving box at some time and lens point.
 int box_violations(bool forget_spread) {
   Random random(60);

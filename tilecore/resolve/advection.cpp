@@ -47,7 +47,7 @@ std::optional<Vec2> velocity_at(const Place& p, const VelocityView& view, Advect
 }
 
 // One frame's texels, as a pixel that shows `patch` at `depth` sees them.
-struct Surface {
+struct StoredImage {
   const HistoryView& history;
   float depth, tolerance;
   std::uint32_t patch;
@@ -82,7 +82,7 @@ constexpr bool is_inner(int i) { return i == 1 || i == 2; }
 
 // Sum over the texels with a weight as differences from the first inner one, so that a flat colour is exact. The outcome is
 // that of the first texel that disagrees; inner ones come first.
-Advection fetch(const Surface& surface, const Place& p, const Weights& wx, const Weights& wy, bool clamp, Vec4& out, AdvectionWork& work) {
+Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, const Weights& wy, bool clamp, Vec4& out, AdvectionWork& work) {
   const Vec4* base = nullptr;
   Vec4 sum(0.0f), low, high;
   for (const bool inner : {true, false})
@@ -136,7 +136,7 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   const auto place = place_at(x, y, offset);
   if (!place) return {Advection::kOutsideFrame, {}};
   ++work.fetches;
-  const Surface surface{history, depth, settings.depth_tolerance, patch};
+  const StoredImage surface{history, depth, settings.depth_tolerance, patch};
   AdvectedPixel result{Advection::kTaken, {}};
   if (settings.fetch == Fetch::kBicubic) {
     result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy), settings.clamp_to_range, result.color, work);

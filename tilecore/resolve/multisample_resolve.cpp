@@ -15,7 +15,7 @@ void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters&
     const auto width = static_cast<std::uint64_t>(in.pixels.width());
     const auto address = (static_cast<std::uint64_t>(y - in.region.y0) * static_cast<std::uint64_t>(in.region.width()) +
                           static_cast<std::uint64_t>(in.pixels.x0 - in.region.x0)) * kFramePixelBytes;
-    if (in.charge) ledger.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, hardware::burst_bytes(address, width * kFramePixelBytes, in.burst_bytes));
+    if (in.charge) ledger.write_at(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, address, width * kFramePixelBytes, in.burst_bytes);
   }
   counters.pixels_shaded += static_cast<std::uint64_t>(in.pixels.width()) * static_cast<std::uint64_t>(in.pixels.height());
 }

@@ -1,0 +1,128 @@
+#include "frontend/bounds/procedure_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "frontend/bounds/enclosure_functions.h"
+#include "shaders_cpp/procedures/procedures.h"
+
+namespace tessera::frontend {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Vector3<Enclosure> enclose(shaders::ShapeId shape, const Procedure::Piece& piece, double u0, double v0, double u1, double v1) {
+  return shaders::shape_point(shape, piece.input, Enclosure::first_parameter(u0, u1), Enclosure::second_parameter(v0, v1));
+}
+
+// A row of the matrix times the point, as the SIMD array computes it.
+Enclosure transformed(const Mat4& m, int row, const Vector3<Enclosure>& p) {
+  return (Enclosure(m[0][row]) * p.x + Enclosure(m[1][row]) * p.y) + (Enclosure(m[2][row]) * p.z + Enclosure(m[3][row]));
+}
+
+// Homogeneous raster coordinates at one key; `z` is the depth and, in perspective, what x and y are divided by.
+struct RasterEnclosure {
+  Enclosure x, y, z;
+};
+
+Interval with_error(const Enclosure& e) { return {e.low(), e.high()}; }
+
+// A coordinate on screen: its range and its derivatives.
+struct ScreenCoordinate {
+  Interval value, by_s, by_t;
+};
+
+// Where all depths lie in front of the near plane the quotient keeps how numerator and depth vary together; elsewhere only the
+// part in front counts, by ranges alone.
+ScreenCoordinate projected(const Enclosure& x, const Enclosure& z, double near) {
+  if (z.low() >= near) {
+    const Enclosure q = x / z;
+    return {with_error(q), q.by_s(), q.by_t()};
+  }
+  const Interval front(near, std::max(z.high(), near)), value = with_error(x) / front;
+  return {value, (x.by_s() - value * z.by_s()) / front, (x.by_t() - value * z.by_t()) / front};
+}
+
+ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) { return {hull(a.value, b.value), hull(a.by_s, b.by_s), hull(a.by_t, b.by_t)}; }
+
+// The same at every time between the keys. A point's position is a mean of its positions at the keys, weighted with its
+// depths; its derivative is one of quotients whose parts are linear in time.
+ScreenCoordinate moving(const std::array<RasterEnclosure, 2>& r, Enclosure RasterEnclosure::*axis, double near) {
+  const Enclosure &x0 = r[0].*axis, &x1 = r[1].*axis, &z0 = r[0].z, &z1 = r[1].z;
+  const Interval depth = hull(with_error(z0), with_error(z1)), front(std::max(near, depth.low()), std::max(near, depth.high()));
+  Interval value = hull(with_error(x0), with_error(x1)) / front;
+  if (z0.low() >= near && z1.low() >= near) value = hull(projected(x0, z0, near).value, projected(x1, z1, near).value);
+  return {value, (hull(x0.by_s(), x1.by_s()) - value * hull(z0.by_s(), z1.by_s())) / front, (hull(x0.by_t(), x1.by_t()) - value * hull(z0.by_t(), z1.by_t())) / front};
+}
+
+// What the lens adds: a shift by up to lens_scale * |coc(z)|, and its derivative.
+void add_lens(const Projection& p, const Interval& depth, const std::array<RasterEnclosure, 2>& r, ScreenCoordinate& c) {
+  if (p.lens_scale == 0) return;
+  const Interval z(std::max(depth.low(), p.near), std::max(depth.high(), p.near)), focus(p.inverse_focus), one(1.0), lens(-p.lens_scale, p.lens_scale);
+  const Interval coc = p.orthographic ? one - z * focus : one / z - focus, slope = p.orthographic ? focus : one / (z * z);
+  c.value = c.value + lens * coc;
+  c.by_s = c.by_s + lens * slope * hull(r[0].z.by_s(), r[1].z.by_s());
+  c.by_t = c.by_t + lens * slope * hull(r[0].z.by_t(), r[1].z.by_t());
+}
+
+double known(double value) { return std::isnan(value) ? kInfinity : value; }
+
+}  // namespace
+
+MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range) {
+  const Vector3<Enclosure> p = enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
+                                       static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
+  MovingBox box;
+  box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
+  box.low[0] = box.low[1] = {p.x.low(), p.y.low(), p.z.low()};
+  box.high[0] = box.high[1] = {p.x.high(), p.y.high(), p.z.high()};
+  return box;
+}
+
+ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable, const Procedure::Piece& piece, const ParameterBox& box) {
+  const Projection& projection = frame.projection;
+  const Vector3<Enclosure> p = enclose(drawable.procedure->shape, piece, box.u0, box.v0, box.u1, box.v1);
+  std::array<RasterEnclosure, 2> r;
+  for (std::size_t key = 0; key < 2; ++key) {
+    if (key == 1 && !drawable.moving) r[1] = r[0];
+    else r[key] = {transformed(drawable.to_raster[key], 0, p), transformed(drawable.to_raster[key], 1, p), transformed(drawable.to_raster[key], 2, p)};
+  }
+  ProcedureCellBounds out;
+  const Interval depth = hull(with_error(r[0].z), with_error(r[1].z));
+  // NaN is unknown, not outside.
+  if (depth.high() < projection.near || (projection.far > 0 && depth.low() > projection.far)) {
+    out.outside = true;
+    return out;
+  }
+  out.crosses_near = !(depth.low() >= projection.near);
+  std::array<ScreenCoordinate, 2> c;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto member = axis == 0 ? &RasterEnclosure::x : &RasterEnclosure::y;
+    if (projection.orthographic) {
+      const auto plain = [&](const Enclosure& x) { return ScreenCoordinate{with_error(x), x.by_s(), x.by_t()}; };
+      c[axis] = join(plain(r[0].*member), plain(r[1].*member));
+    } else {
+      c[axis] = drawable.moving ? moving(r, member, projection.near) : projected(r[0].*member, r[0].z, projection.near);
+    }
+  }
+  if (!drawable.moving && projection.lens_scale == 0 && !drawable.material->double_sided) {
+    const Interval area = c[0].by_s * c[1].by_t - c[1].by_s * c[0].by_t;
+    // Fronts have negative area where y points down, as glTF's wind counter-clockwise.
+    out.faces_away = drawable.mirrored ? area.high() < 0 : area.low() > 0;
+  }
+  for (ScreenCoordinate& coordinate : c) add_lens(projection, depth, r, coordinate);
+  // A sample's own roundings after these; far less than a hundredth of a pixel where anything is drawn.
+  const auto margin = [](double x) { return 0x1p-8 + 0x1p-20 * std::abs(x); };
+  const auto low = [&](const Interval& x) { return -known(-(x.low() - margin(x.low()))); };
+  const auto high = [&](const Interval& x) { return known(x.high() + margin(x.high())); };
+  out.x0 = low(c[0].value), out.x1 = high(c[0].value);
+  out.y0 = low(c[1].value), out.y1 = high(c[1].value);
+  out.near_z = std::isnan(depth.low()) ? projection.near : std::max(projection.near, depth.low());
+  out.far_z = known(depth.high());
+  out.reach_u = known(std::max(c[0].by_s.magnitude(), c[1].by_s.magnitude()));
+  out.reach_v = known(std::max(c[0].by_t.magnitude(), c[1].by_t.magnitude()));
+  return out;
+}
+
+}  // namespace tessera::frontend

@@ -1,0 +1,88 @@
+#include "hardware/machine_keys.h"
+
+namespace tessera::hardware {
+namespace {
+
+using Gpu = GpuConfiguration;
+using Keys = std::vector<Key<Gpu>>;
+
+constexpr double kLeast = 1.0 / 1024, kMost = 65536;  // of a throughput
+
+// Makers publish hardly any throughput of a single unit. What no source gives is a round number marked [assumed]; conclusions
+// that hang on one of them should be tried with another (`tessera sweep`).
+Keys speed_keys() {
+  return {
+      {"clock.mhz", &Gpu::clock_mhz, "MHz", 1, 10000, "Clock of the whole GPU; cycles everywhere are cycles of this clock.",
+       "[spec] 650 on Mali-G31, 653 and 900 on Adreno 530 and 730; [assumed] 850 between them"},
+      {"tilecore.count", &Gpu::tilecore_count, "cores", 1, 64, "Tile cores, fed by one tile scheduler.", "[spec] 1 on Mali-G31, 1 to 6 on Mali-G51, 10 to 16 on Immortalis-G720"},
+      {"frontend.bounds_per_clk", &Gpu::frontend_bounds_per_clk, "bounds/clk", kLeast, kMost, "Bounding volumes that the front end computes.",
+       "[assumed] 4 clocks for 16 control points at two keys"},
+      {"binner.entries_per_clk", &Gpu::binner_entries_per_clk, "entries/clk", kLeast, kMost, "Queue entries that the binner appends.", "[assumed] one append per clock"},
+      {"binner.tiles_per_clk", &Gpu::binner_tiles_per_clk, "tiles/clk", kLeast, kMost, "Tiles that the binner tests against a sub-patch.", "[assumed]"},
+      {"tilecore.entries_per_clk", &Gpu::tilecore_entries_per_clk, "entries/clk", kLeast, kMost, "Queue entries that a core reads, orders and tests for occlusion.", "[assumed]"},
+      {"tessellator.vertices_per_clk", &Gpu::tessellator_vertices_per_clk, "vertices/clk", kLeast, kMost, "Vertices that a core's tessellator evaluates, both keys together.",
+       "[assumed]"},
+      {"tilecore.boxes_per_clk", &Gpu::tilecore_boxes_per_clk, "boxes/clk", kLeast, kMost, "Boxes of cells and leaves that a core builds.", "[assumed] a cell for each vertex"},
+      {"tilecore.box_tests_per_clk", &Gpu::tilecore_box_tests_per_clk, "tests/clk", kLeast, kMost, "Box tests of a core.", "[assumed] as triangle tests"},
+      {"tilecore.triangle_tests_per_clk", &Gpu::tilecore_triangle_tests_per_clk, "tests/clk", kLeast, kMost, "Samples that a core tests against a triangle.",
+       "[assumed] a quad with 4 samples a pixel"},
+      {"tilecore.alpha_tests_per_clk", &Gpu::tilecore_alpha_tests_per_clk, "tests/clk", kLeast, kMost, "Alpha tests of a core.", "[assumed] a quad"},
+      {"shader.lanes", &Gpu::shader_lanes, "lanes", 1, 4096, "Operations of the pixel shader that a core does per clock.", "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
+      {"shader.operations", &Gpu::shader_operations, "operations", 1, 1e6, "Operations of one run of the pixel shader on one lane.", "[assumed] a physically based shader with a few lights"},
+      {"texture.texels_per_clk", &Gpu::texture_texels_per_clk, "texels/clk", kLeast, kMost, "Bilinear look-ups of a core's texture unit; a trilinear one is two.", "[assumed]"},
+      {"tilecore.blends_per_clk", &Gpu::tilecore_blends_per_clk, "layers/clk", kLeast, kMost, "Blended layers of samples that a core composes.", "[assumed] a quad"},
+      {"resolve.pixels_per_clk", &Gpu::resolve_pixels_per_clk, "pixels/clk", kLeast, kMost, "Pixels that a core's resolve unit finishes.", "[assumed] a quad"},
+  };
+}
+
+Keys memory_keys() {
+  return {
+      {"tilecore.memory_bytes", &Gpu::tilecore_memory_bytes, "bytes", 1024, 1073741824.0,
+       "On-chip tile memory of a core, 20 bytes a sample: as many tiles as fit are in work at once (the samples of one tested while another is shaded), at least one.",
+       "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
+      {"cache.line_bytes", &Gpu::cache_line_bytes, "bytes", 16, 256, "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
+      {"texture.cache_bytes", &Gpu::texture_cache_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.", "[assumed]"},
+      {"texture.cache_ways", &Gpu::texture_cache_ways, "ways", 1, 64, "Associativity of the texture cache.", "[assumed]"},
+      {"l2.bytes", &Gpu::l2_bytes, "bytes", 0, 1073741824.0, "L2 that all cores share, for textures and displacement maps; 0: none. Patch records have tessellator.cache_bytes, what is written once passes by.",
+       "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] the half that tessellator.cache_bytes leaves"},
+      {"l2.ways", &Gpu::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
+      {"memory.bytes_per_clk", &Gpu::memory_bytes_per_clk, "bytes/clk", 0.125, 65536, "Peak rate of the external memory.",
+       "[spec] per GPU clock: LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
+      {"memory.gpu_share", &Gpu::memory_gpu_share, "", 0.01, 1, "Part of the peak rate that the GPU gets: refresh, turn-around, other users.", "[assumed]"},
+      {"memory.latency_clk", &Gpu::memory_latency_clk, "clk", 0, 10000, "Time from a read to its data on an idle memory.", "[spec] Arm counts latencies from 128 to 384 cycles, above 256 as trouble; [assumed] the middle"},
+      {"memory.pj_per_bit", &Gpu::memory_pj_per_bit, "pJ/bit", 0, 1000, "Energy of a bit over the external interface, memory, interface and controller together.",
+       "[spec] Arm: 100 mW per GB/s is 12.5; [assumed] 8 for LPDDR5X by its makers' claims of better efficiency"},
+  };
+}
+
+// 45 nm (Horowitz): addition 0.9 pJ, multiplication 3.7 pJ, 8 bytes from an 8 KiB cache 10 pJ. A quarter of that at 7 nm is
+// assumed: 1.15 pJ a fused operation, 2.5 pJ for 8 bytes on chip.
+Keys energy_keys() {
+  return {
+      {"energy.bound_pj", &Gpu::energy_bound_pj, "pJ", 0, 1e9, "Bounding volume of a sub-patch.", "[assumed] 900 operations of 1.15 pJ"},
+      {"energy.binned_entry_pj", &Gpu::energy_binned_entry_pj, "pJ", 0, 1e9, "Entry appended to a queue, memory traffic apart.", "[assumed] entry and list head, 32 bytes twice on chip"},
+      {"energy.fetched_entry_pj", &Gpu::energy_fetched_entry_pj, "pJ", 0, 1e9, "Entry read and ordered by a core, memory traffic apart.", "[assumed] as appended"},
+      {"energy.vertex_pj", &Gpu::energy_vertex_pj, "pJ", 0, 1e9, "Vertex evaluated.", "[assumed] 130 operations of 1.15 pJ"},
+      {"energy.box_pj", &Gpu::energy_box_pj, "pJ", 0, 1e9, "Box of a cell or a leaf built.", "[assumed]"},
+      {"energy.box_test_pj", &Gpu::energy_box_test_pj, "pJ", 0, 1e9, "Box test.", "[assumed] 4 comparisons of a quarter of an operation, one read of 2 bytes"},
+      {"energy.triangle_test_pj", &Gpu::energy_triangle_test_pj, "pJ", 0, 1e9, "Sample tested against a triangle.", "[assumed] 7 operations of 1.15 pJ"},
+      {"energy.alpha_test_pj", &Gpu::energy_alpha_test_pj, "pJ", 0, 1e9, "Alpha test.", "[assumed] a bilinear look-up and what it compares"},
+      {"energy.hit_pj", &Gpu::energy_hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.", "[assumed] depth read, 20 bytes written"},
+      {"energy.shader_operation_pj", &Gpu::energy_shader_operation_pj, "pJ", 0, 1e9, "Operation of the pixel shader with its registers.", "[assumed] 1.15 pJ and a third more"},
+      {"energy.texel_pj", &Gpu::energy_texel_pj, "pJ", 0, 1e9, "Bilinear look-up with the texture cache.", "[assumed] 16 bytes on chip, 8 operations"},
+      {"energy.l2_line_pj", &Gpu::energy_l2_line_pj, "pJ", 0, 1e9, "Line read from or filled into the L2.", "[assumed] ten times the small cache, 64 bytes"},
+      {"energy.blend_pj", &Gpu::energy_blend_pj, "pJ", 0, 1e9, "Blended layer of a sample composed.", "[assumed] 4 operations of 1.15 pJ"},
+      {"energy.resolved_pixel_pj", &Gpu::energy_resolved_pixel_pj, "pJ", 0, 1e9, "Pixel resolved, memory traffic apart.", "[assumed] 4 samples of 4 operations"},
+      {"energy.leakage_mw", &Gpu::energy_leakage_mw, "mW", 0, 1e6, "Power of the GPU that does nothing.", "[assumed]"},
+  };
+}
+
+}  // namespace
+
+Keys machine_keys() {
+  Keys all = speed_keys();
+  for (const Keys& more : {memory_keys(), energy_keys()}) all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+}  // namespace tessera::hardware

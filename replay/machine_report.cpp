@@ -1,0 +1,61 @@
+#include "replay/machine_report.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using hardware::kStageCount;
+using hardware::Stage;
+
+std::uint64_t whole(double cycles) { return static_cast<std::uint64_t>(std::ceil(cycles)); }
+
+json unit_json(double busy, double cycles) { return {{"busy_cycles", whole(busy)}, {"utilisation", cycles > 0 ? busy / cycles : 0.0}}; }
+
+// In the order of their names, as JSON objects have them.
+std::vector<std::string> unit_names() {
+  const json units = timing_json({})["units"];
+  std::vector<std::string> names;
+  for (const auto& [unit, value] : units.items()) names.push_back(unit);
+  return names;
+}
+
+std::vector<std::string> energy_names() {
+  std::vector<std::string> names;
+  for (const auto& [unit, nj] : hardware::frame_energy({}, {}, 0).by_unit_nj) names.push_back(unit);
+  return names;
+}
+
+}  // namespace
+
+json timing_json(const hardware::FrameTiming& timing) {
+  json units = json::object();
+  for (std::size_t s = 0; s < kStageCount; ++s) units[std::string(name(static_cast<Stage>(s)))] = unit_json(timing.busy[s], timing.cycles);
+  units["tilecores"] = unit_json(timing.cores_busy, timing.cycles);
+  return {{"cycles", whole(timing.cycles)}, {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""}, {"bound_by_cycles", whole(timing.bound_cycles)}, {"units", units}};
+}
+
+json energy_json(const hardware::FrameEnergy& energy) { return {{"total_nj", energy.total_nj()}, {"by_unit", energy.by_unit_nj}}; }
+
+std::string model_csv_header() {
+  std::string text = ",timing.cycles,timing.bound_by,timing.bound_by_cycles";
+  for (const std::string& unit : unit_names()) text += fmt::format(",timing.{0}.busy_cycles,timing.{0}.utilisation", unit);
+  text += ",energy.total_nj";
+  for (const std::string& unit : energy_names()) text += fmt::format(",energy.{}_nj", unit);
+  return text;
+}
+
+std::string model_csv(const json& frame) {
+  const json &timing = frame["timing"], &energy = frame["energy"];
+  std::string text = fmt::format(",{},{},{}", timing["cycles"].get<std::uint64_t>(), timing["bound_by"].get<std::string>(), timing["bound_by_cycles"].get<std::uint64_t>());
+  for (const std::string& unit : unit_names())
+    text += fmt::format(",{},{:.6f}", timing["units"][unit]["busy_cycles"].get<std::uint64_t>(), timing["units"][unit]["utilisation"].get<double>());
+  text += fmt::format(",{:.3f}", energy["total_nj"].get<double>());
+  for (const std::string& unit : energy_names()) text += fmt::format(",{:.3f}", energy["by_unit"][unit].get<double>());
+  return text;
+}
+
+}  // namespace tessera::replay

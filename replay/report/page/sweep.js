@@ -1,0 +1,149 @@
+// The report of a sweep: data.sweep = {axes, columns, captures, points: [{capture, values}], rows: [[point, frame, status, ...columns]], ...}.
+
+function sweepReport() {
+  const sweep = data.sweep, axes = ['capture', ...sweep.axes];
+  const columns = sweep.columns.filter((name, c) => sweep.rows.some((row) => typeof row[c + 3] === 'number' && row[c + 3] !== 0));
+  const columnIndex = Object.fromEntries(sweep.columns.map((name, c) => [name, c + 3]));
+  // A point with its values along the axes and the mean over its frames of every column.
+  const points = sweep.points.map((point, index) => ({ index, axis: Object.fromEntries(axes.map((key, a) => [key, a === 0 ? sweep.captures[point.capture] : point.values[a - 1]])), frames: [], mean: {} }));
+  for (const row of sweep.rows) if (row[2] === 'ok') points[row[0]].frames.push(row);
+  const done = points.filter((point) => point.frames.length > 0);
+  for (const point of done)
+    for (const name of columns) {
+      const known = point.frames.map((row) => row[columnIndex[name]]).filter((value) => typeof value === 'number');
+      if (known.length > 0) point.mean[name] = known.reduce((a, b) => a + b, 0) / known.length;
+    }
+  // Reads and writes together, which the columns have apart.
+  const kBoth = 'dram.read_bytes + dram.written_bytes';
+  if (columns.includes('dram.read_bytes') && columns.includes('dram.written_bytes')) {
+    for (const point of done) point.mean[kBoth] = point.mean['dram.read_bytes'] + point.mean['dram.written_bytes'];
+    columns.push(kBoth);
+  }
+  const varying = axes.filter((key) => new Set(points.map((point) => JSON.stringify(point.axis[key]))).size > 1);
+  const says = (point) => varying.map((key) => `${key} = ${point.axis[key]}`).join(', ') || `point ${point.index}`;
+  const prefer = (...names) => names.find((name) => columns.includes(name)) || columns[0];
+  const tools = { points: done, columns, varying, says, prefer };
+
+  const part = section('study', 'Study');
+  part.append(make('p', {}, `${sweep.points.length} points: ${done.length} rendered, ${sweep.missing.length} not done yet, ${sweep.rows.filter((row) => row[2] !== 'ok').length} with values that do not fit each other. ` +
+    'Plots show the mean over the frames of a point.'));
+  if (sweep.rows_left_out > 0) part.append(make('p', { class: 'note' }, `${sweep.rows_left_out} rows are left out here; sweep.csv has them all.`));
+  part.append(table([{ title: 'axis', of: (key) => key }, { title: 'values', of: (key) => [...new Set(points.map((point) => String(point.axis[key])))].join(', '), wide: true }], axes));
+
+  let browser = null;
+  const detail = make('div', { 'aria-live': 'polite' });
+  const press = (datum) => {
+    const point = points[datum.index];
+    if (!point) return;
+    detail.replaceChildren(make('h3', {}, `Point ${point.index}: ${says(point)}`), table([{ title: 'column', of: (name) => name }, { title: 'mean over frames', of: (name) => point.mean[name] }], columns));
+    const picture = data.views.findIndex((view) => view.point === point.index);
+    if (browser && picture >= 0) browser.choose(picture);
+  };
+  if (done.length > 0) {
+    paretoSection(tools, press, detail);
+    curveSection(tools);
+    purposeSection(tools);
+  }
+  if (data.views.length > 0) browser = frameBrowser(section('frames', 'Pictures'), () => {});
+  const list = section('points', 'Points');
+  list.append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
+    ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, (row) => press({ index: row[0] })));
+  configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]]);
+}
+
+// Marks the rows that no other beats in both x and y.
+function markFront(rows) {
+  let best = Infinity;
+  for (const row of rows.slice().sort((a, b) => a.x - b.x || a.y - b.y)) {
+    row.front = row.y < best;
+    best = Math.min(best, row.y);
+  }
+  return rows;
+}
+
+function paretoSection({ points, columns, varying, says, prefer }, press, detail) {
+  const part = section('pareto', 'Two columns against each other');
+  part.append(make('p', { class: 'note' }, 'The line joins the points that no other beats in both (less is better). A press on a point shows its numbers.'));
+  const state = { x: wantedOf('pareto.across', columns, prefer('binner.queue_bytes_peak')), y: wantedOf('pareto.up', columns, prefer('dram.read_bytes + dram.written_bytes', 'dram.read_bytes')),
+    series: wantedOf('pareto.colour', varying, varying[0] || 'capture'), log: wanted.get('pareto.log') === 'on' };
+  if (state.x === state.y && columns.length > 1) state.y = columns.find((name) => name !== state.x);
+  const draw = (key) => (value) => { state[key] = value; shown.draw(); };
+  const log = make('input', { type: 'checkbox', checked: state.log, change: () => { state.log = log.checked; shown.draw(); } });
+  part.append(make('div', { class: 'controls' }, chooser('Across', columns, state.x, draw('x')).label, chooser('Up', columns, state.y, draw('y')).label,
+    chooser('Colour', varying.length > 0 ? varying : ['capture'], state.series, draw('series')).label, make('label', {}, log, 'logarithmic')));
+  const rows = () => markFront(points.filter((point) => point.mean[state.x] !== undefined && point.mean[state.y] !== undefined && (!state.log || (point.mean[state.x] > 0 && point.mean[state.y] > 0)))
+    .map((point) => ({ index: point.index, x: point.mean[state.x], y: point.mean[state.y], series: String(point.axis[state.series]), says: `${says(point)}: ${number(point.mean[state.x])}, ${number(point.mean[state.y])}` })));
+  const shown = plot(part, 'Points of the study, one column against another', () => scatter(rows(), { x: state.x, y: state.y, series: state.series, log: state.log }), press);
+  part.append(detail);
+}
+
+function curveSection({ points, columns, varying, prefer }) {
+  if (varying.length === 0) return;
+  const part = section('curves', 'A column along an axis');
+  // Lines may be the schemes of one counter of the baselines, instead of values of an axis.
+  const schemes = [...new Set(columns.filter((name) => name.startsWith('baseline.')).map((name) => name.split('.')[1]))];
+  const series = schemes.length > 1 ? [...varying, 'scheme'] : varying;
+  const state = { x: wantedOf('curves.along', varying, varying[varying.length - 1]), y: wantedOf('curves.column', columns, prefer('binner.queue_bytes_peak')),
+    series: wantedOf('curves.lines', series, varying[0]), log: wanted.get('curves.log') === 'on' };
+  const held = {};
+  const holders = make('div', { class: 'controls' });
+  const values = (key) => [...new Set(points.map((point) => String(point.axis[key])))];
+  const fillHeld = () => {
+    const others = varying.filter((key) => key !== state.x && key !== state.series && !moveTogether(points, key, state.x) && !moveTogether(points, key, state.series));
+    for (const key of Object.keys(held)) delete held[key];
+    holders.replaceChildren(...others.map((key) => {
+      held[key] = wantedOf('curves.' + key, values(key), '');
+      return chooser(key, [['', 'mean over all'], ...values(key)], held[key], (value) => { held[key] = value; shown.draw(); }).label;
+    }));
+  };
+  const change = (key) => (value) => { state[key] = value; fillHeld(); shown.draw(); };
+  const log = make('input', { type: 'checkbox', checked: state.log, change: () => { state.log = log.checked; shown.draw(); } });
+  part.append(make('div', { class: 'controls' }, chooser('Along', varying, state.x, change('x')).label, chooser('Column', columns, state.y, change('y')).label, chooser('Lines', series, state.series, change('series')).label,
+    make('label', {}, log, 'logarithmic')), holders);
+  // [name of the line, column] of a point: one, or one for each scheme.
+  const linesOf = (point) => {
+    if (state.series !== 'scheme') return [[state.series === state.x ? state.y : String(point.axis[state.series]), state.y]];
+    const [baseline, , ...counter] = state.y.split('.');
+    return baseline === 'baseline' ? schemes.map((scheme) => [scheme, ['baseline', scheme, ...counter].join('.')]) : [[state.y, state.y]];
+  };
+  const rows = () => {
+    const groups = new Map();
+    for (const point of points) {
+      if (Object.entries(held).some(([key, value]) => value !== '' && String(point.axis[key]) !== value)) continue;
+      for (const [line, column] of linesOf(point)) {
+        if (point.mean[column] === undefined) continue;
+        const key = JSON.stringify([point.axis[state.x], line]);
+        if (!groups.has(key)) groups.set(key, { x: point.axis[state.x], series: line, sum: 0, count: 0 });
+        const group = groups.get(key);
+        group.sum += point.mean[column];
+        group.count += 1;
+      }
+    }
+    return [...groups.values()].map((group) => ({ ...group, y: group.sum / group.count, says: `${state.x} = ${group.x}, ${group.series}: ${number(group.sum / group.count)}` })).filter((row) => !state.log || row.y > 0);
+  };
+  fillHeld();
+  const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true }));
+}
+
+// Whether two axes are set together: each value of one goes with one value of the other.
+function moveTogether(points, a, b) {
+  const seen = new Map();
+  return points.every((point) => {
+    const key = String(point.axis[a]), value = String(point.axis[b]);
+    if (!seen.has(key)) seen.set(key, value);
+    return seen.get(key) === value;
+  }) && seen.size === new Set(seen.values()).size;
+}
+
+function purposeSection({ points, columns, varying }) {
+  const names = columns.filter((name) => name.startsWith('dram.') && name.split('.').length === 4);
+  if (names.length === 0) return;
+  const part = section('purposes', 'Memory traffic by purpose');
+  const most = 80, shown = points.slice(0, most);
+  if (points.length > most) part.append(make('p', { class: 'note' }, `The first ${most} of ${points.length} points.`));
+  // Few points are named by their values, of axes set together once.
+  const keys = varying.filter((key, k) => !varying.slice(0, k).some((other) => moveTogether(points, other, key)));
+  const named = shown.length <= 24, place = (point) => (named ? keys.map((key) => point.axis[key]).join(' / ') || 'all' : point.index);
+  const rows = shown.flatMap((point) => names.filter((name) => point.mean[name] > 0).map((name) => ({ at: place(point), part: name.slice(5).replaceAll('_', ' ').replaceAll('.', ' '), value: point.mean[name] })));
+  plot(part, 'Bytes over the memory interface for each point, by unit and purpose', () => stackedBars(rows, { x: named ? keys.join(' / ') : 'point', y: 'bytes', part: 'unit, purpose, direction' }));
+}

@@ -1,0 +1,51 @@
+#include <fstream>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "replay/frame_files.h"
+#include "replay/report/report.h"
+#include "replay/tile_maps.h"
+
+namespace tessera::replay {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+json replay_report(const fs::path& folder, std::string&) {
+  const fs::path file = folder / "stats.json";
+  std::ifstream stream(file, std::ios::binary);
+  const json stats = parse_json(std::string(std::istreambuf_iterator<char>(stream), {}), file.string());
+  if (stats.value("schema", "") != "tessera.stats/1") throw InputError(file.string(), "/schema", "is not tessera.stats/1");
+  const json& frames = stats.at("frames");
+  if (!frames.is_array() || frames.empty()) throw InputError(file.string(), "/frames", "holds no frame");
+  const json& region = stats.at("settings").at("region");
+  json views = json::array();
+  std::size_t bytes = 0, left_out = 0;
+  const std::size_t stride = picture_stride(frames.size());
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const int number = frames[f].at("frame").get<int>();
+    const fs::path picture = folder / (frame_name(number) + ".png");
+    std::error_code missing;
+    const std::uintmax_t size = fs::file_size(picture, missing);
+    if (missing) continue;
+    if (f % stride != 0 || bytes + size > kMostPictureBytes) {
+      ++left_out;
+      continue;
+    }
+    json view = picture_view(fmt::format("frame {}", number), picture, folder / tile_maps_name(number), region.at(0).get<int>(), region.at(1).get<int>());
+    if (view.is_null()) continue;
+    bytes += size;
+    view["frame"] = number;
+    views.push_back(std::move(view));
+  }
+  const std::string capture = stats.at("capture").at("file");
+  return {{"title", capture + ": replay"},
+          {"subtitle", fmt::format("{}x{}, {} frame{}, machine '{}'", stats.at("settings").at("width").get<int>(), stats.at("settings").at("height").get<int>(), frames.size(), frames.size() == 1 ? "" : "s",
+                                   stats.at("gpu").at("preset").get<std::string>())},
+          {"stats", stats}, {"views", views}, {"left_out", left_out}};
+}
+
+}  // namespace tessera::replay

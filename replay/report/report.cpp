@@ -1,0 +1,150 @@
+#include "replay/report/report.h"
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/json_text.h"
+#include "replay/describe.h"
+#include "replay/report/page_files.h"
+
+namespace tessera::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// What the page's plots need of Vega 5, in the order in which they need each other. Debian ships Vega as these modules.
+constexpr std::array kVegaModules = {"vega-util", "vega-time", "vega-format", "vega-loader", "vega-dataflow", "vega-canvas", "vega-scale", "vega-scenegraph", "vega-expression", "vega-selection",
+                                     "vega-statistics", "vega-functions", "vega-runtime", "vega-view", "vega-event-selector", "vega-parser", "vega-transforms", "vega-view-transforms", "vega-encode"};
+constexpr std::array kScripts = {"page.js", "plots.js", "frames.js", "replay.js", "sweep.js", "start.js"};
+
+// The kinds of folder, by the file that tells them. Another kind is another row and another function in page/start.js.
+struct ReportKind {
+  const char* kind;
+  const char* file;
+  json (*make)(const fs::path& folder, std::string& note);
+};
+constexpr std::array<ReportKind, 2> kKinds = {{{"replay", "stats.json", replay_report}, {"sweep", "sweep.json", sweep_report}}};
+
+fs::path vega_folder() {
+  const char* folder = std::getenv("TESSERA_VEGA");
+  return folder != nullptr ? fs::path(folder) : fs::path("/usr/share/javascript/vega");
+}
+
+fs::path vega_module(const char* name) { return vega_folder() / (std::string(name) + ".min.js"); }
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+// The modules as functions of (exports, require, module, define); page/plots.js calls them.
+std::string vega_script() {
+  std::string text = "const vegaModules = {\n";
+  for (const char* name : kVegaModules) text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name, read_text(vega_module(name)));
+  return text + "};\n";
+}
+
+std::string base64(std::string_view bytes) {
+  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= bytes.size() - i ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+std::uint32_t big_endian32(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return value;
+}
+
+// Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
+std::string script_json(const json& value) {
+  std::string text;
+  for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace)) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  return text;
+}
+
+std::string markup_text(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '<' ? std::string("&lt;") : c == '&' ? std::string("&amp;") : std::string(1, c);
+  return out;
+}
+
+// Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
+std::string fill_page(const std::vector<std::pair<std::string, std::string>>& parts) {
+  std::string_view rest = page_files().at("page.html");
+  std::string page;
+  for (const auto& [name, text] : parts) {
+    const std::size_t at = rest.find(name);
+    page.append(rest.substr(0, at)).append(text);
+    rest.remove_prefix(at + name.size());
+  }
+  return page.append(rest);
+}
+
+json meanings(const std::vector<std::string>& topics, const char* name) {
+  json out = json::object();
+  for (const std::string& topic : topics)
+    for (const json& row : describe_json(topic)) out[row.at(name).get<std::string>()] = {{"unit", row.at("unit")}, {"meaning", row.at("meaning")}};
+  return out;
+}
+
+}  // namespace
+
+std::string missing_for_reports() {
+  std::error_code ignored;
+  for (const char* name : kVegaModules)
+    if (!fs::is_regular_file(vega_module(name), ignored))
+      return fmt::format("{} is missing; install Debian's package libjs-vega (or say in TESSERA_VEGA where its files are)", vega_module(name).string());
+  return "";
+}
+
+std::string write_report(const fs::path& folder) {
+  std::error_code ignored;
+  for (const ReportKind& kind : kKinds) {
+    if (!fs::is_regular_file(folder / kind.file, ignored)) continue;
+    if (const std::string missing = missing_for_reports(); !missing.empty()) throw SystemError("no report: " + missing);
+    std::string note;
+    json data;
+    try {
+      data = kind.make(folder, note);
+    } catch (const json::exception& error) {
+      throw InputError((folder / kind.file).string(), "", fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
+    }
+    data["kind"] = kind.kind;
+    data["counters"] = meanings({"counters"}, "name");
+    data["keys"] = meanings({"settings", "gpu"}, "key");
+    std::string script = vega_script();
+    for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
+    write_file_atomically(folder / "report.html", fill_page({{"@TITLE@", markup_text(data.at("title"))}, {"@STYLE@", std::string(page_files().at("page.css"))}, {"@DATA@", script_json(data)}, {"@SCRIPT@", script}}));
+    return note;
+  }
+  throw InputError(folder.string(), "", fs::is_directory(folder, ignored) ? "holds neither stats.json of a replay nor sweep.json of a sweep" : "no such folder");
+}
+
+json picture_view(const std::string& label, const fs::path& picture, const fs::path& tiles, int region_x, int region_y) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(picture, ignored)) return nullptr;
+  const std::string bytes = read_text(picture);
+  if (bytes.size() < 24) return nullptr;
+  json view = {{"label", label}, {"picture", "data:image/png;base64," + base64(bytes)}, {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}}, {"region", {region_x, region_y}}};
+  if (fs::is_regular_file(tiles, ignored)) view["tiles"] = parse_json(read_text(tiles), tiles.string());
+  return view;
+}
+
+std::size_t picture_stride(std::size_t count) { return count == 0 ? 1 : (count + kMostPictures - 1) / kMostPictures; }
+
+}  // namespace tessera::replay

@@ -1,0 +1,36 @@
+#include <cstdio>
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "replay/commands.h"
+#include "replay/report/report.h"
+
+namespace tessera::replay {
+namespace {
+
+class ReportCommand final : public Command {
+ public:
+  explicit ReportCommand(CLI::App& app) {
+    app.add_option("DIR", folder_, "What `tessera replay` or `tessera sweep` wrote")->required()->type_name("DIR");
+    app.footer(
+        "Writes DIR/report.html: one file with pictures, maps, plots, tables and the configuration; it needs no network.\n"
+        "For a sweep it joins what all shards have done so far and writes DIR/sweep.csv as well.");
+  }
+
+  void run() override {
+    const std::string note = write_report(folder_);
+    if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
+    fmt::print("{}\n", (std::filesystem::path(folder_) / "report.html").string());
+  }
+
+ private:
+  std::string folder_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_report_command(CLI::App& app) { return std::make_unique<ReportCommand>(app); }
+
+}  // namespace tessera::replay

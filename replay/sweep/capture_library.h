@@ -1,0 +1,52 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "frontend/capture.h"
+#include "replay/frame_renderer.h"
+
+namespace tessera::replay {
+
+// SHA-256 of a capture: of the file and, for a .gltf, of the files that it names. Reads no more of it than that; what the
+// reader would refuse is left for it to refuse. Throws InputError when the file cannot be read.
+std::string capture_fingerprint(const std::filesystem::path& file);
+
+// The captures of a study, read when the first point needs them and shared by all points that do. At most one is in memory:
+// who asks for another waits until nobody uses the one before. For many threads; every one releases its capture before it
+// asks for the next.
+class CaptureLibrary {
+ public:
+  // Decoded data of a capture may take `max_bytes`.
+  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes) : files_(std::move(files)), max_bytes_(max_bytes) {}
+
+  struct Loaded {
+    std::shared_ptr<const frontend::Capture> capture;  // outlives what is prepared from it
+    std::shared_ptr<const PreparedCapture> prepared;
+  };
+  // Throws what read_capture throws.
+  Loaded get(std::size_t index);
+  // The caller is done with what get() returned, and holds none of it any more.
+  void release();
+
+  double load_seconds() const { return load_seconds_; }
+  std::size_t loads() const { return loads_; }
+
+ private:
+  static constexpr std::size_t kNone = ~std::size_t{0};
+
+  std::vector<std::filesystem::path> files_;
+  std::uint64_t max_bytes_;
+  std::mutex mutex_;
+  std::condition_variable released_;
+  std::size_t current_ = kNone, users_ = 0, loads_ = 0;
+  Loaded loaded_;
+  double load_seconds_ = 0;
+};
+
+}  // namespace tessera::replay

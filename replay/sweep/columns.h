@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "frontend/gltf/place.h"
+
+namespace tessera::replay {
+
+// What a row of a sweep may show of a frame, by name:
+//   UNIT.EVENT                                    a counter
+//   dram.UNIT.PURPOSE.read_bytes, written_bytes   the ledger; 0 where nothing moved
+//   timing.cycles, energy.total_nj                where the machine's model ran
+//   baseline.SCHEME.EVENT                         another scheme's counter; SCHEME as in baselines.csv
+const std::vector<std::string>& known_columns();
+
+bool needs_baselines(const std::string& column);
+
+// All columns, those of the baselines only when asked for.
+std::vector<std::string> default_columns(bool baselines);
+
+// A list of names, in which "*" stands for any characters. Throws InputError for a name that is not known (naming the nearest)
+// and for a pattern that fits none.
+std::vector<std::string> read_columns(const nlohmann::json& value, const frontend::gltf::Place& place);
+
+// All numbers of a frame (frame_json()) by their names. What its units did not count is not there.
+std::map<std::string, nlohmann::json> frame_values(const nlohmann::json& frame);
+
+}  // namespace tessera::replay

@@ -1,0 +1,82 @@
+#include "replay/sweep/points.h"
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/sha256.h"
+#include "frontend/gltf/container.h"
+#include "replay/sweep/capture_library.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kHashDigits = 32;
+
+// Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
+json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash, const std::string& program) {
+  json inputs = {{"schema", "tessera.point/1"}, {"program", program}, {"capture", capture_hash}, {"frames", nullptr}, {"size", nullptr},
+                 {"baselines", study.baselines}, {"pictures", study.pictures}};
+  if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
+  if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
+  inputs["gpu"] = hardware::gpu_json(configuration.gpu);
+  inputs["settings"] = settings_json(configuration.settings);
+  return inputs;
+}
+
+bool next_steps(const Study& study, std::vector<std::uint32_t>& steps) {
+  for (std::size_t a = steps.size(); a-- > 0;) {
+    if (++steps[a] < study.axes[a].values.size()) return true;
+    steps[a] = 0;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<SweepPoint> expand_points(const Study& study, const std::string& program) {
+  std::vector<SweepPoint> points;
+  points.reserve(study.point_count);
+  for (std::size_t c = 0; c < study.captures.size(); ++c) {
+    const std::string capture_hash = capture_fingerprint(study.captures[c]);
+    std::vector<std::uint32_t> steps(study.axes.size(), 0);
+    do {
+      SweepPoint point{c, steps, "", ""};
+      const PointConfiguration configuration = configure_point(study, steps);
+      try {
+        hardware::check_gpu(configuration.gpu);
+      } catch (const UsageError& error) {
+        point.fault = error.what();
+      }
+      point.hash = sha256_hex(point_inputs(study, configuration, capture_hash, program).dump()).substr(0, kHashDigits);
+      points.push_back(std::move(point));
+    } while (next_steps(study, steps));
+  }
+  return points;
+}
+
+std::vector<json> point_values(const Study& study, const SweepPoint& point) {
+  std::vector<json> values;
+  for (std::size_t a = 0; a < study.axes.size(); ++a)
+    for (const json& value : study.axes[a].values[point.steps[a]]) values.push_back(value);
+  return values;
+}
+
+std::string point_label(const Study& study, const SweepPoint& point) {
+  std::string label = study.captures.size() > 1 ? study.capture_names[point.capture] : "";
+  const std::vector<std::string> keys = study.axis_keys();
+  const std::vector<json> values = point_values(study, point);
+  for (std::size_t k = 0; k < keys.size(); ++k)
+    label += fmt::format("{}{}={}", label.empty() ? "" : " ", keys[k], values[k].is_string() ? values[k].get<std::string>() : values[k].dump());
+  return label.empty() ? study.capture_names[point.capture] : label;
+}
+
+std::string program_fingerprint() {
+  constexpr std::uint64_t kMaxBytes = 4ull << 30;
+  Sha256 hash;
+  hash.add(frontend::gltf::read_whole_file("/proc/self/exe", kMaxBytes, "the program"));
+  return hash.finish();
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,180 @@
+#include "replay/sweep/study.h"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "frontend/gltf/container.h"
+#include "frontend/gltf/json_reader.h"
+#include "frontend/gltf/place.h"
+#include "replay/sweep/axis_values.h"
+#include "replay/sweep/columns.h"
+
+namespace tessera::replay {
+namespace {
+
+using frontend::gltf::Place;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kMembers = {"title", "captures", "frames", "size", "gpu", "settings", "axes", "columns", "baselines", "pictures"};
+
+const std::string& text_of(const json& value, const Place& place) {
+  if (!value.is_string()) place.refuse("is not a text");
+  return value.get_ref<const std::string&>();
+}
+
+bool flag_of(const json& value, const Place& place) {
+  if (!value.is_boolean()) place.refuse("is neither true nor false");
+  return value.get<bool>();
+}
+
+// Runs `parse`, whose complaint becomes one about the place.
+template <class Parse>
+auto at_place(const Place& place, const Parse& parse) {
+  try {
+    return parse();
+  } catch (const UsageError& error) {
+    place.refuse("{}", error.what());
+  }
+}
+
+fs::path beside(const fs::path& study, const std::string& name) {
+  const fs::path path(name);
+  return path.is_absolute() ? path : study.parent_path() / path;
+}
+
+// A preset's name stays; anything else is a file, found from the folder of the study.
+std::string find_gpu(const fs::path& study, const std::string& name) {
+  const std::vector<std::string> presets = hardware::preset_names();
+  return std::find(presets.begin(), presets.end(), name) != presets.end() ? name : beside(study, name).string();
+}
+
+// Checks one value by setting it on a machine of its own.
+void check_value(const Study& study, const std::string& key, const json& value, const Place& place) {
+  at_place(place, [&] {
+    if (key == kSizeKey) {
+      parse_size("size", text_of(value, place));
+    } else if (key == kGpuKey) {
+      hardware::load_gpu(find_gpu(study.file, text_of(value, place)));
+    } else {
+      RunSettings settings;
+      hardware::GpuConfiguration gpu;
+      set_key(key, value, settings, gpu);
+    }
+    return 0;
+  });
+}
+
+void read_captures(const json& value, const Place& place, Study& study) {
+  if (!value.is_array() || value.empty()) place.refuse("is not a list of captures");
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const std::string& name = text_of(value[i], place.at(i));
+    if (!seen.insert(name).second) place.at(i).refuse("is there twice");
+    study.capture_names.push_back(name);
+    study.captures.push_back(beside(study.file, name));
+    std::error_code ignored;
+    if (!fs::is_regular_file(study.captures.back(), ignored)) place.at(i).refuse("no such file: {}", escape_control(study.captures.back().string()));
+  }
+}
+
+void read_settings(const json& value, const Place& place, Study& study) {
+  if (!value.is_object()) place.refuse("is not an object of keys and values");
+  for (const auto& [key, setting] : value.items()) {
+    if (key == kSizeKey || key == kGpuKey) place.at(key).refuse("is a member of the study itself, not a setting");
+    check_value(study, key, setting, place.at(key));
+    study.settings.emplace_back(key, setting);
+  }
+}
+
+void read_axes(const json& value, const Place& place, std::uint64_t max_points, Study& study) {
+  if (!value.is_array()) place.refuse("is not a list of axes");
+  std::set<std::string> taken;
+  for (const auto& [key, setting] : study.settings) taken.insert(key);
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const Place axis_place = place.at(i);
+    StudyAxis axis = read_axis(value[i], axis_place, max_points);
+    for (const std::string& key : axis.keys)
+      if (!taken.insert(key).second) axis_place.refuse("'{}' is set by the study or by another axis already", escape_control(key, 80));
+    for (std::size_t v = 0; v < axis.values.size(); ++v)
+      for (std::size_t k = 0; k < axis.keys.size(); ++k) check_value(study, axis.keys[k], axis.values[v][k], axis_place.at("values").at(v));
+    // The whole product is known before any of it is made.
+    if (axis.values.size() > max_points / study.point_count)
+      throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", study.file.string(), max_points));
+    study.point_count *= axis.values.size();
+    study.axes.push_back(std::move(axis));
+  }
+}
+
+json read_document(const fs::path& file) {
+  constexpr std::uint64_t kMaxBytes = 64u << 20;
+  const std::vector<std::uint8_t> bytes = frontend::gltf::read_whole_file(file, kMaxBytes, file.string());
+  frontend::MemoryBudget budget(1u << 30);
+  return frontend::gltf::read_json(std::string(bytes.begin(), bytes.end()), 0, file.string(), budget);
+}
+
+}  // namespace
+
+std::vector<std::string> Study::axis_keys() const {
+  std::vector<std::string> keys;
+  for (const StudyAxis& axis : axes) keys.insert(keys.end(), axis.keys.begin(), axis.keys.end());
+  return keys;
+}
+
+Study read_study(const fs::path& file, std::uint64_t max_points) {
+  const json root = read_document(file);
+  const Place place(file.string());
+  if (!root.is_object()) place.refuse("a study is a JSON object");
+  for (const auto& [name, value] : root.items())
+    if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end()) place.at(name).refuse("{}", unknown_key_message(name, kMembers));
+  if (!root.contains("captures")) place.refuse("lacks 'captures'");
+
+  Study study;
+  study.file = file;
+  const auto with = [&](const char* name, const auto& read) {
+    if (const auto at = root.find(name); at != root.end()) read(*at, place.at(name));
+  };
+  with("title", [&](const json& value, const Place& where) { study.title = text_of(value, where); });
+  with("captures", [&](const json& value, const Place& where) { read_captures(value, where, study); });
+  with("frames", [&](const json& value, const Place& where) { study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); }); });
+  with("size", [&](const json& value, const Place& where) { study.size = at_place(where, [&] { return parse_size("size", text_of(value, where)); }); });
+  with("gpu", [&](const json& value, const Place& where) {
+    check_value(study, kGpuKey, value, where);
+    study.gpu = find_gpu(file, value.get<std::string>());
+  });
+  with("settings", [&](const json& value, const Place& where) { read_settings(value, where, study); });
+  study.point_count = study.captures.size();
+  if (study.point_count > max_points) throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", file.string(), max_points));
+  with("axes", [&](const json& value, const Place& where) { read_axes(value, where, max_points, study); });
+  with("pictures", [&](const json& value, const Place& where) { study.pictures = flag_of(value, where); });
+  with("baselines", [&](const json& value, const Place& where) { study.baselines = flag_of(value, where); });
+  study.columns = default_columns(study.baselines);
+  with("columns", [&](const json& value, const Place& where) { study.columns = read_columns(value, where); });
+  study.baselines = study.baselines || std::any_of(study.columns.begin(), study.columns.end(), needs_baselines);
+  return study;
+}
+
+PointConfiguration configure_point(const Study& study, const std::vector<std::uint32_t>& steps) {
+  PointConfiguration point;
+  point.size = study.size;
+  std::string gpu = study.gpu;
+  std::vector<std::pair<const std::string*, const json*>> values;
+  for (const auto& [key, value] : study.settings) values.emplace_back(&key, &value);
+  for (std::size_t a = 0; a < study.axes.size(); ++a)
+    for (std::size_t k = 0; k < study.axes[a].keys.size(); ++k) {
+      const std::string& key = study.axes[a].keys[k];
+      const json& value = study.axes[a].values[steps[a]][k];
+      if (key == kGpuKey) gpu = find_gpu(study.file, value.get<std::string>());
+      else if (key == kSizeKey) point.size = parse_size("size", value.get<std::string>());
+      else values.emplace_back(&key, &value);
+    }
+  point.gpu = hardware::load_gpu(gpu);
+  for (const auto& [key, value] : values) set_key(*key, *value, point.settings, point.gpu);
+  return point;
+}
+
+}  // namespace tessera::replay

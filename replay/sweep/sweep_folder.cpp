@@ -1,0 +1,149 @@
+#include "replay/sweep/sweep_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/json_text.h"
+#include "replay/sweep/columns.h"
+
+namespace tessera::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
+  json list = json::array();
+  for (const SweepPoint& point : points) list.push_back({{"hash", point.hash}, {"capture", point.capture}, {"values", point_values(study, point)}});
+  json settings = json::object();
+  for (const auto& [key, value] : study.settings) settings[key] = value;
+  json out = {{"schema", "tessera.sweep/1"}, {"title", study.title}, {"captures", study.capture_names}, {"axes", study.axis_keys()}, {"columns", study.columns},
+              {"settings", settings}, {"baselines", study.baselines}, {"pictures", study.pictures}, {"points", list}};
+  // What every point has in common, axes aside: that of the first one.
+  const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
+  out["first_point"] = {{"gpu", hardware::gpu_json(first.gpu)}, {"settings", settings_json(first.settings)}};
+  if (study.frames) out["frames"] = {study.frames->first, study.frames->last};
+  if (first.size) out["first_point"]["size"] = {first.size->width, first.size->height};
+  return out;
+}
+
+// One value of a comma-separated file.
+std::string cell(const json& value) {
+  if (!value.is_string()) return value.is_null() ? "" : value.dump();
+  const std::string& text = value.get_ref<const std::string&>();
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+void remove_unfinished(const fs::path& folder) {
+  std::error_code error;
+  for (const fs::path& place : {folder, folder / "points"})
+    for (fs::directory_iterator at(place, error), end; !error && at != end; at.increment(error)) {
+      std::error_code ignored;
+      if (at->path().extension() == ".part") fs::remove(at->path(), ignored);
+    }
+}
+
+}  // namespace
+
+fs::path SweepFolder::picture_file(const std::string& hash, int frame) const { return folder_ / "points" / fmt::format("{}_{:04d}.png", hash, frame); }
+fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const { return folder_ / "points" / fmt::format("{}_tiles_{:04d}.json", hash, frame); }
+
+bool SweepFolder::has_point(const std::string& hash) const {
+  std::error_code ignored;
+  return fs::is_regular_file(point_file(hash), ignored);
+}
+
+bool SweepFolder::write_manifest(const Study& study, const std::vector<SweepPoint>& points) const {
+  const std::string text = manifest_json(study, points).dump(1) + "\n";
+  if (read_text(folder_ / "sweep.json") == text) return false;
+  write_file_atomically(folder_ / "sweep.json", text);
+  return true;
+}
+
+SweepLock::SweepLock(const SweepFolder& folder, bool shared) {
+  std::error_code error;
+  fs::create_directories(folder.path() / "points", error);
+  if (error) throw SystemError(fmt::format("cannot create the folder {}: {}", folder.path().string(), error.message()));
+  descriptor_ = ::open((folder.path() / "points" / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) throw SystemError(fmt::format("cannot write to {}: {}", folder.path().string(), std::strerror(errno)));
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
+    remove_unfinished(folder.path());
+    if (shared) ::flock(descriptor_, LOCK_SH);
+  } else if (errno == EWOULDBLOCK) {
+    // Others are at work. Another shard may still be cleaning up, alone: wait for that.
+    if (!shared || ::flock(descriptor_, LOCK_SH) != 0) {
+      ::close(descriptor_);
+      throw SystemError(fmt::format("another sweep is at work in {}", folder.path().string()));
+    }
+  }
+}
+
+SweepLock::~SweepLock() { ::close(descriptor_); }
+
+JoinedSweep join_sweep(const SweepFolder& folder) {
+  JoinedSweep sweep;
+  const std::string manifest = (folder.path() / "sweep.json").string();
+  sweep.manifest = parse_json(read_text(manifest), manifest);
+  std::string file = manifest;
+  try {
+    const json& points = sweep.manifest.at("points");
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const std::string hash = points[p].at("hash");
+      if (!folder.has_point(hash)) {
+        sweep.missing.push_back(p);
+        continue;
+      }
+      file = folder.point_file(hash).string();
+      const json result = parse_json(read_text(file), file);
+      if (result.contains("fault")) sweep.rows.push_back({p, nullptr, result["fault"].get<std::string>()});
+      else
+        for (const json& frame : result.at("frames")) sweep.rows.push_back({p, frame, "ok"});
+    }
+  } catch (const json::exception& error) {
+    throw InputError(file, "", fmt::format("is not the result of a sweep: {}", error.what()));
+  }
+  return sweep;
+}
+
+std::string sweep_csv(const JoinedSweep& sweep) {
+  const json& manifest = sweep.manifest;
+  std::string text = "point,hash,capture";
+  for (const json& key : manifest.at("axes")) text += "," + key.get<std::string>();
+  text += ",frame,status";
+  for (const json& column : manifest.at("columns")) text += "," + column.get<std::string>();
+  text += "\n";
+  for (const SweepRow& row : sweep.rows) {
+    const json& point = manifest.at("points").at(row.point);
+    text += fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(), cell(manifest.at("captures").at(point.at("capture").get<std::size_t>())));
+    for (const json& value : point.at("values")) text += "," + cell(value);
+    text += fmt::format(",{},{}", row.frame.is_null() ? "" : row.frame.at("frame").dump(), cell(row.status));
+    const std::map<std::string, json> values = row.frame.is_null() ? std::map<std::string, json>{} : frame_values(row.frame);
+    for (const json& column : manifest.at("columns")) {
+      const auto at = values.find(column.get<std::string>());
+      text += "," + (at == values.end() ? "" : cell(at->second));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace tessera::replay

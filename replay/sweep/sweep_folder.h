@@ -1,0 +1,76 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "replay/sweep/points.h"
+#include "replay/sweep/study.h"
+
+namespace tessera::replay {
+
+// The output folder of a sweep:
+//   sweep.json          the study with all its points and their hashes; the same from every shard
+//   points/HASH.json    the result of one point: {"schema": "tessera.point/1", "frames": [...]} or {..., "fault": TEXT}
+//   points/HASH_NNNN.png, HASH_tiles_NNNN.json   with "pictures"
+//   sweep.csv, report.html                       made from these by join_sweep() and the report
+//
+// Invariants (cited by the tests):
+//   W1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
+//   W2  What is in the folder after all points are done follows from the study, the captures and the program alone: not from
+//       how often the sweep was killed, how it was sharded, or the number of threads.
+//   W3  A point whose result is there is not computed again.
+class SweepFolder {
+ public:
+  explicit SweepFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  const std::filesystem::path& path() const { return folder_; }
+  std::filesystem::path point_file(const std::string& hash) const { return folder_ / "points" / (hash + ".json"); }
+  std::filesystem::path picture_file(const std::string& hash, int frame) const;
+  std::filesystem::path tiles_file(const std::string& hash, int frame) const;
+  bool has_point(const std::string& hash) const;
+
+  // Writes sweep.json; false: it was there already, with the same content.
+  bool write_manifest(const Study& study, const std::vector<SweepPoint>& points) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+// Held while a sweep works in a folder: several shards may share it, a whole sweep has it alone. Who finds nobody else there
+// removes what killed runs left half written. On file systems without locks it does nothing.
+class SweepLock {
+ public:
+  // Throws SystemError when the folder is taken.
+  SweepLock(const SweepFolder& folder, bool shared);
+  ~SweepLock();
+  SweepLock(const SweepLock&) = delete;
+  SweepLock& operator=(const SweepLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
+// One point and frame of a joined sweep; `frame` is null where the point has a fault, `tiles` and `picture` where they were not kept.
+struct SweepRow {
+  std::size_t point = 0;
+  nlohmann::json frame;
+  std::string status;  // "ok", or the fault
+};
+
+// The results of a sweep, read back from its folder.
+struct JoinedSweep {
+  nlohmann::json manifest;
+  std::vector<SweepRow> rows;        // by point, then by frame
+  std::vector<std::size_t> missing;  // points without a result yet
+};
+// Throws InputError when the folder holds no sweep or a damaged one.
+JoinedSweep join_sweep(const SweepFolder& folder);
+
+// point,hash,capture,AXES...,frame,status,COLUMNS...; a row per point and frame, no host times. What a unit did not count is empty.
+std::string sweep_csv(const JoinedSweep& sweep);
+
+}  // namespace tessera::replay

@@ -1,0 +1,183 @@
+#include "replay/sweep/sweep_runner.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/image_codec.h"
+#include "replay/frame_renderer.h"
+#include "replay/progress.h"
+#include "replay/statistics.h"
+#include "replay/sweep/capture_library.h"
+#include "replay/tile_maps.h"
+#include "shaders_cpp/tone_map.h"
+
+namespace tessera::replay {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::json;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// Lets the pictures of several points into memory as long as they fit.
+class PictureMemory {
+ public:
+  explicit PictureMemory(std::uint64_t max_bytes) : free_(max_bytes), max_(max_bytes) {}
+  void take(std::uint64_t bytes) {
+    if (bytes > max_) throw LimitError(fmt::format("the pictures of a point need {} bytes, --max-memory allows {}", bytes, max_));
+    std::unique_lock lock(mutex_);
+    returned_.wait(lock, [&] { return free_ >= bytes; });
+    free_ -= bytes;
+  }
+  void give(std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    free_ += bytes;
+    returned_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable returned_;
+  std::uint64_t free_, max_;
+};
+
+class Run {
+ public:
+  Run(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder, const SweepOptions& options)
+      : study_(study), points_(points), folder_(folder), library_(study.captures, options.max_bytes), memory_(options.max_bytes) {
+    std::set<std::string> asked;
+    for (std::size_t p = options.shard; p < points.size(); p += options.shards) {
+      ++outcome_.mine;
+      if (folder.has_point(points[p].hash) || !asked.insert(points[p].hash).second) ++outcome_.found;
+      else todo_.push_back(p);
+    }
+    outcome_.workers = std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(todo_.size(), 1));
+    threads_each_ = static_cast<int>(std::max<std::size_t>(1, options.threads / outcome_.workers));
+    progress_.emplace(todo_.size(), options.quiet || todo_.empty());
+  }
+
+  SweepOutcome run() {
+    const Clock::time_point start = Clock::now();
+    std::vector<std::thread> workers;
+    for (std::size_t w = 0; w < outcome_.workers; ++w) workers.emplace_back([this] { work(); });
+    for (std::thread& worker : workers) worker.join();
+    if (failure_) std::rethrow_exception(failure_);
+    outcome_.seconds = seconds_since(start);
+    outcome_.load_seconds = library_.load_seconds();
+    outcome_.stopped = outcome_.rendered < todo_.size();
+    return outcome_;
+  }
+
+ private:
+  // Each worker's loops run on its own few threads: they never take up another worker's point while they wait.
+  void work() {
+    tbb::task_arena arena(threads_each_);
+    arena.execute([this] {
+      try {
+        while (!stop_requested() && !failed_) {
+          const std::size_t next = next_.fetch_add(1);
+          if (next >= todo_.size()) return;
+          run_point(points_[todo_[next]]);
+        }
+      } catch (...) {
+        const std::lock_guard lock(mutex_);
+        if (!failure_) failure_ = std::current_exception();
+        failed_ = true;
+      }
+    });
+  }
+
+  void run_point(const SweepPoint& point) {
+    const Clock::time_point start = Clock::now();
+    json result = {{"schema", "tessera.point/1"}};
+    double rendering = 0;
+    if (point.fault.empty()) {
+      struct Lease {
+        CaptureLibrary& library;
+        ~Lease() { library.release(); }
+      };
+      CaptureLibrary::Loaded capture = library_.get(point.capture);
+      const Lease lease{library_};
+      try {
+        result["frames"] = render(point, std::exchange(capture, {}), rendering);
+      } catch (const UsageError& error) {
+        result["fault"] = error.what();
+      }
+    } else {
+      result["fault"] = point.fault;
+    }
+    write_file_atomically(folder_.point_file(point.hash), result.dump(1) + "\n");
+    const std::lock_guard lock(mutex_);
+    outcome_.render_seconds += rendering;
+    ++outcome_.rendered;
+    progress_->update(outcome_.rendered, fmt::format("{}: {:.2f} s", point_label(study_, point), seconds_since(start)));
+  }
+
+  json render(const SweepPoint& point, const CaptureLibrary::Loaded& capture, double& seconds) {
+    const PointConfiguration configuration = configure_point(study_, point.steps);
+    const frontend::CaptureSettings& own = capture.capture->settings;
+    RenderRequest request;
+    request.width = configuration.size ? configuration.size->width : own.width;
+    request.height = configuration.size ? configuration.size->height : own.height;
+    request.region = {0, 0, request.width, request.height};
+    request.baselines = study_.baselines;
+    struct Reserved {
+      PictureMemory& memory;
+      std::uint64_t bytes;
+      ~Reserved() { memory.give(bytes); }
+    };
+    // Colour and its encoded copies; the baselines render once more.
+    const std::uint64_t bytes = static_cast<std::uint64_t>(request.width) * static_cast<std::uint64_t>(request.height) * (study_.baselines ? 64 : 32);
+    memory_.take(bytes);
+    const Reserved reserved{memory_, bytes};
+    FrameRenderer renderer(capture.prepared, configuration.gpu, configuration.settings, request);
+    const FrameRange range = study_.frames.value_or(FrameRange{own.first_frame, own.first_frame + own.frame_count});
+    json frames = json::array();
+    for (int frame = range.first; frame < range.last; ++frame) {
+      const Clock::time_point start = Clock::now();
+      const FrameResult result = renderer.render(frame);
+      seconds += seconds_since(start);
+      frames.push_back(frame_json(result));
+      if (!study_.pictures) continue;
+      const float exposure = configuration.settings.exposure > 0 ? static_cast<float>(configuration.settings.exposure) : own.exposure;
+      write_png(folder_.picture_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
+      write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
+    }
+    return frames;
+  }
+
+  const Study& study_;
+  const std::vector<SweepPoint>& points_;
+  const SweepFolder& folder_;
+  CaptureLibrary library_;
+  PictureMemory memory_;
+  std::vector<std::size_t> todo_;
+  int threads_each_ = 1;
+  std::atomic<std::size_t> next_{0};
+  std::atomic<bool> failed_{false};
+  std::mutex mutex_;  // of everything below
+  std::exception_ptr failure_;
+  SweepOutcome outcome_;
+  std::optional<Progress> progress_;
+};
+
+}  // namespace
+
+SweepOutcome run_sweep(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder, const SweepOptions& options) {
+  return Run(study, points, folder, options).run();
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "binner/tile_grid.h"
+#include "tilecore/tile_core.h"
+
+namespace tessera::replay {
+
+// What one tile of a frame asked of its core, partial renders and second passes included. Every member is a map of the
+// report; kTileMapFields declares it.
+struct TileCounts {
+  std::uint64_t entries = 0;
+  std::uint64_t queue_bytes_read = 0;
+  std::uint64_t culled_occlusion = 0;
+  std::uint64_t sub_patches = 0;
+  std::uint64_t moving_sub_patches = 0;
+  std::uint64_t triangles = 0;
+  std::uint64_t box_tests = 0;
+  std::uint64_t triangle_tests = 0;
+  std::uint64_t sample_hits = 0;
+  std::uint64_t samples_visible = 0;
+  std::uint64_t pixel_shader_invocations = 0;
+};
+
+// Declaration of one map. `counter` is the counter of the frame that the map adds up to over all tiles; "" when there is none.
+struct TileMapField {
+  std::string_view name;
+  std::uint64_t TileCounts::*member;
+  std::string_view unit;
+  std::string_view meaning;
+  std::string_view counter;
+};
+inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
+    {"entries", &TileCounts::entries, "entries", "Queue entries that the tile read.", "tilecore.entries_fetched"},
+    {"queue_bytes_read", &TileCounts::queue_bytes_read, "bytes", "Bytes of list heads, links and entries that the tile read.", "binner.queue_bytes_read"},
+    {"culled_occlusion", &TileCounts::culled_occlusion, "entries", "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
+    {"sub_patches", &TileCounts::sub_patches, "sub-patches", "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
+    {"moving_sub_patches", &TileCounts::moving_sub_patches, "sub-patches", "Those of them that ran the kernels for motion.", ""},
+    {"triangles", &TileCounts::triangles, "triangles", "Triangles of these sub-patches.", ""},
+    {"box_tests", &TileCounts::box_tests, "tests", "Samples or tiles tested against boxes.", "tilecore.box_tests"},
+    {"triangle_tests", &TileCounts::triangle_tests, "tests", "Samples tested against triangles.", "tilecore.triangle_tests"},
+    {"sample_hits", &TileCounts::sample_hits, "samples", "Triangle tests that hit.", "tilecore.sample_hits"},
+    {"samples_visible", &TileCounts::samples_visible, "samples", "Samples that see an opaque surface.", "tilecore.samples_visible"},
+    {"pixel_shader_invocations", &TileCounts::pixel_shader_invocations, "invocations", "Runs of the pixel shader.", "tilecore.pixel_shader_invocations"},
+});
+static_assert(sizeof(TileCounts) == sizeof(std::uint64_t) * kTileMapFields.size(), "each map needs exactly one declaration");
+
+// The maps of one frame, tile by tile, row by row from the top left. They follow from the frame alone, as counters do.
+struct TileMaps {
+  int x0 = 0, y0 = 0;  // pixel of the frame at which the first tile begins; it may lie before the region
+  int tile_width = 0, tile_height = 0, columns = 0, rows = 0;
+  std::vector<TileCounts> tiles;
+
+  TileMaps() = default;
+  explicit TileMaps(const binner::TileGrid& grid);
+
+  // Adds the work of another view of the same frame.
+  void add(const TileMaps& view);
+};
+
+// Adds to a tile's work what its core counts between construction and stop(), in which time nobody may take the core's
+// counters. Only the thread that renders the tile may touch either.
+class TileMeter {
+ public:
+  TileMeter(const tilecore::TileCore& core, TileCounts& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()) {}
+  void stop();
+
+ private:
+  const tilecore::TileCore& core_;
+  TileCounts& work_;
+  const tilecore::TileCoreCounters entries_;  // at the beginning
+  const tilecore::ShadingCounters shading_;
+};
+
+// Adds what the tile asked of the tessellator.
+void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work);
+
+// {"schema": "tessera.tiles/1", "frame", "origin": [x, y], "tile": [w, h], "grid": [columns, rows],
+//  "maps": {NAME: {"unit", "meaning", "values": [...]}}}; one line per map.
+std::string tile_maps_json(int frame, const TileMaps& maps);
+
+// "tiles_0007.json"
+std::string tile_maps_name(int frame);
+
+}  // namespace tessera::replay

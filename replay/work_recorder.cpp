@@ -1,0 +1,185 @@
+#include "replay/work_recorder.h"
+
+#include <utility>
+
+namespace tessera::replay {
+
+using hardware::Phase;
+using hardware::Purpose;
+using hardware::Unit;
+
+namespace {
+
+constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility);
+
+}  // namespace
+
+WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses)
+    : gpu_(gpu),
+      heights_(heights),
+      record_accesses_(record_accesses),
+      line_bytes_(static_cast<std::uint64_t>(gpu.line_bytes())),
+      l2_(gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()) {}
+
+std::uint64_t WorkRecorder::since(const hardware::Ledger& ledger, hardware::Traffic& seen) {
+  const hardware::Traffic now = ledger.total(), more{now.read_bytes - seen.read_bytes, now.written_bytes - seen.written_bytes};
+  seen = now;
+  rounds_.read_bytes += more.read_bytes;
+  rounds_.written_bytes += more.written_bytes;
+  return more.read_bytes + more.written_bytes;
+}
+
+void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const frontend::FrontEndResult& result) {
+  frame_ = &frame;
+  if (record_accesses_ && patch_offsets_.empty()) {
+    std::uint64_t next = 0;
+    for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
+      patch_offsets_.push_back(next);
+      next += hardware::burst_bytes(0, frontend::patch_record_bytes(frame, p), static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
+    }
+  }
+  const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
+  geometry_.patches += result.counters.base_patches - front_end_.base_patches;
+  geometry_.bounds += result.counters.bounds_computed - front_end_.bounds_computed;
+  geometry_bytes_ += bytes;
+  // Records lie one behind the other in the order in which they are read.
+  if (record_accesses_) geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
+  front_end_ = result.counters;
+}
+
+void WorkRecorder::begin_round(const binner::Binner& binner) {
+  const binner::BinnerCounters& now = binner.buffer().counters();
+  geometry_.entries = now.entries - binner_.entries;
+  const auto tested = [](const binner::BinnerCounters& c) { return c.tile_overlaps + c.tiles_dropped_exact + c.tiles_dropped_time; };
+  geometry_.tiles_tested = tested(now) - tested(binner_);
+  geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
+  geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
+  geometry_.queue_bytes = binner.buffer().bytes_in_use();
+  binner_ = now;
+  slots_.resize(binner.grid().tile_count());
+}
+
+hardware::AccessLog* WorkRecorder::begin_tile(std::size_t tile, tilecore::TileCore& core) {
+  Slot& slot = slots_[tile];
+  slot.used = true;
+  slot.work.tile = static_cast<std::uint32_t>(tile);
+  if (!record_accesses_) return nullptr;
+  core.record_accesses(&slot.log);
+  return &slot.log;
+}
+
+void WorkRecorder::begin_shading(std::size_t tile, tilecore::TileCore& core) {
+  slots_[tile].shading_lines = core.textures().misses().size();
+  hardware::merge(sums_.local().texture, core.textures().take_counters());
+}
+
+void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished) {
+  Slot& slot = slots_[tile];
+  Sums& sums = sums_.local();
+  const tilecore::TileCoreCounters tilecore = core.take_counters();
+  const tilecore::ShadingCounters shading = core.take_shading_counters();
+  const tilecore::ResolveCounters resolve = core.take_resolve_counters();
+  const tilecore::TextureCounters texture = core.textures().take_counters();
+  const hardware::Ledger ledger = core.take_ledger();
+  slot.lines = core.textures().take_misses();
+
+  hardware::TileWork& work = slot.work;
+  work.entries = tilecore.entries_fetched;
+  work.box_tests = tilecore.box_tests;
+  work.triangle_tests = tilecore.triangle_tests;
+  work.hits = tilecore.sample_hits;
+  work.alpha_tests = tilecore.alpha_tests;
+  work.shader_runs = shading.pixel_shader_invocations;
+  work.blended_layers = shading.blended_layers;
+  work.texels = texture.texels;
+  if (finished) {
+    const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile));
+    work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
+  }
+  work.dram_bytes = hardware::phase_bytes(ledger);
+
+  hardware::merge(sums.tilecore, tilecore);
+  hardware::merge(sums.shading, shading);
+  hardware::merge(sums.resolve, resolve);
+  hardware::merge(sums.texture, texture);
+  sums.ledger += ledger;
+}
+
+void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache) {
+  Slot& slot = slots_[tile];
+  const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
+  slot.work.sub_patches += requests.size();
+  for (const tilecore::TessellationRequest& r : requests) {
+    const std::uint64_t made = cache.counters().sub_patches, vertices = cache.counters().domain_evaluations, bytes = fetched();
+    cache.use(std::span(&r, 1));
+    rounds_.read_bytes += fetched() - bytes;
+    slot.work.vertices += cache.counters().domain_evaluations - vertices;
+    slot.work.dram_bytes[kVisibility] += fetched() - bytes;
+    // A box for each cell of two triangles, and for each leaf of 16 cells.
+    const std::uint64_t cells = (r.triangles + 1) / 2;
+    slot.work.boxes += cells + (cells + 15) / 16;
+    // Records of neighbours that it needs are taken to lie behind its own.
+    if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
+    if (heights_ == nullptr || cache.counters().sub_patches == made) continue;
+    heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
+    for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
+  }
+  share_lines(slot);
+}
+
+void WorkRecorder::share_line(Slot& slot, std::uint32_t line, Phase phase) {
+  ++l2_counters_.requests;
+  ++slot.work.l2_lines;
+  if (l2_.use(line)) return;
+  ++l2_counters_.misses;
+  ++slot.work.l2_lines;
+  l2_ledger_.read(Unit::kTilecore, Purpose::kTexture, line_bytes_);
+  slot.work.dram_bytes[static_cast<std::size_t>(phase)] += line_bytes_;
+  if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kTexture, false, line * line_bytes_, line_bytes_);
+}
+
+void WorkRecorder::share_lines(Slot& slot) {
+  for (std::size_t i = 0; i < slot.lines.size(); ++i) share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
+  slot.lines.clear();
+}
+
+void WorkRecorder::end_round() {
+  hardware::WorkRound round{std::exchange(geometry_, {}), {}};
+  FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
+  for (Slot& slot : slots_) {
+    if (!slot.used) continue;
+    round.tiles.push_back(slot.work);
+    if (record_accesses_) accesses.tiles.push_back(std::move(slot.log.accesses()));
+    slot = {};
+  }
+  record_.work.rounds.push_back(std::move(round));
+  if (record_accesses_) record_.accesses.push_back(std::move(accesses));
+}
+
+WorkRecorder::Sums WorkRecorder::take_sums() {
+  Sums all;
+  sums_.for_each([&](Sums& sums) {
+    hardware::merge(all.tilecore, sums.tilecore);
+    hardware::merge(all.shading, sums.shading);
+    hardware::merge(all.resolve, sums.resolve);
+    hardware::merge(all.texture, sums.texture);
+    all.ledger += sums.ledger;
+    sums = {};
+  });
+  all.l2 = std::exchange(l2_counters_, {});
+  all.ledger += std::exchange(l2_ledger_, {});
+  hardware::Traffic none;
+  since(all.ledger, none);
+  return all;
+}
+
+FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const hardware::Ledger& ledger) {
+  record_.work.tile_samples = static_cast<std::uint64_t>(job.grid->tile_width()) * static_cast<std::uint64_t>(job.grid->tile_height()) *
+                              static_cast<std::uint64_t>(job.pattern->samples_per_pixel());
+  const hardware::Traffic all = ledger.total();
+  record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
+  record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;
+  return std::move(record_);
+}
+
+}  // namespace tessera::replay

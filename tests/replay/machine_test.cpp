@@ -1,0 +1,332 @@
+// Cycles, energy and traffic of whole frames.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "frontend/capture_reader.h"
+#include "replay/dram_trace.h"
+#include "replay/machine_report.h"
+#include "replay/selfcheck.h"
+#include "replay/statistics.h"
+#include "tests/support/captures.h"
+
+namespace tessera::replay {
+namespace {
+
+using frontend::Capture;
+using hardware::GpuConfiguration;
+using hardware::Purpose;
+using hardware::Stage;
+using hardware::Unit;
+
+struct Way {
+  GpuConfiguration gpu;
+  RunSettings settings;
+  std::size_t threads = 0;
+  int frame = 0;
+};
+
+FrameResult render(const Capture& capture, const Way& run, int width = 160, int height = 90) {
+  const ThreadLimit threads(run.threads);
+  const RenderRequest request{.width = width, .height = height, .region = {0, 0, width, height}, .record_accesses = true};
+  return FrameRenderer(capture, run.gpu, run.settings, request).render(run.frame);
+}
+
+std::uint64_t bytes_of(const hardware::Traffic& traffic) { return traffic.read_bytes + traffic.written_bytes; }
+
+// Machines whose frames take other ways: buffers that run full, groups of tiles, two passes.
+std::map<std::string, Way> ways() {
+  std::map<std::string, Way> all;
+  all["plain"] = {};
+  all["small"].gpu = hardware::load_gpu("small");
+  all["large"].gpu = hardware::load_gpu("large");
+  all["partial renders"].gpu.parameter_buffer_bytes = 4096;
+  all["spilling"].gpu.parameter_buffer_bytes = 4096;
+  all["spilling"].gpu.parameter_buffer_full_policy = "spill";
+  all["shading cache"].settings.shading_rate = "cache";
+  all["no L2"].gpu.l2_bytes = 0;
+  all["long bursts"].gpu.memory_burst_bytes = 256;
+  return all;
+}
+
+class MachineOf : public testing::TestWithParam<const char*> {
+ protected:
+  Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
+  Way with(Way run) const {
+    run.frame = capture.settings.first_frame;
+    return run;
+  }
+};
+
+// Everything that must not depend on the host.
+std::string measurements(const FrameResult& r) {
+  nlohmann::json all = {counters_json(r.counters), timing_json(r.model->timing), energy_json(r.model->energy)};
+  for (const Burst& burst : frame_bursts(*r.model, hardware::AddressMap({}), 64)) all.push_back({burst.cycle, burst.address, burst.write});
+  return all.dump();
+}
+
+TEST_P(MachineOf, CyclesEnergyAndBurstsAreTheSameForAnyNumberOfThreads) {
+  Way run = with({});
+  run.threads = 1;
+  const std::string expected = measurements(render(capture, run));
+  for (const std::size_t threads : {2u, 7u}) {
+    run.threads = threads;
+    EXPECT_EQ(measurements(render(capture, run)), expected) << threads;
+  }
+}
+
+TEST_P(MachineOf, EveryByteOfTheLedgerIsMovedInOnePhaseAndIsInTheTrace) {
+  for (const auto& [name, way] : ways()) {
+    const FrameResult r = render(capture, with(way));
+    const hardware::Traffic total = r.counters.ledger.total();
+    EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total)) << name;
+    EXPECT_EQ(r.model->record.work.other_bytes, 0u) << name;
+    const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
+    std::uint64_t read = 0, written = 0, last = 0;
+    for (const Burst& b : frame_bursts(*r.model, hardware::AddressMap({}), burst)) {
+      (b.write ? written : read) += burst;
+      EXPECT_LE(last, b.cycle);
+      last = b.cycle;
+    }
+    EXPECT_EQ(read, total.read_bytes) << name;
+    EXPECT_EQ(written, total.written_bytes) << name;
+    EXPECT_LE(static_cast<double>(last), r.model->schedule.cycles) << name;
+  }
+}
+
+TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
+  for (const auto& [name, way] : ways()) {
+    const FrameResult r = render(capture, with(way));
+    hardware::TileWork sum;
+    hardware::GeometryWork geometry;
+    for (const hardware::WorkRound& round : r.model->record.work.rounds) {
+      geometry.entries += round.geometry.entries;
+      geometry.bounds += round.geometry.bounds;
+      for (const hardware::TileWork& tile : round.tiles)
+        for (const auto member : {&hardware::TileWork::entries, &hardware::TileWork::sub_patches, &hardware::TileWork::vertices, &hardware::TileWork::box_tests, &hardware::TileWork::triangle_tests,
+                                  &hardware::TileWork::shader_runs, &hardware::TileWork::pixels, &hardware::TileWork::blended_layers, &hardware::TileWork::l2_lines})
+          sum.*member += tile.*member;
+    }
+    EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
+    EXPECT_EQ(geometry.bounds, r.counters.frontend.bounds_computed) << name;
+    EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;
+    EXPECT_EQ(sum.sub_patches, r.counters.tessellation.requests) << name;
+    EXPECT_EQ(sum.vertices, r.counters.tessellation.domain_evaluations) << name;
+    EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests) << name;
+    EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests) << name;
+    EXPECT_EQ(sum.shader_runs, r.counters.shading.pixel_shader_invocations) << name;
+    EXPECT_EQ(sum.pixels, r.counters.resolve.pixels_shaded) << name;
+    EXPECT_EQ(sum.blended_layers, r.counters.shading.blended_layers) << name;
+    EXPECT_EQ(sum.l2_lines, r.counters.l2.requests + r.counters.l2.misses) << name;
+  }
+}
+
+// Bytes that were read though nothing had written them: of queues past their heads (heads start as zeros) and of tile states.
+// What else is read belongs to the capture.
+std::uint64_t read_from_nowhere(const FrameRecord& record, std::uint64_t heads_bytes, std::uint64_t burst) {
+  std::uint64_t wrong = 0;
+  std::set<std::pair<Purpose, std::uint64_t>> written;
+  const hardware::AddressMap map({.tiles = 1, .tile_state = 1 << 20});
+  const auto follow = [&](const std::vector<hardware::Access>& accesses, std::uint64_t tile, bool writes) {
+    for (const hardware::Access& a : accesses) {
+      if (a.write != writes || (a.purpose != Purpose::kTileQueue && a.purpose != Purpose::kTileState)) continue;
+      for (std::uint64_t at = 0; at < a.bytes; at += burst) {
+        const std::pair key{a.purpose, map.address(a, tile) + at};
+        if (writes) written.insert(key);
+        else if (!written.contains(key) && !(a.purpose == Purpose::kTileQueue && a.offset + at < heads_bytes)) wrong += burst;
+      }
+    }
+  };
+  for (std::size_t r = 0; r < record.accesses.size(); ++r) {
+    follow(record.accesses[r].geometry, 0, true);
+    for (std::size_t i = 0; i < record.accesses[r].tiles.size(); ++i) {
+      follow(record.accesses[r].tiles[i], record.work.rounds[r].tiles[i].tile, false);
+      follow(record.accesses[r].tiles[i], record.work.rounds[r].tiles[i].tile, true);
+    }
+  }
+  return wrong;
+}
+
+TEST_P(MachineOf, EveryByteReadWasWrittenOrBelongsToTheCapture) {
+  for (const auto& [name, way] : ways()) {
+    const FrameResult r = render(capture, with(way));
+    const binner::TileGrid grid(160, 90, static_cast<int>(way.gpu.tile_width), static_cast<int>(way.gpu.tile_height));
+    const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
+    const std::uint64_t heads = (grid.tile_count() * 16 + burst - 1) / burst * burst;
+    EXPECT_EQ(read_from_nowhere(r.model->record, heads, burst), 0u) << name;
+    // A binner that forgets what it wrote is caught.
+    FrameRecord forgetful = r.model->record;
+    for (auto& round : forgetful.accesses) round.geometry.clear();
+    EXPECT_GT(read_from_nowhere(forgetful, heads, burst), 0u) << name;
+  }
+}
+
+TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
+  for (const char* preset : {"small", "middle", "large"}) {
+    Way run = with({});
+    run.gpu = hardware::load_gpu(preset);
+    const FrameRecord record = render(capture, run, 640, 360).model->record;
+    const auto cycles = [&](const GpuConfiguration& gpu) { return hardware::schedule_frame(gpu, record.work).cycles; };
+    GpuConfiguration other = run.gpu;
+    other.tilecore_count *= 2;
+    // Where the memory bounds the frame, another order of the tiles at its end may cost a few cycles.
+    EXPECT_LE(cycles(other), 1.0005 * cycles(run.gpu)) << preset;
+    if (preset != std::string("large")) {  // which has few tiles for its cores
+      EXPECT_LT(cycles(other), 0.9 * cycles(run.gpu)) << preset;
+    }
+    other = run.gpu;
+    other.memory_bytes_per_clk /= 2;
+    EXPECT_GE(cycles(other), cycles(run.gpu));
+    other.memory_bytes_per_clk /= 32;
+    EXPECT_GT(cycles(other), 2 * cycles(run.gpu)) << preset;
+    EXPECT_EQ(hardware::time_frame(other, record.work, hardware::schedule_frame(other, record.work)).bound_by, Stage::kDram) << preset;
+  }
+}
+
+TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
+  for (const auto& [name, way] : ways()) {
+    const FrameResult r = render(capture, with(way));
+    const nlohmann::json timing = timing_json(r.model->timing), energy = energy_json(r.model->energy);
+    EXPECT_GT(timing["cycles"], 0);
+    for (const auto& [unit, row] : timing["units"].items()) {
+      EXPECT_LE(row["busy_cycles"].get<double>(), timing["cycles"].get<double>()) << name << " " << unit;
+      EXPECT_GE(row["utilisation"].get<double>(), 0) << name << " " << unit;
+      EXPECT_LE(row["utilisation"].get<double>(), 1) << name << " " << unit;
+    }
+    EXPECT_TRUE(timing["units"].contains(timing["bound_by"].get<std::string>()));
+    EXPECT_LE(timing["bound_by_cycles"], timing["cycles"]);
+    double sum = 0;
+    for (const auto& [unit, nj] : energy["by_unit"].items()) sum += nj.get<double>();
+    EXPECT_EQ(sum, energy["total_nj"].get<double>()) << name;
+    EXPECT_NEAR(energy["by_unit"]["dram"].get<double>(), static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory_pj_per_bit * 1e-3, 1e-6);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "serpent", "flyby"), [](const auto& p) { return std::string(p.param); });
+
+// Lines of all tiles together, each once.
+std::uint64_t distinct_lines(const FrameRecord& record) {
+  std::set<std::uint64_t> lines;
+  for (const auto& round : record.accesses)
+    for (const auto& tile : round.tiles)
+      for (const hardware::Access& a : tile)
+        if (a.purpose == Purpose::kTexture) lines.insert(a.offset);
+  return lines.size();
+}
+
+TEST(Textures, AnL2ThatHoldsEverythingFetchesEachLineOnceAndNoneFetchesEveryMiss) {
+  const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
+  Way run;
+  run.gpu.l2_bytes = 1 << 28;
+  const FrameResult all = render(capture, run);
+  EXPECT_GT(all.counters.l2.misses, 0u);
+  EXPECT_EQ(all.counters.l2.misses, distinct_lines(all.model->record));
+  EXPECT_EQ(all.counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes, all.counters.l2.misses * 64);
+  EXPECT_EQ(all.counters.l2.requests, all.counters.texture.cache_misses);
+  run.gpu.l2_bytes = 0;
+  const FrameResult none = render(capture, run);
+  EXPECT_EQ(none.counters.l2.misses, none.counters.texture.cache_misses);
+  EXPECT_EQ(none.counters.texture.cache_misses, all.counters.texture.cache_misses);
+  EXPECT_GT(none.counters.l2.misses, all.counters.l2.misses);
+  // A larger cache in front of it asks for less.
+  run.gpu.texture_cache_bytes = 1 << 20;
+  EXPECT_LT(render(capture, run).counters.texture.cache_misses, none.counters.texture.cache_misses);
+}
+
+// The lines of a flat map under a patch, against every vertex's own look-up.
+TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
+  Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  const frontend::Assembly assembly = frontend::assemble(capture);
+  frontend::FrameRequest request;
+  request.width = 320;
+  request.height = 180;
+  const auto frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 320, 180), request);
+  const DisplacementMemory memory(capture, 64, 1000);
+  std::vector<std::uint32_t> lines;
+  std::size_t displaced = 0;
+  for (std::uint32_t p = 0; p < assembly.patch_count(); ++p) {
+    const frontend::PosedDrawable& drawable = frame->drawable_of(p);
+    memory.lines_of(*frame, p, frontend::patch_cells(*frame, p), lines);
+    EXPECT_EQ(lines.empty(), !drawable.material->displacement.has_value());
+    if (lines.empty()) continue;
+    ++displaced;
+    const std::set<std::uint32_t> distinct(lines.begin(), lines.end());
+    EXPECT_EQ(distinct.size(), lines.size());
+    EXPECT_GE(*distinct.begin(), 1000u);
+    EXPECT_LT(*distinct.rbegin(), memory.end());
+    // Ranges need no more than the whole patch, and together no less.
+    const frontend::CellRange all = frontend::patch_cells(*frame, p);
+    std::set<std::uint32_t> parts;
+    for (std::uint8_t i = all.i0; i < all.i1; ++i) {
+      memory.lines_of(*frame, p, {i, all.j0, static_cast<std::uint8_t>(i + 1), all.j1}, lines);
+      parts.insert(lines.begin(), lines.end());
+    }
+    EXPECT_EQ(parts, distinct) << "patch " << p;
+  }
+  EXPECT_GT(displaced, 100u);
+}
+
+TEST(Model, WithoutItThePictureIsTheSameAndItsMembersAreAbsent) {
+  const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
+  Way run;
+  const FrameResult with = render(capture, run);
+  run.settings.machine_model = false;
+  const FrameResult without = render(capture, run);
+  EXPECT_EQ(with.targets.color.values, without.targets.color.values);
+  EXPECT_FALSE(without.model);
+  const nlohmann::json on = counters_json(with.counters), off = counters_json(without.counters);
+  EXPECT_TRUE(on.contains("texture.texels"));
+  for (const auto& [name, value] : on.items()) {
+    const bool of_model = name.starts_with("texture.") || name.starts_with("l2.");
+    EXPECT_EQ(off.contains(name), !of_model) << name;
+    if (!of_model && name != "dram.read_bytes") {
+      EXPECT_EQ(off.at(name), value) << name;
+    }
+  }
+  Statistics statistics(capture, run.gpu, run.settings, {.width = 160, .height = 90, .region = {0, 0, 160, 90}});
+  statistics.add(without);
+  EXPECT_FALSE(statistics.json()["frames"][0].contains("timing"));
+  EXPECT_FALSE(statistics.json()["total"].contains("energy"));
+}
+
+TEST(Model, StatisticsHoldTimingAndEnergyOfEveryFrameAndTheirSum) {
+  const Capture capture = frontend::read_capture(test::shipped_capture("flyby"));
+  const RenderRequest request{.width = 96, .height = 54, .region = {0, 0, 96, 54}};
+  FrameRenderer renderer(capture, {}, {}, request);
+  Statistics statistics(capture, {}, {}, request);
+  for (const int frame : {0, 1}) statistics.add(renderer.render(frame));
+  const nlohmann::json stats = statistics.json();
+  double nj = 0;
+  std::uint64_t cycles = 0;
+  for (const nlohmann::json& frame : stats["frames"]) {
+    cycles += frame["timing"]["cycles"].get<std::uint64_t>();
+    nj += frame["energy"]["total_nj"].get<double>();
+  }
+  EXPECT_NEAR(stats["total"]["timing"]["cycles"].get<double>(), static_cast<double>(cycles), 2);
+  EXPECT_NEAR(stats["total"]["energy"]["total_nj"].get<double>(), nj, 1e-9 * nj);
+  // A column for each number, in every row.
+  const std::string csv = statistics.csv();
+  const auto columns = [&](std::size_t line) {
+    std::size_t at = 0;
+    for (std::size_t l = 0; l < line; ++l) at = csv.find('\n', at) + 1;
+    const std::string text = csv.substr(at, csv.find('\n', at) - at);
+    return std::count(text.begin(), text.end(), ',');
+  };
+  EXPECT_EQ(columns(1), columns(0));
+  EXPECT_EQ(columns(2), columns(0));
+  EXPECT_NE(csv.find(",timing.cycles,timing.bound_by"), std::string::npos);
+  EXPECT_NE(csv.find(",energy.total_nj"), std::string::npos);
+}
+
+TEST(SelfChecks, EveryIdentityHoldsAndTilingMovesLessThanDrawingImmediately) {
+  const std::vector<SelfCheck> checks = check_identities();
+  EXPECT_GT(checks.size(), 25u);
+  for (const SelfCheck& check : checks) EXPECT_TRUE(check.passed) << check.name << ": expected " << check.expected << ", got " << check.got;
+  const SelfCheck tiling = check_tiling(test::shipped_capture("vases"));
+  EXPECT_TRUE(tiling.passed) << tiling.got;
+}
+
+}  // namespace
+}  // namespace tessera::replay

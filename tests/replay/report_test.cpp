@@ -1,0 +1,297 @@
+// report.html, opened as a reader would: in a browser without a network.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <span>
+
+#include "base/image_codec.h"
+#include "replay/report/page_files.h"
+#include "tests/support/browser.h"
+#include "tests/support/captures.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using test::OpenedPage;
+using test::ProcessResult;
+using test::run_tessera;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// Reports of every kind that a folder can give, made once.
+class Report : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new test::TemporaryFolder;
+    run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines", "--out", path("replay")});
+    run({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--region", "10,8,70,40", "--out", path("frame")});
+    const json axes = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}}, {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}};
+    // A text that would end the script it stands in, if it could.
+    const json study = {{"title", "A study </script><script>complain('escaped')</script>"}, {"captures", {test::shipped_capture("eggs").string()}}, {"size", "128x72"}, {"pictures", true}, {"axes", axes}};
+    test::write_text(path("study.json"), study.dump());
+    run({"sweep", path("study.json"), "--out", path("sweep")});
+    run({"sweep", path("study.json"), "--out", path("shard"), "--shard", "1/2"});
+    run({"report", path("shard")});
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  static void run(std::vector<std::string> arguments) {
+    if (arguments[0] != "report") arguments.push_back("--quiet");
+    const ProcessResult r = run_tessera(arguments);
+    ASSERT_EQ(r.status, 0) << r.errors;
+  }
+  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
+  static fs::path page(const std::string& name) { return *folder_ / name / "report.html"; }
+  // The page of `name` with a further script at its end, whose findings are attributes of the body.
+  static OpenedPage open_with(const std::string& name, const std::string& script, bool dark = false) {
+    std::string text = test::read_text(page(name));
+    text.insert(text.rfind("</body>"), "<script>" + script + "</script>");
+    test::write_text(path("with.html"), text);
+    return test::open_page(path("with.html"), "", dark);
+  }
+  static test::TemporaryFolder* folder_;
+};
+test::TemporaryFolder* Report::folder_ = nullptr;
+
+const std::vector<std::string> kPages = {"replay", "frame", "sweep", "shard"};
+
+TEST_F(Report, OpensWithoutScriptErrors) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  for (const std::string& name : kPages) {
+    const OpenedPage opened = test::open_page(page(name));
+    EXPECT_EQ(opened.console, "") << name;
+    EXPECT_EQ(test::body_attribute(opened, "data-errors"), "0") << name;
+    EXPECT_EQ(test::body_attribute(opened, "data-ready"), "true") << name << ": all plots are drawn";
+    EXPECT_THAT(opened.dom, HasSubstr("<svg")) << name;
+  }
+}
+
+TEST_F(Report, AScriptErrorIsNoticed) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const OpenedPage opened = open_with("replay", "noSuchFunction();");
+  EXPECT_EQ(test::body_attribute(opened, "data-errors"), "1");
+  EXPECT_THAT(opened.console, HasSubstr("noSuchFunction"));
+}
+
+TEST_F(Report, NeedsNoOtherFileAndNoNetwork) {
+  static const std::regex kFetched("(src|href)=[\"'](?!data:|#)|@import|url\\(");
+  for (const std::string& name : kPages) {
+    // Scripts aside: what they would fetch is looked at below.
+    std::string markup = test::read_text(page(name));
+    for (std::size_t at = 0; (at = markup.find("<script", at)) != std::string::npos;) markup.erase(at, markup.find("</script>", at) + 9 - at);
+    EXPECT_FALSE(std::regex_search(markup, kFetched)) << name;
+  }
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const OpenedPage opened = open_with("replay", "document.body.dataset.fetched = performance.getEntriesByType('resource').filter((entry) => !entry.name.startsWith('data:')).length;");
+  EXPECT_EQ(test::body_attribute(opened, "data-fetched"), "0");
+}
+
+TEST_F(Report, SectionsPlotsAndTablesAreThere) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const OpenedPage replay = test::open_page(page("replay")), sweep = test::open_page(page("sweep"));
+  for (const char* id : {"frames", "memory", "queues", "baselines", "counters", "effects", "configuration"}) EXPECT_THAT(replay.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
+  for (const char* id : {"study", "pareto", "curves", "purposes", "frames", "points", "configuration"}) EXPECT_THAT(sweep.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
+  // Every counter, setting and number of the machine.
+  for (const char* text : {"tilecore.triangle_tests", "sampling.samples_per_pixel", "parameter_buffer.bytes"}) EXPECT_THAT(replay.dom, HasSubstr(text));
+  EXPECT_THAT(sweep.dom, HasSubstr("6 points: 4 rendered, 0 not done yet, 2 with values that do not fit each other"));
+  EXPECT_THAT(test::open_page(page("shard")).dom, HasSubstr("3 not done yet"));
+}
+
+// What the machine's model adds to stats.json, written here by hand.
+TEST_F(Report, CyclesAndEnergyAreShownWhereTheModelRan) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  EXPECT_THAT(test::open_page(page("replay")).dom, testing::Not(HasSubstr("<section id=\"timing\"")));
+  json stats = json::parse(test::read_text(path("replay/stats.json")));
+  for (json& frame : stats["frames"]) {
+    frame["timing"] = {{"cycles", 4711}, {"bound_by", "tilecores"}, {"units", {{"binner", {{"busy_cycles", 1000}, {"utilisation", 0.21}}}, {"tilecores", {{"busy_cycles", 4400}, {"utilisation", 0.93}}}}}};
+    frame["energy"] = {{"total_nj", 12.5}, {"by_unit", {{"dram", 10.0}, {"tilecore", 2.5}}}};
+  }
+  stats["total"]["energy"] = {{"total_nj", 37.5}, {"by_unit", {{"dram", 30.0}, {"tilecore", 7.5}}}};
+  fs::create_directories(path("timed"));
+  test::write_text(path("timed/stats.json"), stats.dump());
+  run({"report", path("timed")});
+  const OpenedPage opened = test::open_page(page("timed"));
+  EXPECT_EQ(test::body_attribute(opened, "data-errors"), "0") << opened.console;
+  for (const char* text : {"<section id=\"timing\"", "<section id=\"energy\"", "Frame 2: 4 711 cycles, bound by tilecores."}) EXPECT_THAT(opened.dom, HasSubstr(text));
+}
+
+TEST_F(Report, TextsOfFilesNeverBecomeMarkup) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const OpenedPage opened = test::open_page(page("sweep"));
+  EXPECT_EQ(test::body_attribute(opened, "data-errors"), "0");
+  EXPECT_THAT(opened.dom, HasSubstr("A study &lt;/script&gt;&lt;script&gt;complain('escaped')&lt;/script&gt;</h1>"));
+}
+
+TEST_F(Report, TilesAndFramesAreChosenByKeys) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const json tiles = json::parse(test::read_text(path("replay/tiles_0001.json")));
+  const int columns = tiles["grid"][0];
+  // Page Down to frame 1, then to the tile in column 3, row 2.
+  const OpenedPage opened = open_with("replay", R"(
+    const picture = document.querySelector('.browser');
+    picture.focus();
+    for (const key of ['PageDown', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowDown', 'ArrowDown', 'ArrowDown', 'ArrowUp'])
+      document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+    document.body.dataset.said = document.querySelector('.tile').textContent;
+    document.body.dataset.chosen = document.querySelector('#frames select').value;
+    // Everything that a mouse can press is reached by the Tab key.
+    document.body.dataset.unreachable = [...document.querySelectorAll('a, button, select, input, summary')].filter((element) => element.tabIndex < 0).length;
+    document.body.dataset.unnamed = [...document.querySelectorAll('select, input')].filter((element) => !element.labels.length && !element.getAttribute('aria-label')).length;)");
+  EXPECT_EQ(test::body_attribute(opened, "data-chosen"), "1");
+  const std::string said = test::body_attribute(opened, "data-said");
+  EXPECT_THAT(said, testing::StartsWith("Tile 3, 2: "));
+  const auto value = tiles["maps"]["entries"]["values"][static_cast<std::size_t>(2 * columns + 3)].get<std::uint64_t>();
+  EXPECT_THAT(said, HasSubstr("entries " + std::to_string(value) + " ")) << "small numbers are not grouped";
+  EXPECT_EQ(test::body_attribute(opened, "data-unreachable"), "0");
+  EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
+}
+
+// What the plots show is what the table says: at the very first, when the address chooses what is held fixed.
+TEST_F(Report, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  std::istringstream lines(test::read_text(path("sweep/sweep.csv")));
+  std::vector<std::string> head, expected;
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    if (head.empty()) head = cells;
+    const auto cell = [&](const char* name) { return cells.at(static_cast<std::size_t>(std::find(head.begin(), head.end(), name) - head.begin())); };
+    if (cell("tile.width") == "32") expected.push_back(cell("binner.queue_bytes_peak"));
+  }
+  ASSERT_EQ(expected.size(), 2u);
+  std::string text = test::read_text(page("sweep"));
+  text.insert(text.rfind("</body>"), "<script>document.body.dataset.values = drawn.find((entry) => entry.place.closest('#curves')).rows().map((row) => row.y).join(' ');</script>");
+  test::write_text(path("with.html"), text);
+  const std::string address = "curves.along=frontend.split_pixels&curves.lines=frontend.split_pixels&curves.column=binner.queue_bytes_peak";
+  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), address + "&curves.tile.width=32"), "data-values"), expected[0] + " " + expected[1]);
+  EXPECT_NE(test::body_attribute(test::open_page(path("with.html"), address), "data-values"), expected[0] + " " + expected[1]);
+}
+
+TEST_F(Report, FollowsTheReadersWishForDarkOrLight) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const std::string script = "document.body.dataset.ground = getComputedStyle(document.body).backgroundColor; document.body.dataset.axis = plotTheme().axis.titleColor;";
+  const OpenedPage light = open_with("replay", script, false), dark = open_with("replay", script, true);
+  EXPECT_EQ(test::body_attribute(light, "data-ground"), "rgb(255, 255, 255)");
+  EXPECT_EQ(test::body_attribute(dark, "data-ground"), "rgb(20, 23, 27)");
+  EXPECT_NE(test::body_attribute(light, "data-axis"), test::body_attribute(dark, "data-axis")) << "plots follow";
+  EXPECT_EQ(test::body_attribute(dark, "data-errors"), "0");
+}
+
+// Relative luminance and contrast as WCAG 2.1 defines them.
+double luminance(const std::string& color) {
+  double sum = 0;
+  const double weights[] = {0.2126, 0.7152, 0.0722};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double value = static_cast<double>(std::stoi(color.substr(1 + 2 * c, 2), nullptr, 16)) / 255;
+    sum += weights[c] * (value <= 0.03928 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
+  }
+  return sum;
+}
+double contrast(const std::string& a, const std::string& b) {
+  const double x = luminance(a), y = luminance(b);
+  return (std::max(x, y) + 0.05) / (std::min(x, y) + 0.05);
+}
+
+TEST(ReportColors, TextIsReadableInDarkAndLight) {
+  const std::string css(page_files().at("page.css"));
+  static const std::regex kRoot(":root \\{([^}]*)\\}"), kColor("--([a-z]+): (#[0-9a-f]{6})");
+  int schemes = 0;
+  for (auto root = std::sregex_iterator(css.begin(), css.end(), kRoot); root != std::sregex_iterator(); ++root, ++schemes) {
+    const std::string body = (*root)[1];
+    std::map<std::string, std::string> color;
+    for (auto at = std::sregex_iterator(body.begin(), body.end(), kColor); at != std::sregex_iterator(); ++at) color[(*at)[1]] = (*at)[2];
+    for (const char* ground : {"ground", "panel"}) {
+      EXPECT_GE(contrast(color.at("ink"), color.at(ground)), 7.0) << ground;
+      for (const char* text : {"quiet", "accent", "mark"}) EXPECT_GE(contrast(color.at(text), color.at(ground)), 4.5) << text << " on " << ground;
+    }
+  }
+  EXPECT_EQ(schemes, 2);
+  EXPECT_LT(contrast("#777777", "#888888"), 4.5) << "the measure itself";
+}
+
+// The picture of a page: the map lies over the frame, plots have colours, nothing is blank.
+TEST_F(Report, ItsPhotographShowsPictureMapAndPlots) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const auto colors = [&](const std::string& fragment) {
+    const std::string bytes = test::photograph_page(page("replay"), 1000, 1400, fragment);
+    DecodedImage image;
+    std::string fault;
+    EXPECT_TRUE(decode_image(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()), {}, image, fault)) << fault;
+    std::map<int, std::size_t> counts;
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x)
+        ++counts[static_cast<int>(image.unorm(x, y, 0) * 255 + 0.5f) << 16 | static_cast<int>(image.unorm(x, y, 1) * 255 + 0.5f) << 8 | static_cast<int>(image.unorm(x, y, 2) * 255 + 0.5f)];
+    return counts;
+  };
+  const auto with = colors("map=box_tests"), frame2 = colors("map=box_tests&picture=2");
+  EXPECT_GT(with.size(), 1000u);
+  EXPECT_GT(with.at(0x0072b2), 500u) << "bars of the histogram";
+  EXPECT_LT(with.at(0xffffff), 1000u * 1400u * 9 / 10) << "most of it is not blank";
+  EXPECT_NE(with, frame2);
+}
+
+// ---- Folders and files ------------------------------------------------------------------------------------------
+
+TEST_F(Report, MadeAgainGivesTheSameBytes) {
+  for (const std::string& name : kPages) {
+    const std::string before = test::read_text(page(name));
+    ASSERT_EQ(run_tessera({"report", path(name)}).status, 0);
+    EXPECT_TRUE(test::read_text(page(name)) == before) << name;
+  }
+}
+
+TEST_F(Report, FoldersThatHoldNothingToReportEndWithStatus3) {
+  fs::create_directories(path("empty"));
+  fs::create_directories(path("broken"));
+  EXPECT_THAT(run_tessera({"report", path("empty")}).errors, HasSubstr("holds neither stats.json of a replay nor sweep.json of a sweep"));
+  EXPECT_THAT(run_tessera({"report", path("none")}).errors, HasSubstr("none: no such folder"));
+  for (const char* file : {"stats.json", "sweep.json"})
+    for (const char* text : {"", "{", "[]", "{}", R"({"schema": "tessera.stats/1", "frames": []})", R"({"schema": "tessera.stats/1", "frames": [{}], "settings": {"region": [0]}})", R"({"points": [{"hash": 3}]})", "7"}) {
+      fs::remove(path("broken/stats.json"));
+      test::write_text(path(std::string("broken/") + file), text);
+      const ProcessResult r = run_tessera({"report", path("broken")});
+      EXPECT_EQ(r.status, 3) << file << " " << text << ": " << r.errors;
+      EXPECT_THAT(r.errors, HasSubstr(file)) << text;
+      EXPECT_FALSE(fs::exists(page("broken")));
+    }
+}
+
+TEST_F(Report, WithoutVegaAReplaySaysSoAndIsDoneAndAReportFails) {
+  const auto without_vega = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"/usr/bin/env", "TESSERA_VEGA=" + path("nowhere"), TESSERA_PROGRAM});
+    return test::run_process(arguments);
+  };
+  const ProcessResult replay = without_vega({"replay", test::shipped_capture("vases").string(), "--size", "32x32", "--out", path("bare")});
+  EXPECT_EQ(replay.status, 0);
+  EXPECT_THAT(replay.errors, HasSubstr("note: no report.html: "));
+  EXPECT_THAT(replay.errors, HasSubstr("install Debian's package libjs-vega"));
+  EXPECT_TRUE(fs::exists(path("bare/stats.json")));
+  EXPECT_FALSE(fs::exists(page("bare")));
+  const ProcessResult report = without_vega({"report", path("bare")});
+  EXPECT_EQ(report.status, 1);
+  EXPECT_THAT(report.errors, HasSubstr("libjs-vega"));
+  const ProcessResult sweep = without_vega({"sweep", path("study.json"), "--out", path("bare_sweep")});
+  EXPECT_EQ(sweep.status, 0);
+  EXPECT_EQ(test::read_text(path("bare_sweep/sweep.csv")), test::read_text(path("sweep/sweep.csv")));
+}
+
+TEST_F(Report, IsLeftOutWhenNotWanted) {
+  run({"replay", test::shipped_capture("vases").string(), "--size", "32x32", "--no-report", "--out", path("unwanted")});
+  EXPECT_FALSE(fs::exists(page("unwanted")));
+}
+
+}  // namespace
+}  // namespace tessera::replay

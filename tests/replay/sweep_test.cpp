@@ -1,0 +1,299 @@
+// Sweeps: every point a pure function of its inputs, whatever happens on the way.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/captures.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+using test::ProcessResult;
+using test::run_tessera;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// 2 captures, 3 tile sizes, 2 depths, at a size that takes a moment.
+json small_study() {
+  return {{"title", "small"},
+          {"captures", {test::shipped_capture("eggs").string(), test::shipped_capture("vases").string()}},
+          {"size", "64x36"},
+          {"axes", {{{"keys", {"tile.width", "tile.height"}}, {"values", {8, 16, 32}}}, {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}}}};
+}
+
+class Sweep : public testing::Test {
+ protected:
+  void write_study(const json& study) { test::write_text(folder_ / "study.json", study.dump()); }
+  ProcessResult sweep(const std::string& out, std::vector<std::string> more = {}, const test::ProcessLimits& limits = {}) {
+    std::vector<std::string> arguments = {"sweep", (folder_ / "study.json").string(), "--out", (folder_ / out).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_tessera(arguments, limits);
+  }
+  std::string text(const std::string& file) { return test::read_text(folder_ / file); }
+  // Every file of a folder with its bytes.
+  std::map<std::string, std::string> contents(const std::string& out) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_ / out))
+      if (entry.is_regular_file()) files[fs::relative(entry.path(), folder_ / out).string()] = test::read_text(entry.path());
+    return files;
+  }
+  std::size_t results(const std::string& out) {
+    std::size_t count = 0;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_ / out / "points", ignored)) count += entry.path().extension() == ".json" ? 1 : 0;
+    return count;
+  }
+  test::TemporaryFolder folder_;
+};
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+// Rows of a CSV file without quotes, by the names in its head.
+std::vector<std::map<std::string, std::string>> rows_of(const std::string& csv) {
+  std::istringstream stream(csv);
+  std::string line;
+  std::getline(stream, line);
+  const std::vector<std::string> head = split(line);
+  std::vector<std::map<std::string, std::string>> rows;
+  while (std::getline(stream, line)) {
+    const std::vector<std::string> cells = split(line);
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      if (c == 0) rows.emplace_back();
+      rows.back()[head.at(c)] = cells[c];
+    }
+  }
+  return rows;
+}
+
+TEST_F(Sweep, ARowPerPointAndFrameWithItsValuesAndColumns) {
+  json study = small_study();
+  study["captures"] = {test::shipped_capture("flyby").string()};
+  study["frames"] = "0:2";
+  study["columns"] = {"tilecore.triangles", "dram.binner.tile_queue.written_bytes"};
+  write_study(study);
+  ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
+  const std::string csv = text("out/sweep.csv");
+  EXPECT_THAT(csv, testing::StartsWith("point,hash,capture,tile.width,tile.height,frontend.split_pixels,frame,status,tilecore.triangles,dram.binner.tile_queue.written_bytes\n"));
+  const auto rows = rows_of(csv);
+  ASSERT_EQ(rows.size(), 3u * 2 * 2);
+  EXPECT_EQ(rows[5].at("point"), "2");
+  EXPECT_EQ(rows[5].at("frame"), "1");
+  EXPECT_EQ(rows[5].at("tile.width"), "16");
+  EXPECT_EQ(rows[5].at("status"), "ok");
+}
+
+// Points share the capture, threads and memory; none of that may show.
+TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
+  json study = small_study();
+  study["columns"] = {"*"};
+  write_study(study);
+  ASSERT_EQ(sweep("out", {"--quiet", "--threads", "3"}).status, 0);
+  const auto rows = rows_of(text("out/sweep.csv"));
+  ASSERT_EQ(rows.size(), 12u);
+  for (const std::size_t r : {std::size_t{0}, std::size_t{3}, std::size_t{10}}) {
+    const auto& row = rows[r];
+    const ProcessResult replay = run_tessera({"replay", row.at("capture"), "--size", "64x36", "--baselines", "--quiet", "--no-report", "--set", "tile.width=" + row.at("tile.width"), "--set",
+                                              "tile.height=" + row.at("tile.height"), "--set", "frontend.split_pixels=" + row.at("frontend.split_pixels"), "--out", (folder_ / "replay").string()});
+    ASSERT_EQ(replay.status, 0) << replay.errors;
+    const json frame = json::parse(text("replay/stats.json"))["frames"][0];
+    EXPECT_EQ(row.at("frame"), frame["frame"].dump());
+    for (const auto& [counter, value] : frame["counters"].items()) EXPECT_EQ(row.at(counter), value.dump()) << counter;
+    for (const auto& [scheme, counters] : frame["baselines"].items())
+      for (const auto& [counter, value] : counters.items()) EXPECT_EQ(row.at("baseline." + scheme + counter.substr(8)), value.dump()) << scheme << " " << counter;
+    std::uint64_t moved = 0;
+    for (const auto& [column, value] : row)
+      if (column.starts_with("dram.") && std::count(column.begin(), column.end(), '.') == 3) moved += std::stoull(value);
+    EXPECT_EQ(moved, frame["counters"]["dram.read_bytes"].get<std::uint64_t>() + frame["counters"]["dram.written_bytes"].get<std::uint64_t>());
+  }
+}
+
+// Invariant W2.
+TEST_F(Sweep, TheFolderIsTheSameForAnyNumberOfThreadsAndPointsAtOnce) {
+  json study = small_study();
+  study["pictures"] = true;
+  write_study(study);
+  ASSERT_EQ(sweep("one", {"--quiet", "--threads", "1"}).status, 0);
+  ASSERT_EQ(sweep("many", {"--quiet", "--threads", "4"}).status, 0);
+  ASSERT_EQ(sweep("wide", {"--quiet", "--threads", "4", "--jobs", "1"}).status, 0);
+  const auto one = contents("one");
+  EXPECT_EQ(one.size(), 12u * 3 + 4);  // a result, a picture and the tiles of each point; sweep.json, sweep.csv, report.html, the lock
+  EXPECT_EQ(one, contents("many"));
+  EXPECT_EQ(one, contents("wide"));
+}
+
+// Invariants W1 and W2.
+TEST_F(Sweep, KilledAndStartedAgainGivesTheSameBytes) {
+  json study = small_study();
+  study["size"] = "320x180";
+  write_study(study);
+  ASSERT_EQ(sweep("whole", {"--quiet"}).status, 0);
+  int kills = 0;
+  for (std::size_t after = 1; after <= 7; after += 3) {
+    const ProcessResult r = sweep("killed", {"--quiet"}, {.kill_when = [&] { return results("killed") >= after; }});
+    kills += r.signal == SIGKILL ? 1 : 0;
+    for (const auto& entry : fs::directory_iterator(folder_ / "killed" / "points"))
+      if (entry.path().extension() == ".json") {
+        EXPECT_TRUE(json::accept(test::read_text(entry.path()))) << entry.path();
+      }
+  }
+  EXPECT_EQ(kills, 3);
+  EXPECT_FALSE(fs::exists(folder_ / "killed" / "sweep.csv"));
+  ASSERT_EQ(sweep("killed", {"--quiet"}).status, 0);
+  EXPECT_EQ(contents("whole"), contents("killed"));
+}
+
+TEST_F(Sweep, WhatAKilledRunLeftHalfWrittenIsRemoved) {
+  write_study(small_study());
+  fs::create_directories(folder_ / "out" / "points");
+  test::write_text(folder_ / "out" / "points" / "0123.json.77-1.part", "{");
+  ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
+  for (const auto& [name, bytes] : contents("out")) EXPECT_FALSE(name.ends_with(".part")) << name;
+}
+
+// Invariant W3.
+TEST_F(Sweep, NothingIsRenderedTwice) {
+  write_study(small_study());
+  EXPECT_THAT(sweep("out").output, HasSubstr("12 points: 0 were there, 12 rendered"));
+  const auto before = contents("out");
+  EXPECT_THAT(sweep("out").output, HasSubstr("12 points: 12 were there, 0 rendered"));
+  EXPECT_EQ(contents("out"), before);
+  // One result lost, and two further points.
+  fs::remove(folder_ / "out" / "points" / (rows_of(text("out/sweep.csv"))[4].at("hash") + ".json"));
+  json study = small_study();
+  study["axes"][1]["values"].push_back(128);
+  write_study(study);
+  EXPECT_THAT(sweep("out").output, HasSubstr("18 points: 11 were there, 7 rendered"));
+}
+
+TEST_F(Sweep, AChangedCaptureIsAnotherInput) {
+  json study = small_study();
+  fs::copy(test::shipped_capture("vases"), folder_ / "mine.glb");
+  study["captures"] = {"mine.glb"};  // found from the folder of the study
+  write_study(study);
+  EXPECT_THAT(sweep("out").output, HasSubstr("0 were there, 6 rendered"));
+  fs::copy(test::shipped_capture("flyby"), folder_ / "mine.glb", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(sweep("out").output, HasSubstr("0 were there, 6 rendered"));
+}
+
+TEST_F(Sweep, ShardsJoinToTheWhole) {
+  write_study(small_study());
+  ASSERT_EQ(sweep("whole", {"--quiet"}).status, 0);
+  ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "2/3"}).status, 0);
+  ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "0/3"}).status, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "shards" / "sweep.csv"));
+  // Some shards early: what is there, and what is missing.
+  const ProcessResult early = run_tessera({"report", (folder_ / "shards").string()});
+  EXPECT_EQ(early.status, 0);
+  EXPECT_THAT(early.errors, HasSubstr("4 of 12 points are not done yet"));
+  EXPECT_EQ(rows_of(text("shards/sweep.csv")).size(), 8u);
+  EXPECT_NE(text("shards/sweep.csv"), text("whole/sweep.csv"));
+  ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "1/3"}).status, 0);
+  ASSERT_EQ(run_tessera({"report", (folder_ / "shards").string()}).status, 0);
+  EXPECT_EQ(contents("shards"), contents("whole"));
+}
+
+TEST_F(Sweep, ValuesThatDoNotFitEachOtherAreARowThatSaysWhy) {
+  json study = small_study();
+  study["captures"] = {test::shipped_capture("vases").string()};
+  // A multiple of 8 or not; a buffer that holds the list heads or not.
+  study["axes"] = {{{"keys", {"tile.width", "tile.height"}}, {"values", {8, 20}}}, {{"key", "parameter_buffer.bytes"}, {"values", {256, 65536}}}};
+  write_study(study);
+  ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
+  const auto rows = rows_of(text("out/sweep.csv"));
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_THAT(rows[0].at("status"), HasSubstr("cannot hold the list heads"));
+  EXPECT_EQ(rows[1].at("status"), "ok");
+  EXPECT_THAT(rows[2].at("status"), HasSubstr("multiples of 8"));
+  EXPECT_EQ(rows[2].at("frame"), "");
+}
+
+TEST_F(Sweep, CtrlCFinishesThePointsInHandAndTheNextRunGoesOn) {
+  json study = small_study();
+  study["size"] = "320x180";
+  study["axes"].push_back({{"key", "sampling.seed"}, {"range", {{"from", 0}, {"to", 199}, {"step", 1}}}});
+  write_study(study);
+  const ProcessResult r = sweep("out", {}, {.interrupt_after_ms = 1500});
+  EXPECT_EQ(r.status, 0) << r.errors;
+  EXPECT_THAT(r.errors, HasSubstr("the same command goes on"));
+  EXPECT_EQ(rows_of(text("out/sweep.csv")).size(), results("out"));
+  EXPECT_LT(results("out"), 2400u);
+}
+
+TEST_F(Sweep, TwoWholeSweepsDoNotWorkInOneFolderButShardsDo) {
+  write_study(small_study());
+  fs::create_directories(folder_ / "out" / "points");
+  const int lock = ::open((folder_ / "out" / "points" / ".lock").c_str(), O_RDWR | O_CREAT, 0644);
+  ASSERT_GE(lock, 0);
+  ASSERT_EQ(::flock(lock, LOCK_SH), 0);  // as a shard holds it
+  const ProcessResult whole = sweep("out", {"--quiet"});
+  EXPECT_EQ(whole.status, 1);
+  EXPECT_THAT(whole.errors, HasSubstr("another sweep is at work in"));
+  EXPECT_EQ(sweep("out", {"--quiet", "--shard", "0/4"}).status, 0);
+  ::close(lock);
+  EXPECT_EQ(sweep("out", {"--quiet"}).status, 0);
+}
+
+TEST_F(Sweep, PicturesBeyondTheMemoryLimitEndWithStatus4) {
+  json study = small_study();
+  study["size"] = "16384x16384";
+  write_study(study);
+  const ProcessResult r = sweep("out", {"--quiet", "--max-memory", "1"});
+  EXPECT_EQ(r.status, 4) << r.errors;
+  EXPECT_THAT(r.errors, HasSubstr("--max-memory allows"));
+  EXPECT_EQ(results("out"), 0u);
+}
+
+TEST_F(Sweep, ACaptureThatCannotBeReadIsNamed) {
+  json study = small_study();
+  test::write_text(folder_ / "bad.glb", "glTF");
+  study["captures"] = {"bad.glb"};
+  write_study(study);
+  const ProcessResult r = sweep("out", {"--quiet"});
+  EXPECT_EQ(r.status, 3);
+  EXPECT_THAT(r.errors, HasSubstr("bad.glb"));
+}
+
+TEST_F(Sweep, ProgressNamesThePointAndTheTimeLeft) {
+  write_study(small_study());
+  const ProcessResult r = sweep("out");
+  EXPECT_THAT(r.errors, HasSubstr("[1/12] "));
+  EXPECT_THAT(r.errors, HasSubstr("tile.width=8 tile.height=8 frontend.split_pixels=16: "));
+  EXPECT_THAT(r.errors, HasSubstr(" s left"));
+  EXPECT_THAT(r.output, HasSubstr("% of it rendering"));
+}
+
+// A cluster of this machine alone, started and stopped by the script; one of its tasks is killed and requeued.
+TEST_F(Sweep, ASlurmArrayWithAKilledTaskGivesTheWhole) {
+  json study = small_study();
+  study["size"] = "640x360";
+  study["axes"].push_back({{"key", "sampling.seed"}, {"values", {0, 1, 2}}});
+  write_study(study);
+  const fs::path root = TESSERA_SOURCE_DIR;
+  const ProcessResult r = test::run_process({"/usr/bin/env", "bash", (root / "tests" / "replay" / "slurm_cluster.sh").string(), TESSERA_PROGRAM, (root / "captures" / "studies" / "sweep.sbatch").string(),
+                                             (folder_ / "study.json").string(), (folder_ / "cluster").string(), "2"},
+                                            {.seconds = 500});
+  if (r.status == 77) GTEST_SKIP() << r.output;
+  ASSERT_EQ(r.status, 0) << r.output << r.errors;
+  EXPECT_THAT(r.output, HasSubstr("Restarts=1"));
+  ASSERT_EQ(sweep("whole", {"--quiet"}).status, 0);
+  EXPECT_EQ(contents("cluster"), contents("whole"));
+}
+
+}  // namespace
+}  // namespace tessera::replay
