@@ -82,7 +82,10 @@ class TileCore {
   SamplingCounters take_sampling_counters() { return sampler_.take_counters(); }
   hardware::Ledger take_ledger();
   // Until take_ledger(), what this core moves also goes to `log`.
-  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
+  void record_accesses(hardware::AccessLog* log) {
+    ledger_.record_into(log);
+    resolve_.record_accesses(log);
+  }
 
  private:
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);

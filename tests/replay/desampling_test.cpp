@@ -285,8 +285,9 @@ TEST(Desampling, ACutTakesNothingOverThatIsNotThere) {
 // An unlit quad with a texture that slides across the frame, in and out of it.
 struct Slide {
   Capture capture;
-  explicit Slide(double pixels_per_frame, int texture = 64, bool plane = false) {
+  explicit Slide(double pixels_per_frame, int texture = 64, bool plane = false, double alpha = 1) {
     frontend::Material material;
+    if (alpha < 1) material.alpha_mode = frontend::AlphaMode::kBlend, material.base_color.w = static_cast<float>(alpha);
     material.unlit = true;
     material.double_sided = true;
     material.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{checks(texture)}, shaders::ColorSpace::kSrgb);
@@ -496,6 +497,16 @@ TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
     }
 }
 
+// What is seen before nothing has no depth; it is made from what is beside it all the same.
+TEST(Desampling, GlassBeforeNothingIsReconstructed) {
+  const Slide glass(0.0, 64, true, 0.5);
+  Machine m;
+  m.set("resolve.foveation_r0=1").set("resolve.foveation_r1=100");
+  const FrameResult full = plain().renderer(glass.capture).render(0), got = m.renderer(glass.capture).render(0);
+  EXPECT_GT(counters(got).pixels_reconstructed, 6000u);
+  EXPECT_LT(rmse(got.targets.color, full.targets.color), 0.05);
+}
+
 TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   const Capture capture = shipped("vases");
   const auto stereo = [&](const char* desampling, const char* depth) {
@@ -513,6 +524,27 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   EXPECT_LT(far.right->counters.shading.pixel_shader_invocations, 0.75 * static_cast<double>(full.right->counters.shading.pixel_shader_invocations));
   EXPECT_LT(rmse(far.right->targets.color, full.right->targets.color), 0.25 * rmse(full.right->targets.color, full.targets.color));
   EXPECT_EQ(far.targets.color.values, full.targets.color.values);
+}
+
+// What is at rest may not be copied from the right eye's own history when a light has changed: it comes from the left eye, which is new.
+TEST(Desampling, TheRightEyeSeesALightThatChanged) {
+  Capture capture = shipped("vases");
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n)
+    if (capture.nodes[n].light >= 0) test::add_motion(capture, static_cast<int>(n), {0, 0, 0});
+  auto& turn = capture.animations.at(0).channels.at(0);
+  turn.path = frontend::AnimatedPath::kRotation;
+  turn.components = 4;
+  turn.interpolation = frontend::Interpolation::kStep;
+  turn.times = {0.0f, 0.02f};
+  turn.values = {-0.35f, -0.32f, -0.13f, 0.87f, -0.35f, 0.32f, 0.13f, 0.87f};
+  const auto stereo = [&](const char* desampling) {
+    return Machine().set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.06").set("stereo.far_depth=0").frames(capture, 0, 2);
+  };
+  const auto full = stereo("off"), got = stereo("adaptive");
+  const double change = rmse(full[0].right->targets.color, full[1].right->targets.color);
+  EXPECT_GT(change, 0.02);
+  EXPECT_GT(got[1].right->counters.desampling->pixels_advected, 2000u);
+  EXPECT_LT(rmse(got[1].right->targets.color, full[1].right->targets.color), 0.25 * change);
 }
 
 TEST(Desampling, CompressionChangesTrafficNotPictures) {

@@ -104,7 +104,7 @@ Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, c
 }
 
 // The same with the weights of a tent on the inner four texels, not clamped.
-Advection fetch_bilinear(const Surface& surface, const Place& p, Vec4& out, AdvectionWork& work) {
+Advection fetch_bilinear(const StoredImage& surface, const Place& p, Vec4& out, AdvectionWork& work) {
   const Vec4* base = nullptr;
   Vec4 sum(0.0f);
   for (int j = 0; j < 2; ++j)

@@ -121,7 +121,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
   block.rendered = static_cast<BlockMask>(block.exists & ~missing);
   if (block.decision.advect) {
-    if (block.still) copy_still(resolve, block, missing);
+    if (block.still && !block.from_other_eye) copy_still(resolve, block, missing);
     else try_advection(resolve, block, missing);
   } else if (missing != 0) {
     block.reconstructed = reconstructible(settings, block, missing);

@@ -13,16 +13,26 @@
 namespace tessera::tilecore {
 namespace {
 
-// Bursts of the rows of a rectangle of an array of `bytes` per pixel of `region`.
-std::uint64_t rect_bursts(IntRect rect, IntRect region, std::uint64_t bytes, std::uint64_t burst) {
-  std::uint64_t sum = 0;
-  const auto width = static_cast<std::uint64_t>(region.width());
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const std::uint64_t first = static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
-    sum += hardware::burst_bytes(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes, burst);
+// Charges the rows of a rectangle of an array that holds `bytes` for each pixel of `region`.
+struct RectTransfer {
+  IntRect rect, region;
+  std::uint64_t bytes, burst;
+
+  template <class Move>
+  void each_row(const Move& move) const {
+    const auto width = static_cast<std::uint64_t>(region.width());
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      const std::uint64_t first = static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
+      move(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
+    }
   }
-  return sum;
-}
+  void read(hardware::Ledger& ledger, hardware::Purpose purpose) const {
+    each_row([&](std::uint64_t offset, std::uint64_t size) { ledger.read_at(hardware::Unit::kResolve, purpose, offset, size, burst); });
+  }
+  void write(hardware::Ledger& ledger, hardware::Purpose purpose) const {
+    each_row([&](std::uint64_t offset, std::uint64_t size) { ledger.write_at(hardware::Unit::kResolve, purpose, offset, size, burst); });
+  }
+};
 
 // How far from a missing pixel its stencil looks, in pixels.
 int stencil_reach(const ResolveSettings& settings) {
@@ -124,15 +134,13 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
     for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = next.color[next.pixel(x, y)]; });
     discrepant = stands_out(colors, block.advected, block.rendered, settings.tolerance);
   } else {
-    // Every other rendered pixel is enough.
+    // Every other row is enough: of each pattern of eight that is one of its squares, spread over the whole block.
     float sum = 0.0f;
     int compared = 0;
-    bool skip = true;
     for_each_pixel(block.pixels, [&](int x, int y) {
       Vec4 there;
-      if ((block.rendered & block_bit(x, y)) == 0) return;
-      skip = !skip;
-      if (skip || !advect(resolve, block, velocity_, x, y, there, false)) return;
+      const bool looked_at = ((y - block.pixels.y0) & 1) == 0 && (block.rendered & block_bit(x, y)) != 0;
+      if (!looked_at || !advect(resolve, block, velocity_, x, y, there, false)) return;
       sum += relative_difference(there, next.color[next.pixel(x, y)]);
       ++compared;
     });
@@ -149,7 +157,9 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
   const History& next = *resolve.next;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
   // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no such plane.
-  const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4, plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive;
+  // Nor has what is seen before nothing, whose depth is infinite.
+  const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4;
+  const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive && std::isfinite(next.depth[next.pixel(x0, y0)]);
   float inverse = 0.0f, by_x = 0.0f, by_y = 0.0f;
   if (plane) {
     inverse = 1.0f / next.depth[next.pixel(x0, y0)];
@@ -169,7 +179,7 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
       bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) && (any_surface || next.surface[pixel] == surface);
       if (plane && use && !any_surface) {
         const float z = next.depth[pixel], expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
-        use = std::abs(1.0f - expected * z) <= tolerance * z;
+        use = std::isfinite(z) && std::abs(1.0f - expected * z) <= tolerance * z;
       }
       row |= static_cast<std::uint32_t>(use) << (x - x0 + kWindowMargin);
     }
@@ -232,10 +242,9 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       // Colours and records of the window are read again, the block is written again.
       const int margin = stencil_reach(resolve.settings);
       const IntRect window = next.region.intersect({bx - margin, by - margin, bx + 4 + margin, by + 4 + margin});
-      ledger_.read(hardware::Unit::kResolve, hardware::Purpose::kNeighbours,
-                   rect_bursts(window, next.region, kFramePixelBytes, memory.burst_bytes) + rect_bursts(window, next.region, History::kSurfaceBytes, memory.burst_bytes));
-      if (memory.charge_frame_buffer)
-        ledger_.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, rect_bursts(block.pixels, next.region, kFramePixelBytes, memory.burst_bytes));
+      RectTransfer{window, next.region, kFramePixelBytes, memory.burst_bytes}.read(ledger_, hardware::Purpose::kNeighbours);
+      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(ledger_, hardware::Purpose::kNeighbours);
+      if (memory.charge_frame_buffer) RectTransfer{block.pixels, next.region, kFramePixelBytes, memory.burst_bytes}.write(ledger_, hardware::Purpose::kFrameBuffer);
     }
 }
 
@@ -263,15 +272,17 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
   using hardware::Purpose;
   using hardware::Unit;
-  if (memory.charge_frame_buffer) ledger_.write(Unit::kResolve, Purpose::kFrameBuffer, rect_bursts(tile, region, kFramePixelBytes, burst_bytes));
+  if (memory.charge_frame_buffer) RectTransfer{tile, region, kFramePixelBytes, burst_bytes}.write(ledger_, Purpose::kFrameBuffer);
   // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
   for (const IntRect& fetched : {fetched_, eye_fetched_}) {
-    if (fetched.empty()) continue;
-    ledger_.read(Unit::kResolve, Purpose::kHistory, rect_bursts(fetched, region, kFramePixelBytes, burst_bytes) + rect_bursts(fetched, region, History::kSurfaceBytes, burst_bytes));
+    RectTransfer{fetched, region, kFramePixelBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
+    RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
   }
   const std::uint64_t block_bytes = hardware::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
   if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);
-  if (resolve.keeps_history) ledger_.write(Unit::kResolve, Purpose::kHistory, rect_bursts(tile, region, History::kSurfaceBytes, burst_bytes) + block_bytes);
+  if (!resolve.keeps_history) return;
+  RectTransfer{tile, region, History::kSurfaceBytes, burst_bytes}.write(ledger_, Purpose::kHistory);
+  ledger_.write(Unit::kResolve, Purpose::kHistory, block_bytes);
 }
 
 }  // namespace tessera::tilecore

@@ -87,6 +87,8 @@ class ResolveUnit {
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
   hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
+  // Until take_ledger(), every transfer also goes to `log`.
+  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
   void count_skipped(std::uint64_t samples, std::uint64_t invocations);
 
  private:
