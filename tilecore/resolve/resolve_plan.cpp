@@ -9,7 +9,14 @@
 namespace tessera::tilecore {
 namespace {
 
+// Of a motion that was found usable, so that it fits an int.
+int ceiling(float v) {
+  const int whole = static_cast<int>(v);
+  return whole + (static_cast<float>(whole) < v ? 1 : 0);
+}
+
 void grow(IntRect& rect, int x0, int y0, int x1, int y1) {
+  if (x0 >= x1 || y0 >= y1) return;
   if (rect.empty()) rect = {x0, y0, x1, y1};
   else rect = {std::min(rect.x0, x0), std::min(rect.y0, y0), std::max(rect.x1, x1), std::max(rect.y1, y1)};
 }
@@ -196,9 +203,9 @@ bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const 
   const AdvectedPixel result = advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(), resolve.settings.advection, advection_work_);
   if (result.outcome == Advection::kTaken && (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
     const Vec2 v = velocity.velocity()[pixel];
-    const int left = x - static_cast<int>(std::ceil(v.x)), top = y - static_cast<int>(std::ceil(v.y)), ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    const IntRect texels = IntRect{left - ring, top - ring, left + 2 + ring, top + 2 + ring}.intersect(history.region);
-    if (!texels.empty()) grow(fetched, texels.x0, texels.y0, texels.x1, texels.y1);
+    const int left = x - ceiling(v.x), top = y - ceiling(v.y), ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
+    grow(fetched, std::max(left - ring, history.region.x0), std::max(top - ring, history.region.y0), std::min(left + 2 + ring, history.region.x1),
+         std::min(top + 2 + ring, history.region.y1));
     out = result.color;
     return true;
   }
