@@ -43,13 +43,14 @@ inline constexpr double kIdenticalDecibel = 60;
 struct Score {
   std::vector<double> frame_psnr, frame_saved;
   double saved = 0;                   // share of the reference's runs of the pixel shader, over all frames
-  double psnr = 0, ssim = 0, flip = 0;  // means over frames
+  double psnr = 0;                    // mean over frames
+  double ssim = 0, flip = 0;          // means over every sixth frame: they take longer than rendering
   double resolve_of_tiles = 0, resolve_of_frame = 0;  // the resolve unit's share of the processor time of tile cores; of all that rendering takes
 
   double worst_psnr() const;
 };
 // Renders the shot with these settings and compares it with the reference, frame by frame.
-Score score(const frontend::Capture& capture, const Shot& shot, const Sets& sets, const Reference& reference, bool flip = true);
+Score score(const frontend::Capture& capture, const Shot& shot, const Sets& sets, const Reference& reference);
 
 // resolve.desampling=adaptive and more.
 Sets adaptive(Sets more = {});

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <optional>
+
+#include "tilecore/resolve/channels.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -110,15 +111,6 @@ Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, c
   return Advection::kTaken;
 }
 
-// Element-wise arithmetic without fusing: the same bits with any instruction set.
-using Channels [[gnu::vector_size(16)]] = float;
-
-Channels load(const Vec4& color) {
-  Channels c;
-  std::memcpy(&c, &color.x, sizeof c);
-  return c;
-}
-
 // fetch_bilinear() where four texels have a weight, all agree and all are finite; false: it has to look one by one.
 bool fetch_agreeing(const StoredImage& surface, const Place& p, Vec4& out, AdvectionWork& work) {
   const HistoryView& history = surface.history;
@@ -131,13 +123,10 @@ bool fetch_agreeing(const StoredImage& surface, const Place& p, Vec4& out, Advec
   const float limit = surface.tolerance * std::abs(surface.depth);
   const auto near = [&](float there) { return std::abs(there - surface.depth) <= limit; };
   if (!(std::isfinite(limit) && near(da[0]) && near(da[1]) && near(db[0]) && near(db[1]))) return false;
-  const Channels base = load(history.color[above]), c1 = load(history.color[above + 1]), c2 = load(history.color[below]), c3 = load(history.color[below + 1]);
-  // x - x is 0 or NaN.
-  const Channels zero = ((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3));
-  if (!(zero[0] == 0.0f && zero[1] == 0.0f && zero[2] == 0.0f && zero[3] == 0.0f)) return false;
+  const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]), c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
+  if (!is_finite(((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3)))) return false;
   work.history_texels += 4;
-  const Channels sum = base + ((w1 * (c1 - base) + w2 * (c2 - base)) + w3 * (c3 - base));
-  std::memcpy(&out.x, &sum, sizeof sum);
+  store(base + ((w1 * (c1 - base) + w2 * (c2 - base)) + w3 * (c3 - base)), &out);
   return true;
 }
 

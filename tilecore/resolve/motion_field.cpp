@@ -67,11 +67,11 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
   const DMat4 m = then.projection.matrix() * camera_then * glm::inverse(camera_now) * unprojection(now.projection);
   if (!finite(m)) return motion;
   motion.kind = Kind::kRigid;
-  motion.rows = glm::transpose(Mat4(m));
+  motion.reprojection = Mat4(m);
   return motion;
 }
 
-MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : now_(now), then_(then) {
+MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : now_(now), then_(then), orthographic_(now.projection.orthographic) {
   TESSERA_CHECK(now.drawables.size() == then.drawables.size(), "motion is between two poses of one assembly");
   motions_.reserve(now.drawables.size());
   for (std::size_t d = 0; d < now.drawables.size(); ++d) {
@@ -82,32 +82,16 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : 
 }
 
 MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {
-  const Motion& motion = motions_[d];
-  const bool orthographic = now_.projection.orthographic;
-  Vec4 r;
-  switch (motion.kind) {
+  switch (motions_[d].kind) {
     case Kind::kStill: return {Vec2(0.0f), z, true};
     case Kind::kUnusable: return {};
-    case Kind::kRigid: {
-      const float w = orthographic ? 1.0f : z;
-      if (!(w > 0)) return {};
-      const float x = rest.x * w, y = rest.y * w;
-      for (int k = 0; k < 4; ++k) r[k] = motion.rows[k].x * x + motion.rows[k].y * y + motion.rows[k].z * z + motion.rows[k].w;
-      break;
-    }
-    case Kind::kDeforming: {
-      const Vec2 parameters = surface_parameters(now_, at);
-      const Vec4 here = surface_raster(now_, at, parameters, 0);
-      if (!(here.w > 0)) return {};
-      rest = Vec2(here.x, here.y) / here.w;
-      r = surface_raster(then_, at, parameters, 0);
-      break;
-    }
+    case Kind::kRigid: return rigid_step(d, rest, z);
+    case Kind::kDeforming: break;
   }
-  if (!(r.w > 0)) return {};
-  const Step step{rest - Vec2(r.x, r.y) / r.w, r.z, true};
-  if (!std::isfinite(step.velocity.x) || !std::isfinite(step.velocity.y)) return {};
-  return step;
+  const Vec2 parameters = surface_parameters(now_, at);
+  const Vec4 here = surface_raster(now_, at, parameters, 0);
+  if (!(here.w > 0)) return {};
+  return step_to(Vec2(here.x, here.y) / here.w, surface_raster(then_, at, parameters, 0));
 }
 
 }  // namespace tessera::tilecore
