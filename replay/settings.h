@@ -31,7 +31,7 @@ struct RunSettings {
   double exposure = 0;  // 0: the capture's
 
   std::string desampling = "off";
-  double k_stat = 0.5, k_fast1 = 4.0, k_fast2 = 16.0;  // pixels per frame
+  double k_stat = 2.0, k_fast1 = 2.0, k_fast2 = 8.0;  // pixels per frame
   double hysteresis = 0.05;
   std::string block_speed = "mean";
   std::string edges = "inverse_depth";

@@ -30,6 +30,10 @@ struct Machine {
     apply_setting(text, settings, gpu);
     return *this;
   }
+  // The three together: none may be above the next.
+  Machine& thresholds(const char* still, const char* fast1, const char* fast2) {
+    return set(std::string("resolve.k_stat=") + still).set(std::string("resolve.k_fast1=") + fast1).set(std::string("resolve.k_fast2=") + fast2);
+  }
   FrameRenderer renderer(const Capture& capture) const { return {capture, gpu, settings, request}; }
   std::vector<FrameResult> frames(const Capture& capture, int first, int last) const {
     FrameRenderer r = renderer(capture);
@@ -72,7 +76,7 @@ TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
     const Capture capture = shipped(name);
     const int first = capture.settings.first_frame;
     Machine full;
-    full.set("resolve.k_stat=0").set("resolve.k_fast1=1000000").set("resolve.k_fast2=1000000").set("resolve.advection=false");
+    full.thresholds("0", "1000000", "1000000").set("resolve.advection=false");
     const auto expected = plain().frames(capture, first, first + 2), got = full.frames(capture, first, first + 2);
     for (std::size_t f = 0; f < 2; ++f) {
       EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values) << name;
@@ -113,7 +117,7 @@ TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadi
   for (const char* rate : {"pixel", "sample", "cache"}) {
     const Capture capture = shipped("eggs");
     Machine m;
-    m.set(std::string("shading.rate=") + rate).set("resolve.k_fast1=0.5").set("resolve.k_fast2=3").set("resolve.k_stat=0.5");
+    m.set(std::string("shading.rate=") + rate).thresholds("0.5", "0.5", "3");
     const auto expected = plain().set(std::string("shading.rate=") + rate).frames(capture, 14, 16), got = m.frames(capture, 14, 16);
     const auto& s = got[1].counters.shading;
     EXPECT_GT(counters(got[1]).samples_skipped, 0u) << rate;
@@ -159,7 +163,7 @@ TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
   const Capture capture = shipped("stroll");
   for (const char* reach : {"tile", "neighbours"}) {
     Machine m;
-    m.set(std::string("resolve.stencil_reach=") + reach).set("resolve.k_fast1=0.6").set("resolve.bfecc=true");
+    m.set(std::string("resolve.stencil_reach=") + reach).thresholds("0.5", "0.6", "8").set("resolve.bfecc=true");
     const auto expected = on_machine(m, capture, 0, "");
     for (const auto& [threads, simd] : {std::pair<std::size_t, std::string>{1, ""}, {2, simd_target_names().back()}, {4, ""}}) {
       const auto got = on_machine(m, capture, threads, simd);
@@ -176,7 +180,7 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   const Capture capture = shipped("stroll");
   const auto pictures = [&](const char* reach, int tile) {
     Machine m;
-    m.set(std::string("resolve.stencil_reach=") + reach).set("resolve.k_stat=0.1").set("resolve.k_fast1=0.1").set("resolve.k_fast2=8");
+    m.set(std::string("resolve.stencil_reach=") + reach).thresholds("0.1", "0.1", "8");
     m.gpu.tile_width = m.gpu.tile_height = tile;
     auto frames = m.frames(capture, 40, 43);
     EXPECT_GT(counters(frames[2]).pixels_reconstructed, 1000u);
@@ -255,7 +259,7 @@ TEST(Desampling, TheFirstFrameAFrameAfterAGapAndAChangedLightHaveNoHistory) {
   const FrameResult gap = r.render(13);
   EXPECT_EQ(counters(gap).pixels_advected, 0u);
   EXPECT_EQ(gap.effect_reasons.at("advection"), "the frame before was not rendered: there is no history");
-  const auto eggs = Machine().set("resolve.k_stat=4").frames(shipped("eggs"), 14, 16);  // an ember carries a light
+  const auto eggs = Machine().thresholds("4", "4", "16").frames(shipped("eggs"), 14, 16);  // an ember carries a light
   EXPECT_EQ(counters(eggs[1]).pixels_advected, 0u);
   EXPECT_EQ(eggs[1].effect_reasons.at("advection"), "a light changed");
 }
@@ -273,7 +277,7 @@ TEST(Desampling, ACutTakesNothingOverThatIsNotThere) {
       channel.values = ends;
     }
   Machine m;
-  m.set("resolve.k_stat=4");
+  m.thresholds("4", "4", "16");
   m.request.resolve_auxiliary = true;
   const auto expected = plain().frames(capture, 28, 33), got = m.frames(capture, 28, 33);
   EXPECT_GT(rmse(expected[1].targets.color, expected[2].targets.color), 0.05);
@@ -285,8 +289,9 @@ TEST(Desampling, ACutTakesNothingOverThatIsNotThere) {
 // An unlit quad with a texture that slides across the frame, in and out of it.
 struct Slide {
   Capture capture;
-  explicit Slide(double pixels_per_frame, int texture = 64, bool plane = false) {
+  explicit Slide(double pixels_per_frame, int texture = 64, bool plane = false, double alpha = 1) {
     frontend::Material material;
+    if (alpha < 1) material.alpha_mode = frontend::AlphaMode::kBlend, material.base_color.w = static_cast<float>(alpha);
     material.unlit = true;
     material.double_sided = true;
     material.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{checks(texture)}, shaders::ColorSpace::kSrgb);
@@ -321,7 +326,7 @@ struct Slide {
 TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
   const Slide slide(3.3);
   Machine m;
-  m.set("resolve.k_stat=8").set("resolve.k_fast1=8").set("resolve.k_fast2=8");
+  m.thresholds("8", "8", "8");
   const auto expected = plain().frames(slide.capture, 0, 60), got = m.frames(slide.capture, 0, 60);
   std::uint64_t disoccluded = 0, outside = 0;
   for (std::size_t f = 0; f < got.size(); ++f) {
@@ -353,7 +358,7 @@ TEST(Desampling, ErrorsOfAdvectionDoNotGrowOver120Frames) {
   // Slow: an advected pixel's source is mostly that pixel itself.
   const Slide slide(0.03, 64, true);
   Machine kept, loose;
-  for (Machine* m : {&kept, &loose}) m->set("resolve.k_stat=1");
+  for (Machine* m : {&kept, &loose}) m->thresholds("1", "2", "8");
   loose.set("resolve.dither=off").set("resolve.discrepancy=off");
   std::vector<double> with, without;
   error_at(slide, kept, {8, 9, 10, 11, 117, 118, 119, 120}, with);
@@ -444,7 +449,7 @@ TEST(Desampling, FramesAndRegionsThatCutBlocksAreWhole) {
     for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"})
       for (const char* reach : {"tile", "neighbours"}) {
         Machine m, p = plain();
-        m.set(std::string("resolve.desampling=") + mode).set(std::string("resolve.stencil_reach=") + reach).set("resolve.k_fast1=0.5").set("resolve.k_stat=0.5");
+        m.set(std::string("resolve.desampling=") + mode).set(std::string("resolve.stencil_reach=") + reach).thresholds("0.5", "0.5", "8");
         m.request = p.request = {97, 53, region};
         const auto got = m.frames(capture, 38, 40), expected = p.frames(capture, 38, 40);
         for (std::size_t f = 0; f < 2; ++f) {
@@ -496,6 +501,16 @@ TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
     }
 }
 
+// What is seen before nothing has no depth; it is made from what is beside it all the same.
+TEST(Desampling, GlassBeforeNothingIsReconstructed) {
+  const Slide glass(0.0, 64, true, 0.5);
+  Machine m;
+  m.set("resolve.foveation_r0=1").set("resolve.foveation_r1=100");
+  const FrameResult full = plain().renderer(glass.capture).render(0), got = m.renderer(glass.capture).render(0);
+  EXPECT_GT(counters(got).pixels_reconstructed, 6000u);
+  EXPECT_LT(rmse(got.targets.color, full.targets.color), 0.05);
+}
+
 TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   const Capture capture = shipped("vases");
   const auto stereo = [&](const char* desampling, const char* depth) {
@@ -513,6 +528,27 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   EXPECT_LT(far.right->counters.shading.pixel_shader_invocations, 0.75 * static_cast<double>(full.right->counters.shading.pixel_shader_invocations));
   EXPECT_LT(rmse(far.right->targets.color, full.right->targets.color), 0.25 * rmse(full.right->targets.color, full.targets.color));
   EXPECT_EQ(far.targets.color.values, full.targets.color.values);
+}
+
+// What is at rest may not be copied from the right eye's own history when a light has changed: it comes from the left eye, which is new.
+TEST(Desampling, TheRightEyeSeesALightThatChanged) {
+  Capture capture = shipped("vases");
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n)
+    if (capture.nodes[n].light >= 0) test::add_motion(capture, static_cast<int>(n), {0, 0, 0});
+  auto& turn = capture.animations.at(0).channels.at(0);
+  turn.path = frontend::AnimatedPath::kRotation;
+  turn.components = 4;
+  turn.interpolation = frontend::Interpolation::kStep;
+  turn.times = {0.0f, 0.02f};
+  turn.values = {-0.35f, -0.32f, -0.13f, 0.87f, -0.35f, 0.32f, 0.13f, 0.87f};
+  const auto stereo = [&](const char* desampling) {
+    return Machine().set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.06").set("stereo.far_depth=0").frames(capture, 0, 2);
+  };
+  const auto full = stereo("off"), got = stereo("adaptive");
+  const double change = rmse(full[0].right->targets.color, full[1].right->targets.color);
+  EXPECT_GT(change, 0.02);
+  EXPECT_GT(got[1].right->counters.desampling->pixels_advected, 2000u);
+  EXPECT_LT(rmse(got[1].right->targets.color, full[1].right->targets.color), 0.25 * change);
 }
 
 TEST(Desampling, CompressionChangesTrafficNotPictures) {

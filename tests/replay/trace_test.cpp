@@ -118,9 +118,10 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
 
 TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {
   const test::TemporaryFolder out;
-  for (const char* name : {"d.trace", "d.ramulator"}) {
+  for (const auto& [name, desampling] : {std::pair{"d.trace", "off"}, {"d.ramulator", "off"}, {"d.trace", "adaptive"}}) {
     const std::string file = (out / name).string();
-    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "320x180", "--frames", "0:2", "--quiet", "--out", out.path().string(), "--dram-trace", file}).status, 0);
+    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "320x180", "--frames", "0:2", "--set", std::string("resolve.desampling=") + desampling, "--quiet", "--out", out.path().string(),
+                           "--dram-trace", file}).status, 0);
     const json counters = json::parse(test::read_text(out / "stats.json"))["total"]["counters"];
     std::istringstream lines(test::read_text(file));
     std::uint64_t read = 0, written = 0, last = 0;

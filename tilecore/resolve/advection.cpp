@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "tilecore/resolve/channels.h"
+
 namespace tessera::tilecore {
 namespace {
 
@@ -17,10 +19,16 @@ struct Place {
   float fx, fy;
 };
 
+// Of what fits an int; the oldest x86-64 has no instruction for it, and std::floor is a call there.
+float floor_of(float v) {
+  const auto whole = static_cast<float>(static_cast<int>(v));
+  return whole > v ? whole - 1.0f : whole;
+}
+
 // The whole part is taken from the offset, not from the position: the same bits anywhere in the frame.
 std::optional<Place> place_at(int x, int y, Vec2 offset) {
   if (!(std::abs(offset.x) < kLongestMotion && std::abs(offset.y) < kLongestMotion)) return std::nullopt;
-  Vec2 whole(std::floor(offset.x), std::floor(offset.y));
+  Vec2 whole(floor_of(offset.x), floor_of(offset.y));
   Vec2 f = offset - whole;
   // An offset just below a whole number rounds up to it.
   for (int c = 0; c < 2; ++c)
@@ -31,8 +39,9 @@ std::optional<Place> place_at(int x, int y, Vec2 offset) {
 // v between pixels; nothing where a pixel with a weight is unusable or outside.
 std::optional<Vec2> velocity_at(const Place& p, const VelocityView& view, AdvectionWork& work) {
   Vec2 sum(0.0f);
-  for (int j = 0; j < 2; ++j)
-    for (int i = 0; i < 2; ++i) {
+  const bool whole = p.fx == 0.0f && p.fy == 0.0f;
+  for (int j = 0; j < (whole ? 1 : 2); ++j)
+    for (int i = 0; i < (whole ? 1 : 2); ++i) {
       const float w = (i == 0 ? 1.0f - p.fx : p.fx) * (j == 0 ? 1.0f - p.fy : p.fy);
       if (w == 0.0f) continue;
       if (!view.region.contains(p.x + i, p.y + j)) return std::nullopt;
@@ -71,8 +80,6 @@ struct StoredImage {
 
 using Weights = std::array<float, 4>;  // of the texels -1, 0, 1, 2 along an axis
 
-Weights bilinear_weights(float f) { return {0.0f, 1.0f - f, f, 0.0f}; }
-
 // Catmull and Rom 1974.
 Weights catmull_rom_weights(float f) {
   const float f2 = f * f, f3 = f2 * f;
@@ -104,6 +111,43 @@ Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, c
   return Advection::kTaken;
 }
 
+// fetch_bilinear() where four texels have a weight, all agree and all are finite; false: it has to look one by one.
+bool fetch_agreeing(const StoredImage& surface, const Place& p, Vec4& out, AdvectionWork& work) {
+  const HistoryView& history = surface.history;
+  const float w1 = p.fx * (1.0f - p.fy), w2 = (1.0f - p.fx) * p.fy, w3 = p.fx * p.fy;
+  if (!history.region.contains(p.x, p.y) || !history.region.contains(p.x + 1, p.y + 1) || w1 == 0.0f || w2 == 0.0f || w3 == 0.0f) return false;
+  const std::ptrdiff_t above = (p.y - history.region.y0) * history.row_stride + (p.x - history.region.x0), below = above + history.row_stride;
+  const std::uint32_t *a = history.patch + above, *b = history.patch + below;
+  if (((a[0] ^ surface.patch) | (a[1] ^ surface.patch) | (b[0] ^ surface.patch) | (b[1] ^ surface.patch)) != 0) return false;
+  const float *da = history.depth + above, *db = history.depth + below;
+  const float limit = surface.tolerance * std::abs(surface.depth);
+  const auto near = [&](float there) { return std::abs(there - surface.depth) <= limit; };
+  if (!(std::isfinite(limit) && near(da[0]) && near(da[1]) && near(db[0]) && near(db[1]))) return false;
+  const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]), c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
+  if (!is_finite(((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3)))) return false;
+  work.history_texels += 4;
+  store(base + ((w1 * (c1 - base) + w2 * (c2 - base)) + w3 * (c3 - base)), &out);
+  return true;
+}
+
+// The same as fetch() with the weights of a tent on the inner four texels, not clamped.
+Advection fetch_bilinear(const StoredImage& surface, const Place& p, Vec4& out, AdvectionWork& work) {
+  if (fetch_agreeing(surface, p, out, work)) return Advection::kTaken;
+  const Vec4* base = nullptr;
+  Vec4 sum(0.0f);
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 2; ++i) {
+      const float w = (i == 0 ? 1.0f - p.fx : p.fx) * (j == 0 ? 1.0f - p.fy : p.fy);
+      if (w == 0.0f) continue;
+      if (const Advection verdict = surface.verdict(p.x + i, p.y + j, work); verdict != Advection::kTaken) return verdict;
+      const Vec4& color = surface.color(p.x + i, p.y + j);
+      if (base == nullptr) base = &color;
+      else sum += w * (color - *base);
+    }
+  out = p.fx == 0.0f && p.fy == 0.0f ? *base : *base + sum;
+  return Advection::kTaken;
+}
+
 }  // namespace
 
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
@@ -129,7 +173,7 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   // After a bicubic fetch the inner texels have been read and charged.
   AdvectionWork charged;
   const bool bicubic = settings.fetch == Fetch::kBicubic;
-  result.outcome = fetch(surface, *place, bilinear_weights(place->fx), bilinear_weights(place->fy), false, result.color, bicubic ? charged : work);
+  result.outcome = fetch_bilinear(surface, *place, result.color, bicubic ? charged : work);
   work.bilinear_fallbacks += bicubic && result.outcome == Advection::kTaken;
   return result;
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "tilecore/resolve/channels.h"
 #include "tilecore/resolve/cubic_kernel.h"
 #include "tilecore/resolve/stencil_lookup.h"
 
@@ -13,25 +14,8 @@ namespace {
 
 // ---- Four channels ----------------------------------------------------------------------------------------------
 
-// Element-wise arithmetic without fusing: the same bits with any instruction set.
-using Channels [[gnu::vector_size(16)]] = float;
-
-Channels load(const Vec4* color) {
-  Channels c;
-  std::memcpy(&c, &color->x, sizeof c);
-  return c;
-}
-void store(const Channels& c, Vec4* color) { std::memcpy(&color->x, &c, sizeof c); }
 Channels lower(const Channels& a, const Channels& b) { return a < b ? a : b; }
 Channels upper(const Channels& a, const Channels& b) { return a < b ? b : a; }
-
-// x - x is +0 or NaN.
-bool is_finite(const Channels& c) {
-  const Channels zero = c - c;
-  std::uint64_t bits[2];
-  std::memcpy(bits, &zero, sizeof bits);
-  return (bits[0] | bits[1]) == 0;
-}
 
 // The value before and after clamping: an infinite tap shows in the first, but the second may hide it.
 struct Result {

@@ -10,7 +10,7 @@ namespace tessera::tilecore {
 // How a block finds out that advection went wrong in it. What it finds keeps the next frames from advecting around it.
 enum class DiscrepancyCheck {
   kOff,
-  kRendered,    // what advection would have given for the pixels that were rendered, against what they are. Deviation from the
+  kRendered,    // what advection would have given for the rendered pixels of every other row, against what they are. Deviation from the
                 // note and better: it compares like with like, so texture is no discrepancy, and the block is fetched anyway
   kNeighbours,  // advected pixels against the range of their rendered neighbours in the block, as published
 };

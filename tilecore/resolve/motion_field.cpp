@@ -71,7 +71,7 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
   return motion;
 }
 
-MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : now_(now), then_(then) {
+MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : now_(now), then_(then), orthographic_(now.projection.orthographic) {
   TESSERA_CHECK(now.drawables.size() == then.drawables.size(), "motion is between two poses of one assembly");
   motions_.reserve(now.drawables.size());
   for (std::size_t d = 0; d < now.drawables.size(); ++d) {
@@ -82,31 +82,16 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : 
 }
 
 MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {
-  const Motion& motion = motions_[d];
-  const bool orthographic = now_.projection.orthographic;
-  Vec4 r;
-  switch (motion.kind) {
+  switch (motions_[d].kind) {
     case Kind::kStill: return {Vec2(0.0f), z, true};
     case Kind::kUnusable: return {};
-    case Kind::kRigid: {
-      const float w = orthographic ? 1.0f : z;
-      if (!(w > 0)) return {};
-      r = motion.reprojection * Vec4(rest.x * w, rest.y * w, z, 1.0f);
-      break;
-    }
-    case Kind::kDeforming: {
-      const Vec2 parameters = surface_parameters(now_, at);
-      const Vec4 here = surface_raster(now_, at, parameters, 0);
-      if (!(here.w > 0)) return {};
-      rest = Vec2(here.x, here.y) / here.w;
-      r = surface_raster(then_, at, parameters, 0);
-      break;
-    }
+    case Kind::kRigid: return rigid_step(d, rest, z);
+    case Kind::kDeforming: break;
   }
-  if (!(r.w > 0)) return {};
-  const Step step{rest - Vec2(r.x, r.y) / r.w, r.z, true};
-  if (!std::isfinite(step.velocity.x) || !std::isfinite(step.velocity.y)) return {};
-  return step;
+  const Vec2 parameters = surface_parameters(now_, at);
+  const Vec4 here = surface_raster(now_, at, parameters, 0);
+  if (!(here.w > 0)) return {};
+  return step_to(Vec2(here.x, here.y) / here.w, surface_raster(then_, at, parameters, 0));
 }
 
 }  // namespace tessera::tilecore

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "frontend/frame_geometry.h"
+#include "tilecore/resolve/channels.h"
 #include "tilecore/surface.h"
 
 namespace tessera::tilecore {
@@ -42,18 +44,33 @@ class MotionField {
   };
   // Motion of the point of drawable `d` that a sample sees at `at`; `rest` is its pixel at shutter open, z its depth.
   Step step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const;
+  // The same for a drawable of kind kRigid, which needs no surface.
+  Step rigid_step(std::uint32_t d, Vec2 rest, float z) const {
+    const float w = orthographic_ ? 1.0f : z;
+    if (!(w > 0)) return {};
+    const Mat4& m = motions_[d].reprojection;
+    const Channels r = load(&m[0]) * (rest.x * w) + load(&m[1]) * (rest.y * w) + load(&m[2]) * z + load(&m[3]);
+    return step_to(rest, Vec4(r[0], r[1], r[2], r[3]));
+  }
 
  private:
   struct Motion {
     Kind kind = Kind::kUnusable;
     Mat4 reprojection{1.0f};  // rigid: (xh, yh, depth, 1) now to (xh, yh, depth, w) then
   };
+  // To homogeneous raster coordinates in `then`.
+  static Step step_to(Vec2 rest, const Vec4& r) {
+    if (!(r.w > 0)) return {};
+    const Step step{rest - Vec2(r.x, r.y) / r.w, r.z, true};
+    if (!std::isfinite(step.velocity.x) || !std::isfinite(step.velocity.y)) return {};
+    return step;
+  }
   static Motion motion_of(const frontend::FrameGeometry& now, const frontend::FrameGeometry& then, std::size_t drawable);
 
   const frontend::FrameGeometry& now_;
   const frontend::FrameGeometry& then_;
   std::vector<Motion> motions_;
-  bool all_still_ = true, same_lights_ = true;
+  bool all_still_ = true, same_lights_ = true, orthographic_ = false;
 };
 
 }  // namespace tessera::tilecore

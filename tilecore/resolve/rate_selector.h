@@ -5,9 +5,10 @@
 namespace tessera::tilecore {
 
 // Speeds in pixels per frame. Which regime a block is in: below `still` (advection), from there to `fast1` (full rate), above `fast1` (half),
-// above `fast2` (a quarter).
+// above `fast2` (a quarter). By default [measured: docs/resolve.md] nothing lies between `still` and `fast1`: advection goes
+// on until half of the pixels need no history; blocks that may not be advected are rendered fully up to `fast1`.
 struct SpeedThresholds {
-  float still = 1.0f, fast1 = 2.0f, fast2 = 8.0f;
+  float still = 2.0f, fast1 = 2.0f, fast2 = 8.0f;
   // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one that
   // moves at a threshold does not flicker. 0: none.
   float hysteresis = 0.05f;

@@ -9,7 +9,14 @@
 namespace tessera::tilecore {
 namespace {
 
+// Of a motion that was found usable, so that it fits an int.
+int ceiling(float v) {
+  const int whole = static_cast<int>(v);
+  return whole + (static_cast<float>(whole) < v ? 1 : 0);
+}
+
 void grow(IntRect& rect, int x0, int y0, int x1, int y1) {
+  if (x0 >= x1 || y0 >= y1) return;
   if (rect.empty()) rect = {x0, y0, x1, y1};
   else rect = {std::min(rect.x0, x0), std::min(rect.y0, y0), std::max(rect.x1, x1), std::max(rect.y1, y1)};
 }
@@ -20,7 +27,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometr
   spp_ = samples.spp;
   surfaces_.gather(frame, samples, state, resolve.previous.motion);
   velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
-  eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
+  if (resolve.other_eye.motion != nullptr) eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
   runs_.assign(surfaces_.depth.size(), 1);
   advected_.resize(surfaces_.depth.size());
   fetched_ = eye_fetched_ = {};
@@ -40,12 +47,10 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometr
 
 bool ResolveUnit::is_edge(const ResolveSettings& settings, const Block& block) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0), stride = static_cast<std::size_t>(surfaces_.pixels.width());
-  if (settings.evidence != EdgeEvidence::kDepth) {
-    bool differs = (surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0;
-    for_each_pixel(block.pixels, [&](int x, int y) {
-      const std::size_t pixel = surfaces_.index(x, y);
-      differs = differs || surfaces_.surface[pixel] != surfaces_.surface[first] || (settings.evidence == EdgeEvidence::kPatch && surfaces_.patch[pixel] != surfaces_.patch[first]);
-    });
+  if (settings.evidence != EdgeEvidence::kDepth && (!block.uniform || ((surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0))) return true;
+  if (settings.evidence == EdgeEvidence::kPatch) {
+    bool differs = false;
+    for_each_pixel(block.pixels, [&](int x, int y) { differs = differs || surfaces_.patch[surfaces_.index(x, y)] != surfaces_.patch[first]; });
     if (differs) return true;
   }
   return detect_edge(settings.edges, &surfaces_.depth[first], stride, block.pixels.width(), block.pixels.height());
@@ -53,16 +58,26 @@ bool ResolveUnit::is_edge(const ResolveSettings& settings, const Block& block) c
 
 void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
-  block.empty = true;
-  block.still = resolve.previous.motion != nullptr;
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
+  const std::uint32_t surface = surfaces_.surface[first];
+  std::uint32_t other = 0;
+  std::uint8_t still = 1;
   float nearest = std::numeric_limits<float>::infinity();
-  for_each_pixel(block.pixels, [&](int x, int y) {
-    const std::size_t pixel = surfaces_.index(x, y);
-    block.empty = block.empty && surfaces_.surface[pixel] == 0;
-    block.still = block.still && surfaces_.still[pixel] != 0;
-    nearest = std::min(nearest, surfaces_.depth[pixel]);
-  });
-  if (block.empty) return;
+  for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
+    const std::size_t row = surfaces_.index(block.pixels.x0, y);
+    for (int x = block.pixels.x0; x < block.pixels.x1; ++x) {
+      const std::size_t pixel = row + static_cast<std::size_t>(x - block.pixels.x0);
+      const BlockMask bit = block_bit(x, y);
+      block.exists = static_cast<BlockMask>(block.exists | bit);
+      if (surfaces_.surface[pixel] != 0) block.seen = static_cast<BlockMask>(block.seen | bit);
+      other |= surfaces_.surface[pixel] ^ surface;
+      still &= surfaces_.still[pixel];
+      nearest = std::min(nearest, surfaces_.depth[pixel]);
+    }
+  }
+  block.uniform = other == 0;
+  block.still = still != 0 && resolve.previous.motion != nullptr;
+  if (block.seen == 0) return;
   if (settings.desampling != Desampling::kAdaptive) {
     block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
     if (resolve.auxiliary) velocity_.evaluate(block.pixels, settings.block_speed, false);
@@ -101,14 +116,9 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
 
 void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const ResolveSettings& settings = resolve.settings;
-  BlockMask exists = 0, seen = 0;
-  for_each_pixel(block.pixels, [&](int x, int y) {
-    exists = static_cast<BlockMask>(exists | block_bit(x, y));
-    if (surfaces_.surface[surfaces_.index(x, y)] != 0) seen = static_cast<BlockMask>(seen | block_bit(x, y));
-  });
-  if (block.empty) {
+  if (block.seen == 0) {
     ++counters_.blocks_empty;
-    block.rendered = exists;
+    block.rendered = block.exists;
     return;
   }
   const std::uint32_t number = settings.dithering ? resolve.number : 0;
@@ -116,24 +126,15 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                                 ? checkerboard_mask(number)
                                 : dither_mask(rate, number, settings.dither, block.pixels.x0 / 4, block.pixels.y0 / 4);
-  const auto missing = static_cast<BlockMask>(seen & ~pattern);
-  block.rendered = static_cast<BlockMask>(exists & ~missing);
+  const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
+  block.rendered = static_cast<BlockMask>(block.exists & ~missing);
   if (block.decision.advect) {
-    try_advection(resolve, block, missing);
+    if (block.still && !block.from_other_eye) copy_still(resolve, block, missing);
+    else try_advection(resolve, block, missing);
   } else if (missing != 0) {
-    // Only what has a rendered pixel of its surface beside it in the block can be reconstructed.
-    for_each_pixel(block.pixels, [&](int x, int y) {
-      if ((missing & block_bit(x, y)) == 0) return;
-      bool found = false;
-      for_each_pixel(block.pixels, [&](int nx, int ny) {
-        if ((block.rendered & block_bit(nx, ny)) == 0) return;
-        found = found || (settings.desampling == Desampling::kCheckerboard ? std::abs(nx - x) + std::abs(ny - y) == 1
-                                                                           : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)]);
-      });
-      if (found) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
-    });
+    block.reconstructed = reconstructible(settings, block, missing);
     counters_.pixels_forced += static_cast<std::uint64_t>(std::popcount(static_cast<unsigned>(missing & ~block.reconstructed)));
-    block.rendered = static_cast<BlockMask>(exists & ~block.reconstructed);
+    block.rendered = static_cast<BlockMask>(block.exists & ~block.reconstructed);
   }
   switch (block.decision.samples) {
     case 4: ++counters_.blocks_rate_4; break;
@@ -143,8 +144,24 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   }
   counters_.blocks_advected += block.decision.advect;
   counters_.blocks_edge += block.edge && !(block.still && block.decision.advect);
+  if (block.rendered == block.exists && block.decision.samples != 32) return;  // runs are 1 already
   const std::uint8_t groups = block.decision.samples == 32 ? 2 : 1;
   for_each_pixel(block.pixels, [&](int x, int y) { runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0; });
+}
+
+BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
+  if (block.uniform && block.exists == kFullBlock) return block.rendered != 0 ? missing : BlockMask{0};
+  BlockMask found = 0;
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    if ((missing & block_bit(x, y)) == 0) return;
+    for_each_pixel(block.pixels, [&](int nx, int ny) {
+      if ((block.rendered & block_bit(nx, ny)) == 0) return;
+      if (settings.desampling == Desampling::kCheckerboard ? std::abs(nx - x) + std::abs(ny - y) == 1
+                                                           : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
+        found = static_cast<BlockMask>(found | block_bit(x, y));
+    });
+  });
+  return found;
 }
 
 void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing) {
@@ -156,32 +173,40 @@ void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, Block
   });
 }
 
+// The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (A1 of advection.h).
+void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing) {
+  const History& history = *resolve.previous.history;
+  for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
+    const std::size_t here = surfaces_.index(block.pixels.x0, y), there = history.pixel(block.pixels.x0, y);
+    for (int x = block.pixels.x0; x < block.pixels.x1; ++x) {
+      const BlockMask bit = block_bit(x, y);
+      if ((missing & bit) == 0) continue;
+      const auto i = static_cast<std::size_t>(x - block.pixels.x0);
+      const Vec4& color = history.color[there + i];
+      const bool same = history.surface[there + i] == surfaces_.surface[here + i] && history.depth[there + i] == surfaces_.depth[here + i];
+      if (same && std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z) && std::isfinite(color.w)) {
+        advected_[here + i] = color;
+        block.advected = static_cast<BlockMask>(block.advected | bit);
+      } else {
+        block.rendered = static_cast<BlockMask>(block.rendered | bit);
+        ++counters_.advections_disoccluded;
+      }
+    }
+  }
+  if (block.advected != 0) grow(fetched_, block.pixels.x0, block.pixels.y0, block.pixels.x1, block.pixels.y1);
+}
+
 bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count) {
   const std::size_t pixel = surfaces_.index(x, y);
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
   IntRect& fetched = block.from_other_eye ? eye_fetched_ : fetched_;
-  if (block.still) {
-    // The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (A1).
-    const std::size_t there = history.pixel(x, y);
-    if (history.surface[there] == surfaces_.surface[pixel] && history.depth[there] == surfaces_.depth[pixel]) {
-      const Vec4& color = history.color[there];
-      if (std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z)) {
-        out = color;
-        grow(fetched, x, y, x + 1, y + 1);
-        return true;
-      }
-    }
-    counters_.advections_disoccluded += count;
-    return false;
-  }
-  // Blended surfaces move on their own.
   const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region, history.region.width()};
   const AdvectedPixel result = advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(), resolve.settings.advection, advection_work_);
   if (result.outcome == Advection::kTaken && (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
     const Vec2 v = velocity.velocity()[pixel];
-    const int left = x - static_cast<int>(std::ceil(v.x)), top = y - static_cast<int>(std::ceil(v.y)), ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    const IntRect texels = IntRect{left - ring, top - ring, left + 2 + ring, top + 2 + ring}.intersect(history.region);
-    if (!texels.empty()) grow(fetched, texels.x0, texels.y0, texels.x1, texels.y1);
+    const int left = x - ceiling(v.x), top = y - ceiling(v.y), ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
+    grow(fetched, std::max(left - ring, history.region.x0), std::max(top - ring, history.region.y0), std::min(left + 2 + ring, history.region.x1),
+         std::min(top + 2 + ring, history.region.y1));
     out = result.color;
     return true;
   }

@@ -7,20 +7,38 @@
 
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/checkerboard.h"
+#include "tilecore/resolve/cubic_kernel.h"
 #include "tilecore/resolve/multisample_resolve.h"
 
 namespace tessera::tilecore {
 namespace {
 
-// Bursts of the rows of a rectangle of an array of `bytes` per pixel of `region`.
-std::uint64_t rect_bursts(IntRect rect, IntRect region, std::uint64_t bytes, std::uint64_t burst) {
-  std::uint64_t sum = 0;
-  const auto width = static_cast<std::uint64_t>(region.width());
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const std::uint64_t first = static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
-    sum += hardware::burst_bytes(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes, burst);
+// Charges the rows of a rectangle of an array that holds `bytes` for each pixel of `region`.
+struct RectTransfer {
+  IntRect rect, region;
+  std::uint64_t bytes, burst;
+
+  template <class Move>
+  void each_row(const Move& move) const {
+    const auto width = static_cast<std::uint64_t>(region.width());
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      const std::uint64_t first = static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
+      move(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
+    }
   }
-  return sum;
+  void read(hardware::Ledger& ledger, hardware::Purpose purpose) const {
+    each_row([&](std::uint64_t offset, std::uint64_t size) { ledger.read_at(hardware::Unit::kResolve, purpose, offset, size, burst); });
+  }
+  void write(hardware::Ledger& ledger, hardware::Purpose purpose) const {
+    each_row([&](std::uint64_t offset, std::uint64_t size) { ledger.write_at(hardware::Unit::kResolve, purpose, offset, size, burst); });
+  }
+};
+
+// How far from a missing pixel its stencil looks, in pixels.
+int stencil_reach(const ResolveSettings& settings) {
+  if (settings.desampling == Desampling::kCheckerboard) return 1;
+  // Where a kernel finds nothing within its reach, the nearest usable pixel stands in: one of the block's own at the latest.
+  return settings.reconstruction == Reconstruction::kNearest ? kWindowMargin : kernel_reach(settings.reconstruction);
 }
 
 }  // namespace
@@ -50,7 +68,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (block.advected != 0 && !block.still && !block.from_other_eye) check_discrepancy(resolve, block);
   }
   // Stencils, when every rendered pixel of the tile is there.
-  const int margin = resolve.settings.desampling == Desampling::kCheckerboard ? 1 : kWindowMargin;
+  const int margin = stencil_reach(resolve.settings);
   for (const Block& block : blocks_) {
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     resolve.deferred[b] = 0;
@@ -73,6 +91,20 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> co
   History& next = *resolve.next;
   const auto n = static_cast<std::size_t>(spp_);
   for (const Block& block : blocks_) {
+    if (block.rendered == block.exists) {
+      const auto width = static_cast<std::size_t>(block.pixels.width());
+      for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
+        const std::size_t from = surfaces_.index(block.pixels.x0, y), to = next.pixel(block.pixels.x0, y);
+        // Four samples are the usual case; the compiler unrolls what it knows the length of.
+        if (spp_ == 4)
+          for (std::size_t x = 0; x < width; ++x) next.color[to + x] = mean_of_samples(&color[(from + x) * 4], &coverage[(from + x) * 4], 4);
+        else
+          for (std::size_t x = 0; x < width; ++x) next.color[to + x] = mean_of_samples(&color[(from + x) * n], &coverage[(from + x) * n], spp_);
+        std::fill_n(&resolve.origin[to], width, static_cast<std::uint8_t>(PixelOrigin::kShaded));
+      }
+      pixels_shaded_ += static_cast<std::uint64_t>(std::popcount(block.rendered));
+      continue;
+    }
     for_each_pixel(block.pixels, [&](int x, int y) {
       const std::size_t from = surfaces_.index(x, y), to = next.pixel(x, y);
       const BlockMask bit = block_bit(x, y);
@@ -102,11 +134,13 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
     for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = next.color[next.pixel(x, y)]; });
     discrepant = stands_out(colors, block.advected, block.rendered, settings.tolerance);
   } else {
+    // Every other row is enough: of each pattern of eight that is one of its squares, spread over the whole block.
     float sum = 0.0f;
     int compared = 0;
     for_each_pixel(block.pixels, [&](int x, int y) {
       Vec4 there;
-      if ((block.rendered & block_bit(x, y)) == 0 || !advect(resolve, block, velocity_, x, y, there, false)) return;
+      const bool looked_at = ((y - block.pixels.y0) & 1) == 0 && (block.rendered & block_bit(x, y)) != 0;
+      if (!looked_at || !advect(resolve, block, velocity_, x, y, there, false)) return;
       sum += relative_difference(there, next.color[next.pixel(x, y)]);
       ++compared;
     });
@@ -123,7 +157,9 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
   const History& next = *resolve.next;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
   // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no such plane.
-  const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4, plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive;
+  // Nor has what is seen before nothing, whose depth is infinite.
+  const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4;
+  const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive && std::isfinite(next.depth[next.pixel(x0, y0)]);
   float inverse = 0.0f, by_x = 0.0f, by_y = 0.0f;
   if (plane) {
     inverse = 1.0f / next.depth[next.pixel(x0, y0)];
@@ -131,19 +167,24 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     by_y = (1.0f / next.depth[next.pixel(x0, y0 + 3)] - inverse) * (1.0f / 3.0f);
   }
   const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
+  const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard;
+  const int margin = stencil_reach(resolve.settings);
   std::array<std::uint16_t, kWindowSide> usable{};
-  for (int y = std::max(reach.y0, y0 - kWindowMargin); y < std::min(reach.y1, y0 + 4 + kWindowMargin); ++y)
-    for (int x = std::max(reach.x0, x0 - kWindowMargin); x < std::min(reach.x1, x0 + 4 + kWindowMargin); ++x) {
-      const std::size_t pixel = next.pixel(x, y);
-      if (resolve.origin[pixel] != static_cast<std::uint8_t>(PixelOrigin::kShaded)) continue;
-      if (resolve.settings.desampling != Desampling::kCheckerboard) {
-        if (next.surface[pixel] != surface) continue;
-        const float expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
-        if (plane && !(std::abs(1.0f / next.depth[pixel] - expected) <= tolerance)) continue;
+  const int left = std::max(reach.x0, x0 - margin), right = std::min(reach.x1, x0 + 4 + margin);
+  for (int y = std::max(reach.y0, y0 - margin); y < std::min(reach.y1, y0 + 4 + margin); ++y) {
+    std::uint32_t row = 0;
+    const std::size_t first = next.pixel(left, y);
+    for (int x = left; x < right; ++x) {
+      const std::size_t pixel = first + static_cast<std::size_t>(x - left);
+      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) && (any_surface || next.surface[pixel] == surface);
+      if (plane && use && !any_surface) {
+        const float z = next.depth[pixel], expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
+        use = std::isfinite(z) && std::abs(1.0f - expected * z) <= tolerance * z;
       }
-      auto& row = usable[static_cast<std::size_t>(y - y0 + kWindowMargin)];
-      row = static_cast<std::uint16_t>(row | 1u << (x - x0 + kWindowMargin));
+      row |= static_cast<std::uint32_t>(use) << (x - x0 + kWindowMargin);
     }
+    usable[static_cast<std::size_t>(y - y0 + kWindowMargin)] = static_cast<std::uint16_t>(row);
+  }
   return usable;
 }
 
@@ -199,11 +240,11 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
         std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(x, y)], sizeof(Vec4));
       });
       // Colours and records of the window are read again, the block is written again.
-      const IntRect window = next.region.intersect({bx - kWindowMargin, by - kWindowMargin, bx + 4 + kWindowMargin, by + 4 + kWindowMargin});
-      ledger_.read(hardware::Unit::kResolve, hardware::Purpose::kNeighbours,
-                   rect_bursts(window, next.region, kFramePixelBytes, memory.burst_bytes) + rect_bursts(window, next.region, History::kSurfaceBytes, memory.burst_bytes));
-      if (memory.charge_frame_buffer)
-        ledger_.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, rect_bursts(block.pixels, next.region, kFramePixelBytes, memory.burst_bytes));
+      const int margin = stencil_reach(resolve.settings);
+      const IntRect window = next.region.intersect({bx - margin, by - margin, bx + 4 + margin, by + 4 + margin});
+      RectTransfer{window, next.region, kFramePixelBytes, memory.burst_bytes}.read(ledger_, hardware::Purpose::kNeighbours);
+      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(ledger_, hardware::Purpose::kNeighbours);
+      if (memory.charge_frame_buffer) RectTransfer{block.pixels, next.region, kFramePixelBytes, memory.burst_bytes}.write(ledger_, hardware::Purpose::kFrameBuffer);
     }
 }
 
@@ -213,7 +254,7 @@ void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& tar
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     for_each_pixel(block.pixels, [&](int x, int y) {
       const int tx = x - targets.region.x0, ty = y - targets.region.y0;
-      targets.rate.at(tx, ty)[0] = block.empty ? 0.0f : static_cast<float>(block.decision.samples);
+      targets.rate.at(tx, ty)[0] = block.seen == 0 ? 0.0f : static_cast<float>(block.decision.samples);
       targets.edges.at(tx, ty)[0] = block.edge ? 1.0f : 0.0f;
       targets.discrepancy.at(tx, ty)[0] = static_cast<float>(next.distrust[b]);
       targets.origin.at(tx, ty)[0] = static_cast<float>(resolve.origin[next.pixel(x, y)]);
@@ -231,15 +272,17 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
   using hardware::Purpose;
   using hardware::Unit;
-  if (memory.charge_frame_buffer) ledger_.write(Unit::kResolve, Purpose::kFrameBuffer, rect_bursts(tile, region, kFramePixelBytes, burst_bytes));
+  if (memory.charge_frame_buffer) RectTransfer{tile, region, kFramePixelBytes, burst_bytes}.write(ledger_, Purpose::kFrameBuffer);
   // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
   for (const IntRect& fetched : {fetched_, eye_fetched_}) {
-    if (fetched.empty()) continue;
-    ledger_.read(Unit::kResolve, Purpose::kHistory, rect_bursts(fetched, region, kFramePixelBytes, burst_bytes) + rect_bursts(fetched, region, History::kSurfaceBytes, burst_bytes));
+    RectTransfer{fetched, region, kFramePixelBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
+    RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
   }
   const std::uint64_t block_bytes = hardware::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
   if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);
-  if (resolve.keeps_history) ledger_.write(Unit::kResolve, Purpose::kHistory, rect_bursts(tile, region, History::kSurfaceBytes, burst_bytes) + block_bytes);
+  if (!resolve.keeps_history) return;
+  RectTransfer{tile, region, History::kSurfaceBytes, burst_bytes}.write(ledger_, Purpose::kHistory);
+  ledger_.write(Unit::kResolve, Purpose::kHistory, block_bytes);
 }
 
 }  // namespace tessera::tilecore

@@ -97,13 +97,18 @@ class ResolveUnit {
     IntRect pixels;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
-    bool empty = false, edge = false, still = false, from_other_eye = false;
+    BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
+    bool uniform = false;            // all pixels show the same surfaces
+    bool edge = false, still = false, from_other_eye = false;
   };
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
   bool is_edge(const ResolveSettings& settings, const Block& block) const;
+  // Those of the missing pixels that have a rendered pixel of their surface in the block.
+  BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
+  void copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing);
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count);
   void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
   void check_discrepancy(const ResolveFrame& resolve, const Block& block);

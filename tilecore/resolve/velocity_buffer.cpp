@@ -33,19 +33,27 @@ void VelocityBuffer::start(const frontend::FrameGeometry& frame, const TileSampl
   state_ = &state;
   surfaces_ = &surfaces;
   motion_ = motion;
+  last_patch_ = TileState::kNoPatch;
   velocity_.assign(surfaces.depth.size(), Vec2(0.0f));
   usable_.assign(surfaces.depth.size(), 0);
   then_depth_.resize(surfaces.depth.size());
 }
 
-MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) const {
+MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
   const std::uint32_t patch = surfaces_->patch[pixel];
   if (patch == TileState::kNoPatch) return {Vec2(0.0f), surfaces_->depth[pixel], true};
-  const std::uint32_t drawable = frame_->assembly->patch_drawable[patch];
+  // Neighbouring pixels mostly see one patch: what it belongs to is looked up once.
+  if (patch != last_patch_) {
+    last_patch_ = patch;
+    last_drawable_ = frame_->assembly->patch_drawable[patch];
+    last_rests_ = !frame_->drawables[last_drawable_].moving && frame_->projection.lens_scale == 0;
+    last_rigid_ = motion_->kind(last_drawable_) == MotionField::Kind::kRigid;
+  }
+  const std::uint32_t drawable = last_drawable_;
   const std::size_t s = pixel * static_cast<std::size_t>(surfaces_->spp) + surfaces_->center_sample;
   // A still pinhole sample sees the surface where it is itself.
-  const bool rests = !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
-  const Vec2 rest = rests ? Vec2(samples_->x[s], samples_->y[s]) : Vec2(state_->rest_x[s], state_->rest_y[s]);
+  const Vec2 rest = last_rests_ ? Vec2(samples_->x[s], samples_->y[s]) : Vec2(state_->rest_x[s], state_->rest_y[s]);
+  if (last_rigid_) return motion_->rigid_step(drawable, rest, surfaces_->depth[pixel]);
   return motion_->step(drawable, rest, surfaces_->depth[pixel], {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
 }
 

@@ -38,7 +38,7 @@ class VelocityBuffer {
   std::uint64_t take_evaluations() { return std::exchange(evaluations_, 0); }
 
  private:
-  MotionField::Step evaluate_pixel(std::size_t pixel) const;
+  MotionField::Step evaluate_pixel(std::size_t pixel);
 
   const frontend::FrameGeometry* frame_ = nullptr;
   const TileSamples* samples_ = nullptr;
@@ -48,6 +48,8 @@ class VelocityBuffer {
   std::vector<Vec2> velocity_;
   std::vector<std::uint8_t> usable_;
   std::vector<float> then_depth_;
+  std::uint32_t last_patch_ = TileState::kNoPatch, last_drawable_ = 0;
+  bool last_rests_ = false, last_rigid_ = false;
   std::uint64_t evaluations_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "tests/support/captures.h"
@@ -62,6 +63,30 @@ TEST(EdgeDetector, NothingBesideSomethingIsAnEdgeAndNothingAloneIsNone) {
   EXPECT_TRUE(edge(d));
   d.fill(1e30f);
   EXPECT_FALSE(edge(d));
+}
+
+// Whole blocks are judged row by row at once: as by the definition, pixel by pixel.
+TEST(EdgeDetector, EveryPixelOfAWholeBlockCounts) {
+  test::Random random(5);
+  int edges = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Depths d = plane(random.uniform(0.1f, 2.0f), random.uniform(0, 0.02f), random.uniform(0, 0.02f));
+    d[static_cast<std::size_t>(i % 16)] *= 1.0f + random.uniform(-0.03f, 0.03f);
+    for (const EdgeMeasure measure : {EdgeMeasure::kDepth, EdgeMeasure::kInverseDepth}) {
+      const auto value = [&](int x, int y) { return measure == EdgeMeasure::kDepth ? d[static_cast<std::size_t>(4 * y + x)] : 1.0f / d[static_cast<std::size_t>(4 * y + x)]; };
+      bool expected = false;
+      for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x) {
+          const int cx = x < 2 ? 1 : 2, cy = y < 2 ? 1 : 2;
+          const float laplacian = (value(cx - 1, y) - 2.0f * value(cx, y) + value(cx + 1, y)) + (value(x, cy - 1) - 2.0f * value(x, cy) + value(x, cy + 1));
+          expected = expected || std::abs(laplacian) > 0.01f * std::abs(value(x, y));
+        }
+      EXPECT_EQ(edge(d, measure), expected) << i;
+      edges += expected;
+    }
+  }
+  EXPECT_GT(edges, 1000);
+  EXPECT_LT(edges, 7000);
 }
 
 TEST(EdgeDetector, BlocksCutByTheFrameLookAtWhatTheyHave) {
