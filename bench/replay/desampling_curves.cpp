@@ -173,7 +173,7 @@ void traffic(const fs::path&) {
 // Foveation and stereo: one frame each.
 void eyes(const fs::path&) {
   fmt::print("\n| capture, frame | | runs, full | runs | saved | PSNR |\n|---|---|---:|---:|---:|---:|\n");
-  const auto row = [](const std::string& label, const char* what, const FrameResult& full, const FrameResult& got, bool right, double exposure) {
+  const auto row = [](const std::string& label, const char* what, const FrameResult& full, const FrameResult& got, bool right, float exposure) {
     const auto& counters_full = right ? full.right->counters : full.counters;
     const auto& counters = right ? got.right->counters : got.counters;
     const auto display = [&](const FrameResult& r) { return shown(shaders::to_display(right ? r.right->targets.color : r.targets.color, exposure)); };
