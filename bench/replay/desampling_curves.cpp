@@ -129,7 +129,7 @@ void drift(const fs::path& folder) {
   const Reference reference = render_reference(capture, shot, true);
   std::vector<Series> plot;
   std::string csv = "variant,frame,rmse\n";
-  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"dither and discrepancy", {}}, {"no dither", {"resolve.dither=off"}}, {"no discrepancy", {"resolve.discrepancy=off"}},
+  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"both", {}}, {"no dither", {"resolve.dither=off"}}, {"no discrepancy", {"resolve.discrepancy=off"}},
                                    {"neither", {"resolve.dither=off", "resolve.discrepancy=off"}}}) {
     FrameRenderer r = renderer_of(capture, shot, adaptive(sets));
     Series series{name, {}, {}};
@@ -173,7 +173,7 @@ void traffic(const fs::path&) {
 // Foveation and stereo: one frame each.
 void eyes(const fs::path&) {
   fmt::print("\n| capture, frame | | runs, full | runs | saved | PSNR |\n|---|---|---:|---:|---:|---:|\n");
-  const auto row = [](const std::string& label, const char* what, const FrameResult& full, const FrameResult& got, bool right, double exposure) {
+  const auto row = [](const std::string& label, const char* what, const FrameResult& full, const FrameResult& got, bool right, float exposure) {
     const auto& counters_full = right ? full.right->counters : full.counters;
     const auto& counters = right ? got.right->counters : got.counters;
     const auto display = [&](const FrameResult& r) { return shown(shaders::to_display(right ? r.right->targets.color : r.targets.color, exposure)); };

@@ -106,8 +106,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.most_samples = settings.foveation.most_samples(middle);
   counters_.blocks_foveated += evidence.most_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
-  // What the other eye sees far away it sees where this one does.
-  if (resolve.other_eye.history != nullptr && !block.edge && nearest > resolve.other_eye_depth && !block.decision.advect) {
+  // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the last frame, zero.
+  if (resolve.other_eye.history != nullptr && !block.edge && !block.still && nearest > resolve.other_eye_depth && !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
     block.from_other_eye = true;
     block.decision = {std::min(8, evidence.most_samples), true};
@@ -129,7 +129,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
   block.rendered = static_cast<BlockMask>(block.exists & ~missing);
   if (block.decision.advect) {
-    if (block.still && !block.from_other_eye) copy_still(resolve, block, missing);
+    if (block.still) copy_still(resolve, block, missing);
     else try_advection(resolve, block, missing);
   } else if (missing != 0) {
     block.reconstructed = reconstructible(settings, block, missing);
