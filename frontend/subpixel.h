@@ -12,9 +12,9 @@ inline constexpr float kSubpixels = 256.0f;
 // share of its depth, does not move: it is where it is at shutter open.
 inline constexpr float kStillPixels = 1.0f / kSubpixels;
 inline constexpr float kStillDepth = 0x1p-16f;
-// A projected vertex whose circle of confusion has a radius of no more than this is in focus: it is seen through the middle of the
-// lens. Four sub-pixels.
-inline constexpr float kSharpPixels = 4.0f / kSubpixels;
+// A projected vertex whose circle of confusion has a radius (pixels) of no more than this is in focus: it is seen through the middle
+// of the lens. A lens moves vertices off the grid, so this is not a sub-pixel but what float arithmetic leaves uncertain anyway.
+inline constexpr float kSharpPixels = 0x1p-15f;
 
 // Farther out than this from the frame's corner a vertex is not put on the grid: float could no longer hold the
 // difference of two positions exactly. 2^14 pixels with 8 fractional bits are 22 of float's 24.

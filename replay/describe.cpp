@@ -122,7 +122,7 @@ json describe_effects() {
       {"alpha_test", "Hits count only where the material's alpha reaches its cutoff.", kSubPatch,
        "the material has alpha mode MASK, and its texture or vertex colours may fall below the cutoff somewhere on the sub-patch", "effects.alpha_test"},
       {"blending", "Surfaces are kept as layers per sample and composed far to near.", "drawable, tile", "the material has alpha mode BLEND", "effects.blending (off only)"},
-      {"defocus", "Samples look through points of a thin lens.", kSubPatch, "the camera has an aperture, and the sub-patch's circle of confusion may be larger than 1/64 pixel in radius", "effects.defocus"},
+      {"defocus", "Samples look through points of a thin lens.", kSubPatch, "the camera has an aperture, and not all of the sub-patch is certainly in focus", "effects.defocus"},
       {"desampling", "Not all pixels are shaded; the others are advected or reconstructed.", "frame, block", "resolve.desampling asks for it", "resolve.desampling"},
       {"displacement", "Vertices of Bezier patches move along the normal by a texture.", kSubPatch, "the material has TESSERA_displacement, and its offset is not zero all over the sub-patch", "effects.displacement"},
       {"foveation", "Blocks far from the focus get fewer samples.", "frame, block", "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},

@@ -59,7 +59,7 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
   sub_patches("motion", counted.sub_patches_moving, counted.motion_elided, &TileCounts::moving_sub_patches, "nothing moves between shutter open and close", settings.motion, who_moves(frame),
               "no vertex moves by more than a sub-pixel");
   sub_patches("defocus", counted.sub_patches_defocused, counted.defocus_elided, &TileCounts::defocused_sub_patches, "the camera is a pinhole", settings.defocus,
-              frame.projection.lens_scale != 0 ? "the camera has a lens" : "", "all points are in focus to 1/64 pixel");
+              frame.projection.lens_scale != 0 ? "the camera has a lens" : "", "all points are in focus");
   const std::size_t displacing = count_drawables(frame, [](const PosedDrawable& d) { return d.material->displacement && d.drawable->kind == frontend::Primitive::Kind::kBezierPatches; });
   sub_patches("displacement", counted.sub_patches_displaced, counted.displacement_elided, &TileCounts::displaced_sub_patches, "no Bezier patch has a displacement map", settings.displacement,
               who_has(displacing, frame, "have a displacement map"), "the map is zero wherever it is read");

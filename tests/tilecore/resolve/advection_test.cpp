@@ -139,16 +139,17 @@ RC_GTEST_PROP(Advection, FetchesAreTheInterpolationsInDoublePrecision, (std::uin
 
 TEST(Advection, BetweenFourTexelsThatAgreeATentWeighsThem) {
   Random random(23);
+  std::uniform_real_distribution<float> uniform(0.01f, 0.99f);
   for (int i = 0; i < 500; ++i) {
     Frames frames;
-    const float fx = random.uniform(0.01f, 0.99f), fy = random.uniform(0.01f, 0.99f);
+    const float fx = uniform(random), fy = uniform(random);
     frames.move([&](double, double) { return Vec2(3.0f - fx, -2.0f - fy); });
     const AdvectedPixel got = frames.advect(9, 9);
     ASSERT_EQ(got.outcome, Advection::kTaken);
     EXPECT_EQ(frames.work.history_texels, 4u);
     for (int c = 0; c < 4; ++c) {
       const auto at = [&](int dx, int dy) { return double{frames.color_at(6 + dx, 11 + dy)[c]}; };
-      const double expected = (1 - fx) * (1 - fy) * at(0, 0) + fx * (1 - fy) * at(1, 0) + (1 - fx) * fy * at(0, 1) + fx * fy * at(1, 1);
+      const double u = double{fx}, v = double{fy}, expected = (1 - u) * (1 - v) * at(0, 0) + u * (1 - v) * at(1, 0) + (1 - u) * v * at(0, 1) + u * v * at(1, 1);
       EXPECT_NEAR(got.color[c], expected, 1e-5 * (1 + std::abs(expected)));
     }
   }
