@@ -9,6 +9,8 @@
 #include <half.h>
 
 #include <fstream>
+#include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -57,15 +59,34 @@ class HeaderWalk {
     std::string attribute = text();
     if (attribute.empty()) return false;
     for (; !attribute.empty(); attribute = text()) {
-      text();  // its type
+      const std::string type = text();
       const std::uint32_t size = word();
       if (size > left_) throw InputError(name_, attribute, "is longer than the file");
-      if (attribute == "dataWindow" && size == 16) check_window(limits);
-      else if (attribute == "tiles" && size == 9) check_tile(limits);
-      else skip(size);
-      if (attribute == "channels" && size > kMostChannelBytes) throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMostChannelBytes));
+      const std::uint64_t end = left_ - size;
+      check_value(attribute, type, size, limits);
+      if (left_ < end) throw InputError(name_, attribute, "is longer than it says");
+      skip(left_ - end);
     }
     return true;
+  }
+
+  // OpenEXR reads values of the types that it knows as long as the type says, not as long as the attribute does.
+  void check_value(const std::string& attribute, const std::string& type, std::uint32_t size, const ImageLimits& limits) {
+    static const std::map<std::string_view, std::uint32_t> kSizes = {
+        {"box2f", 16}, {"box2i", 16}, {"chromaticities", 32}, {"compression", 1}, {"double", 8}, {"envmap", 1}, {"float", 4}, {"int", 4}, {"keycode", 28}, {"lineOrder", 1}, {"m33d", 72}, {"m33f", 36},
+        {"m44d", 128}, {"m44f", 64}, {"rational", 8}, {"tiledesc", 9}, {"timecode", 8}, {"v2d", 16}, {"v2f", 8}, {"v2i", 8}, {"v3d", 24}, {"v3f", 12}, {"v3i", 12}};
+    if (const auto known = kSizes.find(type); known != kSizes.end() && known->second != size) throw InputError(name_, attribute, fmt::format("has {} bytes, a {} has {}", size, type, known->second));
+    if (type == "chlist") {
+      if (size > kMostChannelBytes) throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMostChannelBytes));
+      while (!text().empty()) skip(16);
+    } else if (type == "preview") {
+      const std::uint64_t width = word(), height = word();
+      if (size < 8 || width * height != (size - 8) / 4) throw InputError(name_, attribute, "has another size than its pixels");
+    } else if (type == "stringvector") {
+      throw InputError(name_, attribute, "is a list of texts: pictures of several views are not read");
+    }
+    if (attribute == "dataWindow" && type == "box2i") check_window(limits);
+    if (attribute == "tiles" && type == "tiledesc") check_tile(limits);
   }
   static constexpr std::uint32_t kMostChannelBytes = 4096;  // some two hundred channels
 
@@ -73,7 +94,8 @@ class HeaderWalk {
     if (count > left_ || !in_.read(bytes, static_cast<std::streamsize>(count))) throw InputError(name_, "", "ends inside its header");
     left_ -= count;
   }
-  void skip(std::size_t count) {
+  void skip(std::uint64_t count) {
+    if (count > left_) throw InputError(name_, "", "ends inside its header");
     in_.seekg(static_cast<std::streamoff>(count), std::ios::cur);
     left_ -= count;
   }
@@ -102,7 +124,6 @@ class HeaderWalk {
 
   void check_tile(const ImageLimits& limits) {
     const std::uint64_t width = word(), height = word();
-    skip(1);  // levels
     const auto side = static_cast<std::uint64_t>(limits.max_side);
     if (width > side || height > side || width * height > limits.max_pixels) throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of a picture", name_, width, height));
   }

@@ -55,6 +55,29 @@ TEST(ExrFile, EveryTruncationOfAFileIsRefused) {
   }
 }
 
+// A display window that says it has one byte: OpenEXR would take sixteen, and the bytes behind it for the next size to allocate.
+TEST(ExrFile, AnAttributeOfAnotherLengthThanItsTypeIsRefusedBeforeOpenExrReadsIt) {
+  const test::TemporaryFolder folder;
+  const std::vector<float> values(3, 0.5f);
+  const auto channel = [&](const char* name, std::size_t c) { return ExrChannel{name, ExrChannel::Type::kHalf, values.data() + c, 3}; };
+  const auto file = folder / "picture.exr";
+  write_exr(file, 1, 1, {channel("R", 0), channel("G", 1), channel("B", 2)});
+  const std::string good = test::read_text(file);
+  for (const std::string attribute : {"displayWindow", "dataWindow"})
+    for (const char length : {1, 15, 17, 127}) {
+      std::string bad = good;
+      bad[bad.find(attribute) + attribute.size() + 1 + sizeof "box2i"] = length;
+      test::write_text(file, bad);
+      EXPECT_THROW(read_exr(file), InputError) << attribute << " " << static_cast<int>(length);
+    }
+  // An attribute that nobody knows and that promises two gigabytes.
+  std::string bad = good;
+  bad.replace(bad.find("box2i"), 5, "boxxx");
+  bad.replace(bad.find("boxxx") + 6, 4, std::string("\xFF\xFF\xFF\x7F"));
+  test::write_text(file, bad);
+  EXPECT_THROW(read_exr(file), InputError);
+}
+
 TEST(ExrFile, SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated) {
   const test::TemporaryFolder folder;
   const std::vector<float> values(3 * 40 * 30, 0.5f);

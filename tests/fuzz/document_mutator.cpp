@@ -88,7 +88,7 @@ void change_one(json& document, Generator& random) {
   std::vector<Spot> spots;
   collect(document, spots);
   if (spots.empty()) {
-    document["asset"] = {{"version", "2.0"}};
+    document = {{"asset", {{"version", "2.0"}}}};
     return;
   }
   const Spot& spot = pick(spots, random);
