@@ -30,7 +30,7 @@ std::vector<std::string> maps_off(const json& tiles, const json& counters) {
   for (const TileMapField& field : kTileMapFields) {
     if (field.counter.empty()) continue;
     const auto values = tiles.at("maps").at(std::string(field.name)).at("values").get<std::vector<std::uint64_t>>();
-    if (std::accumulate(values.begin(), values.end(), std::uint64_t{0}) != counters.at(std::string(field.counter)).get<std::uint64_t>()) off.emplace_back(field.name);
+    if (std::accumulate(values.begin(), values.end(), std::uint64_t{0}) != counters.value(std::string(field.counter), std::uint64_t{0})) off.emplace_back(field.name);
   }
   return off;
 }
@@ -43,7 +43,9 @@ TEST(TileMaps, AddUpToTheCountersOfTheFrame) {
     for (const auto& run : runs) {
       const test::TemporaryFolder out;
       replay_into(out.path(), name, run);
-      for (const json& frame : read_json(out / "stats.json")["frames"]) {
+      const json frames = read_json(out / "stats.json")["frames"];
+      ASSERT_FALSE(frames.empty());
+      for (const json& frame : frames) {
         const json tiles = read_json(out / tile_maps_name(frame["frame"].get<int>()));
         EXPECT_EQ(maps_off(tiles, frame["counters"]), std::vector<std::string>{}) << name << " " << (run.empty() ? "" : run[1]);
       }
