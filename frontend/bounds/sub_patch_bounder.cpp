@@ -282,7 +282,7 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
 
 SubPatchBody SubPatchBounder::body(const CellRange& cells) {
   const MovingBox box = this->box(cells);
-  return {box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster)};
+  return {box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster, static_cast<double>(frame_.request.subpixels()))};
 }
 
 }  // namespace tessera::frontend
