@@ -28,7 +28,7 @@ using nlohmann::json;
 // Where --joint is given without knobs: those that trade most.
 constexpr const char* kUsualJoint = "samples,edge,shading";
 
-std::vector<std::string> split_names(const std::string& text) {
+std::vector<std::string> listed_names(const std::string& text) {
   std::vector<std::string> names;
   std::stringstream stream(text);
   for (std::string name; std::getline(stream, name, ',');)
@@ -60,7 +60,7 @@ class TradeoffCommand final : public Command {
     app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCosts, ", ")))->type_name("COST")->capture_default_str();
     app.add_option("--rounds", rounds_, "Times that everything is run; host times are medians")->type_name("N")->check(CLI::Range(1, 1000))->capture_default_str();
     app.add_option("--reference-samples", samples_, "Samples per pixel of the reference: plain random numbers, all shaded, in double precision")->type_name("N")->check(CLI::Range(1, 1 << 20))->capture_default_str();
-    app.add_option("--reference-edge", edge_, "Wanted length of the sides of the reference's cells on screen, in pixels")->type_name("PIXELS")->capture_default_str();
+    app.add_option("--reference-edge", edge_, "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's own grids, so that errors are those of everything but tessellation")->type_name("PIXELS")->capture_default_str();
     app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")->type_name("N");
     app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture, and the pictures, may take, in GiB")->type_name("GIB")->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no table");
@@ -110,9 +110,9 @@ class TradeoffCommand final : public Command {
     options.run = run_;
     options.rounds = rounds_;
     options.reference_samples = samples_;
-    options.reference_edge_pixels = check_number("--reference-edge", edge_, 0.25, 64);
-    options.knobs = split_names(knobs_);
-    options.joint = split_names(joint_ == "usual" ? kUsualJoint : joint_);
+    options.reference_edge_pixels = edge_ == 0 ? 0.0 : check_number("--reference-edge", edge_, 0.25, 64);
+    options.knobs = listed_names(knobs_);
+    options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
     options.max_points = static_cast<std::size_t>(max_points_);
     options.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     options.quiet = quiet_;
@@ -122,8 +122,8 @@ class TradeoffCommand final : public Command {
   void say(const json& result) const {
     const json& reference = result.at("reference");
     const json& slope = reference.at("convergence").at("slope");
-    fmt::print("{} frame {}, {}x{}; reference: {} samples per pixel, cells of {} px, {} triangles", result.at("capture").get<std::string>(), result.at("frame").get<int>(), options_width(result), options_height(result),
-               reference.at("samples").get<int>(), reference.at("edge_pixels").get<double>(), reference.at("triangles").get<std::size_t>());
+    fmt::print("{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles", result.at("capture").get<std::string>(), result.at("frame").get<int>(), options_width(result), options_height(result),
+               reference.at("samples").get<int>(), reference.at("edge_pixels") == 0.0 ? "the machine's own grids" : fmt::format("cells of {} px", reference.at("edge_pixels").get<double>()), reference.at("triangles").get<std::size_t>());
     if (!reference.at("psnr_db").is_null()) fmt::print(", its own noise {:.1f} dB", reference.at("psnr_db").get<double>());
     if (!slope.is_null()) fmt::print(", error falls as samples^{:.3f}", slope.get<double>());
     fmt::print("\n{}", tradeoff_table(result));

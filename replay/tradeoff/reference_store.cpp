@@ -29,7 +29,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77;
 
-std::string read_text(const fs::path& file) {
+std::string reference_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
@@ -38,10 +38,12 @@ std::string read_text(const fs::path& file) {
 struct PosedReference {
   PosedReference(const PreparedCapture& prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
     frontend::FrameRequest request = frame_request(prepared.capture, gpu, settings, width, height, wanted.frame);
-    request.tessellation.target_edge_pixels = wanted.edge_pixels;
-    request.tessellation.displacement_bias = 0;
-    request.max_factor = kReferenceMaxFactor;
     request.half_attributes = false;
+    if (wanted.edge_pixels > 0) {
+      request.tessellation.target_edge_pixels = wanted.edge_pixels;
+      request.tessellation.displacement_bias = 0;
+      request.max_factor = kReferenceMaxFactor;
+    }
     frame = frontend::pose_frame(prepared.assembly, frame_camera(prepared.capture, settings, width, height), request);
     scene = std::make_unique<ReferenceScene>(*frame);
   }
@@ -102,13 +104,14 @@ Reference make_reference(const PreparedCapture& prepared, const hardware::GpuCon
 Reference get_reference(const PreparedCapture& prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
                         const std::string& inputs) {
   const json key = {{"inputs", inputs}, {"width", wanted.width}, {"height", wanted.height}, {"frame", wanted.frame}, {"samples", wanted.samples}, {"edge", wanted.edge_pixels},
+                    {"grids", wanted.edge_pixels > 0 ? json() : json({settings.target_edge_pixels, settings.displacement_bias, gpu.tessellator_max_factor})},
                     {"motion", settings.motion == "off"}, {"defocus", settings.defocus == "off"}, {"exposure", settings.exposure}};
   const std::string hash = sha256_hex(key.dump()).substr(0, 32);
   const fs::path picture = folder / "reference" / (hash + ".pfm"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;
   Reference reference;
   if (fs::is_regular_file(info, ignored) && fs::is_regular_file(picture, ignored)) {
-    reference.info = parse_json(read_text(info), info.string());
+    reference.info = parse_json(reference_text(info), info.string());
     reference.color = read_pfm(picture);
     if (reference.color.width != wanted.width || reference.color.height != wanted.height) throw InputError(picture.string(), "", "is not the picture that its name stands for");
     return reference;
@@ -138,7 +141,7 @@ void write_pfm(const fs::path& file, const Image& image) {
 }
 
 Image read_pfm(const fs::path& file) {
-  const std::string text = read_text(file);
+  const std::string text = reference_text(file);
   int width = 0, height = 0, length = 0;
   if (std::sscanf(text.c_str(), "PF\n%d %d\n-1.0%n", &width, &height, &length) != 2 || length == 0 || width < 1 || height < 1 || width > 16384 || height > 16384)
     throw InputError(file.string(), "", "is not a portable float map");

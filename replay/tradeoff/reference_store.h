@@ -14,7 +14,7 @@ namespace tessera::replay {
 struct ReferenceSettings {
   int width = 640, height = 360, frame = 0;
   int samples = 1024;        // per pixel, plain random ones
-  double edge_pixels = 1.0;  // target edge length of its grids
+  double edge_pixels = 1.0;  // target edge length of its grids; 0: the machine's own grids, heights and attributes
 };
 
 struct Reference {

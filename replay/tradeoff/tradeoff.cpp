@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string read_text(const fs::path& file) {
+std::string trial_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
@@ -150,7 +150,7 @@ class Tradeoff {
     for (const Row& row : block.rows) {
       const std::string& hash = row.trial.hash;
       if (results_.contains(hash) || !asked.insert(hash).second) continue;
-      if (fs::is_regular_file(trial_file(hash), ignored)) results_[hash] = parse_json(read_text(trial_file(hash)), trial_file(hash).string());
+      if (fs::is_regular_file(trial_file(hash), ignored)) results_[hash] = parse_json(trial_text(trial_file(hash)), trial_file(hash).string());
       else missing.push_back(row.trial);
     }
     const std::vector<json> results = run_trials(prepared, missing, place_, reference);
@@ -184,6 +184,7 @@ class Tradeoff {
   // Fronts, and what is said of every setting.
   static void finish_block(json& block) {
     json& rows = block["settings"];
+    block["idle"] = false;
     if (rows.empty()) return;
     const json against = rows[block["against"].get<std::size_t>()];
     for (json& row : rows) {
@@ -191,6 +192,9 @@ class Tradeoff {
       row["same_picture"] = row["picture"] == against["picture"];
       row["says"] = setting_in_words(row, against, block);
     }
+    block["idle"] = std::all_of(rows.begin(), rows.end(), [&](const json& row) {
+      return row["picture"] == against["picture"] && row["cycles"] == against["cycles"] && row["dram_bytes"] == against["dram_bytes"] && row["energy_nj"] == against["energy_nj"] && row["watched"] == against["watched"];
+    });
     for (const std::string cost : kCosts) {
       std::vector<ErrorAndCost> points;
       std::vector<std::size_t> of;

@@ -76,6 +76,10 @@ std::string tradeoff_table(const json& tradeoff) {
       text += fmt::format("  left out: {}\n", skipped);
       continue;
     }
+    if (knob.at("idle").get<bool>()) {
+      text += "  without effect here: all of its settings give the same picture at the same cost\n";
+      continue;
+    }
     text += fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>11} {:>12} {:>12} {:>9} {:>15}\n", "setting", "PSNR dB", "SSIM", "FLIP", "max", "cycles", "DRAM bytes", "energy uJ", "CPU s", "wall s (spread)");
     for (const json& row : knob.at("settings")) {
       const json &error = row.at("error"), &host = row.at("host");

@@ -11,7 +11,7 @@ function tradeoffReport() {
   const rows = knobs.flatMap((knob) => knob.settings.map((row) => ({ knob, row })));
 
   const part = section('summary', 'Summary');
-  part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision, with cells of ${reference.edge_pixels} pixels. ` +
+  part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
     'Errors are those of what a display shows; host times are medians of ' + tradeoff.rounds + ' runs.'));
   if (reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
@@ -72,6 +72,7 @@ function knobSection(knob, errorOf, costOf) {
     part.append(make('p', { class: 'note' }, `Left out: ${knob.skipped}.`));
     return;
   }
+  if (knob.idle) part.append(make('p', { class: 'note' }, 'Without effect here: all of its settings give the same picture at the same cost.'));
   if (knob.context) part.append(make('p', { class: 'note' }, `With ${knob.context}.`));
   part.append(make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says))));
   const points = () => markFront(knob.settings.filter((row) => row.cycles !== null).map((row, index) => ({ index, x: costOf(row, 'cycles'), y: errorOf(row, 'flip'), series: row.label, says: row.says })));
