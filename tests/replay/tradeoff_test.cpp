@@ -137,7 +137,8 @@ TEST(Knobs, AreLeftOutWhereTheyChangeNothing) {
 class TradeoffCommand : public testing::Test {
  protected:
   ProcessResult run(const std::string& out, std::vector<std::string> more, const char* capture = "eggs") {
-    std::vector<std::string> arguments = {"tradeoff", test::shipped_capture(capture).string(), "--out", (folder_ / out).string(), "--size", "64x36", "--reference-samples", "32", "--rounds", "1", "--run", "2"};
+    std::vector<std::string> arguments = {"tradeoff", test::shipped_capture(capture).string(), "--out", (folder_ / out).string(), "--size", "64x36", "--rounds", "1", "--run", "2"};
+    if (std::find(more.begin(), more.end(), "--reference-samples") == more.end()) arguments.insert(arguments.end(), {"--reference-samples", "32"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tessera(arguments);
   }
