@@ -59,10 +59,13 @@ Knob over_frames(Knob knob, KeyValues context) {
 }
 
 std::vector<Knob> sampling_knobs() {
+  // The small pattern has no more times than 8 bits tell apart.
+  Knob time_bits = knob("time_bits", "bits of a sample's time", values_of("sampling.time_bits", {"8", "16"}, " bits"), "8 bits", KnobNeed::kMotion);
+  time_bits.context = {{"sampling.temporal_pattern", "32x32"}};
   return {
       knob("samples", "samples per pixel", values_of("sampling.samples_per_pixel", {1, 2, 4, 8, 16, 32, 64}), "4"),
       knob("temporal_pattern", "temporal pattern", values_of("sampling.temporal_pattern", {"8x8", "32x32"}), "8x8", KnobNeed::kMotion),
-      knob("time_bits", "bits of a sample's time", values_of("sampling.time_bits", {"8", "16"}, " bits"), "8 bits", KnobNeed::kMotion),
+      time_bits,
       knob("lens_points", "distinct lens points",
            {{"2", {{"sampling.lens_points", 2}}}, {"8", {{"sampling.lens_points", 8}}}, {"32", {{"sampling.lens_points", 32}}}, {"128", {{"sampling.lens_points", 128}}}, {"every sample's own", {{"sampling.lens_points", 0}}}},
            "every sample's own", KnobNeed::kLens),

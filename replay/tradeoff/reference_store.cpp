@@ -60,15 +60,32 @@ ReferenceRequest request_of(const frontend::Capture& capture, std::uint64_t seed
   return request;
 }
 
-// Two series that share nothing: the error of either is the difference over the square root of two.
+// The error of a picture of n samples: the spread of pictures of n samples that share none. Each of four series of independent seeds
+// gives two, its first n and its next n.
 json measure_convergence(const PreparedCapture& prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const ReferenceSettings& wanted) {
   const int width = std::max(1, wanted.width / 4), height = std::max(1, wanted.height / 4);
   const PosedReference posed(prepared, gpu, settings, wanted, width, height);
   std::vector<int> samples;
   for (int n = std::min(16, wanted.samples); n <= wanted.samples; n *= 2) samples.push_back(n);
-  const std::vector<Image> a = render_reference(*posed.scene, request_of(prepared.capture, kSeed, samples)), b = render_reference(*posed.scene, request_of(prepared.capture, kOtherSeed, samples));
+  std::vector<std::vector<Image>> series;
+  for (std::uint64_t k = 0; k < 4; ++k) series.push_back(render_reference(*posed.scene, request_of(prepared.capture, kOtherSeed + k, samples)));
   std::vector<double> errors;
-  for (std::size_t k = 0; k < samples.size(); ++k) errors.push_back(rms_difference(a[k], b[k]) / std::sqrt(2.0));
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    double squares = 0;
+    std::vector<double> of(series.size() * 2);
+    for (std::size_t i = 0; i < series[0][n].values.size(); ++i) {
+      std::size_t count = 0;
+      double mean = 0;
+      for (const std::vector<Image>& one : series) {
+        const double first = static_cast<double>(one[n].values[i]);
+        of[count++] = first;
+        if (n + 1 < samples.size()) of[count++] = 2 * static_cast<double>(one[n + 1].values[i]) - first;
+      }
+      for (std::size_t k = 0; k < count; ++k) mean += of[k] / static_cast<double>(count);
+      for (std::size_t k = 0; k < count; ++k) squares += (of[k] - mean) * (of[k] - mean) / static_cast<double>(count - 1);
+    }
+    errors.push_back(std::sqrt(squares / static_cast<double>(series[0][n].values.size())));
+  }
   json out = {{"size", {width, height}}, {"samples", samples}, {"rms_error", errors}, {"slope", nullptr}};
   if (samples.size() > 1 && errors.back() > 0) out["slope"] = convergence_slope(samples, errors);
   return out;

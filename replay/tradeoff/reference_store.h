@@ -21,7 +21,7 @@ struct Reference {
   Image color;  // linear light
   // {"samples", "edge_pixels", "triangles", "rms_error", "psnr_db", "convergence": {"size", "samples", "rms_error", "slope"}, "host"}:
   // rms_error and psnr_db are what is left of its own noise, from the difference of its two halves; convergence is that of a
-  // smaller picture of the same frame, from two series of independent seeds.
+  // smaller picture of the same frame, from four series of independent seeds.
   nlohmann::json info;
 };
 

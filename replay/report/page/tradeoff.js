@@ -83,7 +83,7 @@ function knobSection(knob, errorOf, costOf) {
 function convergenceSection(reference) {
   const { samples, rms_error: errors, slope, size } = reference.convergence;
   const part = section('convergence', 'Convergence of the reference');
-  part.append(make('p', {}, `Error of a picture of ${size.join('x')} pixels of the same frame, from two series of independent samples` + (slope === null ? '.' : `: it falls as samples to the power ${slope.toFixed(3)} (plain random numbers: -0.5).`)));
+  part.append(make('p', {}, `Error of a picture of ${size.join('x')} pixels of the same frame, from four series of independent samples` + (slope === null ? '.' : `: it falls as samples to the power ${slope.toFixed(3)} (plain random numbers: -0.5).`)));
   const rows = () => samples.map((n, k) => ({ x: n, y: errors[k], series: 'measured', says: `${n} samples: ${number(errors[k])}` })).concat(samples.map((n) => ({ x: n, y: errors[0] * Math.sqrt(samples[0] / n), series: 'power -0.5', says: `${n} samples` }))).filter((row) => row.y > 0);
   plot(part, 'Root mean square error of the reference over its samples per pixel, both logarithmic', () => lines(rows(), { x: 'samples per pixel', y: 'root mean square error, linear light', series: '', log: true, even: true }));
 }
