@@ -18,10 +18,14 @@ struct FrameRequest {
   double open_time = 0, close_time = 0;  // seconds; equal: no motion blur
   TessellationSettings tessellation;
   int max_factor = 64;
+  int subpixel_bits = 8;           // of the grid that vertices are put on: 4 to 8
+  bool half_attributes = false;    // interpolated attributes reach the pixel shader in half precision
   bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
   bool draw_lines = false;         // procedures are paper with ink strokes, not shaded surfaces
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
+
+  float subpixels() const { return static_cast<float>(1 << subpixel_bits); }  // along a pixel's side
 };
 
 // A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform

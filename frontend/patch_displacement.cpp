@@ -26,7 +26,8 @@ float choose_displacement_lod(const FrameGeometry& frame, const PosedDrawable& d
   const float along_u = std::max(texels(0, 1), texels(2, 3)) / static_cast<float>(pattern.nu);
   const float along_v = std::max(texels(0, 2), texels(1, 3)) / static_cast<float>(pattern.nv);
   const float spacing = std::max(along_u, along_v);
-  return spacing > 1.0f && std::isfinite(spacing) ? std::log2(spacing) : 0.0f;
+  const float lod = spacing > 1.0f && std::isfinite(spacing) ? std::log2(spacing) : 0.0f;
+  return std::max(lod + static_cast<float>(frame.request.tessellation.displacement_bias), 0.0f);
 }
 
 }  // namespace tessera::frontend

@@ -35,7 +35,8 @@ struct PatchDisplacement {
 // Both require a Bezier patch whose material displaces.
 //
 // The level of detail is log2 of the texels that one cell of the patch's grid spans, along the direction where that is
-// more; it needs the patch's pattern and is kept in FrameGeometry::displacement_lod.
+// more, plus TessellationSettings::displacement_bias, and never below 0; it needs the patch's pattern and is kept in
+// FrameGeometry::displacement_lod.
 float choose_displacement_lod(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch);
 PatchDisplacement patch_displacement(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch);
 

@@ -2,7 +2,8 @@
 
 namespace tessera::frontend {
 
-// Vertices and samples lie on a grid of 1/256 pixel. [spec] 8 sub-pixel bits in Direct3D 11 and all current GPUs.
+// Samples lie on a grid of 1/256 pixel, and so do vertices unless the machine has fewer bits for them (tessellator.subpixel_bits).
+// [spec] 8 sub-pixel bits in Direct3D 11 and all current GPUs.
 inline constexpr int kSubpixelBits = 8;
 inline constexpr float kSubpixels = 256.0f;
 

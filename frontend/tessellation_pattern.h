@@ -53,6 +53,7 @@ ParameterRange parameter_range(const TessellationPattern& pattern, const CellRan
 
 struct TessellationSettings {
   double target_edge_pixels = 3.0;  // accuracy knob: wanted length of a cell's side on screen
+  double displacement_bias = 0.0;   // accuracy knob: added to the level of detail at which heights are read
 };
 
 // Factor of a curve with these four control points in raster space (xh, yh, depth, w), at both keys: the length of its

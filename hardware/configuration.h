@@ -54,6 +54,7 @@ struct GpuConfiguration : MachineNumbers {
   std::string frame_buffer_compression = "none";
 
   std::int64_t tessellator_max_factor = 64;
+  std::int64_t tessellator_subpixel_bits = 8;
   std::int64_t tessellator_sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
 
   std::int64_t tessellator_cache_bytes = 256 << 10;

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/thread_clock.h"
+#include "replay/frame_inputs.h"
 #include "replay/resolve_options.h"
 
 namespace tessera::replay {
@@ -47,13 +48,6 @@ void for_each_tile(const binner::TileGrid& grid, const tilecore::TileJob& job, c
     for (int y = y0; y < std::min(y0 + side, grid.rows()); ++y)
       for (int x = x0; x < std::min(x0 + side, grid.columns()); ++x) visit(std::size_t{grid.index(x, y)}, first_of_group);
   });
-}
-
-frontend::CameraChoice choose_camera(const frontend::Capture& capture, const RunSettings& settings, const RenderRequest& request) {
-  const frontend::CaptureSettings& own = capture.settings;
-  frontend::CameraChoice choice = frontend::choose_camera(capture, own.first_frame / own.frame_rate, request.width, request.height);
-  if (settings.defocus == "off" || !tilecore::kGeneralEffects) choice.camera.lens.aperture_radius = 0;
-  return choice;
 }
 
 MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord record) {
@@ -118,7 +112,7 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, co
       pyramids_(prepared_->pyramids),
       texture_memory_(capture_, gpu.line_bytes()),
       displacement_memory_(capture_, gpu.line_bytes(), texture_memory_.lines()),
-      camera_(choose_camera(capture_, settings, request)),
+      camera_(frame_camera(capture_, settings, request.width, request.height)),
       resolve_(resolve_settings(settings, request.width, request.height)) {
   for (const double offset : {0.0, settings.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
@@ -128,21 +122,7 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, co
 }
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
-  const frontend::CaptureSettings& own = capture_.settings;
-  frontend::FrameRequest request;
-  request.width = request_.width;
-  request.height = request_.height;
-  request.open_time = (frame + own.shutter_open) / own.frame_rate;
-  request.close_time = settings_.motion == "off" || !tilecore::kGeneralEffects ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
-  request.tessellation.target_edge_pixels = settings_.target_edge_pixels;
-  request.max_factor = static_cast<int>(gpu_.tessellator_max_factor);
-  request.draw_lines = settings_.procedures_style == "lines";
-  request.sample_procedures = settings_.procedures_path == "sampled";
-  request.displacement = settings_.displacement != "off" && tilecore::kGeneralEffects;
-  request.alpha_test = settings_.alpha_test != "off";
-  request.blending = settings_.blending != "off";
-  request.procedures = settings_.procedures != "off";
-  return request;
+  return replay::frame_request(capture_, gpu_, settings_, request_.width, request_.height, frame);
 }
 
 tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const {
@@ -150,11 +130,10 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.frame = &frame;
   job.grid = &grid;
   job.pattern = &pattern;
-  // An asset with lights of its own keeps a little of the environment, so that nothing is black.
-  const float environment = capture_.settings.environment.value_or(capture_.lights.empty() ? 1.0f : 0.3f);
-  job.lighting.environment = shaders::Environment(environment);
-  job.has_background = capture_.settings.background.has_value();
-  if (job.has_background) job.background = *capture_.settings.background;
+  job.lighting = frame_lighting(capture_);
+  const std::optional<Vec3> background = frame_background(capture_);
+  job.has_background = background.has_value();
+  if (background) job.background = *background;
   using tilecore::ShadingRate;
   job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
   if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // strokes are finer than pixels
@@ -379,8 +358,7 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     geometry = frontend::pose_frame(assembly_, eye.camera, frame_request(frame));
   }
   const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
-  const tilecore::SamplePattern pattern({static_cast<int>(settings_.samples_per_pixel), static_cast<std::uint32_t>(settings_.seed),
-                                         static_cast<std::uint32_t>(frame), settings_.temporal_pattern == "32x32" ? 32 : 8, settings_.time_bits == "16" ? 16 : 8});
+  const tilecore::SamplePattern pattern(sampling_settings(settings_, frame));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();

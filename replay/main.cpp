@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
       {app.add_subcommand("pack", "Compress a glTF asset and attach capture settings"), tessera::replay::make_pack_command},
       {app.add_subcommand("compare", "Differences between two pictures or two replays"), tessera::replay::make_compare_command},
       {app.add_subcommand("sweep", "Render every point of a design space and measure it"), tessera::replay::make_sweep_command},
-      {app.add_subcommand("report", "One page about a replay or a sweep"), tessera::replay::make_report_command},
+      {app.add_subcommand("tradeoff", "What accuracy costs: error of every setting beside its time, cycles, traffic and energy"), tessera::replay::make_tradeoff_command},
+      {app.add_subcommand("report", "One page about a replay, a sweep or a tradeoff"), tessera::replay::make_report_command},
       {app.add_subcommand("describe", "Every counter, setting, machine number, extension and effect"), tessera::replay::make_describe_command},
       {app.add_subcommand("selfcheck", "Known identities and published figures, computed again"), tessera::replay::make_selfcheck_command},
   };

@@ -13,7 +13,7 @@ namespace {
 class ReportCommand final : public Command {
  public:
   explicit ReportCommand(CLI::App& app) {
-    app.add_option("DIR", folder_, "What `tessera replay` or `tessera sweep` wrote")->required()->type_name("DIR");
+    app.add_option("DIR", folder_, "What `tessera replay`, `tessera sweep` or `tessera tradeoff` wrote")->required()->type_name("DIR");
     app.footer(
         "Writes DIR/report.html: one file with pictures, maps, plots, tables and the configuration; it needs no network.\n"
         "For a sweep it joins what all shards have done so far and writes DIR/sweep.csv as well.");

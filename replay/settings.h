@@ -18,9 +18,12 @@ struct RunSettings {
   std::int64_t seed = 0;
   std::string temporal_pattern = "8x8";
   std::string time_bits = "8";
+  std::int64_t lens_points = 0;
   double target_edge_pixels = 3.0;
+  double displacement_bias = 0;
   std::string shading_rate = "pixel";
   double shading_cell_pixels = 1.0;
+  std::string shading_attributes = "float";
   std::string motion = "auto";
   std::string defocus = "auto";
   std::string displacement = "auto";

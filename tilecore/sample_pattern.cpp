@@ -47,7 +47,7 @@ std::vector<std::uint32_t> shuffled(std::uint32_t count, std::uint32_t seed) {
 SamplePattern::SamplePattern(const SamplingSettings& settings)
     : settings_(settings),
       power_of_two_(std::bit_ceil(static_cast<std::uint32_t>(settings.samples_per_pixel))),
-      variants_(settings.pattern_side == 8 ? kLensVariants : 1) {
+      variants_(settings.pattern_side == 8 && settings.lens_points == 0 ? kLensVariants : 1) {
   TESSERA_CHECK(settings.pattern_side == 8 || settings.pattern_side == 32, "patterns are 8x8 or 32x32 pixels");
   make_offsets();
   make_times_and_lens();
@@ -74,7 +74,8 @@ void SamplePattern::make_times_and_lens() {
   // sub-pixel position, time and lens point would be tied together. Every pair of the two orders occurs equally often
   // (exactly, up to eight samples): so time and lens are uncorrelated over a pattern, not only on average.
   const std::vector<std::uint32_t> order = shuffled(pixels, settings_.seed);
-  const int digits = (std::bit_width(pixels * power_of_two_) - 1) / 2;  // of u and v that the net fixes
+  const std::uint32_t lens_points = settings_.lens_points > 0 ? static_cast<std::uint32_t>(settings_.lens_points) : pixels * power_of_two_;
+  const int digits = (std::bit_width(lens_points) - 1) / 2;  // of u and v that the net fixes
   const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u), scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
   times_.resize(std::size_t{pixels} * n);
   lens_.resize(times_.size() * variants_);
@@ -90,7 +91,7 @@ void SamplePattern::make_times_and_lens() {
         const std::uint32_t code = static_cast<std::uint32_t>(std::uint64_t{stratum * pixels + ranks[pixel]} * 65536u / (n * pixels));
         times_[at] = static_cast<std::uint16_t>(settings_.time_bits == 8 ? code & 0xFF00u : code);
         // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
-        const std::uint32_t point = lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)));
+        const std::uint32_t point = (lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
         for (std::uint32_t v = 0; v < variants_; ++v) {
           const std::uint32_t jitter_u = hash32(scramble_u, point, v) >> digits, jitter_v = hash32(scramble_v, point, v) >> digits;
           const std::uint32_t keep = ~(0xFFFFFFFFu >> digits);

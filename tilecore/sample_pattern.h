@@ -16,6 +16,7 @@ struct SamplingSettings {
   std::uint32_t frame = 0;
   int pattern_side = 8;        // pixels after which the pattern repeats: 8 or 32
   int time_bits = 8;           // 8 or 16: precision of a sample's time
+  int lens_points = 0;         // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -51,7 +52,8 @@ struct SampleClasses {
 //           unless 16 bits are asked for. Stratified over a pixel's samples, and over a pattern of blue-noise ranks
 //           that repeats over the frame and is shifted from frame to frame
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
-//           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block
+//           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block. With
+//           lens_points = n: the first n points of the sequence, the same in all blocks, taken in turn
 class SamplePattern {
  public:
   explicit SamplePattern(const SamplingSettings& settings);

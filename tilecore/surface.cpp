@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/half_float.h"
 #include "frontend/patch_displacement.h"
 #include "shaders_cpp/bicubic.h"
 #include "tilecore/procedure_surface.h"
@@ -176,6 +177,7 @@ Surface attribute_weights(const FrameGeometry& frame, const SurfaceLocation& at)
   } else {
     set_triangle_weights(s, cluster_triangle(frame, *s.drawable, at), at.b1, at.b2);
   }
+  s.half_attributes = frame.request.half_attributes;
   return s;
 }
 
@@ -186,12 +188,20 @@ T interpolate(const Surface& s, const std::vector<T>& values, const std::array<f
   return sum;
 }
 
+// As the pixel shader gets it.
+template <class T>
+T attribute(const Surface& s, T value) {
+  if (!s.half_attributes) return value;
+  for (int c = 0; c < T::length(); ++c) value[c] = round_to_half(value[c]);
+  return value;
+}
+
 }  // namespace
 
 Surface::Texcoord Surface::texcoord(int set, const shaders::TextureTransform& transform) const {
   const std::vector<Vec2>& values = drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)];
   Texcoord out;
-  out.value = transform.apply(interpolate(*this, values, weight));
+  out.value = transform.apply(attribute(*this, interpolate(*this, values, weight)));
   out.by_p = transform.matrix * interpolate(*this, values, weight_p);
   out.by_q = transform.matrix * interpolate(*this, values, weight_q);
   out.by_x = out.by_p * parameters_by_pixel[0][0] + out.by_q * parameters_by_pixel[0][1];
@@ -201,7 +211,7 @@ Surface::Texcoord Surface::texcoord(int set, const shaders::TextureTransform& tr
 
 Vec4 Surface::color() const {
   const std::vector<Vec4>& colors = drawable->primitive->vertices.colors;
-  return colors.empty() ? Vec4(1.0f) : interpolate(*this, colors, weight);
+  return colors.empty() ? Vec4(1.0f) : attribute(*this, interpolate(*this, colors, weight));
 }
 
 Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) {
@@ -210,6 +220,8 @@ Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) 
   if (s.drawable->procedure != nullptr) fill_procedure(frame, at.patch, patch_parameters(frame.patterns[at.patch], at), at.t, s);
   else if (has_grid(*s.drawable)) fill_bezier(frame, at, s);
   else fill_cluster(frame, at, s);
+  s.half_attributes = frame.request.half_attributes;
+  if (s.half_attributes) s.normal = unit_or(attribute(s, s.normal), s.normal);
   return s;
 }
 
@@ -237,7 +249,7 @@ Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 
 
 Vec2 surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform) {
   const Surface s = attribute_weights(frame, at);
-  return transform.apply(interpolate(s, s.drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)], s.weight));
+  return transform.apply(attribute(s, interpolate(s, s.drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)], s.weight)));
 }
 
 float surface_alpha(const FrameGeometry& frame, const SurfaceLocation& at) {

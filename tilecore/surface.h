@@ -31,6 +31,7 @@ struct Surface {
   // procedures, whose textures blur over the width of a pixel instead.
   glm::mat2 parameters_by_pixel{0.0f};
 
+  bool half_attributes = false;  // what is interpolated is rounded to half precision; places are not
   // Vertices that attributes are interpolated from (numbers within the primitive), with weights and their derivatives.
   int corner_count = 3;
   std::array<std::uint32_t, 4> vertex{};

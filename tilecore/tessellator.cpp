@@ -176,7 +176,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
   const auto arrays = [](Points& p) { return PointArrays{p.x.data(), p.y.data(), p.z.data()}; };
   mesh.all_projected = project_vertices(
       vertices, {arrays(object_[0]), arrays(object_[shaded_keys - 1])}, drawable.to_raster, moving,
-      {frame.projection.orthographic, static_cast<float>(frame.projection.near)},
+      {frame.projection.orthographic, static_cast<float>(frame.projection.near), frame.request.subpixels()},
       {PointArrays{mesh.x0.data(), mesh.y0.data(), mesh.z0.data()}, PointArrays{mesh.x1.data(), mesh.y1.data(), mesh.z1.data()}},
       mesh.projected.data());
 

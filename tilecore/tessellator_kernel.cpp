@@ -71,7 +71,7 @@ HWY_INLINE Homogeneous transform(const Mat4& m, const Vector3<Lanes>& p) {
 bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster, bool moving,
                      const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster, std::uint8_t* projected) {
   const D d;
-  const auto grid = hn::Set(d, frontend::kSubpixels), cell = hn::Set(d, 1.0f / frontend::kSubpixels);
+  const auto grid = hn::Set(d, settings.subpixels), cell = hn::Set(d, 1.0f / settings.subpixels);
   const auto cell_still = hn::Set(d, frontend::kStillPixels), guard = hn::Set(d, frontend::kGuardBandPixels), near = hn::Set(d, settings.near);
   const std::size_t keys = moving ? 2 : 1;
   bool all = true;

@@ -30,6 +30,7 @@ void displace(std::size_t count, const float* offset, PointArrays normal, PointA
 struct ProjectionSettings {
   bool orthographic;
   float near;
+  float subpixels;  // steps of the vertices' grid along a pixel's side: a power of two up to 256
 };
 
 // Object space to raster space at one or two keys (`moving`); fills x, y, z per key and `projected`. A projected vertex that moves by

@@ -192,12 +192,12 @@ bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& p
     least_incidence = std::min(least_incidence, ((along - aperture) * s.cosine - (side + aperture) * s.sine) * (1 - 1e-12));
   }
   if (!(least_incidence > 0)) return false;
-  // Twice a triangle's area on screen against what snapping (1/512 pixel and diagonal) and the float rounding of screen
-  // positions, together below 1/128 pixel a vertex, can change it by. Projection divides by the depth of each vertex.
-  constexpr double kSnap = 1.0 / 128;
+  // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of screen
+  // positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each vertex.
+  const double snap = 2.0 / static_cast<double>(frame_.request.subpixels());
   const double area = p.scale * p.scale * s.least * least_incidence / (far_w * far_w * far_w);
   const double edges = 2 * p.scale * longest * (s.chord_u + s.chord_v) / (near_w * near_w);
-  return area > 2 * kSnap * edges + 4 * kSnap * kSnap;
+  return area > 2 * snap * edges + 4 * snap * snap;
 }
 
 }  // namespace tessera::frontend

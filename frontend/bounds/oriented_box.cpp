@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "frontend/subpixel.h"
 
 namespace tessera::frontend {
 namespace {
@@ -64,7 +63,7 @@ MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_ra
   return corners;
 }
 
-RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point, const std::array<Mat4, 2>& to_raster) {
+RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point, const std::array<Mat4, 2>& to_raster, double subpixels) {
   constexpr double kUnit = 0x1p-24, kRoundings = 64 + 8;
   const double reach = std::max(largest_coordinate(box), largest_control_point * std::sqrt(3.0));
   std::array<double, 4> row{};  // largest sum of the terms of xh, yh, depth and w
@@ -78,7 +77,7 @@ RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_contr
   margin.position = kRoundings * kUnit * std::max(row[0], row[1]);
   margin.depth = kRoundings * kUnit * row[2];
   margin.w = kRoundings * kUnit * row[3];
-  margin.pixels = 1.0 / static_cast<double>(kSubpixels);
+  margin.pixels = 1.0 / subpixels;
   return margin;
 }
 

@@ -26,7 +26,7 @@ MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_ra
 // What single-precision evaluation of a vertex inside the box may be off, as a margin for screen_bounds: the position
 // (bicubic form, normal, displacement: below 64 roundings of terms no larger than the largest coordinate of the box or
 // of the control points), its product with the matrix (4 terms), the perspective division, and the snap to the
-// sub-pixel grid.
-RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point, const std::array<Mat4, 2>& to_raster);
+// sub-pixel grid, of `subpixels` steps a pixel.
+RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point, const std::array<Mat4, 2>& to_raster, double subpixels);
 
 }  // namespace tessera::frontend

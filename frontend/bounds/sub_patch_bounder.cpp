@@ -303,12 +303,13 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
 
 SubPatchBody SubPatchBounder::body(const CellRange& cells) {
   const MovingBox box = this->box(cells);
-  SubPatchBody body{box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster), {}};
+  const auto subpixels = static_cast<double>(frame_.request.subpixels());
+  SubPatchBody body{box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster, subpixels), {}};
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
   body.margin.pixels += static_cast<double>(kStillPixels);
   const Mat4 way = drawable_->to_raster[1] - drawable_->to_raster[0];
-  body.way_margin = vertex_rounding_margin(box, largest_, {way, way});
+  body.way_margin = vertex_rounding_margin(box, largest_, {way, way}, subpixels);
   return body;
 }
 

@@ -23,7 +23,7 @@ using nlohmann::json;
 // What the page's plots need of Vega 5, in the order in which they need each other. Debian ships Vega as these modules.
 constexpr std::array kVegaModules = {"vega-util", "vega-time", "vega-format", "vega-loader", "vega-dataflow", "vega-canvas", "vega-scale", "vega-scenegraph", "vega-expression", "vega-selection",
                                      "vega-statistics", "vega-functions", "vega-runtime", "vega-view", "vega-event-selector", "vega-parser", "vega-transforms", "vega-view-transforms", "vega-encode"};
-constexpr std::array kScripts = {"page.js", "plots.js", "frames.js", "replay.js", "sweep.js", "start.js"};
+constexpr std::array kScripts = {"page.js", "plots.js", "frames.js", "replay.js", "sweep.js", "tradeoff.js", "start.js"};
 
 // The kinds of folder, by the file that tells them. Another kind is another row and another function in page/start.js.
 struct ReportKind {
@@ -31,7 +31,7 @@ struct ReportKind {
   const char* file;
   json (*make)(const fs::path& folder, std::string& note);
 };
-constexpr std::array<ReportKind, 2> kKinds = {{{"replay", "stats.json", replay_report}, {"sweep", "sweep.json", sweep_report}}};
+constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", replay_report}, {"sweep", "sweep.json", sweep_report}, {"tradeoff", "tradeoff.json", tradeoff_report}}};
 
 fs::path vega_folder() {
   const char* folder = std::getenv("TESSERA_VEGA");
@@ -132,7 +132,7 @@ std::string write_report(const fs::path& folder) {
     write_file_atomically(folder / "report.html", fill_page({{"@TITLE@", markup_text(data.at("title"))}, {"@STYLE@", std::string(page_files().at("page.css"))}, {"@DATA@", script_json(data)}, {"@SCRIPT@", script}}));
     return note;
   }
-  throw InputError(folder.string(), "", fs::is_directory(folder, ignored) ? "holds neither stats.json of a replay nor sweep.json of a sweep" : "no such folder");
+  throw InputError(folder.string(), "", fs::is_directory(folder, ignored) ? "holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff" : "no such folder");
 }
 
 json picture_view(const std::string& label, const fs::path& picture, const fs::path& tiles, int region_x, int region_y) {

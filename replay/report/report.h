@@ -15,9 +15,9 @@ namespace tessera::replay {
 // in /usr/share/javascript/vega (Debian's libjs-vega), or where the environment variable TESSERA_VEGA says.
 std::string missing_for_reports();
 
-// Writes report.html into the folder of a replay (stats.json) or a sweep (sweep.json), whose sweep.csv it makes as well: that is
+// Writes report.html into the folder of a replay (stats.json), a tradeoff (tradeoff.json) or a sweep (sweep.json), whose sweep.csv it makes as well: that is
 // how shards are joined. Returns what the reader of the terminal should know, or "".
-// Throws InputError when the folder holds neither or a damaged one, SystemError when missing_for_reports() has a reason.
+// Throws InputError when the folder holds none or a damaged one, SystemError when missing_for_reports() has a reason.
 std::string write_report(const std::filesystem::path& folder);
 
 // Pictures beyond these are left out, evenly, and the page says so.
@@ -36,5 +36,6 @@ std::size_t picture_stride(std::size_t count);
 
 nlohmann::json replay_report(const std::filesystem::path& folder, std::string& note);
 nlohmann::json sweep_report(const std::filesystem::path& folder, std::string& note);
+nlohmann::json tradeoff_report(const std::filesystem::path& folder, std::string& note);
 
 }  // namespace tessera::replay

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/random.h"
@@ -27,6 +28,11 @@ TEST(Psnr, IsMinusTwentyLogOfAUniformDifference) {
   EXPECT_TRUE(std::isinf(psnr(noisy(9, 9, 1), noisy(9, 9, 1))));
 }
 
+TEST(Psnr, OfIndependentUniformNoiseIsThatOfASixthOfMeanSquareError) {
+  // E (a-b)^2 = 1/6 for independent uniform numbers: 7.78 dB, to the spread of 30 000 squares.
+  EXPECT_NEAR(psnr(noisy(100, 100, 11), noisy(100, 100, 12)), 10 * std::log10(6.0), 0.1);
+}
+
 TEST(Ssim, OfTwoFlatPicturesIsTheLuminanceTermAlone) {
   // (2ab + C1) / (a^2 + b^2 + C1): variances vanish.
   const double a = 0.6, b = 0.3, c1 = 1e-4;
@@ -39,6 +45,37 @@ TEST(Ssim, IsOneForEqualPicturesAndNegativeForInvertedOnes) {
   Image inverted = image;
   for (float& v : inverted.values) v = 1.0f - v;
   EXPECT_LT(mssim(image, inverted), 0.0);
+}
+
+// Straight from the paper (Wang et al. 2004, equations 13 to 17), pixel by pixel, without separable filters.
+double ssim_by_definition(const Image& a, const Image& b) {
+  const auto luma = [](const Image& image, int x, int y) {
+    const auto p = image.at(std::clamp(x, 0, image.width - 1), std::clamp(y, 0, image.height - 1));
+    return 0.2126 * static_cast<double>(p[0]) + 0.7152 * static_cast<double>(p[1]) + 0.0722 * static_cast<double>(p[2]);
+  };
+  double sum = 0;
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x) {
+      double weights = 0, ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
+      for (int dy = -5; dy <= 5; ++dy)
+        for (int dx = -5; dx <= 5; ++dx) {
+          const double w = std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5)), va = luma(a, x + dx, y + dy), vb = luma(b, x + dx, y + dy);
+          weights += w, ma += w * va, mb += w * vb, aa += w * va * va, bb += w * vb * vb, ab += w * va * vb;
+        }
+      ma /= weights, mb /= weights;
+      const double sa = aa / weights - ma * ma, sb = bb / weights - mb * mb, covariance = ab / weights - ma * mb, c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
+      sum += (2 * ma * mb + c1) * (2 * covariance + c2) / ((ma * ma + mb * mb + c1) * (sa + sb + c2));
+    }
+  return sum / (a.width * a.height);
+}
+
+TEST(Ssim, IsThePapersFormulaOverAWindowOfElevenPixels) {
+  Image grey = noisy(23, 17, 3), other = noisy(23, 17, 5);
+  for (Image* image : {&grey, &other})
+    for (std::size_t i = 0; i < image->values.size(); i += 3) image->values[i + 1] = image->values[i + 2] = image->values[i];  // whatever makes luma of colours
+  for (std::size_t i = 0; i < other.values.size(); ++i) other.values[i] = 0.7f * grey.values[i] + 0.2f * other.values[i];
+  EXPECT_NEAR(mssim(grey, other), ssim_by_definition(grey, other), 1e-6);
+  EXPECT_LT(ssim_by_definition(grey, other), 0.95) << "the pictures are far enough apart to tell";
 }
 
 TEST(Ssim, GrowsWorseWithMoreNoise) {
@@ -72,6 +109,21 @@ TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
   const double split = 0.4 * largest;
   const double expected = distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (largest - split) * 0.05;
   EXPECT_NEAR(mean_value(flip_map(flat(8, 8, 0, 0, 0), flat(8, 8, 1, 1, 1))), expected, 1e-4);
+}
+
+// Flat pictures of two greys: no features, no chroma; the redistributed power of the difference in CIE lightness (Andersson et al.
+// 2020, sections 4.1 and 4.3, with their constants 0.7, 0.4 and 0.95).
+TEST(Flip, OfTwoGreysIsThePowerOfTheirDifferenceInLightness) {
+  const auto lightness = [](double srgb) {
+    const double y = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+    return y > 216.0 / 24389.0 ? 116 * std::cbrt(y) - 16 : y * 24389.0 / 27.0;
+  };
+  constexpr double kLargest = 41.2760;  // distance of green and blue to the power 0.7, as computed in the test above
+  for (const auto& [a, b] : {std::pair<float, float>{0.2f, 0.25f}, {0.5f, 0.8f}, {0.9f, 0.1f}}) {
+    const double distance = std::pow(std::abs(lightness(static_cast<double>(a)) - lightness(static_cast<double>(b))), 0.7), split = 0.4 * kLargest;
+    const double expected = distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (kLargest - split) * 0.05;
+    EXPECT_NEAR(mean_value(flip_map(flat(8, 8, a, a, a), flat(8, 8, b, b, b))), expected, 1e-3) << a << " " << b;
+  }
 }
 
 TEST(Flip, IsSymmetricInRangeAndLargerForLargerShifts) {

@@ -248,7 +248,7 @@ SubPatchBody twin_body(Twin twin, SubPatchBounder& bounder, const CellRange& cel
       box.high[key][axis] = e.high[axis] + reach * high;
     }
   }
-  return {box_corners(box, to_raster), vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster)};
+  return {box_corners(box, to_raster), vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(kSubpixels))};
 }
 
 // Random cell ranges of a scene, and points of theirs at random times and lens points: points of the surface in double

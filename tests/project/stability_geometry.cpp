@@ -30,7 +30,7 @@ StabilityTopic bounds() {
               {"motion larger than the screen", "times between the keys at which nothing is on screen are lost", "the hull over the shutter, cut by the tiles", {BOUNDS_OF("MotionLargerThanTheScreen")}},
               {"focus distance inside the box, aperture zero", "the circle of confusion is smallest inside, not at an end", "the larger of the two ends' circles", {"frontend: ScreenBounds.AFocusDistanceInsideTheBoxGrowsByItsFartherEnd", "frontend: ScreenBounds.BoundsThatForgetTheLensAreCaught", "tilecore: VisibilityMethods.ALensOfRadius0IsAPinholeBitByBit"}},
               {"matrix without an inverse (scale 0)", "normals from an inverse that is not there", "normals follow from tangents", {BOUNDS_OF("ZeroScale"), "replay: OddFrames.DegenerateTransformsAndPatchesDrawNothingAndBreakNothing"}},
-              {"back faces of displaced patches", "a patch that is culled and of which a bump is seen", "normals of the displaced surface bounded by the slopes of the texture", {"frontend: BackFaceCulling.DropsNoTriangleThatCouldFaceTheCamera", "frontend: BackFaceCullingTwin.BelievingTheMiddleOfASubPatchIsCaught"}},
+              {"back faces of displaced patches", "a patch that is culled and of which a bump is seen", "normals of the displaced surface bounded by the slopes of the texture", {"frontend: Case/BackFaceCulling.DropsNoTriangleThatCouldFaceTheCamera", "frontend: BackFaceCullingTwin.BelievingTheMiddleOfASubPatchIsCaught"}},
           }};
 }
 

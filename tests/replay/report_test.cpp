@@ -253,7 +253,7 @@ TEST_F(Report, MadeAgainGivesTheSameBytes) {
 TEST_F(Report, FoldersThatHoldNothingToReportEndWithStatus3) {
   fs::create_directories(path("empty"));
   fs::create_directories(path("broken"));
-  EXPECT_THAT(run_tessera({"report", path("empty")}).errors, HasSubstr("holds neither stats.json of a replay nor sweep.json of a sweep"));
+  EXPECT_THAT(run_tessera({"report", path("empty")}).errors, HasSubstr("holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"));
   EXPECT_THAT(run_tessera({"report", path("none")}).errors, HasSubstr("none: no such folder"));
   for (const char* file : {"stats.json", "sweep.json"})
     for (const char* text : {"", "{", "[]", "{}", R"({"schema": "tessera.stats/1", "frames": []})", R"({"schema": "tessera.stats/1", "frames": [{}], "settings": {"region": [0]}})", R"({"points": [{"hash": 3}]})", "7"}) {

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "frontend/frame_geometry.h"
+#include "hardware/configuration.h"
+#include "replay/settings.h"
+
+namespace tessera::replay {
+
+// Values of keys, as --set takes them.
+using KeyValues = std::vector<std::pair<std::string, nlohmann::json>>;
+
+// One setting of a knob.
+struct KnobSetting {
+  std::string label;
+  KeyValues values;
+  bool in_double = false;  // the reference renderer with the machine's samples, instead of the machine
+};
+
+// What a capture must have for a knob to change anything.
+enum class KnobNeed { kNothing, kMotion, kLens, kDisplacement, kGrids };
+
+// Something of the emulated machine that buys accuracy and costs something.
+struct Knob {
+  std::string name;      // as --knob takes it
+  std::string title;     // for tables
+  KnobNeed need = KnobNeed::kNothing;
+  KeyValues context;     // what else is set while it is turned
+  std::vector<KnobSetting> settings;
+  std::size_t against = 0;   // the setting that the others are compared with in words
+  bool visual = true;        // else every setting gives the same picture, and costs alone differ
+  std::string watched;       // a column whose change is told as well: the cost that the knob is about; "" for none
+  std::string watched_as;    // its name in words
+  bool consecutive = false;  // is about what one frame leaves to the next
+};
+
+const std::vector<Knob>& knobs();
+// Throws UsageError naming the nearest known one.
+const Knob& knob_named(const std::string& name);
+
+// Why a knob has no effect on a frame, or "" when it may have one. `history`: whether frames before it are rendered.
+std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& frame, bool history);
+
+// Sets `values` in order. Throws UsageError as set_key does.
+void apply(const KeyValues& values, RunSettings& settings, hardware::GpuConfiguration& gpu);
+
+// "--set a.b=1 --set c.d=x"; "" without values.
+std::string as_arguments(const KeyValues& values);
+
+}  // namespace tessera::replay

@@ -1,0 +1,135 @@
+#include "replay/tradeoff/trial.h"
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "base/check.h"
+#include "base/image_metrics.h"
+#include "base/sha256.h"
+#include "base/thread_clock.h"
+#include "replay/frame_inputs.h"
+#include "replay/statistics.h"
+#include "replay/sweep/columns.h"
+#include "replay/tradeoff/reference_renderer.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+// Adds a round to "host" when it ends.
+class RoundTimer {
+ public:
+  explicit RoundTimer(json& host) : host_(host), processor_(process_seconds()), start_(std::chrono::steady_clock::now()) {}
+  ~RoundTimer() {
+    host_["seconds"].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
+    host_["processor_seconds"].push_back(process_seconds() - processor_);
+  }
+  RoundTimer(const RoundTimer&) = delete;
+  RoundTimer& operator=(const RoundTimer&) = delete;
+
+ private:
+  json& host_;
+  double processor_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+class Runner {
+ public:
+  Runner(std::shared_ptr<const PreparedCapture> prepared, const TrialPlace& place, const Image& reference, const RunSettings& settings)
+      : prepared_(std::move(prepared)), place_(place), exposure_(settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared_->capture.settings.exposure), reference_(display_values(reference, exposure_)) {}
+
+  // The frame before the compared one is what a history is of.
+  void prepare(const Trial& trial, std::optional<tilecore::History>& history) const {
+    if (trial.settings.desampling != "adaptive" || trial.in_double || place_.first_frame >= place_.frame) return;
+    FrameRenderer renderer(prepared_, trial.gpu, trial.settings, request());
+    for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
+    history = renderer.history();
+  }
+
+  void run(const Trial& trial, const std::optional<tilecore::History>& history, json& result) {
+    if (result.is_null()) result = {{"schema", "tessera.trial/1"}, {"values", json::object()}, {"host", {{"seconds", json::array()}, {"processor_seconds", json::array()}}}};
+    const Image picture = trial.in_double ? render_in_double(trial, result) : render(trial, history, result);
+    Sha256 hash;
+    hash.add({reinterpret_cast<const std::uint8_t*>(picture.values.data()), picture.values.size() * sizeof(float)});
+    const std::string name = hash.finish();
+    TESSERA_CHECK(!result.contains("picture") || result["picture"] == name, "a frame rendered again is the same");
+    result["picture"] = name;
+    if (!errors_.contains(name)) errors_[name] = measure(picture);
+    result["error"] = errors_[name];
+  }
+
+ private:
+  RenderRequest request() const {
+    RenderRequest out;
+    out.width = place_.width;
+    out.height = place_.height;
+    out.region = {0, 0, place_.width, place_.height};
+    return out;
+  }
+
+  Image render(const Trial& trial, const std::optional<tilecore::History>& history, json& result) const {
+    FrameRenderer renderer(prepared_, trial.gpu, trial.settings, request());
+    if (history) renderer.set_history(*history);
+    std::optional<FrameResult> frame;
+    {
+      const RoundTimer timer(result["host"]);
+      frame.emplace(renderer.render(place_.frame));
+    }
+    if (result["values"].empty())
+      for (const auto& [name, value] : frame_values(frame_json(*frame)))
+        if (value != 0) result["values"][name] = value;
+    return std::move(frame->targets.color);
+  }
+
+  Image render_in_double(const Trial& trial, json& result) const {
+    const frontend::Capture& capture = prepared_->capture;
+    const RoundTimer timer(result["host"]);
+    const auto frame = frontend::pose_frame(prepared_->assembly, frame_camera(capture, trial.settings, place_.width, place_.height),
+                                            frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
+    const ReferenceScene scene(*frame);
+    const tilecore::SamplePattern pattern(sampling_settings(trial.settings, place_.frame));
+    ReferenceRequest wanted;
+    wanted.lighting = frame_lighting(capture);
+    wanted.background = frame_background(capture);
+    wanted.pattern = &pattern;
+    return std::move(render_reference(scene, wanted).front());
+  }
+
+  json measure(const Image& picture) const {
+    const Image shown = display_values(picture, exposure_);
+    const double db = psnr(reference_, shown);
+    return {{"psnr_db", std::isinf(db) ? json() : json(db)}, {"ssim", mssim(reference_, shown)}, {"flip", mean_value(flip_map(reference_, shown))}, {"max_error", max_difference(reference_, shown)}};
+  }
+
+  std::shared_ptr<const PreparedCapture> prepared_;
+  const TrialPlace& place_;
+  float exposure_;
+  Image reference_;  // as shown
+  std::map<std::string, json> errors_;  // of pictures that were measured
+};
+
+}  // namespace
+
+void name_trial(Trial& trial, const TrialPlace& place) {
+  json inputs = {{"schema", "tessera.trial/1"}, {"inputs", place.inputs}, {"size", {place.width, place.height}}, {"frame", place.frame}, {"rounds", place.rounds}, {"in_double", trial.in_double},
+                 {"gpu", hardware::gpu_json(trial.gpu)}, {"settings", settings_json(trial.settings)}};
+  if (trial.settings.desampling == "adaptive") inputs["first_frame"] = place.first_frame;
+  trial.hash = sha256_hex(inputs.dump()).substr(0, 32);
+}
+
+std::vector<json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared, const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear) {
+  std::vector<json> results(trials.size());
+  if (trials.empty()) return results;
+  for (const Trial& trial : trials) hardware::check_gpu(trial.gpu);
+  Runner runner(prepared, place, reference_linear, trials.front().settings);
+  std::vector<std::optional<tilecore::History>> histories(trials.size());
+  for (std::size_t t = 0; t < trials.size(); ++t) runner.prepare(trials[t], histories[t]);
+  for (int round = 0; round < place.rounds; ++round)
+    for (std::size_t t = 0; t < trials.size(); ++t) runner.run(trials[t], histories[t], results[t]);
+  return results;
+}
+
+}  // namespace tessera::replay

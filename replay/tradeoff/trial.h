@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "replay/frame_renderer.h"
+#include "replay/tradeoff/reference_store.h"
+
+namespace tessera::replay {
+
+// One complete configuration of the machine, and of how its last frame is come to.
+struct Trial {
+  RunSettings settings;
+  hardware::GpuConfiguration gpu;
+  bool in_double = false;
+  std::string hash;  // 32 digits: of everything that the result follows from; equal configurations are one trial
+};
+
+// What trials have in common.
+struct TrialPlace {
+  int width = 640, height = 360;
+  int frame = 0;        // the one that is compared
+  int first_frame = 0;  // with resolve.desampling=adaptive the frames from here on come first
+  int rounds = 3;
+  std::string inputs;   // fingerprints of capture and program
+};
+
+// Fills `hash`.
+void name_trial(Trial& trial, const TrialPlace& place);
+
+// Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order:
+//   {"schema": "tessera.trial/1",
+//    "error": {"psnr_db": null for an equal picture, "ssim", "flip", "max_error"},   against the reference, as shown
+//    "picture": SHA-256 of its linear values,
+//    "values": every counter, cycle and energy of the compared frame by its name ({} in double),
+//    "host": {"seconds": [one per round], "processor_seconds": [...]}}
+// The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
+std::vector<nlohmann::json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared, const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear);
+
+}  // namespace tessera::replay

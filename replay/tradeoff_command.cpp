@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/atomic_file.h"
+#include "base/check.h"
+#include "base/error.h"
+#include "base/parallel.h"
+#include "base/text.h"
+#include "replay/commands.h"
+#include "replay/frame_files.h"
+#include "replay/option_numbers.h"
+#include "replay/progress.h"
+#include "replay/report/report.h"
+#include "replay/tradeoff/tradeoff.h"
+
+namespace tessera::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// Where --joint is given without knobs: those that trade most.
+constexpr const char* kUsualJoint = "samples,edge,shading";
+
+std::vector<std::string> listed_names(const std::string& text) {
+  std::vector<std::string> names;
+  std::stringstream stream(text);
+  for (std::string name; std::getline(stream, name, ',');)
+    if (!name.empty()) names.push_back(name);
+  return names;
+}
+
+std::vector<std::string> knob_names() {
+  std::vector<std::string> names;
+  for (const Knob& knob : knobs()) names.push_back(knob.name);
+  return names;
+}
+
+class TradeoffCommand final : public Command {
+ public:
+  explicit TradeoffCommand(CLI::App& app) {
+    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
+    app.add_option("--out", out_, "Folder for the results; made when missing. What is there is not computed again")->required()->type_name("DIR");
+    app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->capture_default_str();
+    app.add_option("--frame", frame_, "The frame that is compared, counted from 0 (default: the last of a run from the capture's first frame on)")->type_name("N");
+    app.add_option("--run", run_, "Frames of a run with history, for what one frame leaves to the next; the last is compared")->type_name("N")->check(CLI::Range(1, 1000))->capture_default_str();
+    app.add_option("--gpu", gpu_, fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))->type_name("PRESET|FILE")->capture_default_str();
+    app.add_option("--set", sets_, "Change what all settings are varied from; repeatable")->type_name("KEY=VALUE")->allow_extra_args(false);
+    app.add_option("--knobs", knobs_, fmt::format("Only these knobs: {}", fmt::join(knob_names(), ", ")))->type_name("LIST");
+    app.add_option("--joint", joint_, fmt::format("Turn these knobs together as well: all combinations of the settings on their own fronts; 'usual' is {}", kUsualJoint))->type_name("LIST");
+    app.add_option("--max-points", max_points_, "Refuse a joint search of more combinations")->type_name("N")->check(CLI::Range(1, 1000000))->capture_default_str();
+    app.add_option("--max-flip", max_flip_, "Print the cheapest setting whose mean FLIP error is at most this")->type_name("X");
+    app.add_option("--min-psnr", min_psnr_, "Print the cheapest setting whose PSNR is at least this")->type_name("DB");
+    app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCosts, ", ")))->type_name("COST")->capture_default_str();
+    app.add_option("--rounds", rounds_, "Times that everything is run; host times are medians")->type_name("N")->check(CLI::Range(1, 1000))->capture_default_str();
+    app.add_option("--reference-samples", samples_, "Samples per pixel of the reference: plain random numbers, all shaded, in double precision")->type_name("N")->check(CLI::Range(1, 1 << 20))->capture_default_str();
+    app.add_option("--reference-edge", edge_, "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's own grids, so that errors are those of everything but tessellation")->type_name("PIXELS")->capture_default_str();
+    app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")->type_name("N");
+    app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture, and the pictures, may take, in GiB")->type_name("GIB")->capture_default_str();
+    app.add_flag("--quiet", quiet_, "No progress, no table");
+    app.footer(
+        "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against a converged\n"
+        "reference (PSNR, SSIM, FLIP, largest difference of what a display shows) stands beside its cycles, memory traffic, energy\n"
+        "and the host's time (median and spread of --rounds; CPU is processor time of all threads).\n"
+        "Writes tradeoff.json, tradeoff.csv and report.html. Killed at any moment, the same command goes on.\n\n"
+        "Examples:\n"
+        "  tessera tradeoff captures/eggs.glb --out out/accuracy\n"
+        "  tessera tradeoff captures/eggs.glb --out out/accuracy --joint samples,edge,shading --max-flip 0.05");
+  }
+
+  void run() override {
+    const ThreadLimit threads(static_cast<std::size_t>(threads_));
+    TradeoffOptions options = read_options();
+    if (std::find_if(std::begin(kCosts), std::end(kCosts), [&](const char* c) { return cost_ == c; }) == std::end(kCosts)) throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCosts, ", ")));
+    check_folder(out_);
+    set_reproduction_command(fmt::format("tessera tradeoff {}", capture_));
+    install_stop_handler();
+    json result = run_tradeoff(options);
+    if (max_flip_ || min_psnr_) result["cheapest"] = {{"cost", cost_}, {"max_flip", max_flip_ ? json(*max_flip_) : json()}, {"min_psnr", min_psnr_ ? json(*min_psnr_) : json()}, {"setting", cheapest(result, cost_, max_flip_, min_psnr_)}};
+    write_file_atomically(fs::path(out_) / "tradeoff.csv", tradeoff_csv(result));
+    write_file_atomically(fs::path(out_) / "tradeoff.json", result.dump(1) + "\n");
+    if (const std::string missing = missing_for_reports(); missing.empty()) write_report(out_);
+    else if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+    if (!quiet_) say(result);
+    else if (result.contains("cheapest")) say_cheapest(result);
+  }
+
+ private:
+  TradeoffOptions read_options() const {
+    TradeoffOptions options;
+    options.capture = capture_;
+    options.folder = out_;
+    options.gpu_name = gpu_;
+    options.gpu = hardware::load_gpu(gpu_);
+    for (const std::string& text : sets_) {
+      apply_setting(text, options.settings, options.gpu);
+      options.base.emplace_back(text.substr(0, text.find('=')), text.substr(text.find('=') + 1));
+    }
+    hardware::check_gpu(options.gpu);
+    const PictureSize size = parse_size("--size", size_);
+    options.width = size.width;
+    options.height = size.height;
+    if (frame_) options.frame = static_cast<int>(check_number("--frame", *frame_, 0, 1e8));
+    options.run = run_;
+    options.rounds = rounds_;
+    options.reference_samples = samples_;
+    options.reference_edge_pixels = edge_ == 0 ? 0.0 : check_number("--reference-edge", edge_, 0.25, 64);
+    options.knobs = listed_names(knobs_);
+    options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
+    options.max_points = static_cast<std::size_t>(max_points_);
+    options.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    options.quiet = quiet_;
+    return options;
+  }
+
+  void say(const json& result) const {
+    const json& reference = result.at("reference");
+    const json& slope = reference.at("convergence").at("slope");
+    fmt::print("{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles", result.at("capture").get<std::string>(), result.at("frame").get<int>(), options_width(result), options_height(result),
+               reference.at("samples").get<int>(), reference.at("edge_pixels") == 0.0 ? "the machine's own grids" : fmt::format("cells of {} px", reference.at("edge_pixels").get<double>()), reference.at("triangles").get<std::size_t>());
+    if (!reference.at("psnr_db").is_null()) fmt::print(", its own noise {:.1f} dB", reference.at("psnr_db").get<double>());
+    if (!slope.is_null()) fmt::print(", error falls as samples^{:.3f}", slope.get<double>());
+    fmt::print("\n{}", tradeoff_table(result));
+    if (result.at("stopped").get<bool>()) fmt::print("\nstopped; the same command goes on from here\n");
+    if (result.contains("cheapest")) say_cheapest(result);
+    fmt::print("results are in {}\n", (fs::path(out_) / "tradeoff.csv").string());
+  }
+
+  static int options_width(const json& result) { return result.at("size")[0]; }
+  static int options_height(const json& result) { return result.at("size")[1]; }
+
+  void say_cheapest(const json& result) const {
+    const json& found = result.at("cheapest").at("setting");
+    if (found.is_null()) {
+      fmt::print("\nno setting that was tried is as good as that; --joint tries combinations\n");
+      return;
+    }
+    const json& db = found.at("error").at("psnr_db");
+    fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, found.at("label").get<std::string>(), found.at("knob").get<std::string>(), found.at("error").at("flip").get<double>(),
+               db.is_null() ? "equal" : fmt::format("{:.2f} dB", db.get<double>()), found.at("arguments").get<std::string>());
+  }
+
+  std::string capture_, out_, size_ = "640x360", gpu_ = "middle", knobs_, joint_, cost_ = "cycles";
+  std::vector<std::string> sets_;
+  std::optional<double> frame_, max_flip_, min_psnr_;
+  int run_ = 6, rounds_ = 3, samples_ = 1024, max_points_ = 400;
+  double edge_ = 1.0, max_memory_gib_ = 4;
+  unsigned threads_ = 0;
+  bool quiet_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_tradeoff_command(CLI::App& app) { return std::make_unique<TradeoffCommand>(app); }
+
+}  // namespace tessera::replay
