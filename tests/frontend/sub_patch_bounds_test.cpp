@@ -5,6 +5,7 @@
 
 #include "base/real.h"
 #include "frontend/bounds/enclosure.h"
+#include "frontend/subpixel.h"
 #include "tests/frontend/bound_scenes.h"
 
 namespace tessera::frontend {
