@@ -64,7 +64,7 @@ class HeaderWalk {
       if (size > left_) throw InputError(name_, attribute, "is longer than the file");
       const std::uint64_t end = left_ - size;
       check_value(attribute, type, size, limits);
-      if (left_ < end) throw InputError(name_, attribute, "is longer than it says");
+      if (left_ < end || (type == "chlist" && left_ != end)) throw InputError(name_, attribute, "has another length than it says");
       skip(left_ - end);
     }
     return true;
@@ -73,7 +73,7 @@ class HeaderWalk {
   // OpenEXR reads values of the types that it knows as long as the type says, not as long as the attribute does.
   void check_value(const std::string& attribute, const std::string& type, std::uint32_t size, const ImageLimits& limits) {
     static const std::map<std::string_view, std::uint32_t> kSizes = {
-        {"box2f", 16}, {"box2i", 16}, {"chromaticities", 32}, {"compression", 1}, {"double", 8}, {"envmap", 1}, {"float", 4}, {"int", 4}, {"keycode", 28}, {"lineOrder", 1}, {"m33d", 72}, {"m33f", 36},
+        {"box2f", 16}, {"box2i", 16}, {"chromaticities", 32}, {"compression", 1}, {"deepImageState", 1}, {"double", 8}, {"envmap", 1}, {"float", 4}, {"int", 4}, {"keycode", 28}, {"lineOrder", 1}, {"m33d", 72}, {"m33f", 36},
         {"m44d", 128}, {"m44f", 64}, {"rational", 8}, {"tiledesc", 9}, {"timecode", 8}, {"v2d", 16}, {"v2f", 8}, {"v2i", 8}, {"v3d", 24}, {"v3f", 12}, {"v3i", 12}};
     if (const auto known = kSizes.find(type); known != kSizes.end() && known->second != size) throw InputError(name_, attribute, fmt::format("has {} bytes, a {} has {}", size, type, known->second));
     if (type == "chlist") {
@@ -81,9 +81,9 @@ class HeaderWalk {
       while (!text().empty()) skip(16);
     } else if (type == "preview") {
       const std::uint64_t width = word(), height = word();
-      if (size < 8 || width * height != (size - 8) / 4) throw InputError(name_, attribute, "has another size than its pixels");
-    } else if (type == "stringvector") {
-      throw InputError(name_, attribute, "is a list of texts: pictures of several views are not read");
+      if (size < 8 || width > size || height > size || 4 * width * height != size - 8) throw InputError(name_, attribute, "has another size than its pixels");
+    } else if (type == "stringvector" || type == "idmanifest" || (type == "floatvector" && size % 4 != 0)) {
+      throw InputError(name_, attribute, fmt::format("is a {}, whose parts have lengths of their own", type));
     }
     if (attribute == "dataWindow" && type == "box2i") check_window(limits);
     if (attribute == "tiles" && type == "tiledesc") check_tile(limits);

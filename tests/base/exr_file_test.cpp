@@ -70,6 +70,11 @@ TEST(ExrFile, AnAttributeOfAnotherLengthThanItsTypeIsRefusedBeforeOpenExrReadsIt
       test::write_text(file, bad);
       EXPECT_THROW(read_exr(file), InputError) << attribute << " " << static_cast<int>(length);
     }
+  // A list of channels that ends before the length that it says.
+  std::string early = good;
+  early[early.find("chlist") + 11] = '\0';
+  test::write_text(file, early);
+  EXPECT_THROW(read_exr(file), InputError);
   // An attribute that nobody knows and that promises two gigabytes.
   std::string bad = good;
   bad.replace(bad.find("box2i"), 5, "boxxx");
