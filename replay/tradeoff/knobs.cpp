@@ -121,8 +121,8 @@ std::vector<Knob> resolve_knobs() {
   quarter.context = {{"resolve.desampling", "fixed_4"}};
   return {
       over_frames(knob("desampling", "desampling", values_of("resolve.desampling", {"off", "adaptive", "fixed_8", "checkerboard", "fixed_4"}), "off"), {}),
-      over_frames(knob("still_threshold", "threshold of slow blocks", speeds, "below 0.5 px"), adaptive),
-      over_frames(knob("fast_thresholds", "rates of fast blocks", fast, "8 of 16 from 4 px, 4 from 16 px", KnobNeed::kNothing), adaptive),
+      over_frames(knob("still_threshold", "threshold of slow blocks", speeds, "below 2 px"), adaptive),
+      over_frames(knob("fast_thresholds", "rates of fast blocks", fast, "8 of 16 from 2 px, 4 from 8 px", KnobNeed::kNothing), adaptive),
       over_frames(knob("edge_threshold", "threshold of edges", values_of("resolve.edge_threshold", {0.001, 0.01, 0.1, 1.0}), "0.01"), adaptive),
       over_frames(knob("advection", "advection", advection, "bilinear"), adaptive),
       half,
