@@ -148,8 +148,8 @@ TEST(Advection, BetweenFourTexelsThatAgreeATentWeighsThem) {
     ASSERT_EQ(got.outcome, Advection::kTaken);
     EXPECT_EQ(frames.work.history_texels, 4u);
     for (int c = 0; c < 4; ++c) {
-      const auto at = [&](int dx, int dy) { return double{frames.color_at(6 + dx, 11 + dy)[c]}; };
-      const double u = double{fx}, v = double{fy}, expected = (1 - u) * (1 - v) * at(0, 0) + u * (1 - v) * at(1, 0) + (1 - u) * v * at(0, 1) + u * v * at(1, 1);
+      const auto at = [&](int dx, int dy) { return static_cast<double>(frames.color_at(6 + dx, 11 + dy)[c]); };
+      const double u = static_cast<double>(fx), v = static_cast<double>(fy), expected = (1 - u) * (1 - v) * at(0, 0) + u * (1 - v) * at(1, 0) + (1 - u) * v * at(0, 1) + u * v * at(1, 1);
       EXPECT_NEAR(got.color[c], expected, 1e-5 * (1 + std::abs(expected)));
     }
   }
