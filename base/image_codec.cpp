@@ -12,6 +12,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/jpeg_decoder.h"
 #include "base/stb_bridge.h"
 
 namespace tessera {
@@ -130,7 +131,7 @@ bool check_jpeg(Bytes bytes, std::string& fault) {
 std::uint64_t decoder_bytes(std::size_t encoded, int width, int height, int channels, bool wide) {
   const auto padded = [](int side) { return (static_cast<std::uint64_t>(side) + 31) / 32 * 32; };
   const std::uint64_t picture = padded(width) * padded(height) * static_cast<std::uint64_t>(channels) * (wide ? 2 : 1);
-  constexpr std::uint64_t kTables = 128 << 10;  // zlib's window, stb's Huffman tables
+  constexpr std::uint64_t kTables = 128 << 10;  // zlib's window, Huffman tables
   return 2 * static_cast<std::uint64_t>(encoded) + 6 * picture + kTables;
 }
 
@@ -188,8 +189,13 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
 
   const int size = static_cast<int>(bytes.size());
   int width = 0, height = 0, channels = 0;
-  if (!tessera_stb_info(bytes.data(), size, &width, &height, &channels))
+  JpegHeader jpeg;
+  if (format == ImageFormat::kJpeg) {
+    if (!read_jpeg_header(bytes, jpeg, fault)) return false;
+    width = jpeg.width, height = jpeg.height, channels = jpeg.channels;
+  } else if (!tessera_stb_info(bytes.data(), size, &width, &height, &channels)) {
     return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
+  }
   // Deflate packs at most 1032 to 1.
   if (format == ImageFormat::kPng && png_raw_bytes(bytes) / 1032 > bytes.size())
     return fault = fmt::format("PNG of {}x{} pixels cannot fit {} bytes", width, height, bytes.size()), false;
@@ -201,7 +207,11 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
   if (charge) charge(decoder_bytes(bytes.size(), width, height, channels, wide));
   if (format == ImageFormat::kPng && !check_png_data(data_chunks, png_raw_bytes(bytes), fault)) return false;
 
-  if (wide) {
+  if (format == ImageFormat::kJpeg) {
+    Image8 picture;
+    if (!decode_jpeg(bytes, jpeg, picture, fault)) return false;
+    image.pixels = std::move(picture);
+  } else if (wide) {
     const std::unique_ptr<unsigned short, FreeStb> pixels(
         tessera_stb_load_16(bytes.data(), size, &width, &height, &channels));
     if (!pixels) return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;

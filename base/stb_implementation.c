@@ -25,7 +25,6 @@ static unsigned char* tessera_zlib_compress(unsigned char* data, int size, int* 
 
 #define STBI_NO_STDIO
 #define STBI_ONLY_PNG
-#define STBI_ONLY_JPEG
 #define STBI_MAX_DIMENSIONS 65536
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION

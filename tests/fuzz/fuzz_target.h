@@ -18,7 +18,7 @@ using Generator = std::minstd_rand;
 
 // What a fuzz target promises for any bytes: it returns. A refusal is one of the project's errors and is swallowed by run();
 // everything else that gets out of it, a broken invariant, a report of the sanitizers, a leak, a hang and a single
-// allocation beyond kMostBytes each end the program.
+// allocation beyond kMostBytes (256 MiB more where Draco takes part, see fuzz_main.cpp) each end the program.
 struct Target {
   std::string_view name;
   std::string_view about;
