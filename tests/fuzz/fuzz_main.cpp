@@ -111,11 +111,12 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
     if (t.name == name) g_target = &t;
   if (g_target == nullptr) fuzz::usage();
 
-  // [assumed] ten seconds are a hang: the slowest input of a seed corpus takes a hundredth of that.
-  // Debian's Draco sizes a vector of bits by a number of the stream, 2^31 at most, before it looks at the number.
+  // [assumed] ten seconds are a hang: the slowest input of a seed corpus takes a hundredth of that. With Draco, a minute.
+  // Debian's Draco sizes a vector of bits by a number of the stream, 2^31 at most, before it looks at the number, and then decodes as many
+  // bits: 256 MiB, and some seconds.
   const bool draco = name == "capture" || name == "draco" || name == "replay";
   const std::uint64_t most = fuzz::kMostBytes + (draco ? 256u << 20 : 0u);
-  std::vector<std::string> arguments = {words[0], "-max_len=" + std::to_string(g_target->max_bytes), "-timeout=10", "-rss_limit_mb=2048",
+  std::vector<std::string> arguments = {words[0], "-max_len=" + std::to_string(g_target->max_bytes), std::string("-timeout=") + (draco ? "60" : "10"), "-rss_limit_mb=2048",
                                         "-malloc_limit_mb=" + std::to_string(most >> 20)};
   for (std::size_t i = 1; i < words.size(); ++i) {
     if (words[i] == "--corpus" && i + 1 < words.size()) {
