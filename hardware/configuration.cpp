@@ -1,9 +1,7 @@
 #include "hardware/configuration.h"
 
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/whole_file.h"
 #include "hardware/machine_keys.h"
 
 namespace tessera::hardware {
@@ -256,11 +255,8 @@ GpuConfiguration load_gpu(const std::string& preset_or_file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
   constexpr std::uint64_t kMostBytes = 16u << 20;
-  if (std::filesystem::file_size(preset_or_file) > kMostBytes) throw LimitError(fmt::format("{}: a machine of more than {} bytes", preset_or_file, kMostBytes));
-  std::ifstream stream(preset_or_file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   try {
-    return from_json(preset_or_file, parse_json(text, preset_or_file));
+    return from_json(preset_or_file, parse_json(read_whole_text(preset_or_file, kMostBytes), preset_or_file));
   } catch (const UsageError& error) {
     throw InputError(preset_or_file, "", error.what());
   }

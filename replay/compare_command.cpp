@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include <CLI/CLI.hpp>
@@ -15,7 +13,7 @@
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "base/json_text.h"
-#include "frontend/gltf/container.h"
+#include "base/whole_file.h"
 #include "replay/commands.h"
 #include "shaders_cpp/tone_map.h"
 
@@ -35,7 +33,7 @@ Image read_display(const fs::path& file) {
   }
   DecodedImage decoded;
   std::string fault;
-  if (!decode_image(frontend::gltf::read_whole_file(file, 1ull << 30, file.string()), {}, decoded, fault)) throw InputError(file.string(), "", fault);
+  if (!decode_image(read_whole_file(file, 1ull << 30, file.string()), {}, decoded, fault)) throw InputError(file.string(), "", fault);
   Image out(decoded.width(), decoded.height(), 3);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x)
@@ -66,8 +64,7 @@ json compare_pictures(const fs::path& a, const fs::path& b, const std::string& m
 // Counters of all frames together, by name.
 json read_total_counters(const fs::path& folder) {
   const std::string file = (folder / "stats.json").string();
-  const auto bytes = frontend::gltf::read_whole_file(file, 1ull << 30, file);
-  const json stats = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, file);
+  const json stats = parse_json(read_whole_text(file), file);
   if (!stats.is_object() || stats.value("schema", json()) != "tessera.stats/1") throw InputError(file, "/schema", "is not tessera.stats/1");
   static const json::json_pointer kCounters("/total/counters");
   if (!stats.contains(kCounters) || !stats[kCounters].is_object()) throw InputError(file, kCounters.to_string(), "is not an object of counters");

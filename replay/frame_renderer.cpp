@@ -62,42 +62,12 @@ MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord re
 }  // namespace
 
 void FrameCounters::accumulate(const FrameCounters& frame) {
-  hardware::accumulate(frontend, frame.frontend);
-  hardware::accumulate(binner, frame.binner);
-  hardware::accumulate(tessellation, frame.tessellation);
-  hardware::accumulate(tilecore, frame.tilecore);
-  hardware::accumulate(stencil, frame.stencil);
-  hardware::accumulate(rays, frame.rays);
-  hardware::accumulate(shading, frame.shading);
-  hardware::accumulate(resolve, frame.resolve);
-  hardware::accumulate(texture, frame.texture);
-  hardware::accumulate(l2, frame.l2);
-  if (frame.desampling) {
-    if (!desampling) desampling.emplace();
-    hardware::accumulate(*desampling, *frame.desampling);
-  }
-  if (frame.compression) {
-    if (!compression) compression.emplace();
-    hardware::accumulate(*compression, *frame.compression);
-  }
-  hardware::accumulate(sampling, frame.sampling);
+  for_each_counter_struct(*this, frame, [](auto& total, const auto& of_frame) { hardware::accumulate(total, of_frame); });
   ledger += frame.ledger;
 }
 
 void FrameCounters::merge(const FrameCounters& view) {
-  hardware::merge(frontend, view.frontend);
-  hardware::merge(binner, view.binner);
-  hardware::merge(tessellation, view.tessellation);
-  hardware::merge(tilecore, view.tilecore);
-  hardware::merge(stencil, view.stencil);
-  hardware::merge(rays, view.rays);
-  hardware::merge(shading, view.shading);
-  hardware::merge(resolve, view.resolve);
-  hardware::merge(texture, view.texture);
-  hardware::merge(l2, view.l2);
-  hardware::merge(sampling, view.sampling);
-  if (desampling && view.desampling) hardware::merge(*desampling, *view.desampling);
-  if (compression && view.compression) hardware::merge(*compression, *view.compression);
+  for_each_counter_struct(*this, view, [](auto& into, const auto& of_view) { hardware::merge(into, of_view); });
   ledger += view.ledger;
 }
 
@@ -193,7 +163,6 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
       current_work_place() = {result.frame, static_cast<std::int64_t>(t), -1};
       tilecore::TileCore& core = cores_.local();
       TileCounts& work = result.maps.tiles[t];
-      TileMeter meter(core, work);
       hardware::Ledger ledger;
       ledger.record_into(recorder.begin_tile(t, core));
       std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, work.queue_bytes_read);
@@ -210,8 +179,7 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
         if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
         else core.store_state(job, state);
       }
-      meter.stop();
-      recorder.end_tile(t, job, core, done);
+      count_work(recorder.end_tile(t, job, core, done), work);
     });
     busy_seconds.for_each([&](double seconds) { result.stage_seconds["tile_threads"] += seconds; });
     for (std::size_t t = 0; t < tile_count; ++t) {
@@ -265,24 +233,11 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   for (const TileCounts& work : result.maps.tiles) result.counters.binner.queue_bytes_read += work.queue_bytes_read;
   result.counters.ledger += binner.buffer().ledger();
   cores_.for_each([&](tilecore::TileCore& core) {
-    hardware::merge(result.counters.tilecore, core.take_counters());
-    hardware::merge(result.counters.stencil, core.take_stencil_counters());
-    hardware::merge(result.counters.rays, core.take_ray_counters());
-    hardware::merge(result.counters.shading, core.take_shading_counters());
-    hardware::merge(result.counters.resolve, core.take_resolve_counters());
-    if (result.counters.desampling) hardware::merge(*result.counters.desampling, core.take_desampling_counters());
-    hardware::merge(result.counters.sampling, core.take_sampling_counters());
+    tilecore::merge(result.counters, core.take_counters());
     result.counters.ledger += core.take_ledger();
   });
   const WorkRecorder::Sums sums = recorder.take_sums();
-  hardware::merge(result.counters.tilecore, sums.tilecore);
-  hardware::merge(result.counters.shading, sums.shading);
-  hardware::merge(result.counters.resolve, sums.resolve);
-  hardware::merge(result.counters.texture, sums.texture);
-  hardware::merge(result.counters.stencil, sums.stencil);
-  hardware::merge(result.counters.rays, sums.rays);
-  hardware::merge(result.counters.sampling, sums.sampling);
-  if (result.counters.desampling) hardware::merge(*result.counters.desampling, sums.desampling);
+  tilecore::merge(result.counters, sums.core);
   hardware::merge(result.counters.l2, sums.l2);
   result.counters.ledger += sums.ledger;
 }
@@ -306,7 +261,7 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   collect(binner, cache, recorder, result);
   if (!job.charge_frame_buffer) {
     const StageTimer timer(result, "compress");
-    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes, result.counters.compression.emplace(), result.counters.ledger);
+    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes, result.counters.compression, result.counters.ledger);
   }
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
@@ -370,7 +325,6 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
     job.resolve->all_velocities = resolve_.advection.bfecc;
     job.resolve->auxiliary = request_.resolve_auxiliary;
-    result.counters.desampling.emplace();
     result.effects["desampling"] = true;
     if (job.resolve->previous.history != nullptr && resolve_.advect && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
     if (job.resolve->other_eye.history != nullptr) result.effects["advection"] = true;

@@ -28,20 +28,12 @@
 namespace tessera::replay {
 
 // All counters of one frame, or of several.
-struct FrameCounters {
+struct FrameCounters : tilecore::CoreCounters {
   frontend::FrontendCounters frontend;
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
-  tilecore::TileCoreCounters tilecore;
-  tilecore::StencilCounters stencil;
-  tilecore::RayCounters rays;
-  tilecore::ShadingCounters shading;
-  tilecore::ResolveCounters resolve;
-  tilecore::TextureCounters texture;
   L2Counters l2;
-  std::optional<tilecore::DesamplingCounters> desampling;  // where the resolve unit does more than its multisample resolve
-  std::optional<tilecore::CompressionCounters> compression;     // with frame_buffer.compression
-  tilecore::SamplingCounters sampling;
+  tilecore::CompressionCounters compression;
   hardware::Ledger ledger;
 
   // Joins the counters of a further frame into a total.
@@ -50,22 +42,15 @@ struct FrameCounters {
   void merge(const FrameCounters& view);
 };
 
-// Calls visit(struct) for each counter struct.
-template <class Counters, class Visit>
-void for_each_counter_struct(Counters& counters, const Visit& visit) {
-  visit(counters.frontend);
-  visit(counters.binner);
-  visit(counters.tessellation);
-  visit(counters.tilecore);
-  visit(counters.stencil);
-  visit(counters.rays);
-  visit(counters.shading);
-  visit(counters.resolve);
-  visit(counters.texture);
-  visit(counters.l2);
-  if (counters.desampling) visit(*counters.desampling);
-  if (counters.compression) visit(*counters.compression);
-  visit(counters.sampling);
+// Calls visit(a's, b's) for each counter struct.
+template <class A, class B, class Visit>
+void for_each_counter_struct(A& a, B& b, const Visit& visit) {
+  visit(a.frontend, b.frontend);
+  visit(a.binner, b.binner);
+  visit(a.tessellation, b.tessellation);
+  tilecore::for_each_unit(a, b, visit);
+  visit(a.l2, b.l2);
+  visit(a.compression, b.compression);
 }
 
 // Cycles and energy of a frame on the described machine, and how they came about.

@@ -39,7 +39,7 @@ json describe_fields() {
 
 json counters_json(const FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
-  for_each_counter_struct(counters, [&](const auto& unit) {
+  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
     using S = std::decay_t<decltype(unit)>;
     if (hardware::absent(unit)) return;
     for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
@@ -52,10 +52,8 @@ json counters_json(const FrameCounters& counters) {
 
 json describe_counters() {
   json rows = json::array();
-  FrameCounters counters;
-  counters.desampling.emplace();
-  counters.compression.emplace();
-  for_each_counter_struct(counters, [&](const auto& unit) {
+  const FrameCounters counters;
+  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });
   for (json& row : describe_fields<binner::BaselineCounters>()) rows.push_back(std::move(row));

@@ -15,21 +15,18 @@ void TileMaps::add(const TileMaps& view) {
     for (const TileMapField& field : kTileMapFields) tiles[t].*field.member += view.tiles[t].*field.member;
 }
 
-void TileMeter::stop() {
-  const tilecore::TileCoreCounters& now = core_.counters();
-  const tilecore::ShadingCounters& shaded = core_.shading_counters();
-  work_.entries += now.entries_fetched - entries_.entries_fetched;
-  work_.culled_occlusion += now.culled_occlusion - entries_.culled_occlusion;
-  work_.box_tests += now.box_tests - entries_.box_tests;
-  work_.triangle_tests += now.triangle_tests - entries_.triangle_tests;
-  work_.sample_hits += now.sample_hits - entries_.sample_hits;
-  work_.samples_visible += shaded.samples_visible - shading_.samples_visible;
-  work_.pixel_shader_invocations += shaded.pixel_shader_invocations - shading_.pixel_shader_invocations;
-  const tilecore::DesamplingCounters& desampled = core_.desampling_counters();
-  work_.desampled_blocks += (desampled.blocks_rate_4 - desampling_.blocks_rate_4) + (desampled.blocks_rate_8 - desampling_.blocks_rate_8);
-  work_.advected_pixels += desampled.pixels_advected - desampling_.pixels_advected;
-  work_.foveated_blocks += desampled.blocks_foveated - desampling_.blocks_foveated;
-  work_.procedure_samples += core_.sampling_counters().samples - sampling_.samples;
+void count_work(const tilecore::CoreCounters& counted, TileCounts& work) {
+  work.entries += counted.tilecore.entries_fetched;
+  work.culled_occlusion += counted.tilecore.culled_occlusion;
+  work.box_tests += counted.tilecore.box_tests;
+  work.triangle_tests += counted.tilecore.triangle_tests;
+  work.sample_hits += counted.tilecore.sample_hits;
+  work.samples_visible += counted.shading.samples_visible;
+  work.pixel_shader_invocations += counted.shading.pixel_shader_invocations;
+  work.procedure_samples += counted.sampling.samples;
+  work.desampled_blocks += counted.desampling.blocks_rate_4 + counted.desampling.blocks_rate_8;
+  work.advected_pixels += counted.desampling.pixels_advected;
+  work.foveated_blocks += counted.desampling.blocks_foveated;
 }
 
 void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work) {

@@ -79,21 +79,8 @@ struct TileMaps {
   void add(const TileMaps& view);
 };
 
-// Adds to a tile's work what its core counts between construction and stop(), in which time nobody may take the core's
-// counters. Only the thread that renders the tile may touch either.
-class TileMeter {
- public:
-  TileMeter(const tilecore::TileCore& core, TileCounts& work) : core_(core), work_(work), entries_(core.counters()), shading_(core.shading_counters()), desampling_(core.desampling_counters()), sampling_(core.sampling_counters()) {}
-  void stop();
-
- private:
-  const tilecore::TileCore& core_;
-  TileCounts& work_;
-  const tilecore::TileCoreCounters entries_;  // at the beginning
-  const tilecore::ShadingCounters shading_;
-  const tilecore::DesamplingCounters desampling_;
-  const tilecore::SamplingCounters sampling_;
-};
+// Adds what the tile's core counted.
+void count_work(const tilecore::CoreCounters& counted, TileCounts& work);
 
 // Adds what the tile asked of the tessellator.
 void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work);

@@ -87,53 +87,39 @@ hardware::AccessLog* WorkRecorder::begin_tile(std::size_t tile, tilecore::TileCo
 
 void WorkRecorder::begin_shading(std::size_t tile, tilecore::TileCore& core) {
   slots_[tile].shading_lines = core.textures().misses().size();
-  hardware::merge(sums_.local().texture, core.textures().take_counters());
+  slots_[tile].visibility_texels = core.textures().counters().texels;
 }
 
-void WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished) {
+tilecore::CoreCounters WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished) {
   Slot& slot = slots_[tile];
   Sums& sums = sums_.local();
-  const tilecore::TileCoreCounters tilecore = core.take_counters();
-  const tilecore::ShadingCounters shading = core.take_shading_counters();
-  const tilecore::ResolveCounters resolve = core.take_resolve_counters();
-  const tilecore::TextureCounters texture = core.textures().take_counters();
-  const tilecore::StencilCounters stencil = core.take_stencil_counters();
-  const tilecore::RayCounters rays = core.take_ray_counters();
-  const tilecore::SamplingCounters sampling = core.take_sampling_counters();
-  const tilecore::DesamplingCounters desampling = core.take_desampling_counters();
+  const tilecore::CoreCounters counted = core.take_counters();
   const hardware::Ledger ledger = core.take_ledger();
   slot.lines = core.textures().take_misses();
 
   hardware::TileWork& work = slot.work;
-  work.entries = tilecore.entries_fetched;
-  // Nodes of a sub-patch's tree are boxes as its leaves are.
-  work.boxes += rays.nodes_built;
-  work.box_tests = tilecore.box_tests + rays.frustum_node_tests + rays.node_visits;
-  work.stencil_tests = stencil.tests;
-  work.sampling_operations = sampling.operations;
-  work.triangle_tests = tilecore.triangle_tests + sampling.footprint_tests;
-  work.hits = tilecore.sample_hits;
-  work.alpha_tests = tilecore.alpha_tests;
-  work.shader_runs = shading.pixel_shader_invocations;
-  work.blended_layers = shading.blended_layers;
-  work.texels = texture.texels;
+  work.entries = counted.tilecore.entries_fetched;
+  work.boxes = counted.tilecore.boxes_built;
+  work.box_tests = counted.tilecore.box_tests;
+  work.stencil_tests = counted.stencil.tests;
+  work.sampling_operations = counted.sampling.operations;
+  work.triangle_tests = counted.tilecore.triangle_tests + counted.sampling.footprint_tests;
+  work.hits = counted.tilecore.sample_hits;
+  work.alpha_tests = counted.tilecore.alpha_tests;
+  work.shader_runs = counted.shading.pixel_shader_invocations;
+  work.blended_layers = counted.shading.blended_layers;
+  work.texels = counted.texture.texels - slot.visibility_texels;
   const bool floats = job.resolve != nullptr && !job.resolve->settings.packed_weights;
-  work.resolve_operations = desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps * (floats ? 4 : 1);
+  work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1);
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile));
     work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
   work.dram_bytes = hardware::phase_bytes(ledger);
 
-  hardware::merge(sums.tilecore, tilecore);
-  hardware::merge(sums.shading, shading);
-  hardware::merge(sums.resolve, resolve);
-  hardware::merge(sums.texture, texture);
-  hardware::merge(sums.stencil, stencil);
-  hardware::merge(sums.rays, rays);
-  hardware::merge(sums.sampling, sampling);
-  hardware::merge(sums.desampling, desampling);
+  tilecore::merge(sums.core, counted);
   sums.ledger += ledger;
+  return counted;
 }
 
 void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache) {
@@ -146,9 +132,6 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
     rounds_.read_bytes += fetched() - bytes;
     slot.work.vertices += cache.counters().domain_evaluations - vertices;
     slot.work.dram_bytes[kVisibility] += fetched() - bytes;
-    // A box for each cell of two triangles, and for each leaf of 16 cells.
-    const std::uint64_t cells = (r.triangles + 1) / 2;
-    slot.work.boxes += cells + (cells + 15) / 16;
     // Records of neighbours that it needs are taken to lie behind its own.
     if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
     if (heights_ == nullptr || !r.displaced || cache.counters().sub_patches == made) continue;
@@ -190,14 +173,7 @@ void WorkRecorder::end_round() {
 WorkRecorder::Sums WorkRecorder::take_sums() {
   Sums all;
   sums_.for_each([&](Sums& sums) {
-    hardware::merge(all.tilecore, sums.tilecore);
-    hardware::merge(all.shading, sums.shading);
-    hardware::merge(all.resolve, sums.resolve);
-    hardware::merge(all.texture, sums.texture);
-    hardware::merge(all.stencil, sums.stencil);
-    hardware::merge(all.rays, sums.rays);
-    hardware::merge(all.sampling, sums.sampling);
-    hardware::merge(all.desampling, sums.desampling);
+    tilecore::merge(all.core, sums.core);
     all.ledger += sums.ledger;
     sums = {};
   });

@@ -59,8 +59,8 @@ class WorkRecorder {
   hardware::AccessLog* begin_tile(std::size_t tile, tilecore::TileCore& core);
   // Between the tile's last entries and its shading.
   void begin_shading(std::size_t tile, tilecore::TileCore& core);
-  // `finished`: its pixels are written, it is not stored for a further round.
-  void end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished);
+  // `finished`: its pixels are written, it is not stored for a further round. What the core counted for the tile.
+  tilecore::CoreCounters end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished);
 
   // A tile's use of what is shared, in emulated order: takes its requests to the tessellation cache, then its lines to the L2.
   void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache);
@@ -68,14 +68,7 @@ class WorkRecorder {
 
   // What end_tile() took from the cores, and the L2's account. Before finish().
   struct Sums {
-    tilecore::TileCoreCounters tilecore;
-    tilecore::ShadingCounters shading;
-    tilecore::ResolveCounters resolve;
-    tilecore::TextureCounters texture;
-    tilecore::StencilCounters stencil;
-    tilecore::RayCounters rays;
-    tilecore::SamplingCounters sampling;
-    tilecore::DesamplingCounters desampling;
+    tilecore::CoreCounters core;
     L2Counters l2;
     hardware::Ledger ledger;
   };
@@ -90,6 +83,7 @@ class WorkRecorder {
     hardware::TileWork work;
     std::vector<std::uint32_t> lines;  // that the core's texture cache missed
     std::size_t shading_lines = 0;     // position of the first that shading asked for
+    std::uint64_t visibility_texels = 0;  // before shading
     hardware::AccessLog log;
   };
   void share_lines(Slot& slot);

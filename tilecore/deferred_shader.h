@@ -60,7 +60,6 @@ class DeferredShader {
   // Writes depth, normal, patch and invocations of the tile shaded last.
   void write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const;
 
-  const ShadingCounters& counters() const { return counters_; }  // since take_counters() was called last
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
   // What shading fetches; its begin_tile() is called before a tile's first entries.
   TextureUnit& textures() { return textures_; }

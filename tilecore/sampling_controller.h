@@ -38,7 +38,6 @@ class SamplingController {
   // What the tile's samples see of procedures; joins what `state` holds already.
   void render(const frontend::FrameGeometry& frame, const ParameterMaps& maps, binner::TileIndex tile, const TileSamples& samples, std::uint64_t burst_bytes, TileState& state);
 
-  const SamplingCounters& counters() const { return counters_; }
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
   hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.

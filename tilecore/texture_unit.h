@@ -72,6 +72,7 @@ class TextureUnit {
   // Lines that missed since begin_tile(), in order.
   const std::vector<std::uint32_t>& misses() const { return misses_; }
   std::vector<std::uint32_t> take_misses() { return std::exchange(misses_, {}); }
+  const TextureCounters& counters() const { return counters_; }  // since take_counters() was called last
   TextureCounters take_counters() { return std::exchange(counters_, {}); }
 
  private:

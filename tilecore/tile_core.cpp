@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <tuple>
 #include <utility>
 
@@ -106,6 +107,13 @@ VisibilitySettings visibility_settings(const frontend::FrameGeometry& frame, con
   return {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
 }
 
+// One for each leaf and for each cell that is not clipped.
+std::uint64_t boxes_of(const MicroMesh& mesh) {
+  std::uint64_t boxes = mesh.leaves.size();
+  for (const MicroMesh::Leaf& leaf : mesh.leaves) boxes += static_cast<std::uint64_t>(std::popcount(leaf.cells));
+  return boxes;
+}
+
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
 std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::QueueEntry& entry) {
   const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == frontend::Primitive::Kind::kBezierPatches;
@@ -115,15 +123,15 @@ std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::Que
 
 }  // namespace
 
-TileCoreCounters TileCore::take_counters() { return std::exchange(counters_, {}); }
+CoreCounters TileCore::take_counters() {
+  resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
+  return {std::exchange(counters_, {}), visibility_.take_stencil_counters(), visibility_.take_ray_counters(), sampler_.take_counters(),
+          shader_.take_counters(), shader_.textures().take_counters(), resolve_.take_counters(), std::exchange(resolve_counters_, {})};
+}
 hardware::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
   ledger_ += sampler_.take_ledger();
   return std::exchange(ledger_, {});
-}
-ResolveCounters TileCore::take_resolve_counters() {
-  resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
-  return std::exchange(resolve_counters_, {});
 }
 
 TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
@@ -207,10 +215,12 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
   VisibilityWork work;
   if (!kGeneralEffects || (!effects.motion && !effects.lens)) {
     TESSERA_CHECK(!effects.motion && !effects.lens, "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
+    work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
   } else if (!job.visibility.by_class()) {
     visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility, sink, work);
   } else {
+    work.boxes_built += boxes_of(mesh);
     leaf_times_.resize(mesh.leaves.size());
     touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);
     work.box_tests += mesh.leaves.size();
@@ -220,6 +230,7 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
     }
   }
   if (!mesh.clipped_cells.empty()) test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
+  counters_.boxes_built += work.boxes_built;
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;
   counters_.sample_hits += work.sample_hits;

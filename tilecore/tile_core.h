@@ -29,11 +29,40 @@ namespace tessera::tilecore {
 struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
   std::uint64_t culled_occlusion = 0;
+  std::uint64_t boxes_built = 0;
   std::uint64_t box_tests = 0;
   std::uint64_t triangle_tests = 0;
   std::uint64_t sample_hits = 0;
   std::uint64_t alpha_tests = 0;
 };
+
+// All that the units of a core count.
+struct CoreCounters {
+  TileCoreCounters tilecore;
+  StencilCounters stencil;
+  RayCounters rays;
+  SamplingCounters sampling;
+  ShadingCounters shading;
+  TextureCounters texture;
+  DesamplingCounters desampling;
+  ResolveCounters resolve;
+};
+
+// Calls visit(a's, b's) for each of its counter structs.
+template <class A, class B, class Visit>
+void for_each_unit(A& a, B& b, const Visit& visit) {
+  visit(a.tilecore, b.tilecore);
+  visit(a.stencil, b.stencil);
+  visit(a.rays, b.rays);
+  visit(a.sampling, b.sampling);
+  visit(a.shading, b.shading);
+  visit(a.texture, b.texture);
+  visit(a.desampling, b.desampling);
+  visit(a.resolve, b.resolve);
+}
+inline void merge(CoreCounters& into, const CoreCounters& from) {
+  for_each_unit(into, from, [](auto& to, const auto& of) { hardware::merge(to, of); });
+}
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
 //
@@ -64,24 +93,12 @@ class TileCore {
   void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile), has_lens(job)); }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
-  // Since take_counters() and take_shading_counters() were called last.
-  const TileCoreCounters& counters() const { return counters_; }
-  const ShadingCounters& shading_counters() const { return shader_.counters(); }
-  const DesamplingCounters& desampling_counters() const { return resolve_.counters(); }
-  const SamplingCounters& sampling_counters() const { return sampler_.counters(); }
-
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
-  TileCoreCounters take_counters();
-  StencilCounters take_stencil_counters() { return visibility_.take_stencil_counters(); }
-  RayCounters take_ray_counters() { return visibility_.take_ray_counters(); }
-  ShadingCounters take_shading_counters() { return shader_.take_counters(); }
+  CoreCounters take_counters();
   TextureUnit& textures() { return shader_.textures(); }
-  ResolveCounters take_resolve_counters();
-  DesamplingCounters take_desampling_counters() { return resolve_.take_counters(); }
   // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
-  SamplingCounters take_sampling_counters() { return sampler_.take_counters(); }
   hardware::Ledger take_ledger();
   // Until take_ledger(), what this core moves also goes to `log`.
   void record_accesses(hardware::AccessLog* log) {
@@ -130,6 +147,8 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
     {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
      "Entries dropped before tessellation because every sample of the tile sees something nearer.",
      "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
+    {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
+     "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both keys; those that several tiles need count once for each.", ""},
     {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
      "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
     {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",

@@ -16,6 +16,7 @@ namespace tessera::tilecore {
 // host's vector width.
 
 struct VisibilityWork {
+  std::uint64_t boxes_built = 0;     // of leaves, cells, nodes and bounding polygons
   std::uint64_t box_tests = 0;       // a sample or a tile against a box
   std::uint64_t triangle_tests = 0;  // a sample against a triangle
   std::uint64_t sample_hits = 0;     // samples inside a triangle that faces the right way, inside the depth range

@@ -90,6 +90,7 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
         cells_.push_back(static_cast<std::uint32_t>(cell));
       }
       if (cells_.empty()) continue;
+      ++work.boxes_built;
       pieces_.clear();
       work.box_tests += append_pieces(bound, in, method, pieces_);
       for (const BoundingPiece& piece : pieces_) {
@@ -113,7 +114,7 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
   const RaySpace space{0.5 * (tile.x0 + tile.x1), 0.5 * (tile.y0 + tile.y1), in.settings.orthographic, in.effects.motion, static_cast<double>(in.settings.inverse_focus),
                        in.effects.lens ? static_cast<double>(in.samples.lens_scale) : 0.0,
                        in.effects.lens ? static_cast<double>(in.settings.sharp_factor) * static_cast<double>(in.samples.lens_scale) : 0.0};
-  const std::uint64_t tests_before = bvh_.counters().frustum_node_tests + bvh_.counters().node_visits;
+  const RayCounters before = bvh_.counters();
   bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
   const float* depth = in.settings.depth;
   float farthest = depth == nullptr ? std::numeric_limits<float>::infinity() : 0.0f;
@@ -126,7 +127,9 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
     for (int y = tile.y0; y < tile.y1; y += kBundleSide)
       for (int x = tile.x0; x < tile.x1; x += kBundleSide)
         test_rectangle(in, method, space, IntRect{x, y, x + kBundleSide, y + kBundleSide}.intersect(tile), overlap.branch, sink, work);
-  work.box_tests += bvh_.counters().frustum_node_tests + bvh_.counters().node_visits - tests_before;
+  const RayCounters& now = bvh_.counters();
+  work.boxes_built += now.nodes_built - before.nodes_built;
+  work.box_tests += (now.frustum_node_tests - before.frustum_node_tests) + (now.node_visits - before.node_visits);
 }
 
 void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space, const IntRect& pixels, std::uint32_t start,

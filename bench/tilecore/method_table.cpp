@@ -131,9 +131,10 @@ Result run(const Scene& scene, const VisibilityMethodSettings& method, int sampl
     }
     result.hash += sink.hash;
   }
-  result.core = core.take_counters();
-  result.stencil = core.take_stencil_counters();
-  result.rays = core.take_ray_counters();
+  const CoreCounters counted = core.take_counters();
+  result.core = counted.tilecore;
+  result.stencil = counted.stencil;
+  result.rays = counted.rays;
   return result;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 
 #include <fmt/format.h>
 
@@ -60,27 +59,6 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
 }
 
 }  // namespace
-
-std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std::uint64_t max_bytes,
-                                          const std::string& display_name, MemoryBudget* budget) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) throw InputError(display_name, "", "no such file");
-  if (std::filesystem::is_directory(status)) throw InputError(display_name, "", "is a folder, not a file");
-  if (!std::filesystem::is_regular_file(status)) throw InputError(display_name, "", "is not a regular file");
-  const std::uint64_t size = std::filesystem::file_size(file, error);
-  if (error) throw InputError(display_name, "", error.message());
-  if (size > max_bytes)
-    throw LimitError(fmt::format("{}: {} exceeds the limit of {} for one file", escape_control(display_name),
-                                 human_bytes(size), human_bytes(max_bytes)));
-  if (budget != nullptr) budget->charge(size, 1, escape_control(display_name));
-  std::ifstream stream(file, std::ios::binary);
-  std::vector<std::uint8_t> bytes(size);
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!stream || static_cast<std::uint64_t>(stream.gcount()) != size)
-    throw InputError(display_name, "", "cannot be read");
-  return bytes;
-}
 
 Container open_container(std::vector<std::uint8_t> bytes, const std::string& file) {
   if (bytes.size() >= 4 && little_endian32(bytes, 0) == kMagic) return open_binary(bytes, file);

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
-#include "frontend/gltf/container.h"
+#include "base/whole_file.h"
 
 namespace tessera::frontend::gltf {
 namespace {
@@ -126,7 +126,7 @@ const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, co
   } else {
     const std::filesystem::path target = resolve_uri(uri, folder_, place);
     try {
-      bytes = read_whole_file(target, limits_.max_file_bytes, uri, &budget_);
+      bytes = read_whole_file(target, limits_.max_file_bytes, uri, [&](std::uint64_t size) { budget_.charge(size, 1, escape_control(uri)); });
     } catch (const InputError& error) {
       place.refuse("{}: {}", escape_control(uri, 120), error.fault());
     }

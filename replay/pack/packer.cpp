@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/json_text.h"
+#include "base/whole_file.h"
 #include "frontend/capture_reader.h"
 #include "frontend/extensions.h"
 #include "frontend/gltf/accessor_layout.h"
@@ -301,7 +302,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   const std::string name = source.string();
   const frontend::CaptureLimits limits;
   frontend::MemoryBudget budget(limits.max_bytes);
-  gltf::Container container = gltf::open_container(gltf::read_whole_file(source, limits.max_file_bytes, name), name);
+  gltf::Container container = gltf::open_container(read_whole_file(source, limits.max_file_bytes, name), name);
   json checked = checked_json(container.json, name);
   if (options.surfaces.any()) {
     EditedAsset asset(source, std::move(checked), std::move(container.binary), container.has_binary);

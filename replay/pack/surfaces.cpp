@@ -11,8 +11,8 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/text.h"
+#include "base/whole_file.h"
 #include "frontend/gltf/builders.h"
-#include "frontend/gltf/container.h"
 #include "frontend/gltf/subdivision_builder.h"
 #include "frontend/subdivision/control_cage.h"
 #include "replay/pack/quad_pairing.h"
@@ -139,7 +139,7 @@ bool is_role(const std::string& text) {
 bool is_number(const std::string& text) { return !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos; }
 
 std::size_t embed_image(EditedAsset& asset, const std::string& file) {
-  const std::vector<std::uint8_t> bytes = gltf::read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file);
+  const std::vector<std::uint8_t> bytes = read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file);
   DecodedImage image;
   std::string fault;
   if (!decode_image(bytes, ImageLimits{}, image, fault)) throw InputError(file, "", fault);

@@ -1,10 +1,8 @@
-#include <fstream>
-#include <iterator>
-
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/whole_file.h"
 #include "replay/frame_files.h"
 #include "replay/report/report.h"
 #include "replay/tile_maps.h"
@@ -16,8 +14,7 @@ namespace fs = std::filesystem;
 
 json replay_report(const fs::path& folder, std::string&) {
   const fs::path file = folder / "stats.json";
-  std::ifstream stream(file, std::ios::binary);
-  const json stats = parse_json(std::string(std::istreambuf_iterator<char>(stream), {}), file.string());
+  const json stats = parse_json(read_whole_text(file), file.string());
   if (stats.value("schema", "") != "tessera.stats/1") throw InputError(file.string(), "/schema", "is not tessera.stats/1");
   const json& frames = stats.at("frames");
   if (!frames.is_array() || frames.empty()) throw InputError(file.string(), "/frames", "holds no frame");

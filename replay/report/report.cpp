@@ -2,8 +2,6 @@
 
 #include <array>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,6 +9,7 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/whole_file.h"
 #include "replay/describe.h"
 #include "replay/report/page_files.h"
 
@@ -40,15 +39,10 @@ fs::path vega_folder() {
 
 fs::path vega_module(const char* name) { return vega_folder() / (std::string(name) + ".min.js"); }
 
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 // The modules as functions of (exports, require, module, define); page/plots.js calls them.
 std::string vega_script() {
   std::string text = "const vegaModules = {\n";
-  for (const char* name : kVegaModules) text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name, read_text(vega_module(name)));
+  for (const char* name : kVegaModules) text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name, read_whole_text(vega_module(name)));
   return text + "};\n";
 }
 
@@ -138,10 +132,10 @@ std::string write_report(const fs::path& folder) {
 json picture_view(const std::string& label, const fs::path& picture, const fs::path& tiles, int region_x, int region_y) {
   std::error_code ignored;
   if (!fs::is_regular_file(picture, ignored)) return nullptr;
-  const std::string bytes = read_text(picture);
+  const std::string bytes = read_whole_text(picture);
   if (bytes.size() < 24) return nullptr;
   json view = {{"label", label}, {"picture", "data:image/png;base64," + base64(bytes)}, {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}}, {"region", {region_x, region_y}}};
-  if (fs::is_regular_file(tiles, ignored)) view["tiles"] = parse_json(read_text(tiles), tiles.string());
+  if (fs::is_regular_file(tiles, ignored)) view["tiles"] = parse_json(read_whole_text(tiles), tiles.string());
   return view;
 }
 

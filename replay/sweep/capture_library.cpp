@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/sha256.h"
+#include "base/whole_file.h"
 #include "frontend/capture_reader.h"
 #include "frontend/gltf/container.h"
 #include "frontend/gltf/resources.h"
@@ -16,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using frontend::gltf::Place;
-using frontend::gltf::read_whole_file;
 using nlohmann::json;
 
 void add_file(const fs::path& file, Sha256& hash) {

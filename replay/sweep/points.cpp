@@ -4,7 +4,7 @@
 
 #include "base/error.h"
 #include "base/sha256.h"
-#include "frontend/gltf/container.h"
+#include "base/whole_file.h"
 #include "replay/sweep/capture_library.h"
 
 namespace tessera::replay {
@@ -75,7 +75,7 @@ std::string point_label(const Study& study, const SweepPoint& point) {
 std::string program_fingerprint() {
   constexpr std::uint64_t kMaxBytes = 4ull << 30;
   Sha256 hash;
-  hash.add(frontend::gltf::read_whole_file("/proc/self/exe", kMaxBytes, "the program"));
+  hash.add(read_whole_file("/proc/self/exe", kMaxBytes, "the program"));
   return hash.finish();
 }
 

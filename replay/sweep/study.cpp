@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "frontend/gltf/container.h"
+#include "base/whole_file.h"
 #include "frontend/gltf/json_reader.h"
 #include "frontend/gltf/place.h"
 #include "replay/sweep/axis_values.h"
@@ -112,7 +112,7 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
 
 json read_document(const fs::path& file) {
   constexpr std::uint64_t kMaxBytes = 64u << 20;
-  const std::vector<std::uint8_t> bytes = frontend::gltf::read_whole_file(file, kMaxBytes, file.string());
+  const std::vector<std::uint8_t> bytes = read_whole_file(file, kMaxBytes, file.string());
   frontend::MemoryBudget budget(1u << 30);
   return frontend::gltf::read_json(std::string(bytes.begin(), bytes.end()), 0, file.string(), budget);
 }

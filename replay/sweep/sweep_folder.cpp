@@ -6,8 +6,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include <fmt/format.h>
@@ -15,6 +13,7 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/whole_file.h"
 #include "replay/sweep/columns.h"
 
 namespace tessera::replay {
@@ -22,11 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
   json list = json::array();
@@ -74,8 +68,10 @@ bool SweepFolder::has_point(const std::string& hash) const {
 
 bool SweepFolder::write_manifest(const Study& study, const std::vector<SweepPoint>& points) const {
   const std::string text = manifest_json(study, points).dump(1) + "\n";
-  if (read_text(folder_ / "sweep.json") == text) return false;
-  write_file_atomically(folder_ / "sweep.json", text);
+  const fs::path file = folder_ / "sweep.json";
+  std::error_code ignored;
+  if (fs::exists(file, ignored) && read_whole_text(file) == text) return false;
+  write_file_atomically(file, text);
   return true;
 }
 
@@ -102,7 +98,7 @@ SweepLock::~SweepLock() { ::close(descriptor_); }
 JoinedSweep join_sweep(const SweepFolder& folder) {
   JoinedSweep sweep;
   const std::string manifest = (folder.path() / "sweep.json").string();
-  sweep.manifest = parse_json(read_text(manifest), manifest);
+  sweep.manifest = parse_json(read_whole_text(manifest), manifest);
   std::string file = manifest;
   try {
     const json& points = sweep.manifest.at("points");
@@ -113,7 +109,7 @@ JoinedSweep join_sweep(const SweepFolder& folder) {
         continue;
       }
       file = folder.point_file(hash).string();
-      const json result = parse_json(read_text(file), file);
+      const json result = parse_json(read_whole_text(file), file);
       if (result.contains("fault")) sweep.rows.push_back({p, nullptr, result["fault"].get<std::string>()});
       else
         for (const json& frame : result.at("frames")) sweep.rows.push_back({p, frame, "ok"});

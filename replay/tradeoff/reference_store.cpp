@@ -3,20 +3,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
-#include <limits>
 
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
 #include "base/color.h"
 #include "base/error.h"
+#include "base/exr_file.h"
 #include "base/image_metrics.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
+#include "base/whole_file.h"
 #include "replay/frame_inputs.h"
 #include "replay/tradeoff/reference_renderer.h"
 #include "shaders_cpp/tone_map.h"
@@ -28,11 +26,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77;
-
-std::string reference_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 // A frame posed as finely as the reference is wanted.
 struct PosedReference {
@@ -122,19 +115,22 @@ Reference get_reference(const PreparedCapture& prepared, const hardware::GpuConf
                         const std::string& inputs) {
   const json key = {{"inputs", inputs}, {"width", wanted.width}, {"height", wanted.height}, {"frame", wanted.frame}, {"samples", wanted.samples}, {"edge", wanted.edge_pixels},
                     {"grids", wanted.edge_pixels > 0 ? json() : json({settings.target_edge_pixels, settings.displacement_bias, gpu.tessellator_max_factor})},
-                    {"motion", settings.motion == "off"}, {"defocus", settings.defocus == "off"}, {"exposure", settings.exposure}};
+                    {"motion", settings.motion == "off"}, {"defocus", settings.defocus == "off"}, {"displacement", settings.displacement == "off"}, {"alpha_test", settings.alpha_test == "off"},
+                    {"blending", settings.blending == "off"}, {"procedures", settings.procedures == "off"}, {"exposure", settings.exposure}};
   const std::string hash = sha256_hex(key.dump()).substr(0, 32);
-  const fs::path picture = folder / "reference" / (hash + ".pfm"), info = folder / "reference" / (hash + ".json");
+  const fs::path picture = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;
   Reference reference;
   if (fs::is_regular_file(info, ignored) && fs::is_regular_file(picture, ignored)) {
-    reference.info = parse_json(reference_text(info), info.string());
-    reference.color = read_pfm(picture);
+    reference.info = parse_json(read_whole_text(info), info.string());
+    reference.color = read_exr(picture);
     if (reference.color.width != wanted.width || reference.color.height != wanted.height) throw InputError(picture.string(), "", "is not the picture that its name stands for");
     return reference;
   }
   reference = make_reference(prepared, gpu, settings, wanted);
-  write_pfm(picture, reference.color);
+  std::vector<ExrChannel> channels;
+  for (std::size_t c = 0; c < 3; ++c) channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kFloat, reference.color.values.data() + c, static_cast<std::size_t>(reference.color.channels)});
+  write_exr(picture, wanted.width, wanted.height, channels);
   write_file_atomically(info, reference.info.dump(1) + "\n");  // last: what is there is complete
   return reference;
 }
@@ -148,25 +144,6 @@ Image display_values(const Image& linear, float exposure) {
       for (int c = 0; c < 3; ++c) out.at(x, y)[static_cast<std::size_t>(c)] = linear_to_srgb(shown[c]);
     }
   return out;
-}
-
-void write_pfm(const fs::path& file, const Image& image) {
-  std::string text = fmt::format("PF\n{} {}\n-1.0\n", image.width, image.height);
-  for (int y = image.height; y-- > 0;)
-    for (int x = 0; x < image.width; ++x) text.append(reinterpret_cast<const char*>(image.at(x, y).data()), 3 * sizeof(float));
-  write_file_atomically(file, text);
-}
-
-Image read_pfm(const fs::path& file) {
-  const std::string text = reference_text(file);
-  int width = 0, height = 0, length = 0;
-  if (std::sscanf(text.c_str(), "PF\n%d %d\n-1.0%n", &width, &height, &length) != 2 || length == 0 || width < 1 || height < 1 || width > 16384 || height > 16384)
-    throw InputError(file.string(), "", "is not a portable float map");
-  const std::size_t row = static_cast<std::size_t>(width) * 3 * sizeof(float), start = static_cast<std::size_t>(length) + 1;
-  if (text.size() != start + row * static_cast<std::size_t>(height)) throw InputError(file.string(), "", "is not as long as its size says");
-  Image image(width, height, 3);
-  for (int y = 0; y < height; ++y) std::memcpy(image.at(0, y).data(), text.data() + start + row * static_cast<std::size_t>(height - 1 - y), row);
-  return image;
 }
 
 }  // namespace tessera::replay

@@ -28,7 +28,7 @@ struct Reference {
 // Finest grids that a reference has, in cells along an edge.
 inline constexpr int kReferenceMaxFactor = 255;
 
-// The reference of a frame: from DIR/reference/HASH.pfm and .json where they are, else rendered and written there.
+// The reference of a frame: from DIR/reference/HASH.exr (single precision) and .json where they are, else rendered and written there.
 // `inputs` is what else it follows from (the capture's and the program's fingerprints).
 Reference get_reference(const PreparedCapture& prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const ReferenceSettings& wanted,
                         const std::filesystem::path& folder, const std::string& inputs);
@@ -36,10 +36,5 @@ Reference get_reference(const PreparedCapture& prepared, const hardware::GpuConf
 // A picture as a display shows it: exposure, tone map and sRGB curve as write_png's pictures have them, not rounded to 8 bits.
 // What all errors are measured on. First three channels.
 Image display_values(const Image& linear, float exposure);
-
-// Portable float map (Debevec 1998): three channels, little-endian, rows from the bottom. Written whole or not at all.
-void write_pfm(const std::filesystem::path& file, const Image& image);
-// Throws InputError.
-Image read_pfm(const std::filesystem::path& file);
 
 }  // namespace tessera::replay

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -13,6 +11,7 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/json_text.h"
+#include "base/whole_file.h"
 #include "frontend/capture_reader.h"
 #include "replay/frame_inputs.h"
 #include "replay/progress.h"
@@ -26,11 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-std::string trial_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 // A setting that is to be tried, and where its result goes.
 struct Row {
@@ -150,7 +144,7 @@ class Tradeoff {
     for (const Row& row : block.rows) {
       const std::string& hash = row.trial.hash;
       if (results_.contains(hash) || !asked.insert(hash).second) continue;
-      if (fs::is_regular_file(trial_file(hash), ignored)) results_[hash] = parse_json(trial_text(trial_file(hash)), trial_file(hash).string());
+      if (fs::is_regular_file(trial_file(hash), ignored)) results_[hash] = parse_json(read_whole_text(trial_file(hash)), trial_file(hash).string());
       else missing.push_back(row.trial);
     }
     const std::vector<json> results = run_trials(prepared, missing, place_, reference);

@@ -33,7 +33,7 @@ struct TradeoffOptions {
 };
 
 // The output folder of a tradeoff:
-//   reference/HASH.pfm, .json   the reference and how far it has converged
+//   reference/HASH.exr, .json   the reference and how far it has converged
 //   points/HASH.json            a trial (see trial.h); what is there is not run again
 //   tradeoff.json, tradeoff.csv, report.html   made from these
 //

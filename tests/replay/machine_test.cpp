@@ -110,7 +110,7 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
       geometry.bounds += round.geometry.bounds;
       geometry.sampling_operations += round.geometry.sampling_operations;
       for (const hardware::TileWork& tile : round.tiles)
-        for (const auto member : {&hardware::TileWork::entries, &hardware::TileWork::sub_patches, &hardware::TileWork::vertices, &hardware::TileWork::box_tests, &hardware::TileWork::stencil_tests, &hardware::TileWork::sampling_operations, &hardware::TileWork::triangle_tests,
+        for (const auto member : {&hardware::TileWork::entries, &hardware::TileWork::sub_patches, &hardware::TileWork::vertices, &hardware::TileWork::boxes, &hardware::TileWork::box_tests, &hardware::TileWork::stencil_tests, &hardware::TileWork::sampling_operations, &hardware::TileWork::triangle_tests,
                                   &hardware::TileWork::shader_runs, &hardware::TileWork::pixels, &hardware::TileWork::blended_layers, &hardware::TileWork::l2_lines, &hardware::TileWork::resolve_operations})
           sum.*member += tile.*member;
     }
@@ -120,12 +120,13 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(geometry.sampling_operations, sampling.sparse_operations) << name;
     EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
     EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
-    const tilecore::DesamplingCounters desampling = r.counters.desampling.value_or(tilecore::DesamplingCounters{});
+    const tilecore::DesamplingCounters& desampling = r.counters.desampling;
     EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps) << name;
     EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;
     EXPECT_EQ(sum.sub_patches, r.counters.tessellation.requests) << name;
     EXPECT_EQ(sum.vertices, r.counters.tessellation.domain_evaluations) << name;
-    EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests + r.counters.rays.frustum_node_tests + r.counters.rays.node_visits) << name;
+    EXPECT_EQ(sum.boxes, r.counters.tilecore.boxes_built) << name;
+    EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests) << name;
     EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests + sampling.footprint_tests) << name;
     EXPECT_EQ(sum.shader_runs, r.counters.shading.pixel_shader_invocations) << name;
     EXPECT_EQ(sum.pixels, r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed) << name;

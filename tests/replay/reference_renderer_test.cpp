@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <vector>
 
 #include "base/error.h"
+#include "base/exr_file.h"
 #include "base/image_metrics.h"
 #include "base/parallel.h"
 #include "base/simd_targets.h"
@@ -294,19 +297,49 @@ TEST(Reference, IsWhereTheMachineGoesWithMoreSamples) {
   EXPECT_LT(shown_psnr(reference, machine_picture(capture, 96, 54, 20, 64)), 30) << "another frame";
 }
 
-// ---- The file ---------------------------------------------------------------------------------------------------
+// ---- The store --------------------------------------------------------------------------------------------------
 
-TEST(FloatMap, ComesBackAsItWasAndRefusesWhatIsCutOff) {
+Reference stored(const Capture& capture, const RunSettings& settings, const std::filesystem::path& folder) {
+  return get_reference(PreparedCapture(capture), {}, settings, {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder, "inputs");
+}
+
+TEST(ReferenceStore, GivesBackTheVeryPictureAndWhatWasSaidOfIt) {
   const test::TemporaryFolder folder;
-  Image image(3, 2, 3);
-  for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = 0.1f * static_cast<float>(i) - 0.5f;
-  write_pfm(folder / "a.pfm", image);
-  EXPECT_EQ(read_pfm(folder / "a.pfm").values, image.values);
-  const std::string text = test::read_text(folder / "a.pfm");
-  for (std::size_t length = 0; length < text.size(); ++length) {
-    test::write_text(folder / "b.pfm", text.substr(0, length));
-    EXPECT_THROW(read_pfm(folder / "b.pfm"), InputError) << length;
+  const Capture capture = shipped("eggs");
+  const Reference made = stored(capture, {}, folder.path()), again = stored(capture, {}, folder.path());
+  EXPECT_EQ(again.color.channels, 3);
+  for (int y = 0; y < 27; ++y)
+    for (int x = 0; x < 48; ++x)
+      for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(again.color.at(x, y)[c], made.color.at(x, y)[c]) << x << ' ' << y << ' ' << c;
+  EXPECT_EQ(again.info, made.info);  // host times, too: it was not rendered again
+}
+
+TEST(ReferenceStore, AnEffectThatIsTurnedOffIsAnotherReference) {
+  const test::TemporaryFolder folder;
+  const Capture capture = shipped("eggs");
+  const Reference all = stored(capture, {}, folder.path());
+  RunSettings smooth;
+  smooth.displacement = "off";
+  EXPECT_GT(rms_difference(stored(capture, smooth, folder.path()).color, all.color), 1e-4);
+  for (const auto member : {&RunSettings::motion, &RunSettings::defocus, &RunSettings::displacement, &RunSettings::alpha_test, &RunSettings::blending, &RunSettings::procedures}) {
+    RunSettings settings;
+    settings.*member = "off";
+    EXPECT_NE(stored(capture, settings, folder.path()).info["host"], all.info["host"]);
+    settings.*member = "on";  // draws the same picture
+    EXPECT_EQ(stored(capture, settings, folder.path()).info, all.info);
   }
+}
+
+TEST(ReferenceStore, RefusesAPictureOfAnotherSize) {
+  const test::TemporaryFolder folder;
+  const Capture capture = shipped("eggs");
+  stored(capture, {}, folder.path());
+  for (const auto& file : std::filesystem::directory_iterator(folder.path() / "reference"))
+    if (file.path().extension() == ".exr") {
+      const std::vector<float> black(3, 0.0f);
+      write_exr(file.path(), 1, 1, {{"R", ExrChannel::Type::kFloat, black.data(), 3}, {"G", ExrChannel::Type::kFloat, black.data() + 1, 3}, {"B", ExrChannel::Type::kFloat, black.data() + 2, 3}});
+    }
+  EXPECT_THROW(stored(capture, {}, folder.path()), InputError);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   }
   result.tessellation = cache.counters();
   cores_.for_each([&](tilecore::TileCore& core) {
-    hardware::merge(result.counters, core.take_counters());
+    hardware::merge(result.counters, core.take_counters().tilecore);
     core.take_ledger();
   });
   result.sub_patches = std::move(front_end.sub_patches);

@@ -202,7 +202,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {
     }
     core.finish(scene.job, 0, state, targets);
     EXPECT_EQ(targets.color.values, expected.targets.color.values);
-    EXPECT_EQ(core.take_shading_counters().blend_overflows, expected.counters.blend_overflows);
+    EXPECT_EQ(core.take_counters().shading.blend_overflows, expected.counters.blend_overflows);
   }
 }
 

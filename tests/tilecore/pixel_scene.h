@@ -67,7 +67,7 @@ inline Rendering render(const PixelScene& scene) {
     core.render_entries(scene.job, t, scene.entries(), state);
     core.finish(scene.job, t, state, out.targets);
   }
-  out.counters = core.take_shading_counters();
+  out.counters = core.take_counters().shading;
   return out;
 }
 

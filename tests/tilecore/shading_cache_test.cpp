@@ -380,7 +380,7 @@ TEST(ShadingRateCache, AGroupOfTilesSharesWhatItsTilesWouldShadeAgain) {
     core.finish(scene.job, t, state, together.targets, t == 0);
   }
   EXPECT_EQ(together.targets.color.values, apart.targets.color.values);
-  EXPECT_EQ(core.take_shading_counters().pixel_shader_invocations, one_tile);
+  EXPECT_EQ(core.take_counters().shading.pixel_shader_invocations, one_tile);
   EXPECT_GT(apart.counters.pixel_shader_invocations, one_tile);
 }
 

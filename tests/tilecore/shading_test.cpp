@@ -268,8 +268,9 @@ Rendered render(const TileScene& scene, std::vector<binner::QueueEntry> entries,
     core.render_entries(scene.job, 0, part, state);
   }
   core.finish(scene.job, 0, state, out.targets);
-  out.counters = core.take_counters();
-  out.shading = core.take_shading_counters();
+  const CoreCounters counted = core.take_counters();
+  out.counters = counted.tilecore;
+  out.shading = counted.shading;
   return out;
 }
 

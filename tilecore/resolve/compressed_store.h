@@ -27,6 +27,9 @@ void charge_compressed_frame(const Image& color, IntRect region, std::uint64_t b
 namespace tessera::hardware {
 
 template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::CompressionCounters> = true;
+
+template <>
 inline constexpr auto kCounterFields<tilecore::CompressionCounters> = std::to_array<CounterField<tilecore::CompressionCounters>>({
     {"resolve.frame_blocks", &tilecore::CompressionCounters::frame_blocks, Combine::kSum, "blocks",
      "Blocks of 8x4 finished pixels, with frame_buffer.compression.", ""},

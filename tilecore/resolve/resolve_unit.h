@@ -84,7 +84,6 @@ class ResolveUnit {
   // Second pass over a tile; no other tile may still be incomplete.
   void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);
 
-  const DesamplingCounters& counters() const { return counters_; }
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
   hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
@@ -134,6 +133,9 @@ class ResolveUnit {
 }  // namespace tessera::tilecore
 
 namespace tessera::hardware {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::DesamplingCounters> = true;
 
 template <>
 inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_array<CounterField<tilecore::DesamplingCounters>>({
