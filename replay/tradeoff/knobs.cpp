@@ -82,6 +82,15 @@ std::vector<Knob> geometry_knobs() {
   };
 }
 
+std::vector<Knob> procedure_knobs() {
+  return {
+      knob("procedure_path", "how procedures are drawn", values_of("procedures.path", {"sampled", "tessellated"}), "sampled", KnobNeed::kProcedures),
+      watching(knob("procedure_spacing", "spacing of procedures' samples", values_of("procedures.spacing", {0.25, 0.5, 1.0, 2.0, 4.0}, " sub-pixels"), "1.0 sub-pixels", KnobNeed::kProcedures), "sampling.samples",
+               "samples of procedures"),
+      watching(knob("procedure_cells", "cells of procedures' maps", values_of("procedures.cell_pixels", {4.0, 8.0, 12.0, 24.0, 48.0}, " px"), "12.0 px", KnobNeed::kProcedures), "sampling.cells", "cells"),
+  };
+}
+
 std::vector<Knob> shading_knobs() {
   std::vector<KnobSetting> shading = values_of("shading.rate", {"sample", "pixel"});
   for (const double cell : {0.5, 1.0, 2.0}) shading.push_back({fmt::format("cache, cells of {} px", cell), {{"shading.rate", "cache"}, {"shading.cell_pixels", cell}}});
@@ -94,7 +103,8 @@ std::vector<Knob> shading_knobs() {
                           {"4 sub-pixel bits", {{"tessellator.subpixel_bits", 4}}},
                           {"half attributes, 4 sub-pixel bits", {{"shading.attributes", "half"}, {"tessellator.subpixel_bits", 4}}}},
                          "float, 8 sub-pixel bits");
-  arithmetic.context = {{"shading.rate", "sample"}};  // as the double one shades
+  // As the double one shades, and draws procedures.
+  arithmetic.context = {{"shading.rate", "sample"}, {"procedures.path", "tessellated"}};
   return {arithmetic, watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations", "runs of the pixel shader")};
 }
 
@@ -137,7 +147,7 @@ bool any_drawable(const frontend::FrameGeometry& frame, bool (*has)(const fronte
 const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
-    for (auto make : {sampling_knobs, geometry_knobs, shading_knobs, resolve_knobs})
+    for (auto make : {sampling_knobs, geometry_knobs, procedure_knobs, shading_knobs, resolve_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
   }();
@@ -167,6 +177,9 @@ std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& 
       break;
     case KnobNeed::kGrids:
       if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return frontend::has_grid(*d.drawable); })) return "nothing is tessellated: the capture has triangle meshes only";
+      break;
+    case KnobNeed::kProcedures:
+      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return d.procedure != nullptr; })) return "the capture has no procedures";
       break;
     case KnobNeed::kNothing: break;
   }

@@ -128,6 +128,8 @@ TEST(Knobs, AreLeftOutWhereTheyChangeNothing) {
   EXPECT_THAT(reason("vases", "temporal_pattern"), HasSubstr("nothing moves"));
   EXPECT_THAT(reason("vases", "lens_points"), HasSubstr("no lens"));
   EXPECT_THAT(reason("serpent", "displacement"), HasSubstr("nothing is displaced"));
+  EXPECT_THAT(reason("serpent", "procedure_spacing"), HasSubstr("no procedures"));
+  for (const char* knob : {"procedure_path", "procedure_spacing", "procedure_cells"}) EXPECT_EQ(reason("workshop", knob), "") << knob;
   EXPECT_THAT(reason("serpent", "advection"), HasSubstr("no frame before"));
   for (const char* knob : {"temporal_pattern", "lens_points", "displacement", "edge", "samples"}) EXPECT_EQ(reason("eggs", knob), "") << knob;
 }
