@@ -257,7 +257,7 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu.tessellator_cache_bytes));
   run_tiles(job, binner, front_end.sub_patches, {}, cache, recorder, result, record);
   render_revived(job, binner, front_end, cache, recorder, result, record);
-  if (job.resolve != nullptr) finish_deferred(job, result);
+  if (job.resolve != nullptr) finish_deferred(job, binner, recorder, result);
   collect(binner, cache, recorder, result);
   if (!job.charge_frame_buffer) {
     const StageTimer timer(result, "compress");
@@ -283,11 +283,18 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   return set;
 }
 
-void FrameRenderer::finish_deferred(const tilecore::TileJob& job, FrameResult& result) {
+void FrameRenderer::finish_deferred(const tilecore::TileJob& job, const binner::Binner& binner, WorkRecorder& recorder, FrameResult& result) {
   double resolve = 0;
   if (job.resolve->settings.reach_neighbours) {
     const StageTimer timer(result, "resolve_neighbours");
-    parallel_for(job.grid->tile_count(), [&](std::size_t t) { cores_.local().finish_deferred(job, static_cast<binner::TileIndex>(t), result.targets); });
+    recorder.begin_round(binner);
+    parallel_for(job.grid->tile_count(), [&](std::size_t t) {
+      tilecore::TileCore& core = cores_.local();
+      recorder.begin_tile(t, core);
+      core.finish_deferred(job, static_cast<binner::TileIndex>(t), result.targets);
+      count_work(recorder.end_tile(t, job, core, false), result.maps.tiles[t]);
+    });
+    recorder.end_round();
   }
   cores_.for_each([&](tilecore::TileCore& core) { resolve += core.take_resolve_seconds(); });
   result.stage_seconds["resolve_threads"] += resolve;

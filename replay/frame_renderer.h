@@ -139,7 +139,8 @@ class FrameRenderer {
   frontend::FrameRequest frame_request(int frame) const;
   // Renders one view into `result`. `left`: the pose of the finished left eye, for the right one.
   std::unique_ptr<frontend::FrameGeometry> render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result);
-  void finish_deferred(const tilecore::TileJob& job, FrameResult& result);
+  // What stencils that reach into neighbouring tiles left open, and the time of the resolve unit.
+  void finish_deferred(const tilecore::TileJob& job, const binner::Binner& binner, WorkRecorder& recorder, FrameResult& result);
   // Renders the same frame fully and writes the difference to result.targets.error.
   void measure_error(const tilecore::TileJob& job, FrameResult& result);
   tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;

@@ -52,6 +52,8 @@ std::map<std::string, Way> ways() {
   all["segments"].gpu.tilecore_visibility_method = "segments";
   all["published maps"].settings.procedures_maps = "published";
   all["half the pixels"].settings.desampling = "fixed_8";
+  all["stencils across tiles"].settings.desampling = "fixed_8";
+  all["stencils across tiles"].settings.stencil_reach = "neighbours";
   return all;
 }
 
