@@ -8,9 +8,13 @@
 
 namespace tessera::replay {
 
-const KeyTable<RunSettings>& settings_keys() {
-  using S = RunSettings;
-  static const KeyTable<S> table({
+namespace {
+
+using S = RunSettings;
+using Keys = std::vector<Key<S>>;
+
+Keys accuracy_keys() {
+  return {
       {"sampling.samples_per_pixel", &S::samples_per_pixel, "samples", 1, 64, "Visibility samples per pixel; the same as --spp."},
       {"sampling.seed", &S::seed, "", 0, 4294967295.0, "Chooses among equally good sample patterns; the same as --seed."},
       {"sampling.temporal_pattern", &S::temporal_pattern, {"8x8", "32x32"},
@@ -30,6 +34,11 @@ const KeyTable<RunSettings>& settings_keys() {
        "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
       {"shading.attributes", &S::shading_attributes, {"float", "half"},
        "Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump."},
+  };
+}
+
+Keys effect_keys() {
+  return {
       {"effects.motion", &S::motion, {"auto", "on", "off"},
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
       {"effects.defocus", &S::defocus, {"auto", "on", "off"},
@@ -40,8 +49,11 @@ const KeyTable<RunSettings>& settings_keys() {
        "Alpha test: where a masked material may be transparent; all over it (same picture); none, masked surfaces are opaque."},
       {"effects.blending", &S::blending, {"auto", "off"}, "Blending: what the capture asks for; none, blended surfaces are opaque."},
       {"effects.procedures", &S::procedures, {"auto", "off"}, "Procedures: what the capture has; none."},
-      {"output.machine_model", &S::machine_model,
-       "Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent."},
+  };
+}
+
+Keys procedure_keys() {
+  return {
       {"procedures.path", &S::procedures_path, {"sampled", "tessellated"},
        "How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates."},
       {"procedures.maps", &S::procedures_maps, {"interval", "published"},
@@ -56,7 +68,11 @@ const KeyTable<RunSettings>& settings_keys() {
       {"procedures.sparse_spacing", &S::procedures_sparse_spacing, "sub-pixels", 0.5, 256, "Published maps: distance of the tuples of the sparse pass."},
       {"procedures.refill", &S::procedures_refill, "Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter."},
       {"procedures.lanes", &S::procedures_lanes, "lanes", 1, 1024, "Lanes of the emulated SIMD array."},
-      {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
+  };
+}
+
+Keys resolve_keys() {
+  return {
       {"resolve.desampling", &S::desampling, {"off", "adaptive", "fixed_8", "fixed_4", "checkerboard"},
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. "
        "The others are advected or reconstructed."},
@@ -90,10 +106,28 @@ const KeyTable<RunSettings>& settings_keys() {
       {"resolve.foveation_r1", &S::foveation_r1, "pixels", 0, 1e6, "Foveation: blocks farther than this get at most 4; at least foveation_r0."},
       {"resolve.focus_x", &S::focus_x, "frame widths", 0, 1, "Where the eye looks, from the left."},
       {"resolve.focus_y", &S::focus_y, "frame heights", 0, 1, "Where the eye looks, from the top."},
+  };
+}
+
+Keys picture_keys() {
+  return {
       {"stereo.eye_separation", &S::eye_separation, "scene units", 0, 1e6,
        "Renders a second picture for a right eye this far to the right of the camera, which is the left eye; 0 is one eye."},
       {"stereo.far_depth", &S::far_depth, "scene units", 0, 1e9, "With desampling the right eye takes pixels from the left where both see farther than this."},
-  });
+      {"output.machine_model", &S::machine_model,
+       "Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent."},
+      {"output.exposure", &S::exposure, "", 0, 1e6, "Factor on light before the PNG's tone map; 0 takes the capture's."},
+  };
+}
+
+}  // namespace
+
+const KeyTable<RunSettings>& settings_keys() {
+  static const KeyTable<S> table([] {
+    Keys all;
+    for (const Keys& group : {accuracy_keys(), effect_keys(), procedure_keys(), resolve_keys(), picture_keys()}) all.insert(all.end(), group.begin(), group.end());
+    return all;
+  }());
   return table;
 }
 
