@@ -121,7 +121,7 @@ Keys tile_core_keys() {
   };
 }
 
-Keys frame_buffer_keys() {
+Keys memory_interface_keys() {
   return {
       {"memory.burst_bytes", &Gpu::memory_burst_bytes, "bytes", 16, 256,
        "Smallest amount the external memory interface moves.", "[spec] LPDDR4 x16, burst length 16 = 32; two channels = 64"},
@@ -134,7 +134,7 @@ Keys frame_buffer_keys() {
 
 Keys behaviour_keys() {
   Keys all;
-  for (const Keys& unit : {frontend_keys(), binner_keys(), tessellator_keys(), tile_core_keys(), frame_buffer_keys()}) all.insert(all.end(), unit.begin(), unit.end());
+  for (const Keys& unit : {frontend_keys(), binner_keys(), tessellator_keys(), tile_core_keys(), memory_interface_keys()}) all.insert(all.end(), unit.begin(), unit.end());
   return all;
 }
 

@@ -86,14 +86,18 @@ Image8 ember_glow() {
   });
 }
 
-}  // namespace
+// Where an egg of a look stands; the first is the one in the middle.
+struct Place {
+  std::size_t look;
+  Vec3 at;
+  float size, lean;
+};
+const Place kPlaces[] = {{0, {0.05f, -0.03f, 0.35f}, 1.30f, 0.0f},   {1, {-1.75f, 0.0f, -0.55f}, 1.12f, 0.14f}, {2, {1.75f, 0.0f, -0.75f}, 1.05f, -0.16f},
+                        {3, {0.95f, 0.0f, 1.55f}, 0.62f, 0.30f},  {3, {-3.6f, 0.0f, -3.2f}, 1.05f, 0.05f},   {1, {3.9f, 0.0f, -3.4f}, 1.15f, -0.08f},
+                        {2, {-0.9f, 0.0f, -3.9f}, 0.95f, 0.12f},  {0, {-1.75f, 0.0f, 2.75f}, 0.55f, -0.25f}};
 
-void make_eggs(const std::filesystem::path& folder) {
-  Asset asset("eggs");
-  const int scale_heights = asset.add_height_texture(height_picture(128, 128, [](float u, float v) { return scales(u, v); }), "eggs_scales");
-  const int cobbles = asset.add_height_texture(cobble_heights(), "eggs_cobbles");
-  const int craters = asset.add_height_texture(crater_heights(), "eggs_craters");
-
+// One mesh for each look.
+std::vector<int> add_shells(Asset& asset, int scale_heights) {
   const Geometry shape = egg();
   const EggLook looks[] = {{{0.10f, 0.30f, 0.33f}, {0.30f, 0.85f, 0.72f}, 0.35f, 0.30f},
                            {{0.42f, 0.04f, 0.06f}, {0.95f, 0.36f, 0.18f}, 0.25f, 0.34f},
@@ -107,57 +111,70 @@ void make_eggs(const std::filesystem::path& folder) {
                                                                                                    {"metallicFactor", looks[l].metallic}, {"roughnessFactor", looks[l].roughness}}}},
                                                                         scale_heights, Vec2(9, 6), 0.075f, -0.01f))));
   }
-  struct Place {
-    std::size_t look;
-    Vec3 at;
-    float size, lean;
-  };
-  const Place places[] = {{0, {0.05f, -0.03f, 0.35f}, 1.30f, 0.0f},   {1, {-1.75f, 0.0f, -0.55f}, 1.12f, 0.14f}, {2, {1.75f, 0.0f, -0.75f}, 1.05f, -0.16f},
-                          {3, {0.95f, 0.0f, 1.55f}, 0.62f, 0.30f},  {3, {-3.6f, 0.0f, -3.2f}, 1.05f, 0.05f},   {1, {3.9f, 0.0f, -3.4f}, 1.15f, -0.08f},
-                          {2, {-0.9f, 0.0f, -3.9f}, 0.95f, 0.12f},  {0, {-1.75f, 0.0f, 2.75f}, 0.55f, -0.25f}};
+  return meshes;
+}
+
+void add_ground(Asset& asset, int cobbles) {
   const Vec2 low(-7.5f, -4.5f), high(7.5f, 6.5f);
   std::vector<Blob> blobs;
-  for (const Place& p : places) blobs.push_back({{p.at.x, -p.at.z}, 0.62f * p.size});
+  for (const Place& p : kPlaces) blobs.push_back({{p.at.x, -p.at.z}, 0.62f * p.size});
   json occlusion = texture_info(asset.add_data_texture(contact_shade(blobs, low, high), "eggs_shade"));
   json stone = {{"name", "cobbles"},
                 {"pbrMetallicRoughness", {{"baseColorTexture", texture_info(asset.add_color_texture(cobble_colors(), "eggs_stone"), Vec2(5, 4))}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.62}}},
                 {"occlusionTexture", occlusion}};
   asset.add_node({{"name", "ground"}, {"mesh", asset.add_mesh(ground(low, high, 20, 15), asset.add_material(displaced(stone, cobbles, Vec2(5, 4), 0.20f, -0.12f)))}});
+}
 
+// The node of the one in the middle.
+int add_eggs(Asset& asset, const std::vector<int>& meshes) {
   int first_egg = -1;
-  for (const Place& p : places) {
+  for (const Place& p : kPlaces) {
     const glm::quat lean = glm::angleAxis(p.lean, Vec3(0, 0, 1)) * glm::angleAxis(p.at.x * 1.7f, Vec3(0, 1, 0));
     const int node = asset.add_node({{"name", "egg"}, {"mesh", meshes[p.look]}, {"translation", array_of(p.at)}, {"rotation", array_of(lean)}, {"scale", {p.size, p.size, p.size}}});
     if (first_egg < 0) first_egg = node;
   }
-  // The middle egg is about to hatch: it rocks.
+  return first_egg;
+}
+
+// What moves: seconds, and where things are at them.
+struct Motions {
   std::vector<float> times;
   std::vector<glm::quat> rocking, spin;
   std::vector<Vec3> flight;
+};
+
+Motions motions() {
+  Motions m;
   for (int k = 0; k <= 32; ++k) {
     const float t = static_cast<float>(k) / 24.0f;
-    times.push_back(t);
-    rocking.push_back(glm::angleAxis(0.085f * std::sin(2.0f * kPi * 1.5f * t), Vec3(0, 0, 1)));
-    spin.push_back(glm::angleAxis(2.2f * t, glm::normalize(Vec3(0.3f, 1.0f, 0.2f))));
-    flight.emplace_back(-5.0f + 6.2f * t, 2.12f - 0.9f * (t - 0.62f) * (t - 0.62f), -0.15f + 0.5f * t);
+    m.times.push_back(t);
+    m.rocking.push_back(glm::angleAxis(0.085f * std::sin(2.0f * kPi * 1.5f * t), Vec3(0, 0, 1)));
+    m.spin.push_back(glm::angleAxis(2.2f * t, glm::normalize(Vec3(0.3f, 1.0f, 0.2f))));
+    m.flight.emplace_back(-5.0f + 6.2f * t, 2.12f - 0.9f * (t - 0.62f) * (t - 0.62f), -0.15f + 0.5f * t);
   }
-  asset.animate(first_egg, "rotation", times, rocking);
+  return m;
+}
 
+void add_comet(Asset& asset, int craters, const Motions& m) {
   const int ember = asset.add_material(displaced({{"name", "ember"}, {"emissiveTexture", texture_info(asset.add_color_texture(ember_glow(), "eggs_ember"), Vec2(2, 1))}, {"emissiveFactor", {1.0, 1.0, 1.0}},
                                                   {"pbrMetallicRoughness", {{"baseColorFactor", {0.20, 0.17, 0.16, 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.8}}}},
                                                  craters, Vec2(2, 1), 0.22f, -0.1f));
   const int comet = asset.add_node({{"name", "ember"}, {"mesh", asset.add_mesh(orb(), ember)}, {"scale", {0.3, 0.3, 0.3}}});
-  asset.animate(comet, "translation", times, flight);
-  asset.animate(comet, "rotation", times, spin);
+  asset.animate(comet, "translation", m.times, m.flight);
+  asset.animate(comet, "rotation", m.times, m.spin);
+}
 
+void add_lights(Asset& asset, const Motions& m) {
   const int sun = asset.add_light({{"type", "directional"}, {"color", {1.0, 0.90, 0.76}}, {"intensity", 1.1}});
   json key = look_at({-4.0f, 5.5f, 4.0f}, {0, 0, 0});
   key["extensions"]["KHR_lights_punctual"]["light"] = sun;
   asset.add_node(key);
   const int fire = asset.add_light({{"type", "point"}, {"color", {1.0, 0.5, 0.2}}, {"intensity", 6.0}, {"range", 6.0}});
-  json flame = {{"extensions", {{"KHR_lights_punctual", {{"light", fire}}}}}, {"translation", array_of(flight.front())}};
-  asset.animate(asset.add_node(flame), "translation", times, flight);
+  json flame = {{"extensions", {{"KHR_lights_punctual", {{"light", fire}}}}}, {"translation", array_of(m.flight.front())}};
+  asset.animate(asset.add_node(flame), "translation", m.times, m.flight);
+}
 
+void add_view(Asset& asset) {
   const Vec3 eye(0.75f, 2.35f, 6.1f), target(0.02f, 0.78f, 0.0f);
   const int camera = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.60}, {"znear", 0.3}, {"zfar", 60.0}}},
                                        {"extensions", {{"TESSERA_lens", {{"apertureRadius", 0.085}, {"focusDistance", 5.75}}}}}});
@@ -167,6 +184,23 @@ void make_eggs(const std::filesystem::path& folder) {
   asset.add_node(view);
   asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 24}, {"shutter", {0.0, 0.5}}, {"frames", {{"first", 14}, {"count", 1}}},
                               {"environment", 0.85}, {"exposure", 0.95}};
+}
+
+}  // namespace
+
+void make_eggs(const std::filesystem::path& folder) {
+  Asset asset("eggs");
+  const int scale_heights = asset.add_height_texture(height_picture(128, 128, [](float u, float v) { return scales(u, v); }), "eggs_scales");
+  const int cobbles = asset.add_height_texture(cobble_heights(), "eggs_cobbles");
+  const int craters = asset.add_height_texture(crater_heights(), "eggs_craters");
+  const std::vector<int> shells = add_shells(asset, scale_heights);
+  add_ground(asset, cobbles);
+  const int middle = add_eggs(asset, shells);
+  const Motions moving = motions();
+  asset.animate(middle, "rotation", moving.times, moving.rocking);  // about to hatch
+  add_comet(asset, craters, moving);
+  add_lights(asset, moving);
+  add_view(asset);
   asset.write(folder);
 }
 
