@@ -48,35 +48,54 @@ std::string escape_control(std::string_view text, std::size_t limit) {
   return out.substr(0, head) + "..." + out.substr(tail);
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  // Optimal string alignment: three rolling rows of the dynamic program.
-  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t most) {
+  if (a.size() < b.size()) std::swap(a, b);
+  most = std::min(most, a.size());  // no two texts are farther apart
+  const std::size_t beyond = most + 1;
+  if (a.size() - b.size() > most) return beyond;
+  // Optimal string alignment: three rolling rows of the dynamic program, of each only the cells whose text lengths differ by at most `most`.
+  std::vector<std::size_t> before(b.size() + 1, beyond), last(b.size() + 1, beyond), row(b.size() + 1, beyond);
+  for (std::size_t j = 0; j <= std::min(b.size(), most); ++j) last[j] = j;
+  std::size_t least_of_last = 0;
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
+    const std::size_t first = i > most ? i - most : 1, end = std::min(b.size(), i + most);
+    row[first - 1] = first == 1 ? std::min(i, beyond) : beyond;
+    std::size_t least = row[first - 1];
+    for (std::size_t j = first; j <= end; ++j) {
       const std::size_t replace = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
       row[j] = std::min({last[j] + 1, row[j - 1] + 1, replace});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        row[j] = std::min(row[j], before[j - 2] + 1);
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
+      least = std::min(least, row[j]);
     }
+    if (end < b.size()) row[end + 1] = beyond;
+    // The next rows are made from these two, a swap from the upper one.
+    if (least > most && least_of_last + 1 > most) return beyond;
+    least_of_last = least;
     std::swap(before, last);
     std::swap(last, row);
   }
-  return last[b.size()];
+  return std::min(last[b.size()], beyond);
 }
 
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates) {
-  std::string best;
+  std::array<std::size_t, 256> letters{};
+  for (const char c : name) ++letters[static_cast<unsigned char>(c)];
+  const std::string* best = nullptr;
   std::size_t best_distance = name.size() / 2 + 1;
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(name, candidate);
+    // An edit adds, takes away or replaces one letter or swaps two: no fewer than these that the longer text has and the other has not.
+    std::size_t common = 0;
+    std::array<std::size_t, 256> left = letters;
+    for (const char c : candidate)
+      if (left[static_cast<unsigned char>(c)] > 0) --left[static_cast<unsigned char>(c)], ++common;
+    if (std::max(name.size(), candidate.size()) - common >= best_distance) continue;
+    const std::size_t distance = edit_distance(name, candidate, best_distance - 1);
     if (distance < best_distance) {
       best_distance = distance;
-      best = candidate;
+      best = &candidate;
     }
   }
-  return best;
+  return best == nullptr ? "" : *best;
 }
 
 std::string human_bytes(std::uint64_t bytes) {

@@ -6,22 +6,14 @@
 #include "frontend/front_end.h"
 #include "replay/frame_renderer.h"
 #include "tests/effects/effect_scenes.h"
+#include "tests/support/picture_bytes.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
 namespace {
 
 using frontend::Capture;
-
-std::string picture_bytes(const tilecore::FrameTargets& t) {
-  std::string bytes;
-  const auto add = [&](const auto& values) { bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]); };
-  add(t.color.values);
-  add(t.depth.values);
-  add(t.patch.values);
-  add(t.normal.values);
-  return bytes;
-}
+using test::picture_bytes;
 
 hardware::GpuConfiguration small_tiles() {
   hardware::GpuConfiguration gpu;

@@ -1,32 +1,21 @@
 // The invariants of the whole machine, on shipped captures and on scenes made to break it.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "base/simd_targets.h"
 #include "frontend/capture_reader.h"
 #include "replay/frame_renderer.h"
 #include "replay/statistics.h"
 #include "tests/support/captures.h"
+#include "tests/support/picture_bytes.h"
 
 namespace tessera::replay {
 namespace {
 
 using frontend::Capture;
+using test::picture_bytes;
 using test::Random;
 
 RenderRequest whole(int width, int height) { return {width, height, {0, 0, width, height}, true}; }
-
-// Everything that a picture consists of, as bytes.
-std::string picture_bytes(const tilecore::FrameTargets& t) {
-  std::string bytes;
-  const auto add = [&](const auto& values) { bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]); };
-  add(t.color.values);
-  add(t.depth.values);
-  add(t.patch.values);
-  add(t.normal.values);
-  return bytes;
-}
 
 struct Variant {
   std::string name;

@@ -15,7 +15,7 @@ done
 PATH=$PATH:/usr/sbin
 id munge >/dev/null 2>&1 || skip "there is no user munge"
 
-work=$(mktemp -d /tmp/tessera-slurm-XXXXXX)
+work=$(mktemp -d -t tessera-slurm-XXXXXX)
 chmod 755 "$work"
 daemons=()
 stop() {
