@@ -1,6 +1,4 @@
 // Visibility with a lens, without motion.
-#include "tilecore/visibility_kernels.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/lens_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -10,37 +8,17 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
-void TraceLens(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings,
-               HitSink& sink, VisibilityWork& work) {
-  trace_leaf_with<false, true>(mesh, leaf, samples, times, settings, sink, work);
-}
-
-void TestLens(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-              const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-  test_cell_samples_with<false, true>(mesh, cell, list, samples, settings, sink, work);
-}
+VisibilityKernels LensKernels() { return kernels_with<false, true>(); }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::tilecore {
-namespace {
 
-HWY_EXPORT(TraceLens);
-HWY_EXPORT(TestLens);
+HWY_EXPORT(LensKernels);
 
-}  // namespace
-
-const VisibilityKernels kLensKernels = {
-    [](const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings,
-       HitSink& sink, VisibilityWork& work) {
-      HWY_DYNAMIC_DISPATCH(TraceLens)(mesh, leaf, samples, times, settings, sink, work);
-    },
-    [](const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-       const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-      HWY_DYNAMIC_DISPATCH(TestLens)(mesh, cell, list, samples, settings, sink, work);
-    }};
+VisibilityKernels lens_kernels() { return HWY_DYNAMIC_DISPATCH(LensKernels)(); }
 
 }  // namespace tessera::tilecore
 #endif

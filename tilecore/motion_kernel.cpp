@@ -1,6 +1,4 @@
 // Visibility with motion, without lens.
-#include "tilecore/visibility_kernels.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/motion_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -10,37 +8,17 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
-void TraceMotion(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings,
-                 HitSink& sink, VisibilityWork& work) {
-  trace_leaf_with<true, false>(mesh, leaf, samples, times, settings, sink, work);
-}
-
-void TestMotion(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-                const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-  test_cell_samples_with<true, false>(mesh, cell, list, samples, settings, sink, work);
-}
+VisibilityKernels MotionKernels() { return kernels_with<true, false>(); }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::tilecore {
-namespace {
 
-HWY_EXPORT(TraceMotion);
-HWY_EXPORT(TestMotion);
+HWY_EXPORT(MotionKernels);
 
-}  // namespace
-
-const VisibilityKernels kMotionKernels = {
-    [](const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings,
-       HitSink& sink, VisibilityWork& work) {
-      HWY_DYNAMIC_DISPATCH(TraceMotion)(mesh, leaf, samples, times, settings, sink, work);
-    },
-    [](const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-       const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-      HWY_DYNAMIC_DISPATCH(TestMotion)(mesh, cell, list, samples, settings, sink, work);
-    }};
+VisibilityKernels motion_kernels() { return HWY_DYNAMIC_DISPATCH(MotionKernels)(); }
 
 }  // namespace tessera::tilecore
 #endif

@@ -1,6 +1,4 @@
 // Visibility without motion and lens: the raster path, and the ray path for tests of it.
-#include "tilecore/visibility_kernels.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tilecore/still_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -117,43 +115,23 @@ void RasterMesh(const MicroMesh& mesh, const TileSamples& samples,
 
 // ---- Ray path ---------------------------------------------------------------------------------------------------
 
-void TraceStill(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings,
-                HitSink& sink, VisibilityWork& work) {
-  trace_leaf_with<false, false>(mesh, leaf, samples, times, settings, sink, work);
-}
-
-void TestStill(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-               const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-  test_cell_samples_with<false, false>(mesh, cell, list, samples, settings, sink, work);
-}
+VisibilityKernels StillKernels() { return kernels_with<false, false>(); }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tessera::tilecore {
-namespace {
 
-HWY_EXPORT(TraceStill);
-HWY_EXPORT(TestStill);
+HWY_EXPORT(StillKernels);
 HWY_EXPORT(RasterMesh);
 
-}  // namespace
+VisibilityKernels still_kernels() { return HWY_DYNAMIC_DISPATCH(StillKernels)(); }
 
 void raster_mesh(const MicroMesh& mesh, const TileSamples& samples,
                  const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   HWY_DYNAMIC_DISPATCH(RasterMesh)(mesh, samples, settings, sink, work);
 }
-
-const VisibilityKernels kStillKernels = {
-    [](const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings,
-       HitSink& sink, VisibilityWork& work) {
-      HWY_DYNAMIC_DISPATCH(TraceStill)(mesh, leaf, samples, times, settings, sink, work);
-    },
-    [](const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-       const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-      HWY_DYNAMIC_DISPATCH(TestStill)(mesh, cell, list, samples, settings, sink, work);
-    }};
 
 }  // namespace tessera::tilecore
 #endif

@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "tilecore/visibility_kernel.h"
+#include "tilecore/visibility_kernels.h"
 
 #if defined(TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_
@@ -558,6 +558,12 @@ void test_cell_samples_with(const MicroMesh& mesh, std::size_t cell, std::span<c
                             HitSink& sink, VisibilityWork& work) {
   const Context context{mesh, samples, settings, sink, work};
   with_leaf<kMotion, kLens>(mesh.leaves[cell / kLeafCells].flat, settings.orthographic, [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
+}
+
+// What a file for a set of effects gives, for the SIMD target in hand.
+template <bool kMotion, bool kLens>
+VisibilityKernels kernels_with() {
+  return {&trace_leaf_with<kMotion, kLens>, &test_cell_samples_with<kMotion, kLens>};
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE

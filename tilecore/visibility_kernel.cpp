@@ -6,13 +6,13 @@
 namespace tessera::tilecore {
 namespace {
 
-const VisibilityKernels& kernels_for(RayEffects effects) {
+VisibilityKernels kernels_for(RayEffects effects) {
 #ifdef TESSERA_STATIC_EFFECTS
   TESSERA_CHECK(!effects.motion && !effects.lens, "a build with TESSERA_EFFECTS=static has no code for motion and defocus");
-  return kStillKernels;
+  return still_kernels();
 #else
-  if (effects.motion) return effects.lens ? kMotionLensKernels : kMotionKernels;
-  return effects.lens ? kLensKernels : kStillKernels;
+  if (effects.motion) return effects.lens ? motion_lens_kernels() : motion_kernels();
+  return effects.lens ? lens_kernels() : still_kernels();
 #endif
 }
 

@@ -4,8 +4,7 @@
 
 namespace tessera::tilecore {
 
-// The kernels of one set of effects, as visibility_kernel.h describes them; each set has a file of its own, compiled for all SIMD
-// targets. A build with TESSERA_EFFECTS=static has the first set only.
+// The kernels of one set of effects, as visibility_kernel.h describes them.
 struct VisibilityKernels {
   void (*trace_leaf)(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                      const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
@@ -13,6 +12,11 @@ struct VisibilityKernels {
                             const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 };
 
-extern const VisibilityKernels kStillKernels, kMotionKernels, kLensKernels, kMotionLensKernels;
+// Those for the best SIMD target. Each set of effects has a file of its own, compiled for all targets; a build with
+// TESSERA_EFFECTS=static has the first only.
+VisibilityKernels still_kernels();
+VisibilityKernels motion_kernels();
+VisibilityKernels lens_kernels();
+VisibilityKernels motion_lens_kernels();
 
 }  // namespace tessera::tilecore

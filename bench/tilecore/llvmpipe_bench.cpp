@@ -22,6 +22,7 @@
 #include "base/parallel.h"
 #include "bench/support/llvmpipe.h"
 #include "bench/support/posed_scene.h"
+#include "bench/support/program.h"
 #include "bench/support/timing.h"
 
 namespace tessera::bench {
@@ -171,7 +172,6 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
       "area,blur,samples_per_pixel,mean_area,patches,tessera_triangles,llvmpipe_triangles,tessera_bound_ms,tessera_bin_ms,tessera_tiles_ms,tessera_ms,llvmpipe_draw_ms,"
       "llvmpipe_accumulate_ms,llvmpipe_ms,tessera_over_llvmpipe,goal,compared,different,inside,inside_different,multisamples_different,host,renderer\n";
   fmt::print("{}", csv);
-  std::filesystem::create_directories(folder);
   for (const Row& row : kRows) measure(row, rounds, csv);
   write_file_atomically(folder / "llvmpipe.csv", csv);
 }
@@ -183,7 +183,7 @@ bool report(const std::string& what, bool good, const Agreement& a) {
   return good;
 }
 
-int check() {
+bool check() {
   bool good = true;
   for (const SceneSettings& settings : {SceneSettings{4, 0, false, 4}, SceneSettings{0.5, 0, false, 4}, SceneSettings{4, 32, false, 4}}) {
     PosedScene scene(320, 180, settings);
@@ -218,25 +218,13 @@ int check() {
     const Agreement hole = compare_samples(scene, llvmpipe, 16);
     good = report(name + ", without a patch", !agrees(hole), hole) && good;
   }
-  return good ? 0 : 1;
+  return good;
 }
 
 }  // namespace
 }  // namespace tessera::bench
 
 int main(int argc, char** argv) {
-  const std::string first = argc > 1 ? argv[1] : "";
-  if (argc < 2 || argc > 3) {
-    fmt::print(stderr, "usage: tessera_llvmpipe_rival OUT_FOLDER [ROUNDS] | --check\n");
-    return 2;
-  }
-  try {
-    const tessera::ThreadLimit limit(tessera::bench::kThreads);
-    if (first == "--check") return tessera::bench::check();
-    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 7);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "tessera_llvmpipe_rival: {}\n", error.what());
-    return 1;
-  }
+  const tessera::ThreadLimit limit(tessera::bench::kThreads);
+  return tessera::bench::run_program({"tessera_llvmpipe_rival", 7, tessera::bench::measure_all, tessera::bench::check}, argc, argv);
 }

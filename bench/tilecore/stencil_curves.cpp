@@ -15,6 +15,7 @@
 
 #include "base/atomic_file.h"
 #include "bench/support/line_plot.h"
+#include "bench/support/program.h"
 #include "bench/support/timing.h"
 #include "tilecore/resolve/cubic_stencil.h"
 
@@ -159,12 +160,15 @@ void write_plots(const std::filesystem::path& folder, const Errors& errors, cons
   write_line_plot((folder / "stencil_cost.svg").string(), {"Error at 8 pixels of wavelength; lower ends: 8 of 16 rendered, upper: 4", "taps per missing pixel", "root mean square error (log)", true}, series);
 }
 
-int check() {
-  int bad = 0;
-  const auto expect = [&](const char* law, bool holds) {
-    fmt::print("{}: {}\n", law, holds ? "yes" : "NO");
-    bad += !holds;
-  };
+void measure_all(const std::filesystem::path& folder, int rounds) {
+  const Errors errors = measure_errors();
+  const std::vector<std::vector<Cost>> costs = measure_costs(rounds);
+  write_tables(folder, errors, costs);
+  write_plots(folder, errors, costs);
+}
+
+bool check() {
+  Laws laws;
   const Errors errors = measure_errors();
   const std::vector<std::vector<Cost>> costs = measure_costs(1);
   bool cubic = true, interpolating = true, unscaled = true, rows = true;
@@ -176,33 +180,15 @@ int check() {
     unscaled = unscaled && half[kUnscaled][w] == half[kBilinear][w] && errors[2][kUnscaled][w] == errors[2][kBilinear][w];
     rows = rows && errors[1][kCubic][w] > half[kCubic][w];
   }
-  expect("at half rate and 6 pixels or more the 5x5 cubic leaves at most three quarters of bilinear's error", cubic);
-  expect("the interpolating cubic leaves less than the 5x5 one at half rate and than bilinear at a quarter", interpolating);
-  expect("the unscaled cubic is bilinear", unscaled);
-  expect("rows leave more error than diagonal pairs", rows);
-  expect("taps are 4, 12 and 8 at half rate", costs[0][kBilinear].taps_per_pixel == 4 && costs[0][kCubic].taps_per_pixel == 12 && costs[0][kInterpolating].taps_per_pixel == 8);
-  return bad > 0 ? 1 : 0;
+  laws.expect("at half rate and 6 pixels or more the 5x5 cubic leaves at most three quarters of bilinear's error", cubic);
+  laws.expect("the interpolating cubic leaves less than the 5x5 one at half rate and than bilinear at a quarter", interpolating);
+  laws.expect("the unscaled cubic is bilinear", unscaled);
+  laws.expect("rows leave more error than diagonal pairs", rows);
+  laws.expect("taps are 4, 12 and 8 at half rate", costs[0][kBilinear].taps_per_pixel == 4 && costs[0][kCubic].taps_per_pixel == 12 && costs[0][kInterpolating].taps_per_pixel == 8);
+  return laws.all_hold();
 }
 
 }  // namespace
 }  // namespace tessera::bench
 
-int main(int argc, char** argv) {
-  const std::string first = argc > 1 ? argv[1] : "";
-  if (argc < 2 || argc > 3) {
-    fmt::print(stderr, "usage: tessera_stencil_curves OUT_FOLDER [ROUNDS] | --check\n");
-    return 2;
-  }
-  try {
-    if (first == "--check") return tessera::bench::check();
-    std::filesystem::create_directories(first);
-    const auto errors = tessera::bench::measure_errors();
-    const auto costs = tessera::bench::measure_costs(argc > 2 ? std::stoi(argv[2]) : 101);
-    tessera::bench::write_tables(first, errors, costs);
-    tessera::bench::write_plots(first, errors, costs);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "tessera_stencil_curves: {}\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return tessera::bench::run_program({"tessera_stencil_curves", 101, tessera::bench::measure_all, tessera::bench::check}, argc, argv); }

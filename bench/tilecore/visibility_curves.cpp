@@ -21,6 +21,7 @@
 #include "base/parallel.h"
 #include "bench/support/line_plot.h"
 #include "bench/support/posed_scene.h"
+#include "bench/support/program.h"
 #include "bench/support/timing.h"
 
 namespace tessera::bench {
@@ -201,7 +202,6 @@ bool same_counts(const tilecore::TileCoreCounters& a, const tilecore::TileCoreCo
 }
 
 void measure_all(const std::filesystem::path& folder, int rounds) {
-  std::filesystem::create_directories(folder);
   std::vector<Measured> measured = pose_points(all_points());
   // The round before the first one warms up.
   for (int round = -1; round < rounds; ++round)
@@ -219,46 +219,30 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
 }
 
 // At rest both paths see the same; threads change no count; brute force tests more, and more with more blur.
-int check() {
-  int bad = 0;
-  const auto expect = [&](const char* law, bool holds) {
-    fmt::print("{}: {}\n", law, holds ? "yes" : "NO");
-    bad += !holds;
-  };
+bool check() {
+  Laws laws;
   PosedScene still(320, 180, Point{3, 0}.scene()), moving(320, 180, Point{3, 32}.scene());
   const auto raster = run({3, 0, 4, false}, still, true), rays = run({3, 0}, still, true), one = run({3, 32, 4, true, 1}, moving, false), two = run({3, 32}, moving, true);
   bool same = true;
   for (std::size_t t = 0; t < raster.tiles.size(); ++t)
     same = same && raster.tiles[t].patch == rays.tiles[t].patch && raster.tiles[t].triangle == rays.tiles[t].triangle && raster.tiles[t].z == rays.tiles[t].z;
-  expect("both paths see the same at rest", same);
+  laws.expect("both paths see the same at rest", same);
   bool differ = false;
   for (std::size_t t = 0; t < raster.tiles.size(); ++t) differ = differ || raster.tiles[t].z != two.tiles[t].z;
-  expect("a frame that moves is another", differ);
-  expect("the ray path is another path", !same_counts(raster.counters, rays.counters));
-  expect("one thread counts as two", same_counts(one.counters, two.counters));
+  laws.expect("a frame that moves is another", differ);
+  laws.expect("the ray path is another path", !same_counts(raster.counters, rays.counters));
+  laws.expect("one thread counts as two", same_counts(one.counters, two.counters));
   const double brute_still = brute_tests_per_hit(list_triangles(*still.frame, still.patches)), brute_moving = brute_tests_per_hit(list_triangles(*moving.frame, moving.patches));
   const auto per_hit = [](const auto& result) { return static_cast<double>(result.counters.triangle_tests) / static_cast<double>(result.counters.sample_hits); };
   fmt::print("tests per hit: {:.2f} at rest, {:.2f} moving; brute force {:.2f} and {:.2f}\n", per_hit(rays), per_hit(two), brute_still, brute_moving);
-  expect("brute force tests more", brute_still > per_hit(rays) && brute_moving > 5 * per_hit(two) && brute_moving > 5 * brute_still);
-  return bad > 0 ? 1 : 0;
+  laws.expect("brute force tests more", brute_still > per_hit(rays) && brute_moving > 5 * per_hit(two) && brute_moving > 5 * brute_still);
+  return laws.all_hold();
 }
 
 }  // namespace
 }  // namespace tessera::bench
 
 int main(int argc, char** argv) {
-  const std::string first = argc > 1 ? argv[1] : "";
-  if (argc < 2 || argc > 3) {
-    fmt::print(stderr, "usage: tessera_visibility_curves OUT_FOLDER [ROUNDS] | --check\n");
-    return 2;
-  }
-  try {
-    const tessera::ThreadLimit limit(tessera::bench::kThreads);
-    if (first == "--check") return tessera::bench::check();
-    tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 3);
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "tessera_visibility_curves: {}\n", error.what());
-    return 1;
-  }
+  const tessera::ThreadLimit limit(tessera::bench::kThreads);
+  return tessera::bench::run_program({"tessera_visibility_curves", 3, tessera::bench::measure_all, tessera::bench::check}, argc, argv);
 }

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "binner/binner.h"
+#include "tests/binner/posed_object.h"
 #include "tests/support/captures.h"
 
 namespace tessera::binner {
@@ -289,21 +290,8 @@ TEST(WriteCombiner, ReadsFetchLinesThatAreNotThereAndWriteBackNothing) {
 
 // ---- Binner -----------------------------------------------------------------------------------------------------
 
-struct Scene {
-  frontend::Capture capture;
-  frontend::Assembly assembly;
-  std::unique_ptr<frontend::FrameGeometry> frame;
-  Scene() {
-    test::add_node(capture, test::closed_patches(frontend::kNone));
-    assembly = frontend::assemble(capture);
-    frontend::FrameRequest request;
-    request.width = request.height = 128;
-    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 128, 128), request);
-  }
-};
-
 TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
-  const Scene scene;
+  const PosedObject scene;
   std::vector<frontend::BoundedSubPatch> sub_patches;
   Random random(2);
   for (std::uint32_t n = 0; n < 60; ++n) {
@@ -343,7 +331,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
 }
 
 TEST(Binner, NoSubPatchesGiveEmptyQueues) {
-  const Scene scene;
+  const PosedObject scene;
   Binner binner(small_gpu(), TileGrid(128, 128, 32, 32));
   Binner::Cursor cursor;
   EXPECT_TRUE(binner.run(*scene.frame, {}, cursor));
@@ -351,7 +339,7 @@ TEST(Binner, NoSubPatchesGiveEmptyQueues) {
 }
 
 TEST(Binner, ASubPatchOverTheWholeFrameIsInEveryTile) {
-  const Scene scene;
+  const PosedObject scene;
   hardware::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer_bytes = 1 << 16;
   Binner binner(gpu, TileGrid(128, 128, 16, 16));

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "binner/binner.h"
+#include "tests/binner/posed_object.h"
 #include "tests/support/captures.h"
 
 namespace tessera::binner {
@@ -237,23 +238,10 @@ TEST(QueueTrafficTwin, OneLineLessInFrontOfMemoryIsCaught) { EXPECT_FALSE(traffi
 
 // ---- The binner's hard cases ------------------------------------------------------------------------------------
 
-struct Scene {
-  frontend::Capture capture;
-  frontend::Assembly assembly;
-  std::unique_ptr<frontend::FrameGeometry> frame;
-  Scene() {
-    test::add_node(capture, test::closed_patches(frontend::kNone));
-    assembly = frontend::assemble(capture);
-    frontend::FrameRequest request;
-    request.width = request.height = 128;
-    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 128, 128), request);
-  }
-};
-
 BoundedSubPatch rectangle(std::uint32_t patch, float x0, float y0, float x1, float y1) { return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, {}}; }
 
 // What every tile reads, over as many passes as the buffer needs.
-std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const Scene& scene, std::span<const BoundedSubPatch> sub_patches, int& passes) {
+std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObject& scene, std::span<const BoundedSubPatch> sub_patches, int& passes) {
   std::map<TileIndex, std::multiset<int>> tiles;
   Binner::Cursor cursor;
   for (bool done = false; !done; ++passes) {
@@ -277,7 +265,7 @@ hardware::GpuConfiguration gpu_with(std::int64_t bytes, int levels) {
 }
 
 TEST(HardCases, LevelsOfQueuesAndPartialRendersGiveEveryTileItsSubPatchesOnce) {
-  const Scene scene;
+  const PosedObject scene;
   Random random(3);
   std::vector<BoundedSubPatch> sub_patches;
   for (int n = 0; n < 70; ++n) {
@@ -304,7 +292,7 @@ TEST(HardCases, LevelsOfQueuesAndPartialRendersGiveEveryTileItsSubPatchesOnce) {
 }
 
 TEST(HardCases, APatchInEveryTileOfMoreThan65535) {
-  const Scene scene;
+  const PosedObject scene;
   const std::vector<BoundedSubPatch> one = {rectangle(0, -1e9f, -1e9f, 1e9f, 1e9f)};
   for (const auto& [levels, entries] : {std::pair{1, 512u * 512u}, {3, 128u * 128u}, {5, 32u * 32u}}) {
     Binner binner(gpu_with(64 << 20, levels), TileGrid(16384, 16384, 32, 32));
@@ -321,7 +309,7 @@ TEST(HardCases, APatchInEveryTileOfMoreThan65535) {
 }
 
 TEST(HardCases, FramesOfOnePixelAndOfNoMultipleOfATile) {
-  const Scene scene;
+  const PosedObject scene;
   for (const auto& [width, height] : {std::pair{1, 1}, {33, 1}, {1, 65}, {97, 31}})
     for (const int levels : {1, 5}) {
       Binner binner(gpu_with(1 << 16, levels), TileGrid(width, height, 32, 32));
@@ -334,7 +322,7 @@ TEST(HardCases, FramesOfOnePixelAndOfNoMultipleOfATile) {
 }
 
 TEST(HardCases, OffScreenOnAnySideGivesNoEntryAtAnyLevel) {
-  const Scene scene;
+  const PosedObject scene;
   const std::vector<BoundedSubPatch> outside = {rectangle(0, -90, 10, -1, 20), rectangle(0, 129, 10, 300, 20), rectangle(0, 10, -90, 20, -1),
                                                 rectangle(0, 10, 129, 20, 300)};
   for (const int levels : {1, 4}) {
