@@ -89,6 +89,7 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, co
     eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
     eyes_.back().camera.eye_offset = offset;
   }
+  if (eyes_.size() > 1) eyes_[0].sequence.serve_other_eye();
 }
 
 frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
@@ -333,7 +334,7 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
     job.resolve->all_velocities = resolve_.advection.bfecc;
     job.resolve->auxiliary = request_.resolve_auxiliary;
     result.effects["desampling"] = true;
-    if (job.resolve->previous.history != nullptr && resolve_.advect && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
+    if (job.resolve->previous.history != nullptr && tilecore::advects(resolve_) && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
     if (job.resolve->other_eye.history != nullptr) result.effects["advection"] = true;
     result.effects["foveation"] = resolve_.foveation.on && resolve_.desampling == tilecore::Desampling::kAdaptive;
   }

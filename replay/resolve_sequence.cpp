@@ -9,6 +9,16 @@ namespace tessera::replay {
 using tilecore::History;
 using tilecore::MotionField;
 
+namespace {
+
+// Why nothing comes from the previous frame, where tilecore::advects() says so.
+std::string no_advection(const tilecore::ResolveSettings& s) {
+  if (s.desampling != tilecore::Desampling::kAdaptive) return "one rate everywhere needs no motion and no history";
+  return s.advect ? "resolve.k_stat is 0: nothing is slower" : "resolve.advection=false";
+}
+
+}  // namespace
+
 ResolveSequence::ResolveSequence(const tilecore::ResolveSettings& settings, IntRect region) : settings_(settings), region_(region) { frame_.settings = settings; }
 
 bool ResolveSequence::wants_previous_pose(int number) const {
@@ -29,12 +39,17 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const frontend::Frame
   frame_.origin.resize(next.color.size());
   frame_.deferred.resize(next.memory.size());
   const bool adaptive = settings_.desampling == tilecore::Desampling::kAdaptive;
-  frame_.keeps_history = adaptive;
+  const bool advects = tilecore::advects(settings_);
+  frame_.keeps_records = advects || read_by_other_eye_;
+  reasons["history"] = advects                                 ? "kept for the advection of the next frame"
+                       : frame_.keeps_records                  ? "kept for the right eye"
+                       : tilecore::reads_blocks(settings_)     ? "a byte per block for the hysteresis; nobody reads records of pixels: " + no_advection(settings_)
+                                                               : "not kept: " + no_advection(settings_);
   reasons["desampling"] = adaptive ? "resolve.desampling=adaptive" : "resolve.desampling asks for one rate everywhere";
   std::string& advection = reasons["advection"];
   std::string& velocity = reasons["velocity"];
   if (!adaptive) {
-    advection = velocity = "one rate everywhere needs no motion and no history";
+    advection = velocity = no_advection(settings_);
   } else if (history().empty()) {
     advection = velocity = "first frame: there is no history";
   } else if (history().frame != number - 1 || !pose_) {
@@ -43,7 +58,7 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const frontend::Frame
     motion_ = std::make_unique<MotionField>(geometry, *pose_);
     frame_.previous = {&history(), motion_.get()};
     velocity = motion_->all_still() ? "nothing moved since the last frame: zero without evaluation" : "evaluated where something moved";
-    if (!settings_.advect) advection = "resolve.advection=false";
+    if (!advects) advection = no_advection(settings_);
     else if (!motion_->same_lights()) advection = "a light changed";
     else advection = "blocks slower than resolve.k_stat";
   }
@@ -51,6 +66,7 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const frontend::Frame
 }
 
 void ResolveSequence::advect_from_other_eye(const frontend::FrameGeometry& geometry, const frontend::FrameGeometry& other, const History& history, float far_depth) {
+  if (settings_.desampling != tilecore::Desampling::kAdaptive) return;
   eye_motion_ = std::make_unique<MotionField>(geometry, other);
   frame_.other_eye = {&history, eye_motion_.get()};
   frame_.other_eye_depth = far_depth;

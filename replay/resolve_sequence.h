@@ -25,6 +25,8 @@ class ResolveSequence {
   // The frame that the tile cores work on from now on. `geometry` is its pose; `previous_pose` null: that of the last frame, if it was the
   // one before. Valid until finish().
   tilecore::ResolveFrame& begin(int number, const frontend::FrameGeometry& geometry, std::unique_ptr<frontend::FrameGeometry> previous_pose, EffectReasons& reasons);
+  // Of a left eye: a right one takes pixels from its frames, if desampling is adaptive. Call before the first begin().
+  void serve_other_eye() { read_by_other_eye_ = settings_.desampling == tilecore::Desampling::kAdaptive; }
   // For a right eye: the finished left one. Call after begin().
   void advect_from_other_eye(const frontend::FrameGeometry& geometry, const frontend::FrameGeometry& other, const tilecore::History& history, float far_depth);
 
@@ -41,6 +43,7 @@ class ResolveSequence {
  private:
   tilecore::ResolveSettings settings_;
   IntRect region_;
+  bool read_by_other_eye_ = false;
   tilecore::History histories_[2];
   std::size_t last_ = 0;
   std::unique_ptr<frontend::FrameGeometry> pose_;  // of the frame that was finished last

@@ -1,7 +1,7 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, pictures; default: all. Prints the
-//                                                 tables of docs/resolve.md and writes thresholds.csv, thresholds.svg, drift.csv, drift.svg, pictures
+//                                                 tables of docs/resolve.md and writes thresholds.csv, thresholds_*.svg, drift.csv, drift.svg, pictures
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...   one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
 //   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
 //
@@ -10,8 +10,10 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -77,30 +79,69 @@ void score_settings(const std::string& name, int first, int last, std::span<char
 // From careful to reckless: speeds in pixels per frame at 640x360.
 constexpr std::array kThresholds = {std::array{0.25, 4.0, 16.0}, std::array{0.5, 4.0, 16.0},  std::array{1.0, 2.0, 8.0}, std::array{2.0, 2.0, 8.0},
                                     std::array{1.0, 1.0, 3.0},   std::array{0.5, 0.5, 2.0}, std::array{0.0, 0.0, 0.0}};
+constexpr const char* kStencils[] = {"cubic", "bilinear", "cubic_interpolating"};
+
+// Where the line from point to point, sorted by savings, saves `saved`; nothing where no two points have it between them.
+std::optional<double> decibel_at(std::vector<std::pair<double, double>> points, double saved) {
+  std::sort(points.begin(), points.end());
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const auto& [low, low_db] = points[i - 1];
+    const auto& [high, high_db] = points[i];
+    if (low <= saved && saved <= high) return high > low ? low_db + (high_db - low_db) * (saved - low) / (high - low) : std::min(low_db, high_db);
+  }
+  return std::nullopt;
+}
+
+// Adaptive desampling at the very savings of checkerboard, over all frames and in each by itself.
+void print_equal_shading(const std::string& label, const std::vector<Score>& curve, const Score& board) {
+  std::vector<std::pair<double, double>> means;
+  for (const Score& s : curve) means.emplace_back(s.saved, s.psnr);
+  const auto mean = decibel_at(means, board.saved);
+  double least = kIdenticalDecibel;
+  int frames = 0;
+  for (std::size_t f = 0; f < board.frame_psnr.size(); ++f) {
+    std::vector<std::pair<double, double>> points;
+    for (const Score& s : curve) points.emplace_back(s.frame_saved[f], s.frame_psnr[f]);
+    const auto there = decibel_at(points, board.frame_saved[f]);
+    if (!there) continue;
+    least = std::min(least, *there - board.frame_psnr[f]);
+    ++frames;
+  }
+  const auto decibel = [](const std::optional<double>& v) { return v ? fmt::format("{:.2f} dB", *v) : std::string("does not save as much"); };
+  fmt::print("| {} | {:.1f} % | {:.2f} dB | {} | {} | {} | {} of {} |\n", label, 100 * board.saved, board.psnr, decibel(mean), decibel(mean ? std::optional(*mean - board.psnr) : std::nullopt),
+             decibel(frames > 0 ? std::optional(least) : std::nullopt), frames, board.frame_psnr.size());
+}
 
 void thresholds(const fs::path& folder) {
-  std::string csv = "capture,setting,saved,psnr_db,mssim\n";
-  std::vector<Series> plot;
+  std::string csv = "capture,setting,saved,psnr_db,worst_frame_db,mssim,flip\n";
   for (const Shot& shot : {Shot{"stroll", 0, 60, 640, 360}, Shot{"serpent", 12, 28, 640, 360}}) {
     const frontend::Capture capture = read_shipped(shot.name);
     const Reference reference = render_reference(capture, shot);
-    const auto measure = [&](const std::string& label, const Sets& sets, std::size_t series) {
+    std::vector<Series> plot;
+    const auto measure = [&](const std::string& label, const Sets& sets) {
       const Score s = score(capture, shot, sets, reference);
-      csv += fmt::format("{},{},{:.4f},{:.3f},{:.5f}\n", shot.name, label, s.saved, s.psnr, s.ssim);
-      plot[series].x.push_back(100 * s.saved), plot[series].y.push_back(s.psnr);
+      csv += fmt::format("{},{},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, label, s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
+      plot.back().x.push_back(100 * s.saved), plot.back().y.push_back(s.psnr);
+      return s;
     };
-    for (const char* kind : {"adaptive", "checkerboard"}) {
-      const std::size_t series = plot.size();
-      plot.push_back({shot.name + ", " + kind, {}, {}});
-      if (kind == std::string("checkerboard")) measure(kind, {kCheckerboard}, series);
-      else
-        for (const auto& [still, fast1, fast2] : kThresholds)
-          measure(fmt::format("{} / {} / {}", still, fast1, fast2), adaptive({fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1), fmt::format("resolve.k_fast2={}", fast2)}), series);
+    std::vector<std::vector<Score>> curves;
+    for (const char* stencil : kStencils) {
+      plot.push_back({stencil, {}, {}});
+      auto& curve = curves.emplace_back();
+      for (const auto& [still, fast1, fast2] : kThresholds)
+        curve.push_back(measure(fmt::format("{} {} / {} / {}", stencil, still, fast1, fast2),
+                                adaptive({fmt::format("resolve.reconstruction={}", stencil), fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
+                                          fmt::format("resolve.k_fast2={}", fast2)})));
     }
+    plot.push_back({"checkerboard", {}, {}});
+    const Score board = measure("checkerboard", {kCheckerboard});
+    fmt::print("\n| capture, stencils | saved | checkerboard | adaptive, as much saved | difference | least difference in a frame | frames |\n|---|---:|---:|---:|---:|---:|---:|\n");
+    for (std::size_t k = 0; k < curves.size(); ++k) print_equal_shading(fmt::format("{}, {}", shot.name, kStencils[k]), curves[k], board);
+    write_line_plot((folder / fmt::format("thresholds_{}.svg", shot.name)).string(),
+                    {fmt::format("{}: error against savings, thresholds from careful to reckless", shot.name), "runs of the pixel shader saved, %", "mean PSNR, dB"}, plot);
   }
   fmt::print("\n{}", csv);
   write_file_atomically(folder / "thresholds.csv", csv);
-  write_line_plot((folder / "thresholds.svg").string(), {"Error against savings, thresholds from careful to reckless", "runs of the pixel shader saved, %", "mean PSNR, dB"}, plot);
 }
 
 void stencils(const fs::path&) {

@@ -441,6 +441,60 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
   EXPECT_EQ(plain().frames(capture, 0, 1)[0].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory).written_bytes, 0u);
 }
 
+// U6. Who does not advect reads no records; who knows no hysteresis either reads nothing at all.
+TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
+  const Capture capture = shipped("stroll");
+  const auto third_frame = [&](std::initializer_list<const char*> settings) {
+    Machine m;
+    for (const char* text : settings) m.set(text);
+    return std::move(m.frames(capture, 20, 23)[2]);
+  };
+  const auto history = [](const FrameResult& r) { return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
+  constexpr std::uint64_t kPixels = 160 * 90, kBlocks = kPixels / 16;
+  const FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}), slowest = third_frame({"resolve.k_stat=0"});
+  EXPECT_GE(history(advecting).written_bytes, kPixels * History::kSurfaceBytes);
+  EXPECT_EQ(advecting.effect_reasons.at("history"), "kept for the advection of the next frame");
+  for (const FrameResult* r : {&still, &slowest}) {  // a byte per block, in bursts
+    for (const std::uint64_t bytes : {history(*r).written_bytes, history(*r).read_bytes}) EXPECT_TRUE(bytes >= kBlocks && bytes < 2 * kPixels) << bytes;
+    EXPECT_GT(counters(*r).velocity_evaluations, 0u);
+    EXPECT_FALSE(r->effects.at("advection"));
+  }
+  EXPECT_EQ(still.effect_reasons.at("history"), "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
+  EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.k_stat is 0: nothing is slower");
+  const FrameResult none = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
+  EXPECT_EQ(history(none).written_bytes + history(none).read_bytes, 0u);
+  EXPECT_EQ(none.effect_reasons.at("history"), "not kept: resolve.advection=false");
+}
+
+// What is not kept is not there for a replay that goes on with other settings: nothing of it is taken.
+TEST(Desampling, AHistoryWithoutRecordsGivesNothingToAdvect) {
+  const Capture capture = shipped("stroll");
+  FrameRenderer without = Machine().set("resolve.advection=false").renderer(capture), with = Machine().renderer(capture);
+  for (FrameRenderer* r : {&without, &with}) r->render(20), r->render(21);
+  const auto goes_on = [&](const History& history) {
+    FrameRenderer r = Machine().renderer(capture);
+    r.set_history(history);
+    return counters(r.render(22)).pixels_advected;
+  };
+  EXPECT_EQ(goes_on(without.history()), 0u);
+  EXPECT_GT(goes_on(with.history()), 1000u);
+}
+
+// The right eye reads the left one's records, whether that advects or not.
+TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
+  const Capture capture = shipped("vases");
+  Machine m;
+  m.set("resolve.advection=false").set("resolve.hysteresis=0").set("stereo.eye_separation=0.06").set("stereo.far_depth=0");
+  const FrameResult got = m.renderer(capture).render(0);
+  const auto history = [](const FrameCounters& c) { return c.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
+  EXPECT_GT(got.right->counters.desampling->pixels_advected, 2000u);
+  EXPECT_EQ(got.effect_reasons.at("history"), "kept for the right eye");
+  // got.counters is of both eyes.
+  EXPECT_EQ(history(got.right->counters).written_bytes, 0u);
+  EXPECT_GE(history(got.counters).written_bytes, 160u * 90u * History::kSurfaceBytes);
+  EXPECT_LT(history(got.counters).written_bytes, 2u * 160u * 90u * History::kSurfaceBytes);
+}
+
 // ---- Shapes and colours -----------------------------------------------------------------------------------------
 
 TEST(Desampling, FramesAndRegionsThatCutBlocksAreWhole) {
@@ -548,6 +602,48 @@ TEST(Desampling, TheRightEyeSeesALightThatChanged) {
   EXPECT_GT(rmse(full[0].right->targets.color, full[1].right->targets.color), 0.02);
   EXPECT_GT(got[0].right->counters.desampling.pixels_advected, 2000u);
   EXPECT_EQ(got[1].right->targets.color.values, full[1].right->targets.color.values);
+}
+
+// A far wall of strips, every other one sliding along itself, behind a pane of striped glass that is near and at rest.
+Capture strips_behind_glass(bool glass) {
+  Capture capture;
+  const auto material = [&](double alpha) {
+    frontend::Material m;
+    m.unlit = m.double_sided = true;
+    if (alpha < 1) m.alpha_mode = frontend::AlphaMode::kBlend, m.base_color.w = static_cast<float>(alpha);
+    m.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{Slide::checks(64)}, shaders::ColorSpace::kSrgb);
+    return test::add_material(capture, m);
+  };
+  const auto quad = [](Vec3 low, Vec3 high, int m) {
+    frontend::Primitive q = test::triangles({low, {high.x, low.y, low.z}, high, {low.x, high.y, low.z}}, {0, 1, 2, 0, 2, 3}, m);
+    q.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    return q;
+  };
+  const int opaque = material(1);
+  for (int i = 0; i < 12; ++i) {
+    const float left = -30.0f + 5.0f * static_cast<float>(i);
+    const int node = test::add_node(capture, quad({left, -40, -30}, {left + 5.0f, 40, -30}, opaque));
+    if (i % 2 == 1) test::add_motion(capture, node, {0, 3, 0});
+  }
+  if (glass) test::add_node(capture, quad({-6, -4, 4}, {6, 4, 4}, material(0.6)));
+  test::add_camera(capture, {0, 0, 10});
+  return capture;
+}
+
+// The pane has a parallax of its own; that it rests for the right eye says nothing of where the left one sees it.
+TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWhatIsBehind) {
+  const auto second_frame = [](const Capture& capture, const char* desampling) {
+    Machine m;
+    m.set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.4").set("stereo.far_depth=20").set("resolve.edge_evidence=depth");
+    return std::move(m.frames(capture, 0, 2)[1]);
+  };
+  const Capture glass = strips_behind_glass(true);
+  const FrameResult full = second_frame(glass, "off"), got = second_frame(glass, "adaptive");
+  EXPECT_GT(got.right->counters.desampling->advections_unusable, 200u);
+  EXPECT_EQ(got.right->targets.color.values, full.right->targets.color.values);
+  // The twin: without the pane the same blocks do come from the left eye.
+  const FrameResult bare = second_frame(strips_behind_glass(false), "adaptive");
+  EXPECT_GT(bare.right->counters.desampling->pixels_advected, got.right->counters.desampling->pixels_advected + 500);
 }
 
 TEST(Desampling, CompressionChangesTrafficNotPictures) {

@@ -7,6 +7,7 @@
 
 #include "tilecore/resolve/channels.h"
 #include "tilecore/resolve/cubic_kernel.h"
+#include "tilecore/resolve/interior_stencils.h"
 #include "tilecore/resolve/stencil_lookup.h"
 
 namespace tessera::tilecore {
@@ -28,12 +29,6 @@ template <Stencil S, std::size_t First, std::size_t Count>
 [[gnu::always_inline]] inline Channels sum_of_taps(const Vec4* center, std::ptrdiff_t stride) {
   if constexpr (Count == 1) return load(center + S.taps[First].dy * stride + S.taps[First].dx);
   else return sum_of_taps<S, First, Count / 2>(center, stride) + sum_of_taps<S, First + Count / 2, Count - Count / 2>(center, stride);
-}
-
-constexpr std::size_t equal_weights(const Stencil& s, std::size_t first) {
-  std::size_t n = 1;
-  while (first + n < s.count && s.taps[first + n].weight == s.taps[first].weight) ++n;
-  return n;
 }
 
 // One product per different weight. Counts are powers of two, so the sums of a flat colour are exact.
@@ -125,6 +120,20 @@ constexpr InteriorFill kInteriorFills[kReconstructionCount][2] = {
     {fill_interior<Reconstruction::kCubic, false>, fill_interior<Reconstruction::kCubic, true>},
     {fill_interior<Reconstruction::kCubicInterpolating, false>, fill_interior<Reconstruction::kCubicInterpolating, true>},
 };
+
+// The pixels that a pattern does not render, by its corner (see pattern_of()).
+constexpr BlockMask left_out_by(unsigned corner) { return static_cast<BlockMask>(~(((corner & 3u) * 5u | (corner >> 2) * 0x50u) * 0x101u)); }
+
+// `whole`: `missing` is all that the pattern leaves out. False: some result is not finite.
+bool fill_amid_others(Reconstruction kernel, const MirroredPattern& pattern, bool clamp, BlockMask missing, bool whole, Fill& fill, ReconstructionWork& work) {
+  if (whole && !clamp) {
+    const WideFill wide = fill_interior_block(kernel, pattern, fill.block, fill.stride, fill.out);
+    work.taps += wide.taps;
+    if (wide.taps > 0) return wide.finite;
+  }
+  kInteriorFills[static_cast<std::size_t>(kernel)][clamp](pattern, missing, fill, work);
+  return is_finite(fill.zeros);
+}
 
 // ---- Any surroundings ---------------------------------------------------------------------------------------------
 
@@ -392,12 +401,13 @@ BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool cla
   const RowWords words(window.usable, missing);
   if (!words.any()) return missing;
   Fill fill{window.first_pixel + kWindowMargin * window.row_stride + kWindowMargin, window.row_stride, out16};
+  bool finite = true;
   // 1. Most blocks lie amid others of their rate.
   const auto pattern = packed_weights && has_table(kernel) ? pattern_of(words.corner()) : std::nullopt;
   const bool interior = pattern && is_interior(words, PatternRows(words.corner()), kernel_reach(kernel));
   if (interior) {
-    kInteriorFills[static_cast<std::size_t>(kernel)][clamp](*pattern, missing, fill, work);
-    if (is_finite(fill.zeros)) {
+    finite = fill_amid_others(kernel, *pattern, clamp, missing, missing == left_out_by(words.corner()), fill, work);
+    if (finite) {
       work.pixels += pixel_count(missing);
       return 0;
     }
@@ -406,8 +416,11 @@ BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool cla
   const UsableRows usable = without_missing(window.usable, missing);
   const WindowView view{window, usable};
   const Plan plan = interior ? Plan{kernel, pattern, 0} : plan_of(kernel, packed_weights, usable, words.corner());
-  if (!interior) fill_block(view, plan, clamp, missing, fill, work);
-  const BlockMask unfilled = is_finite(fill.zeros) ? BlockMask{0} : fill_again(view, plan, clamp, missing, fill, work);
+  if (!interior) {
+    fill_block(view, plan, clamp, missing, fill, work);
+    finite = is_finite(fill.zeros);
+  }
+  const BlockMask unfilled = finite ? BlockMask{0} : fill_again(view, plan, clamp, missing, fill, work);
   work.pixels += pixel_count(static_cast<BlockMask>(missing & ~unfilled));
   return unfilled;
 }

@@ -25,6 +25,7 @@ bool is_still(const MotionField* motion, std::uint32_t drawable) { return motion
 void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state, const MotionField* motion) {
   pixels = samples.pixels;
   spp = samples.spp;
+  still_in = motion;
   center_sample = center_of(samples);
   const std::size_t count = samples.count / static_cast<std::size_t>(spp);
   depth.resize(count);

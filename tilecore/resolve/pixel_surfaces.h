@@ -16,7 +16,7 @@ namespace tessera::tilecore {
 //   patch     base patch of that sample; TileState::kNoPatch where there is none
 //   surface   which surfaces the samples see: 0 when nothing; the drawable's number + 1 when they all see that one and nothing blended
 //             is in front; else a hash over the samples, with the top bit set. Equal numbers: the same surfaces through the same samples
-//   still     all that the samples see is of kind MotionField::Kind::kStill; 1 as well where they see nothing
+//   still     all that the samples see is of kind MotionField::Kind::kStill in `still_in`; 1 as well where they see nothing
 //   layered   something blended is in front
 //
 // Pixels whose `surface` is the same may stand for each other where nothing else speaks against it; a hash rarely
@@ -30,6 +30,7 @@ struct PixelSurfaces {
   std::vector<float> depth;
   std::vector<std::uint32_t> patch, surface;
   std::vector<std::uint8_t> still, layered;
+  const MotionField* still_in = nullptr;
   std::uint64_t samples_with_layers = 0;
 
   // Drops the state's hidden layers. `motion` null: there is no earlier frame, nothing counts as still.

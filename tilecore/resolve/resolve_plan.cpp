@@ -86,17 +86,17 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   BlockEvidence evidence;
   evidence.still = block.still;
   const History* history = resolve.previous.history;
-  if (history != nullptr) {
+  if (history != nullptr && reads_blocks(settings)) evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
+  if (history != nullptr && advects(settings)) {
     const bool distrusted = history->distrusted_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += distrusted;
-    evidence.advection_allowed = settings.advect && resolve.previous.motion->same_lights() && !distrusted;
-    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
+    evidence.advection_allowed = resolve.previous.motion->same_lights() && !distrusted;
   }
   // Where all is still edges do not decide.
-  const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges && settings.rates.thresholds.still > 0;
+  const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
   if (!copies || resolve.auxiliary) block.edge = is_edge(settings, block);
   evidence.edge = block.edge && !copies;
-  const bool needed = !evidence.edge || resolve.all_velocities;
+  const bool needed = !evidence.edge || (resolve.all_velocities && advects(settings));
   if (needed || resolve.auxiliary) {
     const VelocityBuffer::Block motion = velocity_.evaluate(block.pixels, settings.block_speed, needed);
     evidence.velocity_usable = motion.usable;

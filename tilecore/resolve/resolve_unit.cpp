@@ -53,7 +53,8 @@ void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations
 void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory, FrameTargets& targets) {
   History& next = *resolve.next;
   const IntRect& tile = surfaces_.pixels;
-  for (int y = tile.y0; y < tile.y1; ++y) {
+  const bool keeps_records = resolve.keeps_records || resolve.settings.reach_neighbours;
+  for (int y = tile.y0; keeps_records && y < tile.y1; ++y) {
     const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y), n = static_cast<std::size_t>(tile.width());
     std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
@@ -78,7 +79,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
     } else {
-      reconstruct(resolve, block, tile);
+      reconstruct(resolve, block, {surfaces_.depth.data(), surfaces_.surface.data(), tile});
     }
   }
   for (int y = tile.y0; y < tile.y1; ++y)
@@ -153,18 +154,19 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
 
 // ---- Stencils ---------------------------------------------------------------------------------------------------
 
-std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, IntRect reach) const {
+std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, const Records& records) const {
   const History& next = *resolve.next;
+  const IntRect& reach = records.region;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
   // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no such plane.
   // Nor has what is seen before nothing, whose depth is infinite.
   const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4;
-  const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive && std::isfinite(next.depth[next.pixel(x0, y0)]);
+  const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive && std::isfinite(records.depth[records.index(x0, y0)]);
   float inverse = 0.0f, by_x = 0.0f, by_y = 0.0f;
   if (plane) {
-    inverse = 1.0f / next.depth[next.pixel(x0, y0)];
-    by_x = (1.0f / next.depth[next.pixel(x0 + 3, y0)] - inverse) * (1.0f / 3.0f);
-    by_y = (1.0f / next.depth[next.pixel(x0, y0 + 3)] - inverse) * (1.0f / 3.0f);
+    inverse = 1.0f / records.depth[records.index(x0, y0)];
+    by_x = (1.0f / records.depth[records.index(x0 + 3, y0)] - inverse) * (1.0f / 3.0f);
+    by_y = (1.0f / records.depth[records.index(x0, y0 + 3)] - inverse) * (1.0f / 3.0f);
   }
   const float tolerance = std::abs(inverse) * 4.0f * resolve.settings.edges.threshold;
   const bool any_surface = resolve.settings.desampling == Desampling::kCheckerboard;
@@ -173,12 +175,12 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
   const int left = std::max(reach.x0, x0 - margin), right = std::min(reach.x1, x0 + 4 + margin);
   for (int y = std::max(reach.y0, y0 - margin); y < std::min(reach.y1, y0 + 4 + margin); ++y) {
     std::uint32_t row = 0;
-    const std::size_t first = next.pixel(left, y);
+    const std::size_t first = next.pixel(left, y), first_record = records.index(left, y);
     for (int x = left; x < right; ++x) {
-      const std::size_t pixel = first + static_cast<std::size_t>(x - left);
-      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) && (any_surface || next.surface[pixel] == surface);
+      const std::size_t pixel = first + static_cast<std::size_t>(x - left), record = first_record + static_cast<std::size_t>(x - left);
+      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) && (any_surface || records.surface[record] == surface);
       if (plane && use && !any_surface) {
-        const float z = next.depth[pixel], expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
+        const float z = records.depth[record], expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
         use = std::isfinite(z) && std::abs(1.0f - expected * z) <= tolerance * z;
       }
       row |= static_cast<std::uint32_t>(use) << (x - x0 + kWindowMargin);
@@ -188,7 +190,7 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
   return usable;
 }
 
-void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, IntRect reach) {
+void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const Records& records) {
   const ResolveSettings& settings = resolve.settings;
   History& next = *resolve.next;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
@@ -197,14 +199,14 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, IntRect
   // One surface of the block after the other.
   for (BlockMask left = block.reconstructed; left != 0;) {
     const int number = std::countr_zero(left);
-    const std::uint32_t surface = next.surface[next.pixel(x0 + (number & 3), y0 + (number >> 2))];
+    const std::uint32_t surface = records.surface[records.index(x0 + (number & 3), y0 + (number >> 2))];
     BlockMask missing = 0;
     for_each_pixel(block.pixels, [&](int x, int y) {
-      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || next.surface[next.pixel(x, y)] == surface))
+      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || records.surface[records.index(x, y)] == surface))
         missing = static_cast<BlockMask>(missing | block_bit(x, y));
     });
     left = static_cast<BlockMask>(left & ~missing);
-    const BlockWindow window{first, stride, usable_window(resolve, block, surface, reach)};
+    const BlockWindow window{first, stride, usable_window(resolve, block, surface, records)};
     Vec4 out[16];
     BlockMask unfilled = 0;
     if (settings.desampling == Desampling::kCheckerboard) {
@@ -235,7 +237,7 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       for_each_pixel(block.pixels, [&](int x, int y) {
         if (resolve.origin[next.pixel(x, y)] == static_cast<std::uint8_t>(PixelOrigin::kReconstructed)) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
       });
-      reconstruct(resolve, block, next.region);
+      reconstruct(resolve, block, {next.depth.data(), next.surface.data(), next.region});
       for_each_pixel(block.pixels, [&](int x, int y) {
         std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(x, y)], sizeof(Vec4));
       });
@@ -278,10 +280,12 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
     RectTransfer{fetched, region, kFramePixelBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
     RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
   }
+  const RectTransfer records{tile, region, History::kSurfaceBytes, burst_bytes};
+  if (resolve.keeps_records) records.write(ledger_, Purpose::kHistory);
+  else if (resolve.settings.reach_neighbours) records.write(ledger_, Purpose::kNeighbours);  // for the second pass
+  if (!reads_blocks(resolve.settings)) return;
   const std::uint64_t block_bytes = hardware::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
   if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);
-  if (!resolve.keeps_history) return;
-  RectTransfer{tile, region, History::kSurfaceBytes, burst_bytes}.write(ledger_, Purpose::kHistory);
   ledger_.write(Unit::kResolve, Purpose::kHistory, block_bytes);
 }
 

@@ -42,7 +42,7 @@ struct ResolveFrame {
   AdvectionSource previous;      // `motion` alone: speeds are known, nothing may be advected
   AdvectionSource other_eye;     // stereo: the left eye's finished frame
   float other_eye_depth = 0;     // both eyes must see a point farther than this
-  bool keeps_history = true;     // charge for the records that the next frame, or the right eye, will want
+  bool keeps_records = true;     // the next frame's advection, or the right eye, will want depth and surface of each pixel
   bool all_velocities = false;   // BFECC needs those that no decision needs, too
   bool auxiliary = false;        // pictures show velocities and edges that nothing needs; not counted
   History* next = nullptr;
@@ -64,7 +64,7 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   U3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
 //   U4  A pixel that sees nothing is never skipped: it costs no run of the shader.
 //   U5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   U6  What the history keeps of a pixel is what the picture shows.
+//   U6  What the history keeps of a pixel is what the picture shows. Nothing is kept, or charged, that nobody reads.
 class ResolveUnit {
  public:
   // How traffic is charged: TileJob's members of these names.
@@ -111,8 +111,16 @@ class ResolveUnit {
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count);
   void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
   void check_discrepancy(const ResolveFrame& resolve, const Block& block);
-  void reconstruct(ResolveFrame& resolve, const Block& block, IntRect reach);
-  std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, IntRect reach) const;
+  // Depth and surface of the pixels of `region`, row by row.
+  struct Records {
+    const float* depth;
+    const std::uint32_t* surface;
+    IntRect region;
+    std::size_t index(int x, int y) const { return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) + static_cast<std::size_t>(x - region.x0); }
+  };
+  // Stencils read pixels of `records` alone.
+  void reconstruct(ResolveFrame& resolve, const Block& block, const Records& records);
+  std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, const Records& records) const;
   void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
   void charge(const ResolveFrame& resolve, Memory memory);
 

@@ -72,4 +72,11 @@ constexpr Stencil stencil_of(const StencilIndexEntry& entry) {
   return s;
 }
 
+// How many taps from `first` on have its weight.
+constexpr std::size_t equal_weights(const Stencil& s, std::size_t first) {
+  std::size_t n = 1;
+  while (first + n < s.count && s.taps[first + n].weight == s.taps[first].weight) ++n;
+  return n;
+}
+
 }  // namespace tessera::tilecore

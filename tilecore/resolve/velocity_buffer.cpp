@@ -33,6 +33,7 @@ void VelocityBuffer::start(const frontend::FrameGeometry& frame, const TileSampl
   state_ = &state;
   surfaces_ = &surfaces;
   motion_ = motion;
+  knows_still_ = motion == surfaces.still_in;
   last_patch_ = TileState::kNoPatch;
   velocity_.assign(surfaces.depth.size(), Vec2(0.0f));
   usable_.assign(surfaces.depth.size(), 0);
@@ -63,7 +64,7 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
     out.usable = false;
     return out;
   }
-  out.still = true;
+  out.still = knows_still_;
   for (int y = block.y0; y < block.y1; ++y)
     for (int x = block.x0; x < block.x1; ++x) out.still = out.still && surfaces_->still[surfaces_->index(x, y)] != 0;
   std::array<float, 16> speeds;
@@ -80,9 +81,9 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
       evaluations_ += counted;
       velocity_[pixel] = step.velocity;
       then_depth_[pixel] = step.depth;
-      // A colour that blended surfaces are in moves with them, not with what is behind.
+      // A colour that blended surfaces are in moves with them, not with what is behind. That they rest between two frames tells nothing of two eyes.
       const bool nothing_behind = surfaces_->patch[pixel] == TileState::kNoPatch && surfaces_->surface[pixel] != 0;
-      usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) || surfaces_->still[pixel] != 0);
+      usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) || (knows_still_ && surfaces_->still[pixel] != 0));
       if (surfaces_->surface[pixel] == 0) continue;
       out.usable = out.usable && usable_[pixel] != 0;
       speeds[static_cast<std::size_t>(count++)] = std::sqrt(step.velocity.x * step.velocity.x + step.velocity.y * step.velocity.y);

@@ -45,6 +45,7 @@ class VelocityBuffer {
   const TileState* state_ = nullptr;
   const PixelSurfaces* surfaces_ = nullptr;
   const MotionField* motion_ = nullptr;
+  bool knows_still_ = false;  // surfaces_->still is of this motion
   std::vector<Vec2> velocity_;
   std::vector<std::uint8_t> usable_;
   std::vector<float> then_depth_;

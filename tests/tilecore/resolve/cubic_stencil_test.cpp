@@ -3,10 +3,12 @@
 
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
 
+#include "base/simd_targets.h"
 #include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/cubic_kernel.h"
 
@@ -457,6 +459,36 @@ TEST(CubicStencil, ANonFinitePixelLeavesPixelsBeyondItsReachAsTheyWere) {
   }
   // The failing twin: the plain sum takes it over.
   EXPECT_FALSE(std::isfinite(0.25f * (window.at(3, 3).y + window.at(5, 3).y + window.at(4, 2).y + window.at(4, 4).y)));
+}
+
+// S7. Blocks amid others of their rate take another way where registers hold two pixels; a hole, a pixel that is not finite and colours
+// whose sum is infinite lead back from it.
+TEST(CubicStencil, EveryInstructionSetGivesTheSameBits) {
+  Random random(17);
+  enum Kind { kPlain, kHole, kNotFinite, kHuge, kKinds };
+  for (const Reconstruction kernel : kKernels)
+    for (const BlockMask pattern : kPatterns)
+      for (int kind = 0; kind < kKinds; ++kind) {
+        Window window;
+        const float scale = kind == kHuge ? 0x1p124f : 1.0f;
+        window.fill([&](int, int) { return kind == kHuge ? Vec4(scale) : test::random_color(random); });
+        window.usable = test::repeated(pattern);
+        const int x = 3 + std::countr_zero(static_cast<unsigned>(pattern)) % 4, y = 3 + std::countr_zero(static_cast<unsigned>(pattern)) / 4;
+        if (kind == kHole) window.usable[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(window.usable[static_cast<std::size_t>(y)] & ~(1u << x));
+        if (kind == kNotFinite) window.at(x, y).y = kNan;
+        std::optional<Filled> expected;
+        for (const std::string& target : simd_target_names()) {
+          force_simd_target(target);
+          const Filled got = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern));
+          if (!expected) expected = got;
+          EXPECT_EQ(std::memcmp(got.color.data(), expected->color.data(), sizeof got.color), 0) << target << " kernel " << static_cast<int>(kernel) << " pattern " << pattern << " kind " << kind;
+          EXPECT_EQ(got.work.taps, expected->work.taps) << target;
+          EXPECT_EQ(got.work.direct_pixels, expected->work.direct_pixels) << target;
+          EXPECT_EQ(got.work.pixels, expected->work.pixels) << target;
+        }
+        force_simd_target("");
+        EXPECT_GT(expected->work.taps, 0u);
+      }
 }
 
 TEST(CubicStencil, AWindowWithNothingUsableIsReportedAndNothingIsWritten) {
