@@ -487,7 +487,7 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
   m.set("resolve.advection=false").set("resolve.hysteresis=0").set("stereo.eye_separation=0.06").set("stereo.far_depth=0");
   const FrameResult got = m.renderer(capture).render(0);
   const auto history = [](const FrameCounters& c) { return c.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
-  EXPECT_GT(got.right->counters.desampling->pixels_advected, 2000u);
+  EXPECT_GT(got.right->counters.desampling.pixels_advected, 2000u);
   EXPECT_EQ(got.effect_reasons.at("history"), "kept for the right eye");
   // got.counters is of both eyes.
   EXPECT_EQ(history(got.right->counters).written_bytes, 0u);
@@ -639,11 +639,11 @@ TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWha
   };
   const Capture glass = strips_behind_glass(true);
   const FrameResult full = second_frame(glass, "off"), got = second_frame(glass, "adaptive");
-  EXPECT_GT(got.right->counters.desampling->advections_unusable, 200u);
+  EXPECT_GT(got.right->counters.desampling.advections_unusable, 200u);
   EXPECT_EQ(got.right->targets.color.values, full.right->targets.color.values);
   // The twin: without the pane the same blocks do come from the left eye.
   const FrameResult bare = second_frame(strips_behind_glass(false), "adaptive");
-  EXPECT_GT(bare.right->counters.desampling->pixels_advected, got.right->counters.desampling->pixels_advected + 500);
+  EXPECT_GT(bare.right->counters.desampling.pixels_advected, got.right->counters.desampling.pixels_advected + 500);
 }
 
 TEST(Desampling, CompressionChangesTrafficNotPictures) {
