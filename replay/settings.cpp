@@ -10,10 +10,10 @@ namespace tessera::replay {
 
 namespace {
 
-using S = RunSettings;
-using Keys = std::vector<Key<S>>;
+using Keys = std::vector<Key<RunSettings>>;
 
 Keys accuracy_keys() {
+  using S = RunSettings;
   return {
       {"sampling.samples_per_pixel", &S::samples_per_pixel, "samples", 1, 64, "Visibility samples per pixel; the same as --spp."},
       {"sampling.seed", &S::seed, "", 0, 4294967295.0, "Chooses among equally good sample patterns; the same as --seed."},
@@ -38,6 +38,7 @@ Keys accuracy_keys() {
 }
 
 Keys effect_keys() {
+  using S = RunSettings;
   return {
       {"effects.motion", &S::motion, {"auto", "on", "off"},
        "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
@@ -53,6 +54,7 @@ Keys effect_keys() {
 }
 
 Keys procedure_keys() {
+  using S = RunSettings;
   return {
       {"procedures.path", &S::procedures_path, {"sampled", "tessellated"},
        "How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates."},
@@ -72,6 +74,7 @@ Keys procedure_keys() {
 }
 
 Keys resolve_keys() {
+  using S = RunSettings;
   return {
       {"resolve.desampling", &S::desampling, {"off", "adaptive", "fixed_8", "fixed_4", "checkerboard"},
        "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. "
@@ -110,6 +113,7 @@ Keys resolve_keys() {
 }
 
 Keys picture_keys() {
+  using S = RunSettings;
   return {
       {"stereo.eye_separation", &S::eye_separation, "scene units", 0, 1e6,
        "Renders a second picture for a right eye this far to the right of the camera, which is the left eye; 0 is one eye."},
@@ -123,7 +127,7 @@ Keys picture_keys() {
 }  // namespace
 
 const KeyTable<RunSettings>& settings_keys() {
-  static const KeyTable<S> table([] {
+  static const KeyTable<RunSettings> table([] {
     Keys all;
     for (const Keys& group : {accuracy_keys(), effect_keys(), procedure_keys(), resolve_keys(), picture_keys()}) all.insert(all.end(), group.begin(), group.end());
     return all;

@@ -13,7 +13,6 @@ namespace tessera::tilecore {
 namespace {
 
 using frontend::PosedDrawable;
-using R = SampleRegisters;
 
 // Pixels of `within` that a box touches.
 IntRect touched(const MovingFootprint::Box& box, const IntRect& within) {
@@ -44,6 +43,7 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
 
 // Where the surface is at shutter open, for what is not at rest.
 void SamplingController::keep_rest(const Job& job, std::size_t k, std::size_t s) {
+  using R = SampleRegisters;
   const auto& open = registers_->at[0];
   const float w = program_.orthographic ? 1.0f : open[R::kZ][k];
   job.state.rest_x[s] = open[R::kX][k] / w;
@@ -53,6 +53,7 @@ void SamplingController::keep_rest(const Job& job, std::size_t k, std::size_t s)
 // ---- Still surfaces through a pinhole ---------------------------------------------------------------------------
 
 void SamplingController::scatter_still(const Job& job, std::size_t k) {
+  using R = SampleRegisters;
   const auto& at = registers_->at[0];
   const Footprint& f = footprints_[k];
   const float z = at[R::kZ][k];
@@ -93,6 +94,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
 
 // As published: the sub-pixel that the sample falls into takes it.
 void SamplingController::scatter_points(const Job& job, std::size_t k) {
+  using R = SampleRegisters;
   const auto& at = registers_->at[0];
   const Footprint& f = footprints_[k];
   const float x = at[R::kX][k], y = at[R::kY][k], z = at[R::kZ][k];
@@ -118,6 +120,7 @@ void SamplingController::scatter_points(const Job& job, std::size_t k) {
 // The footprint sweeps an area while the shutter is open; each sample point inside is tested at its own time and through its own
 // point of the lens.
 void SamplingController::scatter_moving(const Job& job, std::size_t k) {
+  using R = SampleRegisters;
   const Footprint& f = footprints_[k];
   const auto key = [&](std::size_t n) {
     const auto& at = registers_->at[n];
