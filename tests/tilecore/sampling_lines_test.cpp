@@ -232,7 +232,7 @@ constexpr int kWide = 192, kHigh = 128;
 
 TestFrame flat_patch(float light) {
   TestFrame scene;
-  test::add_camera(*scene.capture, DVec3(0, 0, 3), {});
+  test::add_camera(*scene.capture, DVec3(0.03, 0.02, 3.1), {});  // lines at no particular places of pixels
   const int material = test::add_material(*scene.capture);
   shaders::ShapeInput in;
   in.p = {-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0};
@@ -315,7 +315,7 @@ TEST(Lines, HaveTheirWidthAllAlongAndNoGaps) {
   const int spacing = *std::next(lines.begin());
   ASSERT_GE(spacing, 8) << "lines are to lie apart";
   EXPECT_EQ(wrong_samples(picture, *scene.frame, spacing, kHalfWidth), 0u);
-  EXPECT_GT(wrong_samples(picture, *scene.frame, spacing, kHalfWidth * 0.75), 0u);
+  EXPECT_GT(wrong_samples(picture, *scene.frame, spacing, kHalfWidth * 0.9), 0u);
   EXPECT_GT(wrong_samples(picture, *scene.frame, spacing / 2, kHalfWidth), 0u);
 }
 
