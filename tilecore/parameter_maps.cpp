@@ -23,11 +23,13 @@ constexpr int kMostHalvings = 20;
 constexpr int kMostHalvingsUnknown = 8, kMostHalvingsNear = 13;
 constexpr std::uint16_t kUnknownSteps = 16, kMostStepsNear = 24;
 
+float stroke_reach(const ProcedureSettings& settings) { return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kStrokeReach : 0.0f; }
+
 // Bounds one piece's cells by intervals, halving those that are large on screen.
 class IntervalPass {
  public:
   IntervalPass(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side, SparseResult& out)
-      : frame_(frame), region_(region), settings_(settings), reach_(settings.spacing / side), out_(out) {}
+      : frame_(frame), region_(region), settings_(settings), reach_(settings.spacing / side), margin_(stroke_reach(settings)), out_(out) {}
 
   void run(std::uint32_t drawable, std::uint32_t piece) {
     drawable_ = drawable;
@@ -41,7 +43,7 @@ class IntervalPass {
     ++out_.counters.interval_evaluations;
     const ProcedureCellBounds b = bound_procedure_cell(frame_, drawable, drawable.procedure->pieces[piece_], box);
     // Negated: bounds that are no numbers keep the cell.
-    if (b.outside || b.x1 < region_.x0 || b.y1 < region_.y0 || b.x0 > region_.x1 || b.y0 > region_.y1) {
+    if (b.outside || b.x1 < region_.x0 - margin_ || b.y1 < region_.y0 - margin_ || b.x0 > region_.x1 + margin_ || b.y0 > region_.y1 + margin_) {
       ++out_.counters.cells_outside;
       return;
     }
@@ -92,7 +94,7 @@ class IntervalPass {
   const FrameGeometry& frame_;
   const IntRect& region_;
   const ProcedureSettings& settings_;
-  const double reach_;  // pixels
+  const double reach_, margin_;  // pixels
   SparseResult& out_;
   std::uint32_t drawable_ = 0, piece_ = 0;
 };
@@ -150,8 +152,9 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
 }
 
 void ParameterMaps::sort_into_tiles(const binner::TileGrid& grid) {
+  const float reach = stroke_reach(settings_);
   const auto covered = [&](const ParameterCell& cell) {
-    return grid.covered(frontend::ScreenBounds{cell.x0, cell.y0, cell.x1, cell.y1, 0, cell.near_z, cell.near_z, false});
+    return grid.covered(frontend::ScreenBounds{cell.x0 - reach, cell.y0 - reach, cell.x1 + reach, cell.y1 + reach, 0, cell.near_z, cell.near_z, false});
   };
   tile_first_.assign(grid.tile_count() + 1, 0);
   const auto each_tile = [&](const ParameterCell& cell, const auto& visit) {

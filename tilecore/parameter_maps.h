@@ -84,13 +84,15 @@ struct ParameterCell {
 class ParameterMaps {
  public:
   static constexpr std::uint16_t kMostSteps = 128;
+  // With Style::kLines: pixels beyond a cell's bounds that its strokes may reach. Cells are listed for every tile that they reach so.
+  static constexpr float kStrokeReach = 1;
 
   // `side`: sub-pixels along each side of a pixel, which the spacing refers to.
   ParameterMaps(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings, int side, std::uint64_t burst_bytes);
 
   const ProcedureSettings& settings() const { return settings_; }
   const std::vector<ParameterCell>& cells() const { return cells_; }
-  // Cells that may be seen in a tile, in ascending order.
+  // Cells that may be seen in a tile, strokes included, in ascending order.
   std::span<const std::uint32_t> of_tile(binner::TileIndex tile) const {
     return std::span(tile_cells_).subspan(tile_first_[tile], tile_first_[tile + 1] - tile_first_[tile]);
   }

@@ -50,9 +50,15 @@ void SamplingController::find_slots(const TileSamples& samples) {
   for (std::size_t k = 0; k < spp; ++k) slot_sample_[next[slot_of[k]]++] = static_cast<std::uint32_t>(k);
 }
 
-// Cells are listed piece by piece; groups go near to far, so that the hidden ones may be skipped.
-void SamplingController::group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps) {
+// Cells are listed piece by piece; groups go near to far, so that the hidden ones may be skipped. Cells that reach the tile by their strokes
+// alone have no surface in it.
+void SamplingController::group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps, const IntRect& pixels) {
   order_.assign(cells.begin(), cells.end());
+  if (maps.settings().style == ProcedureSettings::Style::kLines)
+    std::erase_if(order_, [&](std::uint32_t c) {
+      const ParameterCell& cell = maps.cells()[c];
+      return cell.x1 < static_cast<float>(pixels.x0) || cell.y1 < static_cast<float>(pixels.y0) || cell.x0 > static_cast<float>(pixels.x1) || cell.y0 > static_cast<float>(pixels.y1);
+    });
   groups_.clear();
   for (std::uint32_t k = 0; k < order_.size(); ++k) {
     const ParameterCell& cell = maps.cells()[order_[k]];
@@ -68,7 +74,7 @@ void SamplingController::render(const FrameGeometry& frame, const ParameterMaps&
   const std::span<const std::uint32_t> cells = maps.of_tile(tile);
   if (cells.empty()) return;
   find_slots(samples);
-  group_cells(cells, maps);
+  group_cells(cells, maps, samples.pixels);
   const auto read = [&](hardware::Purpose purpose, std::uint64_t bytes) { ledger_.read(hardware::Unit::kSampling, purpose, hardware::burst_bytes(0, bytes, burst_bytes)); };
   read(hardware::Purpose::kSamplingMaps, cells.size() * (ParameterMaps::kEntryBytes + ParameterMaps::kCellBytes));
   const Job job{frame, maps, samples, state};
@@ -85,7 +91,7 @@ void SamplingController::render(const FrameGeometry& frame, const ParameterMaps&
     run_group(job, group);
   }
   if (maps.settings().refill) refill_holes(job);
-  if (maps.settings().style == ProcedureSettings::Style::kLines) draw_lines(job);
+  if (maps.settings().style == ProcedureSettings::Style::kLines) draw_lines(job, cells);
 }
 
 // What a group's cells read of a geometry image: its points row by row, once for each cell.

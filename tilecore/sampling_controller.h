@@ -66,7 +66,7 @@ class SamplingController {
   };
 
   void find_slots(const TileSamples& samples);
-  void group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps);
+  void group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps, const IntRect& pixels);
   std::uint64_t image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image, std::uint64_t burst_bytes) const;
   void run_group(const Job& job, const Group& group);
   void run_batch(const Job& job);
@@ -84,7 +84,7 @@ class SamplingController {
   bool refill(const Job& job, std::size_t hole, std::size_t before, std::size_t after);
 
   // sampling_lines.cpp
-  void draw_lines(const Job& job);
+  void draw_lines(const Job& job, std::span<const std::uint32_t> cells);
   void draw_cell_lines(const Job& job, const ParameterCell& cell, bool along_u);
   void scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step, float most_light);
   void begin_piece(const Job& job, const ParameterCell& first);

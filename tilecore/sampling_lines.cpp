@@ -26,10 +26,10 @@ float most_light(int line) {
 
 }  // namespace
 
-void SamplingController::draw_lines(const Job& job) {
+void SamplingController::draw_lines(const Job& job, std::span<const std::uint32_t> cells) {
   shaders::SurfaceProgram surface;
   const frontend::Procedure::Piece* piece = nullptr;
-  for (const std::uint32_t c : order_) {
+  for (const std::uint32_t c : cells) {
     const ParameterCell& cell = job.maps.cells()[c];
     const frontend::PosedDrawable& drawable = job.frame.drawables[cell.drawable];
     begin_piece(job, cell);
@@ -75,7 +75,8 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
   const auto& at = registers_->at[0];
   const float z = at[R::kZ][k];
   const float luma = 0.2126f * registers_->r[k] + 0.7152f * registers_->g[k] + 0.0722f * registers_->b[k];
-  if (!(z >= static_cast<float>(job.frame.projection.near)) || !(luma <= light)) return;
+  const frontend::Projection& projection = job.frame.projection;
+  if (!(z >= static_cast<float>(projection.near)) || (projection.far > 0 && z > static_cast<float>(projection.far)) || !(luma <= light)) return;
   const float tangent_x = at[along_u ? R::kXu : R::kXv][k] * half_step, tangent_y = at[along_u ? R::kYu : R::kYv][k] * half_step;
   const float length = std::sqrt(tangent_x * tangent_x + tangent_y * tangent_y), across = kWidthPixels / std::max(length, 1e-6f);
   Parallelogram p{at[R::kX][k], at[R::kY][k], tangent_x, tangent_y, -tangent_y * across, tangent_x * across, 0, kSlackPixels};
@@ -85,6 +86,8 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
   const float facing = at[R::kXu][k] * at[R::kYv][k] - at[R::kYu][k] * at[R::kXv][k];
   if (!drawable.material->double_sided && (drawable.mirrored ? facing < 0 : facing > 0)) return;
   const IntRect& pixels = job.samples.pixels;
+  // Beyond its reach a tile may not know of the cell: no tile draws there, so that none sees more than another would.
+  const float left = cell.x0 - ParameterMaps::kStrokeReach, right = cell.x1 + ParameterMaps::kStrokeReach, top = cell.y0 - ParameterMaps::kStrokeReach, bottom = cell.y1 + ParameterMaps::kStrokeReach;
   const float rx = std::abs(p.ax) + std::abs(p.bx) + kSlackPixels, ry = std::abs(p.ay) + std::abs(p.by) + kSlackPixels;
   const auto clip = [](float a, int low, int high) { return static_cast<int>(std::floor(std::min(std::max(a, static_cast<float>(low)), static_cast<float>(high)))); };
   const int x1 = std::min(clip(p.x + rx, pixels.x0 - 1, pixels.x1) + 1, pixels.x1), y1 = std::min(clip(p.y + ry, pixels.y0 - 1, pixels.y1) + 1, pixels.y1);
@@ -93,8 +96,9 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
       const std::size_t first = static_cast<std::size_t>((y - pixels.y0) * pixels.width() + (x - pixels.x0)) * static_cast<std::size_t>(job.samples.spp);
       for (std::size_t s = first; s < first + static_cast<std::size_t>(job.samples.spp); ++s) {
         float along, aside;
-        if (p.holds(job.samples.x[s], job.samples.y[s], along, aside))
-          write(job, cell, s, z * kNearer, registers_->u[k], registers_->v[k], SurfaceLocation::kStroke);
+        const float px = job.samples.x[s], py = job.samples.y[s];
+        if (px < left || px > right || py < top || py > bottom) continue;
+        if (p.holds(px, py, along, aside)) write(job, cell, s, z * kNearer, registers_->u[k], registers_->v[k], SurfaceLocation::kStroke);
       }
     }
 }

@@ -1,4 +1,4 @@
-// Texts that people write: studies, machines, options. And results that other runs of the program wrote: sweeps, statistics.
+// Texts that people write: studies, machines, options. And results that other runs of the program wrote: sweeps, statistics, tradeoffs.
 #include <algorithm>
 
 #include "base/json_text.h"
@@ -142,7 +142,7 @@ std::vector<std::string> options() {
 
 // ---- Results ----------------------------------------------------------------------------------------------------
 
-// The first byte chooses: a sweep with one result, a replay's statistics.
+// The first byte chooses: a sweep with one result, a replay's statistics, a tradeoff.
 void read_results(Bytes input) {
   if (input.empty()) return;
   static const fs::path kFolder = [] {
@@ -155,18 +155,33 @@ void read_results(Bytes input) {
     std::string note;
     // The report turns a member that is missing or of another type into a refusal of its own; so does this.
     try {
-      if (input[0] % 2 == 0) {
+      const unsigned kind = input[0] % 3;
+      if (kind == 0) {
         const std::size_t cut = std::min(text.find('\n'), text.size());
         write_scratch(kFolder / "sweep.json", text.substr(0, cut));
         write_scratch(kFolder / "points" / "0123456789abcdef0123456789abcdef.json", text.substr(std::min(cut + 1, text.size())));
         replay::sweep_report(kFolder, note);
-      } else {
+      } else if (kind == 1) {
         write_scratch(kFolder / "stats.json", text);
         replay::replay_report(kFolder, note);
+      } else {
+        write_scratch(kFolder / "tradeoff.json", text);
+        const json page = replay::tradeoff_report(kFolder, note);
+        require(page.at("title").is_string() && page.at("subtitle").is_string() && page.at("tradeoff").at("knobs").is_array(), "a tradeoff was accepted that no page can show");
       }
     } catch (const json::exception&) {
     }
   });
+}
+
+json tradeoff_seed() {
+  const json times = {{"seconds", {{"median", 1.5}, {"low", 1}, {"high", 2}}}, {"processor_seconds", {{"median", 1.5}, {"low", 1}, {"high", 2}}}};
+  const json row = {{"label", "4"}, {"says", "s"}, {"arguments", "--set a=4"}, {"base", true}, {"in_double", false}, {"picture", "p"}, {"same_picture", true}, {"cycles", 9}, {"dram_bytes", 8}, {"energy_nj", 1.5}, {"watched", nullptr},
+                    {"error", {{"psnr_db", 40.5}, {"ssim", 0.9}, {"flip", 0.1}, {"max_error", 0.2}}}, {"front", {{"cycles", true}}}, {"host", times}};
+  const json knob = {{"name", "samples"}, {"title", "t"}, {"context", ""}, {"against", 0}, {"visual", false}, {"watched", ""}, {"watched_as", ""}, {"skipped", ""}, {"idle", false}, {"settings", {row}}};
+  return {{"schema", "tessera.tradeoff/1"}, {"capture", "a.glb"}, {"frame", 3}, {"first_frame", 0}, {"size", {8, 8}}, {"rounds", 1}, {"stopped", true}, {"settings", {{"a", 4}}}, {"gpu", {{"preset", "middle"}}}, {"knobs", {knob}},
+          {"reference", {{"samples", 16}, {"edge_pixels", 1.0}, {"psnr_db", nullptr}, {"convergence", {{"samples", {8, 16}}, {"rms_error", {0.2, 0.1}}, {"slope", -0.5}, {"size", {2, 2}}}}}},
+          {"cheapest", {{"cost", "cycles"}, {"max_flip", 0.5}, {"min_psnr", nullptr}, {"setting", {{"label", "4"}, {"knob", "t"}, {"arguments", ""}}}}}};
 }
 
 std::vector<std::string> results() {
@@ -176,7 +191,8 @@ std::vector<std::string> results() {
   const json point = {{"schema", "tessera.point/1"}, {"frames", {frame}}};
   const json stats = {{"schema", "tessera.stats/1"}, {"capture", {{"file", "a.glb"}}}, {"gpu", {{"preset", "middle"}}}, {"settings", {{"width", 8}, {"height", 8}, {"region", {0, 0, 8, 8}}}},
                       {"frames", {frame}}, {"total", {{"counters", {{"binner.entries", 7}}}}}};
-  return {std::string(1, '\0') + sweep.dump() + "\n" + point.dump(), std::string(1, '\0') + sweep.dump() + "\n" + json{{"fault", "no"}}.dump(), std::string(1, '\1') + stats.dump()};
+  return {std::string(1, '\0') + sweep.dump() + "\n" + point.dump(), std::string(1, '\0') + sweep.dump() + "\n" + json{{"fault", "no"}}.dump(), std::string(1, '\1') + stats.dump(),
+          std::string(1, '\2') + tradeoff_seed().dump()};
 }
 
 std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {

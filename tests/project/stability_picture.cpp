@@ -14,7 +14,23 @@ StabilityTopic procedures() {
               {"values that are not finite", "NaN in the depth buffer wins or loses every comparison", "counted and skipped", {"tilecore: HardProcedures.ValuesThatAreNotFiniteAreCountedAndSkipped"}},
               {"closed parameters, chains of curves", "a seam where u = 0 meets u = 1", "turns are computed from the same number on both sides", {"shaders_cpp: Shapes.ClosedParametersMeetBitForBit", "shaders_cpp: Shapes.PiecesOfAChainMeetBitForBit"}},
               {"equal depths", "the order of scattering shows", "the lower patch wins", {"tilecore: SamplingController.EqualDepthsGoToTheLowerPatchWhateverComesFirst"}},
+              {"drawn with lines, the surface beneath", "strokes change what they do not cover", "the surface is sampled as ever; strokes lie in front of it", {"tilecore: Lines.WhatTheyLeaveFreeIsTheSurfaceBitByBitAndStrokesLieInFrontOfIt"}},
+              {"drawn with lines, a stroke across a tile's border", "the tile beyond does not know of it", "tiles also list cells whose strokes alone reach them", {"tilecore: Lines.FollowFromTheSceneAloneWhateverTheTiles"}},
               {"noise across the lines of its lattice", "an interval that ends on a line misses the next cell", "every cell that the interval touches is joined", {"frontend: ProcedureEnclosure.NoiseStaysInItsRangeAcrossLatticeLines", "frontend: ProcedureEnclosure.ANarrowerOneIsCaught"}},
+          }};
+}
+
+StabilityTopic effects() {
+  return {"Effects that a scene can do without", "Motion, lens, displacement and alpha test are left out where bounds show that nothing of them is seen: the picture is the same, bit by bit, when they are forced everywhere.",
+          {
+              {"motion by less than a sub-pixel, a lens nearly in focus", "one tile leaves the effect out and its neighbour does not: a seam", "one rule for each vertex, whoever asks; bounds only tell beforehand that all vertices obey it", {"effects: SubPatchEffects.E1AndE2HoldForEverySubPatchThatGoesWithoutMotionOrLens", "effects: Effects.AnObjectThatMovesByLessThanASubPixelNeedsNoCodeForMotion", "effects: Effects.EveryVisibilityMethodElidesThemWithoutAChange"}},
+              {"thresholds that are a little too wide", "what moves stands still", "found by tessellating what was left out", {"effects: SubPatchEffects.AnElisionThatLeavesOutTooMuchBreaksE1AndE2", "effects: Effects.AMovingSubPatchThatRanWithoutMotionWouldBeNoticed"}},
+              {"camera and object that move alike, camera that moves alone", "motion in the world is taken for motion on screen", "decided from the screen at both keys", {"effects: Effects.ACameraThatMovesAloneMovesEverythingThatItSees"}},
+              {"cut inside the shutter, cut between two frames", "a step in an animation is missed between its keys", "posed at both keys of the frame itself", {"effects: Effects.ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs"}},
+              {"surface that the plane of focus crosses", "in focus somewhere is taken for in focus all over", "both ends of its depths are looked at; a wall that is tilted is blurred, one straight on is not", {"effects: Effects.OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens"}},
+              {"map that is zero here and not there", "vertices that a neighbour owns open a crack", "displaced unless the offset is zero at all vertices, those of neighbours included; a constant moves all", {"effects: SubPatchEffects.E3SubPatchesWithoutDisplacementHaveTheSameVerticesWithAndWithoutIt", "effects: Effects.AMapThatIsZeroReadsNoHeights"}},
+              {"alpha near the cutoff between texels", "a hole that filtering makes is drawn shut", "least alpha over all texels that a sub-patch's look-ups may touch", {"effects: SubPatchEffects.E4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff", "effects: Effects.OpaquePartsOfAMaskedMaterialAreNotTested"}},
+              {"an effect forced off", "something of it stays", "the picture of the capture without it", {"effects: Effects.ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem", "effects: Effects.ForcedOnEverywhereTheyGiveTheSamePicture"}},
           }};
 }
 
@@ -40,6 +56,6 @@ StabilityTopic resolve() {
 
 }  // namespace
 
-std::vector<StabilityTopic> picture_cases() { return {procedures(), resolve()}; }
+std::vector<StabilityTopic> picture_cases() { return {procedures(), effects(), resolve()}; }
 
 }  // namespace tessera

@@ -40,9 +40,10 @@ StabilityTopic input() {
               {"any bytes as a capture", "crash, hang, leak, reads beyond a buffer, numbers that are not finite", "every index, range, count and URI is checked before use; one line says where and what", {"frontend: EachClass/BrokenCaptures.AreRefusedInOneLineThatNamesFilePlaceAndFault", "frontend: GltfContainer.RefusesEveryTruncatedLength", "fuzz: capture"}},
               {"any capture that loads", "values that pass the reader and break the machine", "rendered under the sanitizers", {"fuzz: replay"}},
               {"any bytes as a Draco stream", "counts that the decoder allocates by", "the head is read and charged first", {"frontend: DracoStream.IsSoundOrRefusedAtEveryTruncatedLength", "frontend: DracoStream.IsSoundOrRefusedWhicheverByteIsWrong", "fuzz: draco"}},
-              {"any bytes as a picture", "decompression bombs, sizes that overflow", "containers are walked and sizes charged before pixels are allocated", {"base: ImageCodec.EveryTruncatedPngIsRefused", "base: ImageCodec.SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated", "base: ExrFile.SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated", "fuzz: picture", "fuzz: exr"}},
+              {"any bytes as a picture", "decompression bombs, sizes that overflow", "containers are walked and sizes charged before pixels are allocated", {"base: ImageCodec.EveryTruncatedPngIsRefused", "base: ImageCodec.SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated", "base: JpegDecoder.APictureBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated", "base: ExrFile.SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated", "fuzz: picture", "fuzz: exr"}},
+              {"a JPEG that names tables it has not, or tables that do not fit", "a decoder reads outside of its tables, or makes pixels up", "libjpeg-turbo, whose warnings are refusals", {"base: JpegDecoder.TablesThatAreMissingOrDoNotFitAreRefused", "base: JpegDecoder.WhatTheLibraryWouldOnlyWarnOfIsRefused", "base: JpegDecoder.EveryTruncatedFileIsRefused", "base: JpegDecoder.FourChannelsAreRefused"}},
               {"any bytes as a history", "a head that promises more than the file has", "the length must be the head's before memory is taken", {"replay: History.DamagedFilesAreRefusedAtEveryLength", "fuzz: history"}},
-              {"any bytes as a study, a machine, an option, results", "numbers beyond their ranges, ranges of endless steps, members of another type", "key tables; points are counted before they are made", {"replay: Study.FaultsAreNamedByTheirPlaceWithTheNearestKnownName", "replay: Study.MorePointsThanAllowedAreRefusedBeforeTheyAreMade", "hardware: Configuration.FaultsInAFileNameTheNearestKey", "replay: CompareCommand.DamagedStatisticsEndWithStatus3", "fuzz: study", "fuzz: machine", "fuzz: option", "fuzz: result"}},
+              {"any bytes as a study, a machine, an option, results", "numbers beyond their ranges, ranges of endless steps, members of another type", "key tables; points are counted before they are made", {"replay: Study.FaultsAreNamedByTheirPlaceWithTheNearestKnownName", "replay: Study.MorePointsThanAllowedAreRefusedBeforeTheyAreMade", "hardware: Configuration.FaultsInAFileNameTheNearestKey", "replay: CompareCommand.DamagedStatisticsEndWithStatus3", "replay: TradeoffReport.AResultThatLacksWhatThePageShowsEndsWithStatus3", "fuzz: study", "fuzz: machine", "fuzz: option", "fuzz: result"}},
               {"more memory than allowed", "a small file that unpacks to much", "charged before it is allocated, refused at the byte", {"frontend: MemoryBudget.ChargesAtLeastWhatReadingHasOnTheHeapAtOnce", "frontend: MemoryBudget.SufficesExactlyAndRefusesOneByteBelow", "frontend: MemoryBudget.RefusesWhatUnpacksToMoreBeforeUnpackingIt", "replay: ReplayCommand.PicturesBeyondTheMemoryLimitEndWithStatus4"}},
               {"URIs that leave the capture's folder", "any file of the machine is read", "links resolved, then compared; no network", {"frontend: ResolveUri.NeverNamesAFileOutsideTheFolder"}},
           }};
@@ -58,8 +59,22 @@ StabilityTopic long_runs() {
           }};
 }
 
+StabilityTopic accuracy() {
+  return {"Accuracy against cost", "`tessera tradeoff` compares with a reference in double precision; what it says is worth no more than that.",
+          {
+              {"a reference that errs as the machine does", "errors cancel, a setting looks perfect", "another renderer: rays in double precision through triangles at each sample's own time, plain random numbers; where there is a formula, against it", {"replay: Reference.CoverageOfAMovingEdgeIsTheMeanOverPixelAndShutter", "replay: Reference.CoverageOfADefocusedEdgeIsThatOfTheLensDisc", "replay: Reference.WithTheMachinesSamplesDiffersByItsArithmeticAlone"}},
+              {"a reference that has not converged", "its own noise is taken for the machine's error", "noise is measured from its halves and said beside the result; it falls with the root of the samples", {"replay: Reference.ErrorFallsWithTheRootOfTheSamples", "replay: Reference.IsWhereTheMachineGoesWithMoreSamples"}},
+              {"triangles that move fast through the reference's tree", "a box at one time misses them at another", "boxes move with them", {"replay: ReferenceTree.BoxesHoldTheirTrianglesAtEveryTime", "replay: ReferenceTree.FindsWhatAllTrianglesOneByOneGive"}},
+              {"equal points, points equal in one of two", "two that are alike push each other off the front", "beaten means no worse in both and better in one", {"replay: ParetoFront.IsWhatNoOtherPointBeats"}},
+              {"what has no cycles, errors of zero", "a run in double is the cheapest machine; infinite decibels are no JSON", "left out of what is cheapest; null, shown as equal", {"replay: Cheapest.IsTheLeastCostAmongThoseGoodEnough", "replay: Words.SayWhatASettingCostsAndSaves"}},
+              {"knobs without effect on this capture", "hours of equal pictures", "left out, with the reason", {"replay: Knobs.AreLeftOutWhereTheyChangeNothing", "replay: Knobs.CompareWithTheDefaults"}},
+              {"two knobs that set one key, too many combinations", "the second wins silently; endless runs", "refused before the combinations are run", {"replay: TradeoffCommand.TurnsKnobsTogether"}},
+              {"started again with a result missing", "everything anew, or results of another scene", "results are named by what they follow from; only what is missing is run", {"replay: TradeoffCommand.DoesNotRunAgainWhatIsThere", "replay: TradeoffCommand.FollowsFromItsInputsButForTimes"}},
+          }};
+}
+
 }  // namespace
 
-std::vector<StabilityTopic> whole_cases() { return {whole_machine(), traps(), input(), long_runs()}; }
+std::vector<StabilityTopic> whole_cases() { return {whole_machine(), traps(), accuracy(), input(), long_runs()}; }
 
 }  // namespace tessera

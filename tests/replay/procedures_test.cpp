@@ -1,6 +1,10 @@
 // Procedures through the whole machine: sampled and tessellated, alone and beside ordinary geometry, still and moving.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <span>
+
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "frontend/capture_reader.h"
@@ -20,6 +24,7 @@ struct Ways {
   std::string simd = "";
   int spp = 16;
   bool motion = true;
+  std::string style = "surface";
 };
 
 FrameResult render(const frontend::Capture& capture, const Ways& ways, int width = 160, int height = 90) {
@@ -29,6 +34,7 @@ FrameResult render(const frontend::Capture& capture, const Ways& ways, int width
   gpu.tile_width = gpu.tile_height = ways.tile;
   RunSettings settings;
   settings.procedures_path = ways.path;
+  settings.procedures_style = ways.style;
   settings.samples_per_pixel = ways.spp;
   settings.target_edge_pixels = 1.5;
   if (!ways.motion) settings.motion = "off";
@@ -118,6 +124,56 @@ TEST(Procedures, CountersDoNotDependOnThreadsOrInstructionSet) {
     EXPECT_EQ(plain.counters.ledger.total().read_bytes, other.counters.ledger.total().read_bytes);
   }
 }
+
+// ---- Drawn with lines -------------------------------------------------------------------------------------------
+
+TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // C1
+  const frontend::Capture capture = mixed_scene(false);
+  const FrameResult plain = render(capture, {.spp = 4, .style = "lines"});
+  EXPECT_GT(plain.counters.sampling.strokes, 0u);
+  EXPECT_NE(plain.targets.color.values, render(capture, {.spp = 4}).targets.color.values) << "the twin: another style is another picture";
+  std::vector<Ways> others = {{.tile = 8, .spp = 4}, {.tile = 64, .spp = 4}, {.threads = 1, .spp = 4}};
+  for (const std::string& simd : simd_target_names()) others.push_back({.simd = simd, .spp = 4});
+  for (Ways& ways : others) {
+    ways.style = "lines";
+    const FrameResult other = render(capture, ways);
+    EXPECT_EQ(plain.targets.color.values, other.targets.color.values) << ways.tile << " " << ways.threads << " " << ways.simd;
+    EXPECT_EQ(plain.targets.depth.values, other.targets.depth.values) << ways.tile << " " << ways.threads << " " << ways.simd;
+    if (ways.tile != 32) continue;
+    for (const auto& field : hardware::kCounterFields<tilecore::SamplingCounters>)
+      EXPECT_EQ(plain.counters.sampling.*field.member, other.counters.sampling.*field.member) << field.name << " " << ways.threads << " " << ways.simd;
+  }
+}
+
+// Covered pixels that are no mixture of ink and paper.
+std::size_t other_colors(const Image& color, float& least_ink, float& most_ink) {
+  const Vec3 paper(0.80f, 0.76f, 0.68f), ink(0.02f, 0.02f, 0.035f);
+  std::size_t others = 0;
+  least_ink = 1, most_ink = 0;
+  for (int y = 0; y < color.height; ++y)
+    for (int x = 0; x < color.width; ++x) {
+      const std::span<const float> c = color.at(x, y);
+      if (c[3] != 1.0f) continue;
+      const float share = (paper.x - c[0]) / (paper.x - ink.x);
+      bool mixed = share > -1e-4f && share < 1.0001f;
+      for (int k = 1; k < 3; ++k) mixed = mixed && std::abs(paper[k] + share * (ink[k] - paper[k]) - c[static_cast<std::size_t>(k)]) < 1e-4f;
+      others += mixed ? 0 : 1;
+      least_ink = std::min(least_ink, share), most_ink = std::max(most_ink, share);
+    }
+  return others;
+}
+
+TEST(Procedures, ADrawingIsInkOnPaper) {
+  frontend::Capture capture = mixed_scene(false);
+  capture.nodes.back().mesh = frontend::kNone;  // the triangle is shaded as ever
+  float least, most;
+  EXPECT_EQ(other_colors(render(capture, {.spp = 4, .style = "lines"}).targets.color, least, most), 0u);
+  EXPECT_EQ(least, 0.0f);
+  EXPECT_NEAR(most, 1.0f, 1e-4f);
+  EXPECT_GT(other_colors(render(capture, {.spp = 4}).targets.color, least, most), 1000u);
+}
+
+// ---- Closed surfaces --------------------------------------------------------------------------------------------
 
 // No sample of the background shows through a closed surface: over a white background each sample of a black, unlit sphere that the
 // tessellated twin has well inside its outline is dark.

@@ -42,6 +42,10 @@ class Report : public testing::Test {
     run({"sweep", path("study.json"), "--out", path("sweep")});
     run({"sweep", path("study.json"), "--out", path("shard"), "--shard", "1/2"});
     run({"report", path("shard")});
+    // A file name that would be markup, if it could.
+    fs::copy_file(test::shipped_capture("eggs"), path("a <b onclick='complain()'>&amp;.glb"));
+    run({"tradeoff", path("a <b onclick='complain()'>&amp;.glb"), "--size", "96x54", "--knobs", "samples,arithmetic,advection", "--joint", "samples,shading", "--rounds", "1", "--run", "1", "--reference-samples", "16", "--max-flip", "0.9",
+         "--set", "tile.width=16", "--out", path("tradeoff")});
   }
   static void TearDownTestSuite() {
     delete folder_;
@@ -65,7 +69,7 @@ class Report : public testing::Test {
 };
 test::TemporaryFolder* Report::folder_ = nullptr;
 
-const std::vector<std::string> kPages = {"replay", "frame", "sweep", "shard"};
+const std::vector<std::string> kPages = {"replay", "frame", "sweep", "shard", "tradeoff"};
 
 TEST_F(Report, OpensWithoutScriptErrors) {
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
@@ -177,6 +181,147 @@ TEST_F(Report, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
   EXPECT_NE(test::body_attribute(test::open_page(path("with.html"), address), "data-values"), expected[0] + " " + expected[1]);
 }
 
+// ---- A tradeoff -------------------------------------------------------------------------------------------------
+
+class TradeoffReport : public Report {
+ protected:
+  static json tradeoff() { return json::parse(test::read_text(path("tradeoff/tradeoff.json"))); }
+  static json knob(const std::string& name) {
+    const json result = tradeoff();
+    return *std::find_if(result["knobs"].begin(), result["knobs"].end(), [&](const json& k) { return k["name"] == name; });
+  }
+  // As the page writes numbers: narrow spaces between thousands.
+  static std::string grouped(std::uint64_t value) {
+    std::string text = std::to_string(value);
+    for (std::size_t at = text.size(); at > 3;) text.insert(at -= 3, "\u202f");
+    return text;
+  }
+};
+
+TEST_F(TradeoffReport, EveryKnobHasItsSectionWithItsSettingsOrTheReasonWhyItIsLeftOut) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const json result = tradeoff();
+  const std::string dom = test::open_page(page("tradeoff")).dom;
+  for (const char* id : {"summary", "front", "convergence", "configuration"}) EXPECT_THAT(dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
+  std::size_t skipped = 0, settings = 0;
+  for (const json& k : result["knobs"]) {
+    EXPECT_THAT(dom, HasSubstr("<section id=\"knob-" + k["name"].get<std::string>() + "\""));
+    if (const std::string reason = k["skipped"]; !reason.empty()) {
+      EXPECT_THAT(dom, HasSubstr("Left out: " + reason + "."));
+      ++skipped;
+    }
+    for (const json& row : k["settings"]) {
+      ++settings;
+      EXPECT_THAT(dom, HasSubstr("<li>" + row["says"].get<std::string>() + "</li>"));
+      if (row["cycles"].is_null()) continue;
+      EXPECT_THAT(dom, HasSubstr("<td class=\"number\">" + grouped(row["cycles"]) + "</td>")) << row["label"];
+    }
+  }
+  EXPECT_EQ(skipped, 1u) << "nothing is advected in a first frame";
+  EXPECT_THAT(dom, HasSubstr(std::to_string(settings) + " settings of " + std::to_string(result["knobs"].size() - skipped) + " knobs"));
+  EXPECT_THAT(dom, HasSubstr("<pre>" + result["cheapest"]["setting"]["arguments"].get<std::string>() + "</pre>"));
+}
+
+// The page finds the front by itself; so did the program.
+TEST_F(TradeoffReport, ThePlottedFrontIsTheOneOfTheResult) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const json rows = knob("joint")["settings"];
+  std::set<std::string> expected, all;
+  for (const json& row : rows) {
+    all.insert(row["label"].get<std::string>());
+    if (row["front"]["cycles"] == true) expected.insert(row["label"].get<std::string>());
+  }
+  ASSERT_FALSE(expected.empty());
+  ASSERT_LT(expected.size(), all.size());
+  std::string text = test::read_text(page("tradeoff"));
+  text.insert(text.rfind("</body>"), "<script>{ const rows = drawn.find((entry) => entry.place.closest('#front')).rows(), label = (row) => data.tradeoff.knobs.flatMap((knob) => knob.settings)[row.index].label;"
+                                     "document.body.dataset.front = rows.filter((row) => row.front).map(label).join(';'); document.body.dataset.all = rows.map(label).join(';'); }</script>");
+  test::write_text(path("with.html"), text);
+  const OpenedPage opened = test::open_page(path("with.html"), "front.knob=joint");
+  const auto labels = [&](const char* name) {
+    std::set<std::string> out;
+    std::istringstream stream(test::body_attribute(opened, name));
+    for (std::string label; std::getline(stream, label, ';');) out.insert(label);
+    return out;
+  };
+  EXPECT_EQ(labels("data-front"), expected);
+  EXPECT_EQ(labels("data-all"), all);
+}
+
+TEST_F(TradeoffReport, ASettingIsChosenByKeysAndShowsItsArguments) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const json row = knob("samples")["settings"][1];
+  const OpenedPage opened = open_with("tradeoff", R"(
+    const line = [...document.querySelectorAll('#front tbody tr')][1];
+    line.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+    document.body.dataset.said = document.querySelector('#front [aria-live]').textContent;
+    document.body.dataset.unreachable = [...document.querySelectorAll('a, button, select, input, summary')].filter((element) => element.tabIndex < 0).length;
+    document.body.dataset.unnamed = [...document.querySelectorAll('select, input')].filter((element) => !element.labels.length && !element.getAttribute('aria-label')).length;)");
+  const std::string said = test::body_attribute(opened, "data-said");
+  EXPECT_THAT(said, HasSubstr(row["label"].get<std::string>()));
+  EXPECT_THAT(said, HasSubstr(row["says"].get<std::string>()));
+  EXPECT_THAT(said, HasSubstr(row["arguments"].get<std::string>()));
+  EXPECT_EQ(test::body_attribute(opened, "data-unreachable"), "0");
+  EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
+}
+
+TEST_F(TradeoffReport, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  std::string text = test::read_text(page("tradeoff"));
+  text.insert(text.rfind("</body>"), "<script>document.body.dataset.points = drawn.find((entry) => entry.place.closest('#front')).rows().map((row) => row.x + ' ' + row.y).join(';');</script>");
+  test::write_text(path("with.html"), text);
+  std::string expected, wrong;
+  const json samples = knob("samples");
+  for (const json& row : samples["settings"]) {
+    const auto add = [](std::string& to, const json& x, const json& y) { to += (to.empty() ? "" : ";") + x.dump() + " " + y.dump(); };
+    add(expected, row["dram_bytes"], row["error"]["max_error"]);
+    add(wrong, row["cycles"], row["error"]["flip"]);
+  }
+  const std::string points = test::body_attribute(test::open_page(path("with.html"), "front.knob=samples&front.across=dram_bytes&front.up=max_error"), "data-points");
+  EXPECT_EQ(points, expected);
+  EXPECT_NE(points, wrong);
+  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), "front.knob=samples"), "data-points"), wrong);
+}
+
+TEST_F(TradeoffReport, AFileNameNeverBecomesMarkup) {
+  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  const OpenedPage opened = test::open_page(page("tradeoff"));
+  EXPECT_THAT(opened.dom, HasSubstr("What accuracy costs: a &lt;b onclick='complain()'&gt;&amp;amp;.glb</h1>"));
+  EXPECT_THAT(opened.dom, testing::Not(HasSubstr("<b onclick")));
+}
+
+// What the page reads of it, each taken away or made another type in turn.
+TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
+  const json sound = tradeoff();
+  fs::create_directories(path("lacking"));
+  std::vector<json::json_pointer> places;
+  for (const char* place : {"/schema", "/stopped", "/capture", "/frame", "/size", "/size/1", "/rounds", "/settings", "/gpu", "/knobs", "/reference", "/reference/samples", "/reference/edge_pixels", "/reference/psnr_db",
+                            "/reference/convergence", "/reference/convergence/samples", "/reference/convergence/rms_error", "/reference/convergence/slope", "/reference/convergence/size", "/cheapest/setting", "/cheapest/cost",
+                            "/knobs/0/name", "/knobs/0/title", "/knobs/0/settings", "/knobs/0/settings/1/label", "/knobs/0/settings/1/says", "/knobs/0/settings/1/arguments", "/knobs/0/settings/1/error",
+                            "/knobs/0/settings/1/error/flip", "/knobs/0/settings/1/error/ssim", "/knobs/0/settings/1/error/psnr_db", "/knobs/0/settings/1/error/max_error", "/knobs/0/settings/1/cycles",
+                            "/knobs/0/settings/1/front", "/knobs/0/settings/1/host", "/knobs/0/settings/1/host/seconds/median", "/knobs/0/settings/1/host/seconds/low", "/knobs/0/settings/1/host/processor_seconds"})
+    places.emplace_back(place);
+  for (const json::json_pointer& place : places) {
+    ASSERT_TRUE(sound.contains(place)) << place.to_string();
+    json lacking = sound, other = sound;
+    json& holder = lacking[place.parent_pointer()];
+    if (holder.is_object()) holder.erase(place.back());
+    else holder.erase(std::stoul(place.back()));
+    other[place] = json::array({json::array()});
+    for (const json& broken : {lacking, other}) {
+      test::write_text(path("lacking/tradeoff.json"), broken.dump());
+      const ProcessResult r = run_tessera({"report", path("lacking")});
+      EXPECT_EQ(r.status, 3) << place.to_string() << ": " << r.errors;
+      EXPECT_THAT(r.errors, HasSubstr("tradeoff.json")) << place.to_string();
+      EXPECT_FALSE(fs::exists(page("lacking"))) << place.to_string();
+    }
+  }
+  test::write_text(path("lacking/tradeoff.json"), sound.dump());
+  EXPECT_EQ(run_tessera({"report", path("lacking")}).status, 0);
+}
+
+// ---- How pages look ---------------------------------------------------------------------------------------------
+
 TEST_F(Report, FollowsTheReadersWishForDarkOrLight) {
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
   const std::string script = "document.body.dataset.ground = getComputedStyle(document.body).backgroundColor; document.body.dataset.axis = plotTheme().axis.titleColor;";
@@ -255,9 +400,10 @@ TEST_F(Report, FoldersThatHoldNothingToReportEndWithStatus3) {
   fs::create_directories(path("broken"));
   EXPECT_THAT(run_tessera({"report", path("empty")}).errors, HasSubstr("holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"));
   EXPECT_THAT(run_tessera({"report", path("none")}).errors, HasSubstr("none: no such folder"));
-  for (const char* file : {"stats.json", "sweep.json"})
-    for (const char* text : {"", "{", "[]", "{}", R"({"schema": "tessera.stats/1", "frames": []})", R"({"schema": "tessera.stats/1", "frames": [{}], "settings": {"region": [0]}})", R"({"points": [{"hash": 3}]})", "7"}) {
-      fs::remove(path("broken/stats.json"));
+  for (const char* file : {"stats.json", "sweep.json", "tradeoff.json"})
+    for (const char* text : {"", "{", "[]", "{}", R"({"schema": "tessera.stats/1", "frames": []})", R"({"schema": "tessera.stats/1", "frames": [{}], "settings": {"region": [0]}})", R"({"points": [{"hash": 3}]})",
+                             R"({"schema": "tessera.tradeoff/1", "knobs": []})", "7"}) {
+      for (const char* other : {"stats.json", "sweep.json", "tradeoff.json"}) fs::remove(path(std::string("broken/") + other));
       test::write_text(path(std::string("broken/") + file), text);
       const ProcessResult r = run_tessera({"report", path("broken")});
       EXPECT_EQ(r.status, 3) << file << " " << text << ": " << r.errors;

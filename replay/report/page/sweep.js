@@ -53,10 +53,11 @@ function sweepReport() {
 
 // Marks the rows that no other beats in both x and y.
 function markFront(rows) {
-  let best = Infinity;
+  let last = { x: NaN, y: Infinity };
   for (const row of rows.slice().sort((a, b) => a.x - b.x || a.y - b.y)) {
-    row.front = row.y < best;
-    best = Math.min(best, row.y);
+    // Equal points do not beat each other.
+    row.front = row.y < last.y || (row.y === last.y && row.x === last.x);
+    if (row.front) last = row;
   }
   return rows;
 }
