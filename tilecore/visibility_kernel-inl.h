@@ -15,6 +15,8 @@
 #define TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include "base/simd-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -32,6 +34,12 @@ constexpr std::size_t kMaxLanes = hn::MaxLanes(D());
 
 HWY_INLINE V fma(V a, V b, V c) { return simd::fused_multiply_add(D(), a, b, c); }
 
+// first, first + 1, ...; Highway 1.0's Iota takes its lanes from memory, where it has just written them one by one.
+HWY_INLINE VI numbers_from(std::size_t first) {
+  alignas(64) static constexpr std::int32_t kLanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  return hn::Add(hn::Load(DI(), kLanes), hn::Set(DI(), static_cast<std::int32_t>(first)));
+}
+
 // One bit per lane, lane 0 the lowest.
 template <class Mask>
 HWY_INLINE std::uint32_t mask_bits(Mask mask) {
@@ -40,11 +48,36 @@ HWY_INLINE std::uint32_t mask_bits(Mask mask) {
   return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
 }
 
-// Stores the set lanes side by side, and garbage behind them; returns their number. In a register first: compressing
-// into memory is slow.
+#if HWY_TARGET == HWY_AVX2
+// By set lanes of eight: where they are, in order.
+struct SetLanes {
+  alignas(64) std::uint8_t of[256][8];
+};
+constexpr SetLanes kSetLanes = [] {
+  SetLanes lanes{};
+  for (unsigned bits = 0; bits < 256; ++bits)
+    for (std::uint8_t lane = 0, count = 0; lane < 8; ++lane)
+      if ((bits >> lane & 1) != 0) lanes.of[bits][count++] = lane;
+  return lanes;
+}();
+#endif
+
+// The set lanes side by side, and garbage behind them.
+template <class Vector, class Tag>
+HWY_INLINE Vector compress(Vector v, M mask, Tag tag) {
+#if HWY_TARGET == HWY_AVX2
+  // Highway 1.0 copies its table to the stack every time.
+  const hn::Rebind<std::uint8_t, Tag> bytes;
+  return hn::TableLookupLanes(v, hn::IndicesFromVec(tag, hn::PromoteTo(DI(), hn::Load(bytes, kSetLanes.of[mask_bits(mask)]))));
+#else
+  return hn::Compress(v, hn::RebindMask(tag, mask));
+#endif
+}
+
+// Stores them; returns their number. In a register first: compressing into memory is slow.
 template <class Vector, class Tag>
 HWY_INLINE std::size_t compress_store(Vector v, M mask, Tag tag, hn::TFromD<Tag>* to) {
-  hn::StoreU(hn::Compress(v, hn::RebindMask(tag, mask)), tag, to);
+  hn::StoreU(compress(v, mask, tag), tag, to);
   return hn::CountTrue(D(), mask);
 }
 
@@ -339,30 +372,44 @@ struct Survivors {
   alignas(64) float rest_x[kCapacity + kMaxLanes], rest_y[kCapacity + kMaxLanes];  // in the leaf's rest frame
   alignas(64) float t[kCapacity + kMaxLanes], lens_u[kCapacity + kMaxLanes], lens_v[kCapacity + kMaxLanes];
   alignas(64) std::int32_t id[kCapacity + kMaxLanes];
-  alignas(64) std::uint16_t cells[kCapacity + kMaxLanes];  // bit k: inside the box of cell k
 };
 
-// Every survivor against the boxes of all cells.
-HWY_INLINE void test_boxes(const MicroMesh& mesh, std::size_t first, Survivors& from) {
-  const hn::CappedTag<float, kLeafCells> d;
-  constexpr std::size_t kParts = kLeafCells / hn::MaxLanes(hn::CappedTag<float, kLeafCells>());
-  hn::Vec<decltype(d)> x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
+// Survivors inside the boxes of cells: kLeafCells times the survivor's place, plus the cell; in this order.
+struct Pairs {
+  static constexpr std::size_t kCapacity = 256;
+  std::size_t count = 0;
+  alignas(64) std::int32_t number[kCapacity + 2 * kLeafCells];
+};
+
+// Survivors from `s` on against the boxes of all cells, until all are through or the list is full. Returns the first
+// that was not tested.
+HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, const Survivors& from, std::size_t s, Pairs& pairs) {
+  const D d;
+  const DI di;
+  static_assert(kLeafCells % kMaxLanes == 0);
+  constexpr std::size_t kParts = kLeafCells / kMaxLanes;
+  V x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
+  VI number[kParts];
   for (std::size_t part = 0; part < kParts; ++part) {
-    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * hn::Lanes(d)); };
+    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * kMaxLanes); };
     x_low[part] = at(mesh.box_x_low);
     x_high[part] = at(mesh.box_x_high);
     y_low[part] = at(mesh.box_y_low);
     y_high[part] = at(mesh.box_y_high);
+    number[part] = numbers_from(kLeafCells * s + part * kMaxLanes);
   }
-  for (std::size_t s = 0, count = from.count; s < count; ++s) {
-    const auto x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
-    std::uint32_t cells = 0;
+  const VI next = hn::Set(di, static_cast<std::int32_t>(kLeafCells));
+  std::size_t count = pairs.count;
+  for (; s < from.count && count < Pairs::kCapacity; ++s) {
+    const V x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
     for (std::size_t part = 0; part < kParts; ++part) {
-      const auto inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
-      cells |= mask_bits(inside) << part * hn::Lanes(d);
+      const M inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
+      count += compress_store(number[part], inside, di, pairs.number + count);
+      number[part] = hn::Add(number[part], next);
     }
-    from.cells[s] = static_cast<std::uint16_t>(cells);
   }
+  pairs.count = count;
+  return s;
 }
 
 template <class E>
@@ -386,31 +433,68 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const DI di;
   const MicroMesh& mesh = to.mesh;
   to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
-  test_boxes(mesh, l * kLeafCells, from);
   LeafCells cells;
   load_cells<E>(mesh, l * kLeafCells, cells);
-  constexpr std::size_t kCapacity = 256;
-  alignas(64) std::int32_t survivor[kCapacity + kLeafCells] = {}, cell[kCapacity + kLeafCells] = {};
-  std::size_t count = 0;
-  const auto test_pairs = [&]() HWY_ATTR {
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-      const M valid = hn::FirstN(d, count - i);
-      test_cell<E>(to, pick_cells<E>(cells, hn::Load(di, cell + i)), gather_samples<E>(from, hn::Load(di, survivor + i)), valid);
+  Pairs pairs;
+  for (std::size_t s = 0; s < from.count;) {
+    s = find_pairs(mesh, l * kLeafCells, from, s, pairs);
+    hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
+    for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
+      const M valid = hn::FirstN(d, pairs.count - i);
+      const VI pair = hn::Load(di, pairs.number + i);
+      const VI cell = hn::And(pair, hn::Set(di, static_cast<std::int32_t>(kLeafCells - 1)));
+      test_cell<E>(to, pick_cells<E>(cells, cell), gather_samples<E>(from, hn::ShiftRight<std::countr_zero(kLeafCells)>(pair)), valid);
     }
-    count = 0;
-  };
-  for (std::size_t s = 0; s < from.count; ++s) {
-    for (std::uint32_t bits = from.cells[s]; bits != 0; bits &= bits - 1, ++count) {
-      survivor[count] = static_cast<std::int32_t>(s);
-      cell[count] = std::countr_zero(bits);
-    }
-    if (count >= kCapacity) test_pairs();
+    pairs.count = 0;
   }
-  test_pairs();
   from.count = 0;
 }
 
 // ---- Ray path ---------------------------------------------------------------------------------------------------
+
+// Classes of the sample pattern: their sample in the first cell of the grid, and the lens points of all their samples.
+struct ClassLanes {
+  V x, y, t, lens_u, lens_v, lens_extent_u, lens_extent_v;
+};
+
+// `get` makes a vector of an array's elements.
+template <class E, class Get>
+HWY_INLINE ClassLanes class_lanes(const SampleClasses& classes, const Get& get) {
+  const V none = hn::Zero(D());
+  ClassLanes k;
+  k.x = get(classes.x);
+  k.y = get(classes.y);
+  k.t = get(classes.t);
+  k.lens_u = E::kLens ? get(classes.lens_u) : none;
+  k.lens_v = E::kLens ? get(classes.lens_v) : none;
+  k.lens_extent_u = E::kLens ? get(classes.lens_extent_u) : none;
+  k.lens_extent_v = E::kLens ? get(classes.lens_extent_v) : none;
+  return k;
+}
+
+// A leaf, the tile and the pattern's grid, the same in all lanes.
+struct LeafLanes {
+  float rate;
+  V x_low, x_high, y_low, y_high, near;
+  V drift_x, drift_y, lens_factor, lens_size, lens_width;
+  V side, per_side, tile_x0, tile_x1, tile_y0, tile_y1;
+};
+
+HWY_INLINE LeafLanes leaf_lanes(const Context& to, const MicroMesh::Leaf& leaf) {
+  const auto all = [](float v) HWY_ATTR { return hn::Set(D(), v); };
+  const TileSamples& samples = to.samples;
+  LeafLanes v;
+  v.rate = leaf.rate;
+  v.x_low = all(leaf.x_low), v.x_high = all(leaf.x_high), v.y_low = all(leaf.y_low), v.y_high = all(leaf.y_high);
+  v.near = all(leaf.near);
+  v.drift_x = all(leaf.drift_x), v.drift_y = all(leaf.drift_y), v.lens_factor = all(leaf.lens_factor);
+  v.lens_size = all(samples.lens_scale * leaf.lens_factor), v.lens_width = hn::Abs(v.lens_size);
+  v.side = all(static_cast<float>(samples.classes->side)), v.per_side = all(1.0f / static_cast<float>(samples.classes->side));
+  // Samples lie 1/256 or more before the end of their pixel.
+  v.tile_x0 = all(static_cast<float>(samples.pixels.x0)), v.tile_x1 = all(static_cast<float>(samples.pixels.x1) - 0x1p-8f);
+  v.tile_y0 = all(static_cast<float>(samples.pixels.y0)), v.tile_y1 = all(static_cast<float>(samples.pixels.y1) - 0x1p-8f);
+  return v;
+}
 
 // Rate-corrected time of the lanes (see MicroMesh).
 HWY_INLINE V leaf_time(V t, float rate) {
@@ -420,87 +504,119 @@ HWY_INLINE V leaf_time(V t, float rate) {
   return hn::Div(tr, hn::Add(hn::Sub(hn::Set(d, 1.0f), t), tr));
 }
 
+// Columns and rows of the pattern's grid where the leaf's box, at the class's time and lens point, holds the class's
+// sample; usually one of each, or none (`any` is not set).
+struct GridCells {
+  V tau, column0, column1, row0, row1;
+  M any;
+};
+
 template <class E>
-void trace(const Context& to, std::size_t l, TimeRange times) {
+HWY_INLINE GridCells grid_cells(const LeafLanes& leaf, const ClassLanes& k) {
+  const D d;
+  GridCells g;
+  g.tau = E::kMotion ? leaf_time(k.t, leaf.rate) : k.t;
+  V shift_x = E::kMotion ? hn::Mul(g.tau, leaf.drift_x) : hn::Zero(d), shift_y = E::kMotion ? hn::Mul(g.tau, leaf.drift_y) : hn::Zero(d);
+  V width_x = hn::Zero(d), width_y = hn::Zero(d);
+  if constexpr (E::kLens) {
+    shift_x = fma(hn::Neg(k.lens_u), leaf.lens_size, shift_x);
+    shift_y = fma(hn::Neg(k.lens_v), leaf.lens_size, shift_y);
+    width_x = hn::Mul(k.lens_extent_u, leaf.lens_width);
+    width_y = hn::Mul(k.lens_extent_v, leaf.lens_width);
+  }
+  const auto cells_from = [&](V low, V width, V shift, V first, V at) HWY_ATTR {
+    return hn::Ceil(hn::Mul(hn::Sub(hn::Max(hn::Sub(hn::Add(low, shift), width), first), at), leaf.per_side));
+  };
+  const auto cells_to = [&](V high, V width, V shift, V last, V at) HWY_ATTR {
+    return hn::Floor(hn::Mul(hn::Sub(hn::Min(hn::Add(hn::Add(high, shift), width), last), at), leaf.per_side));
+  };
+  g.column0 = cells_from(leaf.x_low, width_x, shift_x, leaf.tile_x0, k.x), g.column1 = cells_to(leaf.x_high, width_x, shift_x, leaf.tile_x1, k.x);
+  g.row0 = cells_from(leaf.y_low, width_y, shift_y, leaf.tile_y0, k.y), g.row1 = cells_to(leaf.y_high, width_y, shift_y, leaf.tile_y1, k.y);
+  g.any = hn::And(hn::Le(g.column0, g.column1), hn::Le(g.row0, g.row1));
+  return g;
+}
+
+// The samples of one cell of the grid for each class of `in`: survivors, unless they miss the leaf's box or see something nearer.
+template <class E>
+HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const ClassLanes& k, V tau, VI class_sample, V column, V row, M in, Survivors& survivors) {
   const D d;
   const DI di;
   const TileSamples& samples = to.samples;
-  const SampleClasses& classes = *samples.classes;
-  const MicroMesh::Leaf& leaf = to.mesh.leaves[l];
+  const V sample_x = fma(column, leaf.side, k.x), sample_y = fma(row, leaf.side, k.y);
+  const VI pixel_x = hn::ConvertTo(di, hn::Sub(fma(column, leaf.side, hn::Floor(k.x)), leaf.tile_x0));
+  const VI pixel_y = hn::ConvertTo(di, hn::Sub(fma(row, leaf.side, hn::Floor(k.y)), leaf.tile_y0));
+  const VI tile_width = hn::Set(di, samples.pixels.width()), spp = hn::Set(di, samples.spp);
+  const VI number = hn::Add(hn::Mul(hn::Add(hn::Mul(pixel_y, tile_width), pixel_x), spp), class_sample);
+  const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), number);
+  V rest_x = E::kMotion ? fma(hn::Neg(tau), leaf.drift_x, sample_x) : sample_x, rest_y = E::kMotion ? fma(hn::Neg(tau), leaf.drift_y, sample_y) : sample_y;
+  V lens_u = hn::Zero(d), lens_v = hn::Zero(d);
+  if constexpr (E::kLens) {
+    // The class's box of lens points let through more than this one.
+    lens_u = hn::GatherIndex(d, samples.lens_u.data(), id);
+    lens_v = hn::GatherIndex(d, samples.lens_v.data(), id);
+    rest_x = fma(lens_u, leaf.lens_factor, rest_x);
+    rest_y = fma(lens_v, leaf.lens_factor, rest_y);
+    in = hn::And(in, hn::And(hn::And(hn::Ge(rest_x, leaf.x_low), hn::Le(rest_x, leaf.x_high)), hn::And(hn::Ge(rest_y, leaf.y_low), hn::Le(rest_y, leaf.y_high))));
+  }
+  if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), leaf.near));
+  const std::size_t at = survivors.count;
+  compress_store(sample_x, in, d, survivors.x + at);
+  compress_store(sample_y, in, d, survivors.y + at);
+  compress_store(rest_x, in, d, survivors.rest_x + at);
+  compress_store(rest_y, in, d, survivors.rest_y + at);
+  if constexpr (E::kMotion) compress_store(k.t, in, d, survivors.t + at);
+  if constexpr (E::kLens) {
+    compress_store(lens_u, in, d, survivors.lens_u + at);
+    compress_store(lens_v, in, d, survivors.lens_v + at);
+  }
+  survivors.count += compress_store(id, in, di, survivors.id + at);
+}
+
+// Asks for what test_survivors reads first.
+HWY_INLINE void prefetch_leaf(const MicroMesh& mesh, std::size_t l) {
+  const std::size_t first = l * kLeafCells;
+  for (const auto* box : {&mesh.box_x_low, &mesh.box_x_high, &mesh.box_y_low, &mesh.box_y_high}) hwy::Prefetch(box->data() + first);
+  for (const auto& corner : mesh.corner) hwy::Prefetch(corner.data() + first);
+  hwy::Prefetch(mesh.triangle.data() + first);
+}
+
+template <class E>
+void trace(const Context& to, std::size_t l, TimeRange times) {
+  prefetch_leaf(to.mesh, l);
+  const D d;
+  const DI di;
+  const SampleClasses& classes = *to.samples.classes;
   const std::size_t begin = classes.first_at[static_cast<std::size_t>(times.first)], end = classes.first_at[static_cast<std::size_t>(times.last) + 1];
   to.work.box_tests += end - begin;
+  const LeafLanes leaf = leaf_lanes(to, to.mesh.leaves[l]);
 
-  const V side = hn::Set(d, static_cast<float>(classes.side)), per_side = hn::Set(d, 1.0f / static_cast<float>(classes.side));
-  // Samples lie 1/256 or more before the end of their pixel.
-  const V tile_x0 = hn::Set(d, static_cast<float>(samples.pixels.x0)), tile_x1 = hn::Set(d, static_cast<float>(samples.pixels.x1) - 0x1p-8f);
-  const V tile_y0 = hn::Set(d, static_cast<float>(samples.pixels.y0)), tile_y1 = hn::Set(d, static_cast<float>(samples.pixels.y1) - 0x1p-8f);
-  const V x_low = hn::Set(d, leaf.x_low), x_high = hn::Set(d, leaf.x_high), y_low = hn::Set(d, leaf.y_low), y_high = hn::Set(d, leaf.y_high);
-  const V drift_x = hn::Set(d, leaf.drift_x), drift_y = hn::Set(d, leaf.drift_y), lens_factor = hn::Set(d, leaf.lens_factor);
-  const V lens_size = hn::Set(d, samples.lens_scale * leaf.lens_factor), lens_width = hn::Abs(lens_size);
-  const V near = hn::Set(d, leaf.near);
-
+  // Few classes in a vector have a sample inside the box: those that have are packed into full vectors first.
+  constexpr std::size_t kCapacity = 256;
+  alignas(64) std::int32_t found[kCapacity + 2 * kMaxLanes];
   Survivors survivors;
-  for (std::size_t c = begin; c < end; c += hn::Lanes(d)) {
-    // Columns and rows of the pattern's grid where the box, at the class's time and lens point, holds the class's sample.
-    const V t = hn::LoadU(d, classes.t.data() + c), x = hn::LoadU(d, classes.x.data() + c), y = hn::LoadU(d, classes.y.data() + c);
-    const V tau = E::kMotion ? leaf_time(t, leaf.rate) : t;
-    V shift_x = E::kMotion ? hn::Mul(tau, drift_x) : hn::Zero(d), shift_y = E::kMotion ? hn::Mul(tau, drift_y) : hn::Zero(d);
-    V width_x = hn::Zero(d), width_y = hn::Zero(d);
-    if constexpr (E::kLens) {
-      shift_x = fma(hn::Neg(hn::LoadU(d, classes.lens_u.data() + c)), lens_size, shift_x);
-      shift_y = fma(hn::Neg(hn::LoadU(d, classes.lens_v.data() + c)), lens_size, shift_y);
-      width_x = hn::Mul(hn::LoadU(d, classes.lens_extent_u.data() + c), lens_width);
-      width_y = hn::Mul(hn::LoadU(d, classes.lens_extent_v.data() + c), lens_width);
+  for (std::size_t c = begin; c < end;) {
+    std::size_t count = 0;
+    for (; c < end && count < kCapacity; c += hn::Lanes(d)) {
+      const GridCells grid = grid_cells<E>(leaf, class_lanes<E>(classes, [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + c); }));
+      const M any = hn::And(grid.any, hn::FirstN(d, end - c));
+      count += compress_store(numbers_from(c), any, di, found + count);
     }
-    const auto cells_from = [&](V low, V width, V shift, V first, V at) HWY_ATTR {
-      return hn::Ceil(hn::Mul(hn::Sub(hn::Max(hn::Sub(hn::Add(low, shift), width), first), at), per_side));
-    };
-    const auto cells_to = [&](V high, V width, V shift, V last, V at) HWY_ATTR {
-      return hn::Floor(hn::Mul(hn::Sub(hn::Min(hn::Add(hn::Add(high, shift), width), last), at), per_side));
-    };
-    const V column0 = cells_from(x_low, width_x, shift_x, tile_x0, x), column1 = cells_to(x_high, width_x, shift_x, tile_x1, x);
-    const V row0 = cells_from(y_low, width_y, shift_y, tile_y0, y), row1 = cells_to(y_high, width_y, shift_y, tile_y1, y);
-    const M any = hn::And(hn::And(hn::Le(column0, column1), hn::Le(row0, row1)), hn::FirstN(d, end - c));
-    if (hn::AllFalse(d, any)) continue;
-
-    // Usually one column and one row.
-    const VI tile_width = hn::Set(di, samples.pixels.width()), spp = hn::Set(di, samples.spp);
-    const V one = hn::Set(d, 1.0f);
-    for (V row = row0;; row = hn::Add(row, one)) {
-      const M in_row = hn::And(any, hn::Le(row, row1));
-      if (hn::AllFalse(d, in_row)) break;
-      const V sample_y = fma(row, side, y);
-      const VI pixel_y = hn::ConvertTo(di, hn::Sub(fma(row, side, hn::Floor(y)), tile_y0));
-      for (V column = column0;; column = hn::Add(column, one)) {
-        M in = hn::And(in_row, hn::Le(column, column1));
-        if (hn::AllFalse(d, in)) break;
-        const V sample_x = fma(column, side, x);
-        const VI pixel_x = hn::ConvertTo(di, hn::Sub(fma(column, side, hn::Floor(x)), tile_x0));
-        const VI number = hn::Add(hn::Mul(hn::Add(hn::Mul(pixel_y, tile_width), pixel_x), spp), hn::LoadU(di, classes.sample.data() + c));
-        const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), number);
-        V rest_x = E::kMotion ? fma(hn::Neg(tau), drift_x, sample_x) : sample_x, rest_y = E::kMotion ? fma(hn::Neg(tau), drift_y, sample_y) : sample_y;
-        V lens_u = hn::Zero(d), lens_v = hn::Zero(d);
-        if constexpr (E::kLens) {
-          // The class's box of lens points let through more than this one.
-          lens_u = hn::GatherIndex(d, samples.lens_u.data(), id);
-          lens_v = hn::GatherIndex(d, samples.lens_v.data(), id);
-          rest_x = fma(lens_u, lens_factor, rest_x);
-          rest_y = fma(lens_v, lens_factor, rest_y);
-          in = hn::And(in, hn::And(hn::And(hn::Ge(rest_x, x_low), hn::Le(rest_x, x_high)), hn::And(hn::Ge(rest_y, y_low), hn::Le(rest_y, y_high))));
+    hn::StoreU(hn::Zero(di), di, found + count);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+      const VI number = hn::Load(di, found + i), class_sample = hn::GatherIndex(di, classes.sample.data(), number);
+      const ClassLanes k = class_lanes<E>(classes, [&](const std::vector<float>& v) HWY_ATTR { return hn::GatherIndex(d, v.data(), number); });
+      const GridCells grid = grid_cells<E>(leaf, k);
+      const M any = hn::And(grid.any, hn::FirstN(d, count - i));
+      const V one = hn::Set(d, 1.0f);
+      for (V row = grid.row0;; row = hn::Add(row, one)) {
+        const M in_row = hn::And(any, hn::Le(row, grid.row1));
+        if (hn::AllFalse(d, in_row)) break;
+        for (V column = grid.column0;; column = hn::Add(column, one)) {
+          const M in = hn::And(in_row, hn::Le(column, grid.column1));
+          if (hn::AllFalse(d, in)) break;
+          add_survivors<E>(to, leaf, k, grid.tau, class_sample, column, row, in, survivors);
+          if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
         }
-        if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), near));
-        const std::size_t at = survivors.count;
-        compress_store(sample_x, in, d, survivors.x + at);
-        compress_store(sample_y, in, d, survivors.y + at);
-        compress_store(rest_x, in, d, survivors.rest_x + at);
-        compress_store(rest_y, in, d, survivors.rest_y + at);
-        if constexpr (E::kMotion) compress_store(t, in, d, survivors.t + at);
-        if constexpr (E::kLens) {
-          compress_store(lens_u, in, d, survivors.lens_u + at);
-          compress_store(lens_v, in, d, survivors.lens_v + at);
-        }
-        survivors.count += compress_store(id, in, di, survivors.id + at);
-        if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
       }
     }
   }
