@@ -3,7 +3,7 @@
 #define HWY_TARGET_INCLUDE "tilecore/lens_kernel.cpp"
 #include <hwy/foreach_target.h>
 
-#include "tilecore/visibility_kernel-inl.h"
+#include "tilecore/ray_path-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {

@@ -3,7 +3,7 @@
 #define HWY_TARGET_INCLUDE "tilecore/still_kernel.cpp"
 #include <hwy/foreach_target.h>
 
-#include "tilecore/visibility_kernel-inl.h"
+#include "tilecore/ray_path-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
@@ -23,7 +23,6 @@ HWY_INLINE SampleRow samples_of_row(const TileSamples& samples, int y, const Int
 template <class E>
 void raster_cell(const Context& to, std::size_t slot, IntRect box) {
   const D d;
-  const DI di;
   const TileSamples& samples = to.samples;
   const Cell cell = load_cell<E>(to.mesh, slot);
   for (int y = box.y0; y < box.y1; ++y) {
@@ -33,7 +32,7 @@ void raster_cell(const Context& to, std::size_t slot, IntRect box) {
       s.x = hn::LoadU(d, samples.x.data() + i);
       s.y = hn::LoadU(d, samples.y.data() + i);
       s.t = s.lens_u = s.lens_v = hn::Zero(d);
-      s.id = hn::Iota(di, static_cast<std::int32_t>(i));
+      s.id = numbers_from(i);
       test_cell<E>(to, cell, s, hn::FirstN(d, last - i));
     }
   }
@@ -67,7 +66,7 @@ void raster_pairs(const Context& to, std::size_t l, IntRect box) {
       M in = hn::And(hn::And(hn::Ge(sample_x, x_low), hn::Le(sample_x, x_high)), hn::And(hn::Ge(sample_y, y_low), hn::Le(sample_y, y_high)));
       in = hn::And(in, hn::FirstN(d, last - i));
       if (hn::AllFalse(d, in)) continue;
-      const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), hn::Iota(di, static_cast<std::int32_t>(i)));
+      const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), numbers_from(i));
       // A gather: the array of depths ends with the last sample.
       if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), near));
       const std::size_t at = survivors.count;

@@ -1,12 +1,10 @@
-// SIMD source that all kernels of visibility share. For inclusion by their files, once per SIMD target.
+// Samples against the cells of a leaf: SIMD source that all kernels of visibility share. For inclusion by their files,
+// once per SIMD target.
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
-#include <limits>
-#include <type_traits>
+#include <vector>
 
-#include "tilecore/visibility_kernels.h"
+#include "tilecore/visibility_kernel.h"
 
 #if defined(TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_
@@ -32,6 +30,12 @@ constexpr std::size_t kMaxLanes = hn::MaxLanes(D());
 
 HWY_INLINE V fma(V a, V b, V c) { return simd::fused_multiply_add(D(), a, b, c); }
 
+// first, first + 1, ...; Highway 1.0's Iota takes its lanes from memory, where it has just written them one by one.
+HWY_INLINE VI numbers_from(std::size_t first) {
+  alignas(64) static constexpr std::int32_t kLanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  return hn::Add(hn::Load(DI(), kLanes), hn::Set(DI(), static_cast<std::int32_t>(first)));
+}
+
 // One bit per lane, lane 0 the lowest.
 template <class Mask>
 HWY_INLINE std::uint32_t mask_bits(Mask mask) {
@@ -40,11 +44,36 @@ HWY_INLINE std::uint32_t mask_bits(Mask mask) {
   return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
 }
 
-// Stores the set lanes side by side, and garbage behind them; returns their number. In a register first: compressing
-// into memory is slow.
+#if HWY_TARGET == HWY_AVX2
+// By set lanes of eight: where they are, in order.
+struct SetLanes {
+  alignas(64) std::uint8_t of[256][8];
+};
+constexpr SetLanes kSetLanes = [] {
+  SetLanes lanes{};
+  for (unsigned bits = 0; bits < 256; ++bits)
+    for (std::uint8_t lane = 0, count = 0; lane < 8; ++lane)
+      if ((bits >> lane & 1) != 0) lanes.of[bits][count++] = lane;
+  return lanes;
+}();
+#endif
+
+// The set lanes side by side, and garbage behind them.
+template <class Vector, class Tag>
+HWY_INLINE Vector compress(Vector v, M mask, Tag tag) {
+#if HWY_TARGET == HWY_AVX2
+  // Highway 1.0 copies its table to the stack every time.
+  const hn::Rebind<std::uint8_t, Tag> bytes;
+  return hn::TableLookupLanes(v, hn::IndicesFromVec(tag, hn::PromoteTo(DI(), hn::Load(bytes, kSetLanes.of[mask_bits(mask)]))));
+#else
+  return hn::Compress(v, hn::RebindMask(tag, mask));
+#endif
+}
+
+// Stores them; returns their number. In a register first: compressing into memory is slow.
 template <class Vector, class Tag>
 HWY_INLINE std::size_t compress_store(Vector v, M mask, Tag tag, hn::TFromD<Tag>* to) {
-  hn::StoreU(hn::Compress(v, hn::RebindMask(tag, mask)), tag, to);
+  hn::StoreU(compress(v, mask, tag), tag, to);
   return hn::CountTrue(D(), mask);
 }
 
@@ -339,30 +368,44 @@ struct Survivors {
   alignas(64) float rest_x[kCapacity + kMaxLanes], rest_y[kCapacity + kMaxLanes];  // in the leaf's rest frame
   alignas(64) float t[kCapacity + kMaxLanes], lens_u[kCapacity + kMaxLanes], lens_v[kCapacity + kMaxLanes];
   alignas(64) std::int32_t id[kCapacity + kMaxLanes];
-  alignas(64) std::uint16_t cells[kCapacity + kMaxLanes];  // bit k: inside the box of cell k
 };
 
-// Every survivor against the boxes of all cells.
-HWY_INLINE void test_boxes(const MicroMesh& mesh, std::size_t first, Survivors& from) {
-  const hn::CappedTag<float, kLeafCells> d;
-  constexpr std::size_t kParts = kLeafCells / hn::MaxLanes(hn::CappedTag<float, kLeafCells>());
-  hn::Vec<decltype(d)> x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
+// Survivors inside the boxes of cells: kLeafCells times the survivor's place, plus the cell; in this order.
+struct Pairs {
+  static constexpr std::size_t kCapacity = 256;
+  std::size_t count = 0;
+  alignas(64) std::int32_t number[kCapacity + 2 * kLeafCells];
+};
+
+// Survivors from `s` on against the boxes of all cells, until all are through or the list is full. Returns the first
+// that was not tested.
+HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, const Survivors& from, std::size_t s, Pairs& pairs) {
+  const D d;
+  const DI di;
+  static_assert(kLeafCells % kMaxLanes == 0);
+  constexpr std::size_t kParts = kLeafCells / kMaxLanes;
+  V x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
+  VI number[kParts];
   for (std::size_t part = 0; part < kParts; ++part) {
-    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * hn::Lanes(d)); };
+    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * kMaxLanes); };
     x_low[part] = at(mesh.box_x_low);
     x_high[part] = at(mesh.box_x_high);
     y_low[part] = at(mesh.box_y_low);
     y_high[part] = at(mesh.box_y_high);
+    number[part] = numbers_from(kLeafCells * s + part * kMaxLanes);
   }
-  for (std::size_t s = 0, count = from.count; s < count; ++s) {
-    const auto x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
-    std::uint32_t cells = 0;
+  const VI next = hn::Set(di, static_cast<std::int32_t>(kLeafCells));
+  std::size_t count = pairs.count;
+  for (; s < from.count && count < Pairs::kCapacity; ++s) {
+    const V x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
     for (std::size_t part = 0; part < kParts; ++part) {
-      const auto inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
-      cells |= mask_bits(inside) << part * hn::Lanes(d);
+      const M inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
+      count += compress_store(number[part], inside, di, pairs.number + count);
+      number[part] = hn::Add(number[part], next);
     }
-    from.cells[s] = static_cast<std::uint16_t>(cells);
   }
+  pairs.count = count;
+  return s;
 }
 
 template <class E>
@@ -386,184 +429,21 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const DI di;
   const MicroMesh& mesh = to.mesh;
   to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
-  test_boxes(mesh, l * kLeafCells, from);
   LeafCells cells;
   load_cells<E>(mesh, l * kLeafCells, cells);
-  constexpr std::size_t kCapacity = 256;
-  alignas(64) std::int32_t survivor[kCapacity + kLeafCells] = {}, cell[kCapacity + kLeafCells] = {};
-  std::size_t count = 0;
-  const auto test_pairs = [&]() HWY_ATTR {
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-      const M valid = hn::FirstN(d, count - i);
-      test_cell<E>(to, pick_cells<E>(cells, hn::Load(di, cell + i)), gather_samples<E>(from, hn::Load(di, survivor + i)), valid);
+  Pairs pairs;
+  for (std::size_t s = 0; s < from.count;) {
+    s = find_pairs(mesh, l * kLeafCells, from, s, pairs);
+    hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
+    for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
+      const M valid = hn::FirstN(d, pairs.count - i);
+      const VI pair = hn::Load(di, pairs.number + i);
+      const VI cell = hn::And(pair, hn::Set(di, static_cast<std::int32_t>(kLeafCells - 1)));
+      test_cell<E>(to, pick_cells<E>(cells, cell), gather_samples<E>(from, hn::ShiftRight<std::countr_zero(kLeafCells)>(pair)), valid);
     }
-    count = 0;
-  };
-  for (std::size_t s = 0; s < from.count; ++s) {
-    for (std::uint32_t bits = from.cells[s]; bits != 0; bits &= bits - 1, ++count) {
-      survivor[count] = static_cast<std::int32_t>(s);
-      cell[count] = std::countr_zero(bits);
-    }
-    if (count >= kCapacity) test_pairs();
+    pairs.count = 0;
   }
-  test_pairs();
   from.count = 0;
-}
-
-// ---- Ray path ---------------------------------------------------------------------------------------------------
-
-// Rate-corrected time of the lanes (see MicroMesh).
-HWY_INLINE V leaf_time(V t, float rate) {
-  if (rate == 1.0f) return t;  // what the formula gives, exactly
-  const D d;
-  const V tr = hn::Mul(t, hn::Set(d, rate));
-  return hn::Div(tr, hn::Add(hn::Sub(hn::Set(d, 1.0f), t), tr));
-}
-
-template <class E>
-void trace(const Context& to, std::size_t l, TimeRange times) {
-  const D d;
-  const DI di;
-  const TileSamples& samples = to.samples;
-  const SampleClasses& classes = *samples.classes;
-  const MicroMesh::Leaf& leaf = to.mesh.leaves[l];
-  const std::size_t begin = classes.first_at[static_cast<std::size_t>(times.first)], end = classes.first_at[static_cast<std::size_t>(times.last) + 1];
-  to.work.box_tests += end - begin;
-
-  const V side = hn::Set(d, static_cast<float>(classes.side)), per_side = hn::Set(d, 1.0f / static_cast<float>(classes.side));
-  // Samples lie 1/256 or more before the end of their pixel.
-  const V tile_x0 = hn::Set(d, static_cast<float>(samples.pixels.x0)), tile_x1 = hn::Set(d, static_cast<float>(samples.pixels.x1) - 0x1p-8f);
-  const V tile_y0 = hn::Set(d, static_cast<float>(samples.pixels.y0)), tile_y1 = hn::Set(d, static_cast<float>(samples.pixels.y1) - 0x1p-8f);
-  const V x_low = hn::Set(d, leaf.x_low), x_high = hn::Set(d, leaf.x_high), y_low = hn::Set(d, leaf.y_low), y_high = hn::Set(d, leaf.y_high);
-  const V drift_x = hn::Set(d, leaf.drift_x), drift_y = hn::Set(d, leaf.drift_y), lens_factor = hn::Set(d, leaf.lens_factor);
-  const V lens_size = hn::Set(d, samples.lens_scale * leaf.lens_factor), lens_width = hn::Abs(lens_size);
-  const V near = hn::Set(d, leaf.near);
-
-  Survivors survivors;
-  for (std::size_t c = begin; c < end; c += hn::Lanes(d)) {
-    // Columns and rows of the pattern's grid where the box, at the class's time and lens point, holds the class's sample.
-    const V t = hn::LoadU(d, classes.t.data() + c), x = hn::LoadU(d, classes.x.data() + c), y = hn::LoadU(d, classes.y.data() + c);
-    const V tau = E::kMotion ? leaf_time(t, leaf.rate) : t;
-    V shift_x = E::kMotion ? hn::Mul(tau, drift_x) : hn::Zero(d), shift_y = E::kMotion ? hn::Mul(tau, drift_y) : hn::Zero(d);
-    V width_x = hn::Zero(d), width_y = hn::Zero(d);
-    if constexpr (E::kLens) {
-      shift_x = fma(hn::Neg(hn::LoadU(d, classes.lens_u.data() + c)), lens_size, shift_x);
-      shift_y = fma(hn::Neg(hn::LoadU(d, classes.lens_v.data() + c)), lens_size, shift_y);
-      width_x = hn::Mul(hn::LoadU(d, classes.lens_extent_u.data() + c), lens_width);
-      width_y = hn::Mul(hn::LoadU(d, classes.lens_extent_v.data() + c), lens_width);
-    }
-    const auto cells_from = [&](V low, V width, V shift, V first, V at) HWY_ATTR {
-      return hn::Ceil(hn::Mul(hn::Sub(hn::Max(hn::Sub(hn::Add(low, shift), width), first), at), per_side));
-    };
-    const auto cells_to = [&](V high, V width, V shift, V last, V at) HWY_ATTR {
-      return hn::Floor(hn::Mul(hn::Sub(hn::Min(hn::Add(hn::Add(high, shift), width), last), at), per_side));
-    };
-    const V column0 = cells_from(x_low, width_x, shift_x, tile_x0, x), column1 = cells_to(x_high, width_x, shift_x, tile_x1, x);
-    const V row0 = cells_from(y_low, width_y, shift_y, tile_y0, y), row1 = cells_to(y_high, width_y, shift_y, tile_y1, y);
-    const M any = hn::And(hn::And(hn::Le(column0, column1), hn::Le(row0, row1)), hn::FirstN(d, end - c));
-    if (hn::AllFalse(d, any)) continue;
-
-    // Usually one column and one row.
-    const VI tile_width = hn::Set(di, samples.pixels.width()), spp = hn::Set(di, samples.spp);
-    const V one = hn::Set(d, 1.0f);
-    for (V row = row0;; row = hn::Add(row, one)) {
-      const M in_row = hn::And(any, hn::Le(row, row1));
-      if (hn::AllFalse(d, in_row)) break;
-      const V sample_y = fma(row, side, y);
-      const VI pixel_y = hn::ConvertTo(di, hn::Sub(fma(row, side, hn::Floor(y)), tile_y0));
-      for (V column = column0;; column = hn::Add(column, one)) {
-        M in = hn::And(in_row, hn::Le(column, column1));
-        if (hn::AllFalse(d, in)) break;
-        const V sample_x = fma(column, side, x);
-        const VI pixel_x = hn::ConvertTo(di, hn::Sub(fma(column, side, hn::Floor(x)), tile_x0));
-        const VI number = hn::Add(hn::Mul(hn::Add(hn::Mul(pixel_y, tile_width), pixel_x), spp), hn::LoadU(di, classes.sample.data() + c));
-        const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), number);
-        V rest_x = E::kMotion ? fma(hn::Neg(tau), drift_x, sample_x) : sample_x, rest_y = E::kMotion ? fma(hn::Neg(tau), drift_y, sample_y) : sample_y;
-        V lens_u = hn::Zero(d), lens_v = hn::Zero(d);
-        if constexpr (E::kLens) {
-          // The class's box of lens points let through more than this one.
-          lens_u = hn::GatherIndex(d, samples.lens_u.data(), id);
-          lens_v = hn::GatherIndex(d, samples.lens_v.data(), id);
-          rest_x = fma(lens_u, lens_factor, rest_x);
-          rest_y = fma(lens_v, lens_factor, rest_y);
-          in = hn::And(in, hn::And(hn::And(hn::Ge(rest_x, x_low), hn::Le(rest_x, x_high)), hn::And(hn::Ge(rest_y, y_low), hn::Le(rest_y, y_high))));
-        }
-        if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), near));
-        const std::size_t at = survivors.count;
-        compress_store(sample_x, in, d, survivors.x + at);
-        compress_store(sample_y, in, d, survivors.y + at);
-        compress_store(rest_x, in, d, survivors.rest_x + at);
-        compress_store(rest_y, in, d, survivors.rest_y + at);
-        if constexpr (E::kMotion) compress_store(t, in, d, survivors.t + at);
-        if constexpr (E::kLens) {
-          compress_store(lens_u, in, d, survivors.lens_u + at);
-          compress_store(lens_v, in, d, survivors.lens_v + at);
-        }
-        survivors.count += compress_store(id, in, di, survivors.id + at);
-        if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
-      }
-    }
-  }
-  if (survivors.count > 0) test_survivors<E>(to, l, survivors);
-}
-
-template <class E>
-void test_samples(const Context& to, std::size_t slot, std::span<const std::uint32_t> list) {
-  const D d;
-  const DI di;
-  const TileSamples& samples = to.samples;
-  const Cell cell = load_cell<E>(to.mesh, slot);
-  for (std::size_t i = 0; i < list.size(); i += hn::Lanes(d)) {
-    const M valid = hn::FirstN(d, list.size() - i);
-    alignas(64) std::int32_t id[kMaxLanes] = {};
-    alignas(64) float t[kMaxLanes] = {};
-    for (std::size_t k = 0; k < std::min(hn::Lanes(d), list.size() - i); ++k) {
-      id[k] = static_cast<std::int32_t>(list[i + k]);
-      t[k] = samples.t(list[i + k]);
-    }
-    SampleLanes s;
-    s.id = hn::Load(di, id);
-    s.x = hn::GatherIndex(d, samples.x.data(), s.id);
-    s.y = hn::GatherIndex(d, samples.y.data(), s.id);
-    s.t = hn::Load(d, t);
-    s.lens_u = E::kLens ? hn::GatherIndex(d, samples.lens_u.data(), s.id) : hn::Zero(d);
-    s.lens_v = E::kLens ? hn::GatherIndex(d, samples.lens_v.data(), s.id) : hn::Zero(d);
-    test_cell<E>(to, cell, s, valid);
-  }
-}
-
-// Calls run(Effects<...>()) with what else a leaf needs: whether its corners change their depth, and the projection.
-template <bool kMotion, bool kLens, class Run>
-HWY_INLINE void with_leaf(bool flat, bool orthographic, const Run& run) {
-  if constexpr (kMotion) {
-    if (!flat) {
-      if (orthographic) run(Effects<true, true, kLens, true>());
-      else run(Effects<true, true, kLens, false>());
-      return;
-    }
-  }
-  if (orthographic) run(Effects<kMotion, false, kLens, true>());
-  else run(Effects<kMotion, false, kLens, false>());
-}
-
-template <bool kMotion, bool kLens>
-void trace_leaf_with(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings, HitSink& sink,
-                     VisibilityWork& work) {
-  const Context context{mesh, samples, settings, sink, work};
-  with_leaf<kMotion, kLens>(mesh.leaves[leaf].flat, settings.orthographic, [&](auto e) { trace<decltype(e)>(context, leaf, times); });
-}
-
-template <bool kMotion, bool kLens>
-void test_cell_samples_with(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples, const VisibilitySettings& settings,
-                            HitSink& sink, VisibilityWork& work) {
-  const Context context{mesh, samples, settings, sink, work};
-  with_leaf<kMotion, kLens>(mesh.leaves[cell / kLeafCells].flat, settings.orthographic, [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
-}
-
-// What a file for a set of effects gives, for the SIMD target in hand.
-template <bool kMotion, bool kLens>
-VisibilityKernels kernels_with() {
-  return {&trace_leaf_with<kMotion, kLens>, &test_cell_samples_with<kMotion, kLens>};
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE
