@@ -78,7 +78,8 @@ void score_settings(const std::string& name, int first, int last, std::span<char
 
 // From careful to reckless: speeds in pixels per frame at 640x360.
 constexpr std::array kThresholds = {std::array{0.25, 4.0, 16.0}, std::array{0.5, 4.0, 16.0},  std::array{1.0, 2.0, 8.0}, std::array{2.0, 2.0, 8.0},
-                                    std::array{1.0, 1.0, 3.0},   std::array{0.5, 0.5, 2.0}, std::array{0.0, 0.0, 0.0}};
+                                    std::array{1.0, 1.0, 3.0},   std::array{0.5, 0.5, 2.0},  std::array{0.5, 0.5, 1.0}, std::array{0.25, 0.25, 0.5},
+                                    std::array{0.01, 0.01, 0.01}};
 constexpr const char* kStencils[] = {"cubic", "bilinear", "cubic_interpolating"};
 
 // Where the line from point to point, sorted by savings, saves `saved`; nothing where no two points have it between them.

@@ -79,4 +79,21 @@ struct AdvectionWork {
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
                            const AdvectionSettings& settings, AdvectionWork& work);
 
+// The same for those of a block's pixels that are plain: a fetch between four texels of the region that all agree with them and are finite. What it
+// takes has the bits of advect_pixel() with a bilinear fetch and without bfecc, which has to see to the others.
+struct BlockOfPixels {
+  int x, y;                    // its first pixel, of 4 x 4
+  const float* depth;          // of that pixel and on, as the next three; positive
+  const std::uint32_t* patch;
+  const Vec2* velocity;
+  const std::uint8_t* usable;
+  std::ptrdiff_t row_stride;
+};
+struct PlainAdvection {
+  std::uint16_t taken = 0;  // bit 4*j + i: pixel (x + i, y + j)
+  IntRect texels;           // that were read for them
+};
+PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history, float depth_tolerance, Vec4* out,
+                                   std::ptrdiff_t out_stride, AdvectionWork& work);
+
 }  // namespace tessera::tilecore

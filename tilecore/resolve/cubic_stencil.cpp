@@ -267,16 +267,28 @@ Result fill_directly(const WindowView& view, Reconstruction kernel, bool clamp, 
   return r;
 }
 
-Result fill_from_table(const WindowView& view, const StencilIndexEntry& entry, bool clamp, int pixel, ReconstructionWork& work) {
+// TapList::sum() without the list: stencils have their largest weight first.
+template <bool Clamp>
+Result fill_from_table(const WindowView& view, const StencilIndexEntry& entry, int pixel, ReconstructionWork& work) {
   const Stencil& s = kStencils[entry.stencil];
   const float scale = 1.0f / static_cast<float>(s.unit());
-  TapList taps;
-  for (std::size_t i = 0; i < s.count; ++i) {
+  const Vec4* center = view.at(pixel % 4 + kWindowMargin, pixel / 4 + kWindowMargin);
+  const auto tap = [&](std::size_t i) {
     const StencilTap t = entry.symmetry.apply(s.taps[i]);
-    taps.add(view.at(pixel % 4 + kWindowMargin + t.dx, pixel / 4 + kWindowMargin + t.dy), static_cast<float>(t.weight) * scale);
+    return load(center + t.dy * view.window.row_stride + t.dx);
+  };
+  work.taps += s.count;
+  const Channels base = tap(0);
+  Channels difference{}, low = base, high = base;
+  for (std::size_t i = 1; i < s.count; ++i) {
+    const Channels c = tap(i);
+    difference += (c - base) * (static_cast<float>(s.taps[i].weight) * scale);
+    if constexpr (Clamp) low = lower(low, c), high = upper(high, c);
   }
-  work.taps += taps.count;
-  return taps.sum(clamp);
+  // A lone tap is copied, -0 too.
+  Result r{s.count == 1 ? base : base + difference, {}};
+  r.clamped = Clamp ? lower(upper(r.plain, low), high) : r.plain;
+  return r;
 }
 
 // ---- What surrounds a block ---------------------------------------------------------------------------------------
@@ -362,7 +374,9 @@ void fill_block(const WindowView& view, const Plan& plan, bool clamp, BlockMask 
   for (unsigned left = missing; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
     const StencilIndexEntry entry = plan.pattern ? mirrored_entry(plan.kernel, plan.border, *plan.pattern, p) : StencilIndexEntry{};
-    fill.put(p, entry.stencil == kNoStencil ? fill_directly(view, plan.kernel, clamp, p, work) : fill_from_table(view, entry, clamp, p, work));
+    fill.put(p, entry.stencil == kNoStencil ? fill_directly(view, plan.kernel, clamp, p, work)
+                : clamp                     ? fill_from_table<true>(view, entry, p, work)
+                                            : fill_from_table<false>(view, entry, p, work));
   }
 }
 

@@ -13,15 +13,12 @@ bool has(BlockMask mask, int x, int y) { return x >= 0 && x < 4 && y >= 0 && y <
 
 }  // namespace
 
-float relative_difference(const Vec4& a, const Vec4& b) {
-  float difference = 0.0f, level = 0.0f;
-  for (int c = 0; c < 4; ++c) {
-    const float d = std::abs(a[c] - b[c]);
-    if (!(d <= 1e30f)) return 1.0f;
-    difference = std::max(difference, d);
-    if (c < 3) level = std::max({level, std::abs(a[c]), std::abs(b[c])});
-  }
-  return std::min(1.0f, difference / (level + kFloor));
+float relative_difference(const Channels& a, const Channels& b) {
+  const Channels difference = magnitude(a - b);
+  if (!all(difference <= 1e30f)) return 1.0f;
+  const Channels x = magnitude(a), y = magnitude(b), level = x < y ? y : x;
+  const float most = std::max(std::max(difference[0], difference[1]), std::max(difference[2], difference[3]));
+  return std::min(1.0f, most / (std::max(std::max(level[0], level[1]), level[2]) + kFloor));
 }
 
 bool stands_out(const Vec4* colors, BlockMask advected, BlockMask rendered, float tolerance) {

@@ -28,8 +28,7 @@ bool detect_edge_4x4(const EdgeSettings& settings, const float* depth, std::size
   for (int y = 0; y < 4; ++y) {
     const Channels &r = row[y], left = {r[0], r[0], r[1], r[1]}, middle = {r[1], r[1], r[2], r[2]}, right = {r[2], r[2], r[3], r[3]};
     const Channels laplacian = (left - 2.0f * middle + right) + along_y[y / 2];
-    for (int x = 0; x < 4; ++x)
-      if (std::abs(laplacian[x]) > settings.threshold * std::abs(r[x])) return true;
+    if (!none(magnitude(laplacian) > settings.threshold * magnitude(r))) return true;
   }
   return false;
 }

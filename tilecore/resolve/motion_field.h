@@ -52,6 +52,20 @@ class MotionField {
     const Channels r = load(&m[0]) * (rest.x * w) + load(&m[1]) * (rest.y * w) + load(&m[2]) * z + load(&m[3]);
     return step_to(rest, Vec4(r[0], r[1], r[2], r[3]));
   }
+  // The same for four points. Where `usable` is 0 velocity and depth are, too.
+  struct RigidSteps {
+    Channels x, y, depth;
+    ChannelMask usable;
+  };
+  RigidSteps rigid_steps(std::uint32_t d, const Channels& x, const Channels& y, const Channels& z) const {
+    const Channels w = orthographic_ ? Channels{} + 1.0f : z, xw = x * w, yw = y * w;
+    const Mat4& m = motions_[d].reprojection;
+    const auto row = [&](int r) { return xw * m[0][r] + yw * m[1][r] + z * m[2][r] + m[3][r]; };
+    const Channels depth = row(2), then_w = row(3), vx = x - row(0) / then_w, vy = y - row(1) / then_w;
+    const ChannelMask usable = (w > 0.0f) & (then_w > 0.0f) & (vx - vx == 0.0f) & (vy - vy == 0.0f);
+    const auto where_usable = [&](const Channels& c) { return (Channels)((ChannelMask)c & usable); };
+    return {where_usable(vx), where_usable(vy), where_usable(depth), usable};
+  }
 
  private:
   struct Motion {

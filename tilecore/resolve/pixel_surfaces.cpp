@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/random.h"
+#include "tilecore/resolve/channels.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -54,6 +55,12 @@ void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const Ti
     const std::uint32_t* seen = &state.patch[pixel * n];
     depth[pixel] = state.z[pixel * n + center_sample];
     patch[pixel] = seen[center_sample];
+    // Mostly the four samples see what the pixel before does.
+    if (n == 4 && none(load(seen) ^ static_cast<std::int32_t>(last_patch))) {
+      surface[pixel] = last_surface;
+      still[pixel] = last_still;
+      continue;
+    }
     std::uint32_t same = 1;
     for (std::size_t k = 1; k < n; ++k) same &= static_cast<std::uint32_t>(seen[k] == seen[0]);
     look_up(seen[0]);

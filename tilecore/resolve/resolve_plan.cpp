@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "tilecore/resolve/block_pixels.h"
+#include "tilecore/resolve/channels.h"
 #include "tilecore/resolve/resolve_unit.h"
 
 namespace tessera::tilecore {
@@ -29,7 +31,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometr
   velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
   if (resolve.other_eye.motion != nullptr) eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
   runs_.assign(surfaces_.depth.size(), 1);
-  advected_.resize(surfaces_.depth.size());
+  colors_.resize(surfaces_.depth.size());
   fetched_ = eye_fetched_ = {};
   blocks_.clear();
   const IntRect& tile = surfaces_.pixels;
@@ -56,13 +58,30 @@ bool ResolveUnit::is_edge(const ResolveSettings& settings, const Block& block) c
   return detect_edge(settings.edges, &surfaces_.depth[first], stride, block.pixels.width(), block.pixels.height());
 }
 
-void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
-  const ResolveSettings& settings = resolve.settings;
+// What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see it.
+void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   const std::uint32_t surface = surfaces_.surface[first];
+  if (block.pixels.width() == 4 && block.pixels.height() == 4 && resolve.other_eye.history == nullptr) {
+    ChannelMask others{};
+    std::uint32_t at_rest = row_bytes(15);
+    for (std::size_t j = 0; j < 4; ++j) {
+      const std::size_t row = first + j * static_cast<std::size_t>(surfaces_.pixels.width());
+      std::uint32_t still = 0;
+      std::memcpy(&still, &surfaces_.still[row], sizeof still);
+      at_rest &= still;
+      others |= load(&surfaces_.surface[row]) ^ static_cast<std::int32_t>(surface);
+    }
+    block.uniform = none(others);
+    if (block.uniform) {
+      block.exists = kFullBlock;
+      block.seen = surface != 0 ? kFullBlock : BlockMask{0};
+      block.still = at_rest == row_bytes(15);
+      return;
+    }
+  }
   std::uint32_t other = 0;
   std::uint8_t still = 1;
-  float nearest = std::numeric_limits<float>::infinity();
   for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
     const std::size_t row = surfaces_.index(block.pixels.x0, y);
     for (int x = block.pixels.x0; x < block.pixels.x1; ++x) {
@@ -72,11 +91,18 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       if (surfaces_.surface[pixel] != 0) block.seen = static_cast<BlockMask>(block.seen | bit);
       other |= surfaces_.surface[pixel] ^ surface;
       still &= surfaces_.still[pixel];
-      nearest = std::min(nearest, surfaces_.depth[pixel]);
+      if (resolve.other_eye.history != nullptr) nearest = std::min(nearest, surfaces_.depth[pixel]);
     }
   }
   block.uniform = other == 0;
-  block.still = still != 0 && resolve.previous.motion != nullptr;
+  block.still = still != 0;
+}
+
+void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
+  const ResolveSettings& settings = resolve.settings;
+  float nearest = std::numeric_limits<float>::infinity();
+  look_at_pixels(resolve, block, nearest);
+  block.still = block.still && resolve.previous.motion != nullptr;
   if (block.seen == 0) return;
   if (settings.desampling != Desampling::kAdaptive) {
     block.decision = {settings.desampling == Desampling::kFixed4 ? 4 : 8, false};
@@ -146,6 +172,13 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   counters_.blocks_edge += block.edge && !(block.still && block.decision.advect);
   if (block.rendered == block.exists && block.decision.samples != 32) return;  // runs are 1 already
   const std::uint8_t groups = block.decision.samples == 32 ? 2 : 1;
+  if (block.exists == kFullBlock) {
+    for (int j = 0; j < 4; ++j) {
+      const std::uint32_t runs = row_bytes(block.rendered >> (4 * j) & 15u) * groups;
+      std::memcpy(&runs_[surfaces_.index(block.pixels.x0, block.pixels.y0 + j)], &runs, sizeof runs);
+    }
+    return;
+  }
   for_each_pixel(block.pixels, [&](int x, int y) { runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0; });
 }
 
@@ -164,11 +197,31 @@ BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Bl
   return found;
 }
 
+BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride) {
+  const AdvectionSettings& settings = resolve.settings.advection;
+  if (block.exists != kFullBlock || settings.fetch != Fetch::kBilinear || settings.bfecc) return 0;
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
+  if (block.from_other_eye)
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      if (!(velocity.then_depth()[surfaces_.index(x, y)] > resolve.other_eye_depth)) wanted = static_cast<BlockMask>(wanted & ~block_bit(x, y));
+    });
+  const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
+  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region, history.region.width()};
+  const BlockOfPixels pixels{block.pixels.x0, block.pixels.y0, &velocity.then_depth()[first], &surfaces_.surface[first], &velocity.velocity()[first], &velocity.usable()[first],
+                             surfaces_.pixels.width()};
+  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, settings.depth_tolerance, out, out_stride, advection_work_);
+  grow(block.from_other_eye ? eye_fetched_ : fetched_, plain.texels.x0, plain.texels.y0, plain.texels.x1, plain.texels.y1);
+  return plain.taken;
+}
+
 void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing) {
   const VelocityBuffer& velocity = block.from_other_eye ? eye_velocity_ : velocity_;
+  block.advected = advect_plain(resolve, block, velocity, missing, &colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)], surfaces_.pixels.width());
+  missing = static_cast<BlockMask>(missing & ~block.advected);
+  if (missing == 0) return;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((missing & block_bit(x, y)) == 0) return;
-    if (advect(resolve, block, velocity, x, y, advected_[surfaces_.index(x, y)], true)) block.advected = static_cast<BlockMask>(block.advected | block_bit(x, y));
+    if (advect(resolve, block, velocity, x, y, colors_[surfaces_.index(x, y)], true)) block.advected = static_cast<BlockMask>(block.advected | block_bit(x, y));
     else block.rendered = static_cast<BlockMask>(block.rendered | block_bit(x, y));
   });
 }
@@ -185,7 +238,7 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
       const Vec4& color = history.color[there + i];
       const bool same = history.surface[there + i] == surfaces_.surface[here + i] && history.depth[there + i] == surfaces_.depth[here + i];
       if (same && std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z) && std::isfinite(color.w)) {
-        advected_[here + i] = color;
+        colors_[here + i] = color;
         block.advected = static_cast<BlockMask>(block.advected | bit);
       } else {
         block.rendered = static_cast<BlockMask>(block.rendered | bit);

@@ -79,46 +79,34 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
     } else {
-      reconstruct(resolve, block, {surfaces_.depth.data(), surfaces_.surface.data(), tile});
+      reconstruct(resolve, block, {colors_.data(), surfaces_.depth.data(), surfaces_.surface.data(), tile});
     }
   }
-  for (int y = tile.y0; y < tile.y1; ++y)
-    std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(tile.x0, y)], static_cast<std::size_t>(tile.width()) * sizeof(Vec4));
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    const Vec4* row = &colors_[surfaces_.index(tile.x0, y)];
+    const std::size_t bytes = static_cast<std::size_t>(tile.width()) * sizeof(Vec4);
+    std::memcpy(&next.color[next.pixel(tile.x0, y)].x, row, bytes);
+    std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), row, bytes);
+  }
   if (targets.resolve_auxiliary) write_auxiliary(resolve, targets);
   charge(resolve, memory);
 }
 
 void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage) {
-  History& next = *resolve.next;
+  const History& next = *resolve.next;
   const auto n = static_cast<std::size_t>(spp_);
   for (const Block& block : blocks_) {
-    if (block.rendered == block.exists) {
-      const auto width = static_cast<std::size_t>(block.pixels.width());
-      for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
-        const std::size_t from = surfaces_.index(block.pixels.x0, y), to = next.pixel(block.pixels.x0, y);
-        // Four samples are the usual case; the compiler unrolls what it knows the length of.
-        if (spp_ == 4)
-          for (std::size_t x = 0; x < width; ++x) next.color[to + x] = mean_of_samples(&color[(from + x) * 4], &coverage[(from + x) * 4], 4);
-        else
-          for (std::size_t x = 0; x < width; ++x) next.color[to + x] = mean_of_samples(&color[(from + x) * n], &coverage[(from + x) * n], spp_);
-        std::fill_n(&resolve.origin[to], width, static_cast<std::uint8_t>(PixelOrigin::kShaded));
-      }
-      pixels_shaded_ += static_cast<std::uint64_t>(std::popcount(block.rendered));
-      continue;
+    const int shift = block.pixels.x0 & 3, width = block.pixels.width();
+    for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
+      const std::size_t from = surfaces_.index(block.pixels.x0, y), to = next.pixel(block.pixels.x0, y);
+      const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
+      const unsigned rendered = block.rendered >> row, advected = block.advected >> row, reconstructed = block.reconstructed >> row;
+      Vec4* out = &colors_[from];
+      for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x)
+        if ((rendered >> x & 1u) != 0) out[x] = spp_ == 4 ? mean_of_samples<4>(&color[4 * (from + x)], &coverage[4 * (from + x)]) : mean_of_samples(&color[n * (from + x)], &coverage[n * (from + x)], spp_);
+      const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) + row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
+      std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
     }
-    for_each_pixel(block.pixels, [&](int x, int y) {
-      const std::size_t from = surfaces_.index(x, y), to = next.pixel(x, y);
-      const BlockMask bit = block_bit(x, y);
-      if ((block.rendered & bit) != 0) {
-        next.color[to] = mean_of_samples(&color[from * n], &coverage[from * n], spp_);
-        resolve.origin[to] = static_cast<std::uint8_t>(PixelOrigin::kShaded);
-      } else if ((block.advected & bit) != 0) {
-        next.color[to] = advected_[from];
-        resolve.origin[to] = static_cast<std::uint8_t>(PixelOrigin::kAdvected);
-      } else {
-        resolve.origin[to] = static_cast<std::uint8_t>(PixelOrigin::kReconstructed);
-      }
-    });
     pixels_shaded_ += static_cast<std::uint64_t>(std::popcount(block.rendered));
     counters_.pixels_advected += static_cast<std::uint64_t>(std::popcount(block.advected));
     counters_.pixels_reconstructed += static_cast<std::uint64_t>(std::popcount(block.reconstructed));
@@ -128,28 +116,31 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> co
 void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& block) {
   const DiscrepancySettings& settings = resolve.settings.discrepancy;
   if (settings.check == DiscrepancyCheck::kOff) return;
-  const History& next = *resolve.next;
   bool discrepant = false;
   if (settings.check == DiscrepancyCheck::kNeighbours) {
     Vec4 colors[16];
-    for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = next.color[next.pixel(x, y)]; });
+    for_each_pixel(block.pixels, [&](int x, int y) { colors[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
     discrepant = stands_out(colors, block.advected, block.rendered, settings.tolerance);
   } else {
     // Every other row is enough: of each pattern of eight that is one of its squares, spread over the whole block.
     float sum = 0.0f;
     int compared = 0;
+    const auto every_other_row = static_cast<BlockMask>(0x0f0fu << (4 * (block.pixels.y0 & 1)));
+    const auto looked_at = static_cast<BlockMask>(block.rendered & block.exists & every_other_row);
+    Vec4 there[16];
+    const BlockMask taken = advect_plain(resolve, block, velocity_, looked_at, there, 4);
     for_each_pixel(block.pixels, [&](int x, int y) {
-      Vec4 there;
-      const bool looked_at = ((y - block.pixels.y0) & 1) == 0 && (block.rendered & block_bit(x, y)) != 0;
-      if (!looked_at || !advect(resolve, block, velocity_, x, y, there, false)) return;
-      sum += relative_difference(there, next.color[next.pixel(x, y)]);
+      const BlockMask bit = block_bit(x, y);
+      Vec4& expected = there[4 * (y & 3) + (x & 3)];
+      if ((looked_at & bit) == 0 || ((taken & bit) == 0 && !advect(resolve, block, velocity_, x, y, expected, false))) return;
+      sum += relative_difference(expected, colors_[surfaces_.index(x, y)]);
       ++compared;
     });
     discrepant = compared > 0 && sum > settings.tolerance * static_cast<float>(compared);
   }
   if (!discrepant) return;
   ++counters_.blocks_discrepant;
-  resolve.next->distrust[next.block(block.pixels.x0, block.pixels.y0)] = static_cast<std::uint8_t>(settings.frames);
+  resolve.next->distrust[resolve.next->block(block.pixels.x0, block.pixels.y0)] = static_cast<std::uint8_t>(settings.frames);
 }
 
 // ---- Stencils ---------------------------------------------------------------------------------------------------
@@ -192,10 +183,9 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
 
 void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const Records& records) {
   const ResolveSettings& settings = resolve.settings;
-  History& next = *resolve.next;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
-  const std::ptrdiff_t stride = next.region.width();
-  const Vec4* first = next.color.data() + (std::ptrdiff_t{y0} - kWindowMargin - next.region.y0) * stride + (x0 - kWindowMargin - next.region.x0);
+  const std::ptrdiff_t stride = records.region.width();
+  const Vec4* first = records.color + (std::ptrdiff_t{y0} - kWindowMargin - records.region.y0) * stride + (x0 - kWindowMargin - records.region.x0);
   // One surface of the block after the other.
   for (BlockMask left = block.reconstructed; left != 0;) {
     const int number = std::countr_zero(left);
@@ -219,7 +209,7 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
       // Nothing finite around: black, and not another NaN.
-      if ((missing & bit) != 0) next.color[next.pixel(x, y)] = (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : out[4 * (y & 3) + (x & 3)];
+      if ((missing & bit) != 0) records.color[records.index(x, y)] = (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : out[4 * (y & 3) + (x & 3)];
     });
   }
   counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);
@@ -237,7 +227,7 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       for_each_pixel(block.pixels, [&](int x, int y) {
         if (resolve.origin[next.pixel(x, y)] == static_cast<std::uint8_t>(PixelOrigin::kReconstructed)) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
       });
-      reconstruct(resolve, block, {next.depth.data(), next.surface.data(), next.region});
+      reconstruct(resolve, block, {next.color.data(), next.depth.data(), next.surface.data(), next.region});
       for_each_pixel(block.pixels, [&](int x, int y) {
         std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(x, y)], sizeof(Vec4));
       });

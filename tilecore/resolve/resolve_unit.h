@@ -108,11 +108,15 @@ class ResolveUnit {
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
   void copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing);
+  // advect() for those pixels of `wanted` for which it is plain; returns them. `out` is of the block's first pixel.
+  BlockMask advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride);
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count);
   void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
+  void look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const;
   void check_discrepancy(const ResolveFrame& resolve, const Block& block);
-  // Depth and surface of the pixels of `region`, row by row.
+  // Colours, and depth and surface, of the pixels of `region`, row by row.
   struct Records {
+    Vec4* color;
     const float* depth;
     const std::uint32_t* surface;
     IntRect region;
@@ -128,7 +132,7 @@ class ResolveUnit {
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
   std::vector<std::uint8_t> runs_;
-  std::vector<Vec4> advected_;   // per pixel of the tile
+  std::vector<Vec4> colors_;     // per pixel of the tile: the advected ones' from plan() on, then all
   IntRect fetched_, eye_fetched_;  // of the histories, for this tile
   int spp_ = 1;
   AdvectionWork advection_work_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace tessera::tilecore {
 namespace {
@@ -58,6 +59,33 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
   return motion_->step(drawable, rest, surfaces_->depth[pixel], {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
 }
 
+// Four pixels of a row at a time: MotionField::rigid_step() in the same order, element by element.
+bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds) {
+  const std::size_t first = surfaces_->index(block.x0, block.y0), width = static_cast<std::size_t>(surfaces_->pixels.width()), spp = static_cast<std::size_t>(surfaces_->spp);
+  const std::uint32_t surface = surfaces_->surface[first];
+  if (block.width() != 4 || block.height() != 4 || surface == 0 || (surface & PixelSurfaces::kMixed) != 0) return false;
+  ChannelMask others{};
+  for (std::size_t j = 0; j < 4; ++j) others |= load(&surfaces_->surface[first + j * width]) ^ static_cast<std::int32_t>(surface);
+  const std::uint32_t drawable = surface - 1;
+  if (!none(others) || motion_->kind(drawable) != MotionField::Kind::kRigid) return false;
+  const bool rests = !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
+  const std::vector<float> &xs = rests ? samples_->x : state_->rest_x, &ys = rests ? samples_->y : state_->rest_y;
+  for (std::size_t j = 0; j < 4; ++j) {
+    const std::size_t pixel = first + j * width, s = pixel * spp + surfaces_->center_sample;
+    const Channels x{xs[s], xs[s + spp], xs[s + 2 * spp], xs[s + 3 * spp]}, y{ys[s], ys[s + spp], ys[s + 2 * spp], ys[s + 3 * spp]};
+    const MotionField::RigidSteps steps = motion_->rigid_steps(drawable, x, y, load(&surfaces_->depth[pixel]));
+    const Channels low = __builtin_shufflevector(steps.x, steps.y, 0, 4, 1, 5), high = __builtin_shufflevector(steps.x, steps.y, 2, 6, 3, 7);
+    std::memcpy(&velocity_[pixel].x, &low, sizeof low), std::memcpy(&velocity_[pixel + 2].x, &high, sizeof high);
+    std::memcpy(&then_depth_[pixel], &steps.depth, sizeof steps.depth);
+    const Channels square = steps.x * steps.x + steps.y * steps.y;
+    for (std::size_t i = 0; i < 4; ++i) {
+      usable_[pixel + i] = steps.usable[i] != 0;
+      speeds[4 * j + i] = std::sqrt(square[i]);
+    }
+  }
+  return true;
+}
+
 VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statistic, bool counted) {
   Block out;
   if (motion_ == nullptr) {
@@ -69,6 +97,13 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
     for (int x = block.x0; x < block.x1; ++x) out.still = out.still && surfaces_->still[surfaces_->index(x, y)] != 0;
   std::array<float, 16> speeds;
   int count = 0;
+  if (!out.still && evaluate_rigid(block, speeds)) {
+    evaluations_ += counted ? 16 : 0;
+    for (int y = block.y0; y < block.y1; ++y)
+      for (int x = block.x0; x < block.x1; ++x) out.usable = out.usable && usable_[surfaces_->index(x, y)] != 0;
+    out.speed = statistic_of(speeds, 16, statistic);
+    return out;
+  }
   for (int y = block.y0; y < block.y1; ++y)
     for (int x = block.x0; x < block.x1; ++x) {
       const std::size_t pixel = surfaces_->index(x, y);

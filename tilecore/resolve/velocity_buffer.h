@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -39,6 +40,8 @@ class VelocityBuffer {
 
  private:
   MotionField::Step evaluate_pixel(std::size_t pixel);
+  // All of a whole block that sees one rigid drawable and nothing blended; false: it is another.
+  bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds);
 
   const frontend::FrameGeometry* frame_ = nullptr;
   const TileSamples* samples_ = nullptr;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -305,6 +306,49 @@ TEST(Advection, WithoutAVelocityAtTheFarEndThereIsNoCorrection) {
   EXPECT_EQ(frames.work.uncorrected, 1u);
   frames.usable[frames.index(10, 12)] = 1;
   EXPECT_NE(frames.advect(12, 12, {Fetch::kBilinear, true}).color, frames.color_at(10, 12));
+}
+
+// Whatever is there: what whole blocks take is what pixel by pixel would have been taken, and nothing is refused that is plain.
+RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t seed)) {
+  Random random(seed);
+  Frames frames(test::below(random, 9), test::below(random, 9));
+  const float reach = test::below(random, 2) ? 2.0f : 14.0f;  // within, and out of the region
+  const Vec2 way(test::uniform(random, -reach, reach), test::uniform(random, -reach, reach));
+  frames.move([&](double, double) { return way + Vec2(test::uniform(random, -0.1f, 0.1f), test::uniform(random, -0.1f, 0.1f)); });
+  const float odd[] = {0.0f, -0.0f, 3.0f, -1e-30f, 0x1p21f, kNan, kInfinity};
+  for (int k = 0; k < 40; ++k) {
+    const auto at = static_cast<std::size_t>(test::below(random, 24 * 24)), there = static_cast<std::size_t>(test::below(random, 24 * 24));
+    switch (test::below(random, 5)) {
+      case 0: frames.velocity[at][test::below(random, 2)] = odd[test::below(random, 7)]; break;
+      case 1: frames.usable[at] = 0; break;
+      case 2: frames.patch[there] = 8; break;
+      case 3: frames.depth[there] = test::below(random, 2) ? kInfinity : 10.5f; break;
+      default: frames.color[there][test::below(random, 4)] = test::below(random, 2) ? kNan : kInfinity;
+    }
+  }
+  const int x0 = frames.region.x0 + 4 + test::below(random, 16), y0 = frames.region.y0 + 4 + test::below(random, 16);
+  const std::vector<float> depth(24 * 24, 10.0f);
+  const std::vector<std::uint32_t> patch(24 * 24, 7u);
+  const std::size_t first = frames.index(x0, y0);
+  const BlockOfPixels block{x0, y0, &depth[first], &patch[first], &frames.velocity[first], &frames.usable[first], Frames::kSide};
+  const auto wanted = static_cast<std::uint16_t>(random());
+  std::array<Vec4, 16> got;
+  got.fill(Vec4(-77.0f));
+  AdvectionWork work;
+  const PlainAdvection plain = advect_plain_pixels(block, wanted, {frames.color.data(), frames.depth.data(), frames.patch.data(), frames.region, Frames::kSide}, 0.02f, got.data(), 4, work);
+  RC_ASSERT((plain.taken & ~wanted) == 0);
+  AdvectionWork expected_work;
+  for (int p = 0; p < 16; ++p) {
+    frames.work = {};
+    const AdvectedPixel expected = frames.advect(x0 + p % 4, y0 + p / 4);
+    const bool taken = (plain.taken >> p & 1) != 0, between_four = expected.outcome == Advection::kTaken && frames.work.history_texels == 4;
+    RC_ASSERT(taken == (between_four && (wanted >> p & 1) != 0));
+    const bool right = taken ? same_bits(got[static_cast<std::size_t>(p)], expected.color) : got[static_cast<std::size_t>(p)] == Vec4(-77.0f);
+    RC_ASSERT(right);
+    if (taken) expected_work.history_texels += 4, expected_work.fetches += 1;
+  }
+  RC_ASSERT(work.history_texels == expected_work.history_texels && work.fetches == expected_work.fetches);
+  if (plain.taken != 0) RC_ASSERT(frames.region.intersect(plain.texels) == plain.texels);
 }
 
 }  // namespace

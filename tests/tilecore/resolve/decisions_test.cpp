@@ -1,14 +1,18 @@
-// What the resolve unit decides before anything is shaded: edges, rates, foveation, discrepancy.
+// What the resolve unit decides before anything is shaded: edges, rates, foveation; afterwards: discrepancy, the mean of samples.
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <memory>
+#include <random>
 
 #include "tests/support/captures.h"
 #include "tilecore/resolve/discrepancy.h"
 #include "tilecore/resolve/edge_detector.h"
 #include "tilecore/resolve/foveation.h"
+#include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/rate_selector.h"
 
 namespace tessera::tilecore {
@@ -213,6 +217,22 @@ TEST(Discrepancy, AdvectedPixelsStandOutBeyondTheirRenderedNeighboursOnly) {
     if (advected >> i & 1) colors[i] = Vec4(50);
   EXPECT_TRUE(stands_out(colors.data(), advected, rendered, 0.05f));
   EXPECT_FALSE(stands_out(colors.data(), advected, 0, 0.05f));
+}
+
+TEST(MultisampleResolve, FourSamplesAtOnceHaveTheBitsOfOneAfterTheOther) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> value(-2.0f, 8.0f);
+  for (int n = 0; n < 500; ++n) {
+    // No sample lies behind the last: an address sanitizer would notice.
+    const std::unique_ptr<Vec3[]> color(new Vec3[4]);
+    const std::unique_ptr<float[]> coverage(new float[4]);
+    for (int k = 0; k < 4; ++k) {
+      for (int c = 0; c < 3; ++c) color[k][c] = n % 5 == 0 ? -0.0f : value(random);
+      coverage[k] = static_cast<float>(random() % 2);
+    }
+    const Vec4 expected = mean_of_samples(color.get(), coverage.get(), 4), got = mean_of_samples<4>(color.get(), coverage.get());
+    ASSERT_EQ(std::memcmp(&got.x, &expected.x, 4 * sizeof(float)), 0) << n;
+  }
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 // Where points were a frame ago, against the definition: the point's vertices posed then, projected.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "tests/tilecore/support.h"
 #include "tilecore/resolve/motion_field.h"
@@ -59,6 +61,32 @@ TEST(MotionField, RigidMotionIsWhatTheVerticesOfBothPosesSay) {
         EXPECT_GT(glm::length(expected), 0.1f);
       }
     }
+}
+
+TEST(MotionField, FourPointsAtOnceHaveTheBitsOfEach) {
+  test::Random random(5);
+  for (const bool orthographic : {false, true}) {
+    const TestFrame s = scene(DVec3(0.3, -0.2, 0.4), DVec3(0.2, 0.1, -4));
+    const auto then = pose(s, 0.2, 0.25, orthographic), now = pose(s, 0.5, 0.55, orthographic);
+    const MotionField field(*now, *then);
+    ASSERT_EQ(field.kind(0), MotionField::Kind::kRigid);
+    int unusable = 0;
+    for (int n = 0; n < 300; ++n) {
+      Channels x, y, z;
+      for (int i = 0; i < 4; ++i) x[i] = random.uniform(-20, 120), y[i] = random.uniform(-20, 90), z[i] = random.uniform(-3, 12);
+      if (n % 7 == 0) z[n % 4] = n % 2 ? std::numeric_limits<float>::infinity() : 0.0f;
+      const MotionField::RigidSteps four = field.rigid_steps(0, x, y, z);
+      for (int i = 0; i < 4; ++i) {
+        const MotionField::Step one = field.rigid_step(0, {x[i], y[i]}, z[i]);
+        ASSERT_EQ(four.usable[i] != 0, one.usable);
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(float{four.x[i]}), std::bit_cast<std::uint32_t>(one.velocity.x));
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(float{four.y[i]}), std::bit_cast<std::uint32_t>(one.velocity.y));
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(float{four.depth[i]}), std::bit_cast<std::uint32_t>(one.depth));
+        unusable += !one.usable;
+      }
+    }
+    EXPECT_GT(unusable, 0);
+  }
 }
 
 TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {
