@@ -141,9 +141,12 @@ void SamplingController::run_group(const Job& job, const Group& group) {
       }
   }
   run_batch(job);
-  // The array takes samples of one piece together, whatever their cells.
-  const auto lanes = static_cast<std::uint64_t>(job.maps.settings().lanes);
   counters_.samples += issued;
+  count_issued(job, issued);  // the array takes samples of one piece together, whatever their cells
+}
+
+void SamplingController::count_issued(const Job& job, std::uint64_t issued) {
+  const auto lanes = static_cast<std::uint64_t>(job.maps.settings().lanes);
   const std::uint64_t slots = (issued + lanes - 1) / lanes * lanes;
   counters_.array_slots += slots;
   counters_.operations += slots * job.maps.operations(drawable_, piece_);

@@ -70,6 +70,8 @@ class SamplingController {
   std::uint64_t image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image, std::uint64_t burst_bytes) const;
   void run_group(const Job& job, const Group& group);
   void run_batch(const Job& job);
+  // The emulated array's work on tuples of the piece under way that it takes together.
+  void count_issued(const Job& job, std::uint64_t issued);
 
   // sampling_scatter.cpp
   void scatter_still(const Job& job, std::size_t k);

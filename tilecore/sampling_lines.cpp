@@ -56,7 +56,8 @@ void SamplingController::draw_cell_lines(const Job& job, const ParameterCell& ce
   const float from = along_u ? cell.u0 : cell.v0, to = along_u ? cell.u1 : cell.v1;
   const int steps = along_u ? cell.steps_u : cell.steps_v;
   const float step = (to - from) / static_cast<float>(steps);
-  for (int line = static_cast<int>(std::ceil(low * kLines)); static_cast<float>(line) < high * kLines; ++line)
+  for (int line = static_cast<int>(std::ceil(low * kLines)); static_cast<float>(line) < high * kLines; ++line) {
+    count_issued(job, static_cast<std::uint64_t>(steps));
     for (int first = 0; first < steps; first += static_cast<int>(kArraySamples)) {
       const int count = std::min(steps - first, static_cast<int>(kArraySamples));
       for (int k = 0; k < count; ++k) {
@@ -68,6 +69,7 @@ void SamplingController::draw_cell_lines(const Job& job, const ParameterCell& ce
       counters_.strokes += static_cast<std::uint64_t>(count);
       for (int k = 0; k < count; ++k) scatter_stroke(job, cell, static_cast<std::size_t>(k), along_u, 0.5f * step, most_light(line));
     }
+  }
 }
 
 void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step, float light) {
@@ -98,6 +100,7 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
         float along, aside;
         const float px = job.samples.x[s], py = job.samples.y[s];
         if (px < left || px > right || py < top || py > bottom) continue;
+        ++counters_.footprint_tests;
         if (p.holds(px, py, along, aside)) write(job, cell, s, z * kNearer, registers_->u[k], registers_->v[k], SurfaceLocation::kStroke);
       }
     }

@@ -383,19 +383,25 @@ TEST(Lines, EveryStepOfEveryLineOfATilesCellsIsCountedOnce) {
 }
 
 // The maps have more entries: a tile also needs cells that reach it by their strokes alone, which its surfaces leave out.
-TEST(Lines, TheSurfaceBeneathCostsWhatItCostsWithoutThem) {
+TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
   Random random(7);
   for (int n = 0; n < 8; ++n) {
     const TestFrame scene = random_scene(random);
     const Picture surface = draw(*scene.frame, kSurfaceStyle, 16, 16), lines = draw(*scene.frame, kLineStyle, 16, 16);
     const auto strokes = std::count_if(lines.samples.begin(), lines.samples.end(), [](const Sample& s) { return s.stroke(); });
     for (const auto& field : hardware::kCounterFields<SamplingCounters>) {
-      using C = SamplingCounters;
       const std::set<std::string_view> of_maps = {"sampling.cells", "sampling.cells_outside", "sampling.interval_evaluations", "sampling.map_entries", "sampling.tags", "sampling.rates_clamped", "sampling.cells_culled_backface"};
-      if (field.member == &C::strokes || field.member == &C::writes || of_maps.contains(field.name)) continue;
+      const std::set<std::string_view> of_strokes = {"sampling.strokes", "sampling.writes", "sampling.array_slots", "sampling.operations", "sampling.footprint_tests"};
+      if (of_strokes.contains(field.name) || of_maps.contains(field.name)) continue;
       EXPECT_EQ(lines.counters.*field.member, surface.counters.*field.member) << field.name;
     }
     EXPECT_GE(lines.counters.map_entries, surface.counters.map_entries);
+    // Lanes are issued by the group.
+    const std::uint64_t slots = lines.counters.array_slots - surface.counters.array_slots;
+    EXPECT_GE(slots, lines.counters.strokes);
+    EXPECT_EQ(slots % static_cast<std::uint64_t>(kLineStyle.lanes), 0u);
+    EXPECT_EQ(lines.counters.strokes > 0, lines.counters.operations > surface.counters.operations);
+    EXPECT_GE(lines.counters.footprint_tests, surface.counters.footprint_tests + static_cast<std::uint64_t>(strokes));
     EXPECT_GE(lines.counters.writes, surface.counters.writes + static_cast<std::uint64_t>(strokes));
   }
 }
