@@ -48,8 +48,10 @@ void AtomicFile::write(std::string_view bytes) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
     good = written > 0;
-    if (good) bytes.remove_prefix(static_cast<std::size_t>(written));
-    else reason = errno;
+    if (good)
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+    else
+      reason = errno;
   }
   // Some file systems report a full disk only here.
   if (descriptor >= 0 && ::close(descriptor) != 0 && good) {

@@ -8,9 +8,7 @@
 namespace tessera {
 
 // IEC 61966-2-1 transfer functions; values outside [0, 1] continue the curve.
-inline float srgb_to_linear(float s) {
-  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
-}
+inline float srgb_to_linear(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
 inline float linear_to_srgb(float l) {
   return l <= 0.0031308f ? l * 12.92f : 1.055f * std::pow(l, 1.0f / 2.4f) - 0.055f;
 }

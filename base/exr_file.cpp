@@ -22,9 +22,12 @@ namespace {
 
 Imf::PixelType pixel_type(ExrChannel::Type type) {
   switch (type) {
-    case ExrChannel::Type::kHalf: return Imf::HALF;
-    case ExrChannel::Type::kFloat: return Imf::FLOAT;
-    case ExrChannel::Type::kUint: return Imf::UINT;
+    case ExrChannel::Type::kHalf:
+      return Imf::HALF;
+    case ExrChannel::Type::kFloat:
+      return Imf::FLOAT;
+    case ExrChannel::Type::kUint:
+      return Imf::UINT;
   }
   return Imf::HALF;
 }
@@ -36,8 +39,9 @@ std::vector<half> to_half(const ExrChannel& channel, std::size_t pixels) {
   return values;
 }
 
-// OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is walked first: every
-// attribute inside the file, a picture within the limits, no more channels than the file's length allows.
+// OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is
+// walked first: every attribute inside the file, a picture within the limits, no more channels than the file's length
+// allows.
 class HeaderWalk {
  public:
   explicit HeaderWalk(const std::filesystem::path& source) : name_(source.string()), in_(source, std::ios::binary) {
@@ -64,24 +68,50 @@ class HeaderWalk {
       if (size > left_) throw InputError(name_, attribute, "is longer than the file");
       const std::uint64_t end = left_ - size;
       check_value(attribute, type, size, limits);
-      if (left_ < end || (type == "chlist" && left_ != end)) throw InputError(name_, attribute, "has another length than it says");
+      if (left_ < end || (type == "chlist" && left_ != end))
+        throw InputError(name_, attribute, "has another length than it says");
       skip(left_ - end);
     }
     return true;
   }
 
   // OpenEXR reads values of the types that it knows as long as the type says, not as long as the attribute does.
-  void check_value(const std::string& attribute, const std::string& type, std::uint32_t size, const ImageLimits& limits) {
-    static const std::map<std::string_view, std::uint32_t> kSizes = {
-        {"box2f", 16}, {"box2i", 16}, {"chromaticities", 32}, {"compression", 1}, {"deepImageState", 1}, {"double", 8}, {"envmap", 1}, {"float", 4}, {"int", 4}, {"keycode", 28}, {"lineOrder", 1}, {"m33d", 72}, {"m33f", 36},
-        {"m44d", 128}, {"m44f", 64}, {"rational", 8}, {"tiledesc", 9}, {"timecode", 8}, {"v2d", 16}, {"v2f", 8}, {"v2i", 8}, {"v3d", 24}, {"v3f", 12}, {"v3i", 12}};
-    if (const auto known = kSizes.find(type); known != kSizes.end() && known->second != size) throw InputError(name_, attribute, fmt::format("has {} bytes, a {} has {}", size, type, known->second));
+  void check_value(const std::string& attribute, const std::string& type, std::uint32_t size,
+                   const ImageLimits& limits) {
+    static const std::map<std::string_view, std::uint32_t> kSizes = {{"box2f", 16},
+                                                                     {"box2i", 16},
+                                                                     {"chromaticities", 32},
+                                                                     {"compression", 1},
+                                                                     {"deepImageState", 1},
+                                                                     {"double", 8},
+                                                                     {"envmap", 1},
+                                                                     {"float", 4},
+                                                                     {"int", 4},
+                                                                     {"keycode", 28},
+                                                                     {"lineOrder", 1},
+                                                                     {"m33d", 72},
+                                                                     {"m33f", 36},
+                                                                     {"m44d", 128},
+                                                                     {"m44f", 64},
+                                                                     {"rational", 8},
+                                                                     {"tiledesc", 9},
+                                                                     {"timecode", 8},
+                                                                     {"v2d", 16},
+                                                                     {"v2f", 8},
+                                                                     {"v2i", 8},
+                                                                     {"v3d", 24},
+                                                                     {"v3f", 12},
+                                                                     {"v3i", 12}};
+    if (const auto known = kSizes.find(type); known != kSizes.end() && known->second != size)
+      throw InputError(name_, attribute, fmt::format("has {} bytes, a {} has {}", size, type, known->second));
     if (type == "chlist") {
-      if (size > kMostChannelBytes) throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMostChannelBytes));
+      if (size > kMostChannelBytes)
+        throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMostChannelBytes));
       while (!text().empty()) skip(16);
     } else if (type == "preview") {
       const std::uint64_t width = word(), height = word();
-      if (size < 8 || width > size || height > size || 4 * width * height != size - 8) throw InputError(name_, attribute, "has another size than its pixels");
+      if (size < 8 || width > size || height > size || 4 * width * height != size - 8)
+        throw InputError(name_, attribute, "has another size than its pixels");
     } else if (type == "stringvector" || type == "idmanifest" || (type == "floatvector" && size % 4 != 0)) {
       throw InputError(name_, attribute, fmt::format("is a {}, whose parts have lengths of their own", type));
     }
@@ -91,7 +121,8 @@ class HeaderWalk {
   static constexpr std::uint32_t kMostChannelBytes = 4096;  // some two hundred channels
 
   void read(char* bytes, std::size_t count) {
-    if (count > left_ || !in_.read(bytes, static_cast<std::streamsize>(count))) throw InputError(name_, "", "ends inside its header");
+    if (count > left_ || !in_.read(bytes, static_cast<std::streamsize>(count)))
+      throw InputError(name_, "", "ends inside its header");
     left_ -= count;
   }
   void skip(std::uint64_t count) {
@@ -118,14 +149,17 @@ class HeaderWalk {
     for (std::int64_t& e : edge) e = static_cast<std::int32_t>(word());
     const std::int64_t width = edge[2] - edge[0] + 1, height = edge[3] - edge[1] + 1;
     if (width < 1 || height < 1) throw InputError(name_, "dataWindow", "is empty");
-    if (width > limits.max_side || height > limits.max_side || static_cast<std::uint64_t>(width * height) > limits.max_pixels)
-      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", name_, width, height, limits.max_side, limits.max_pixels));
+    if (width > limits.max_side || height > limits.max_side ||
+        static_cast<std::uint64_t>(width * height) > limits.max_pixels)
+      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", name_, width, height,
+                                   limits.max_side, limits.max_pixels));
   }
 
   void check_tile(const ImageLimits& limits) {
     const std::uint64_t width = word(), height = word();
     const auto side = static_cast<std::uint64_t>(limits.max_side);
-    if (width > side || height > side || width * height > limits.max_pixels) throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of a picture", name_, width, height));
+    if (width > side || height > side || width * height > limits.max_pixels)
+      throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of a picture", name_, width, height));
   }
 
   std::string name_;
@@ -172,8 +206,10 @@ Image read_exr(const std::filesystem::path& source, const ImageLimits& limits) {
     const long width = static_cast<long>(window.max.x) - window.min.x + 1;
     const long height = static_cast<long>(window.max.y) - window.min.y + 1;
     if (width < 1 || height < 1) throw InputError(source.string(), "dataWindow", "is empty");
-    if (width > limits.max_side || height > limits.max_side || static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", source.string(), width, height, limits.max_side, limits.max_pixels));
+    if (width > limits.max_side || height > limits.max_side ||
+        static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
+      throw LimitError(fmt::format("{}: {}x{} pixels exceed the limit of {} a side and {} in all", source.string(),
+                                   width, height, limits.max_side, limits.max_pixels));
     const bool alpha = input.header().channels().findChannel("A") != nullptr;
     for (const char* name : {"R", "G", "B"})
       if (input.header().channels().findChannel(name) == nullptr)
@@ -184,10 +220,13 @@ Image read_exr(const std::filesystem::path& source, const ImageLimits& limits) {
     const std::size_t y_stride = x_stride * static_cast<std::size_t>(width);
     Imf::FrameBuffer frame_buffer;
     for (int c = 0; c < image.channels; ++c) {
-      // OpenEXR addresses pixels from (0, 0), wherever the data window lies: as integers, because that address may be no pointer's.
-      const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.values.data() + c) - x_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.x)) -
+      // OpenEXR addresses pixels from (0, 0), wherever the data window lies: as integers, because that address may be
+      // no pointer's.
+      const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.values.data() + c) -
+                                    x_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.x)) -
                                     y_stride * static_cast<std::size_t>(static_cast<std::ptrdiff_t>(window.min.y));
-      frame_buffer.insert(std::string(1, "RGBA"[c]), Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), x_stride, y_stride));
+      frame_buffer.insert(std::string(1, "RGBA"[c]),
+                          Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), x_stride, y_stride));
     }
     input.setFrameBuffer(frame_buffer);
     input.readPixels(window.min.y, window.max.y);

@@ -13,17 +13,17 @@ namespace tessera {
 // One channel of an EXR file, taken from any strided memory.
 struct ExrChannel {
   enum class Type { kHalf, kFloat, kUint };
-  std::string name;            // "R", "depth.Z", "patch.id": a layer prefix groups channels in viewers
-  Type type = Type::kHalf;     // as stored; kHalf converts from float
+  std::string name;              // "R", "depth.Z", "patch.id": a layer prefix groups channels in viewers
+  Type type = Type::kHalf;       // as stored; kHalf converts from float
   const void* values = nullptr;  // float for kHalf and kFloat, std::uint32_t for kUint
-  std::size_t stride = 1;      // elements from pixel to pixel; rows follow each other without gaps
+  std::size_t stride = 1;        // elements from pixel to pixel; rows follow each other without gaps
 };
 
 // Writes a scan-line EXR file (ZIP compression), whole or not at all. Throws SystemError.
 void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels);
 
-// Reads R, G, B (and A when present) (of the first part) as linear floats. Throws InputError when the file is not such an EXR,
-// LimitError when it is larger than the limits, before its pixels are allocated.
+// Reads R, G, B (and A when present) (of the first part) as linear floats. Throws InputError when the file is not such
+// an EXR, LimitError when it is larger than the limits, before its pixels are allocated.
 Image read_exr(const std::filesystem::path& source, const ImageLimits& limits = {});
 
 }  // namespace tessera

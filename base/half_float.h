@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-// The nearest number of IEC 60559's binary16 (11 significant bits, exponents -14 to 15), as a float; ties go to the even one,
-// what is 65520 or larger becomes infinite, NaN stays NaN.
+// The nearest number of IEC 60559's binary16 (11 significant bits, exponents -14 to 15), as a float; ties go to the
+// even one, what is 65520 or larger becomes infinite, NaN stays NaN.
 inline float round_to_half(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t size = bits & 0x7FFFFFFFu, sign = bits & 0x80000000u;

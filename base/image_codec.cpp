@@ -23,8 +23,8 @@ using Bytes = std::span<const std::uint8_t>;
 constexpr std::uint8_t kPngSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 
 std::uint32_t big_endian32(Bytes bytes, std::size_t at) {
-  return (std::uint32_t{bytes[at]} << 24) | (std::uint32_t{bytes[at + 1]} << 16) |
-         (std::uint32_t{bytes[at + 2]} << 8) | std::uint32_t{bytes[at + 3]};
+  return (std::uint32_t{bytes[at]} << 24) | (std::uint32_t{bytes[at + 1]} << 16) | (std::uint32_t{bytes[at + 2]} << 8) |
+         std::uint32_t{bytes[at + 3]};
 }
 
 // Walks the chunks of a PNG: lengths inside the file, CRCs right, IHDR first, IDAT present, IEND last. `data_chunks`
@@ -38,8 +38,8 @@ bool check_png(Bytes bytes, std::vector<Bytes>& data_chunks, std::string& fault)
     if (length > bytes.size() - at - 12)
       return fault = fmt::format("PNG chunk at byte {} is longer than the file", at), false;
     const char* type = reinterpret_cast<const char*>(bytes.data() + at + 4);
-    const auto crc = static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), bytes.data() + at + 4,
-                                                      static_cast<uInt>(length + 4)));
+    const auto crc =
+        static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), bytes.data() + at + 4, static_cast<uInt>(length + 4)));
     if (crc != big_endian32(bytes, at + 8 + length))
       return fault = fmt::format("PNG chunk at byte {} has a wrong checksum", at), false;
     if (first && std::memcmp(type, "IHDR", 4) != 0) return fault = "PNG does not begin with IHDR", false;
@@ -55,8 +55,8 @@ bool check_png(Bytes bytes, std::vector<Bytes>& data_chunks, std::string& fault)
 // Bytes that the pixels of a checked PNG take before compression: every row with its filter byte, Adam7 passes apart
 // when interlaced (PNG specification, sections 7.2 and 8).
 std::uint64_t png_raw_bytes(Bytes bytes) {
-  constexpr std::uint64_t kPassX[] = {0, 4, 0, 2, 0, 1, 0}, kPassY[] = {0, 0, 4, 0, 2, 0, 1}, kStepX[] = {8, 8, 4, 4, 2, 2, 1},
-                          kStepY[] = {8, 8, 8, 4, 4, 2, 2};
+  constexpr std::uint64_t kPassX[] = {0, 4, 0, 2, 0, 1, 0}, kPassY[] = {0, 0, 4, 0, 2, 0, 1},
+                          kStepX[] = {8, 8, 4, 4, 2, 2, 1}, kStepY[] = {8, 8, 8, 4, 4, 2, 2};
   constexpr std::uint64_t kSamples[] = {1, 0, 3, 1, 2, 0, 4};
   const std::uint64_t width = big_endian32(bytes, 16), height = big_endian32(bytes, 20);
   const std::uint64_t bits = bytes[24] * kSamples[std::min<int>(bytes[25], 6)];
@@ -87,12 +87,14 @@ bool check_png_data(const std::vector<Bytes>& chunks, std::uint64_t raw_bytes, s
       stream.avail_out = static_cast<uInt>(out.size());
       status = inflate(&stream, Z_NO_FLUSH);
       count += out.size() - stream.avail_out;
-      if (count > raw_bytes + kSlack) return fault = fmt::format("PNG holds more than the {} bytes of its pixels", raw_bytes), false;
+      if (count > raw_bytes + kSlack)
+        return fault = fmt::format("PNG holds more than the {} bytes of its pixels", raw_bytes), false;
     }
     if (status == Z_BUF_ERROR) status = Z_OK;  // no progress without the next chunk
   }
   if (status != Z_OK && status != Z_STREAM_END) return fault = "PNG pixels cannot be inflated", false;
-  if (count < raw_bytes) return fault = fmt::format("PNG holds {} of the {} bytes of its pixels", count, raw_bytes), false;
+  if (count < raw_bytes)
+    return fault = fmt::format("PNG holds {} of the {} bytes of its pixels", count, raw_bytes), false;
   return true;
 }
 
@@ -108,8 +110,8 @@ bool check_jpeg(Bytes bytes, std::string& fault) {
     if (at + 2 > bytes.size()) return fault = "JPEG ends before its end marker", false;
     const std::uint8_t marker = bytes[at + 1];
     at += 2;
-    if (marker == 0xD9) break;                                            // EOI
-    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7)) continue;   // no length
+    if (marker == 0xD9) break;                                           // EOI
+    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7)) continue;  // no length
     if (at + 2 > bytes.size()) return fault = "JPEG ends inside a segment", false;
     const std::size_t length = (std::size_t{bytes[at]} << 8) | bytes[at + 1];
     if (length < 2 || length > bytes.size() - at)
@@ -159,9 +161,9 @@ void append_png_chunk(std::string& out, const char* type, std::string_view data)
   const std::size_t start = out.size();
   out.append(type, 4);
   out.append(data);
-  append_big_endian32(out, static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0),
-                                                            reinterpret_cast<const Bytef*>(out.data() + start),
-                                                            static_cast<uInt>(out.size() - start))));
+  append_big_endian32(
+      out, static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), reinterpret_cast<const Bytef*>(out.data() + start),
+                                            static_cast<uInt>(out.size() - start))));
 }
 
 }  // namespace
@@ -179,7 +181,8 @@ ImageFormat image_format(Bytes bytes) {
   return ImageFormat::kUnknown;
 }
 
-bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault, const ChargeBytes& charge) {
+bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault,
+                  const ChargeBytes& charge) {
   const ImageFormat format = image_format(bytes);
   if (format == ImageFormat::kUnknown) return fault = "is neither PNG nor JPEG", false;
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
@@ -234,7 +237,8 @@ std::string encode_png(const Image8& image) {
 
 std::string encode_jpeg(const Image8& image, int quality) {
   std::string out;
-  if (!tessera_stb_write_jpeg(append_bytes, &out, image.width, image.height, image.channels, image.values.data(), quality))
+  if (!tessera_stb_write_jpeg(append_bytes, &out, image.width, image.height, image.channels, image.values.data(),
+                              quality))
     throw SystemError("out of memory while packing a JPEG");
   return out;
 }

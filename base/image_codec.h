@@ -13,8 +13,8 @@ namespace tessera {
 
 // Bounds on what a compressed image may unpack to; checked before its pixels are allocated.
 struct ImageLimits {
-  int max_side = 16384;                    // pixels
-  std::uint64_t max_pixels = 1ull << 27;   // 128 Mi pixels, 512 MiB as RGBA8
+  int max_side = 16384;                   // pixels
+  std::uint64_t max_pixels = 1ull << 27;  // 128 Mi pixels, 512 MiB as RGBA8
 };
 
 // An unpacked PNG or JPEG with 1 to 4 channels (grey, grey+alpha, RGB, RGBA); 16 bits a channel only from PNG.

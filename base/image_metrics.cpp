@@ -22,7 +22,9 @@ struct Plane {
 
   Plane() = default;
   Plane(int w, int h) : width(w), height(h), values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
-  double& at(int x, int y) { return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+  double& at(int x, int y) {
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
   double at(int x, int y) const { return const_cast<Plane*>(this)->at(x, y); }
   double clamped(int x, int y) const { return at(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1)); }
 };
@@ -70,9 +72,8 @@ void check_shapes(const Image& a, const Image& b) {
 using Triple = std::array<double, 3>;
 
 // Linear sRGB to CIE XYZ and the white it implies (the matrix rows' sums).
-constexpr double kToXyz[3][3] = {{0.41238656, 0.35759149, 0.18045049},
-                                 {0.21263682, 0.71518298, 0.07218020},
-                                 {0.01933062, 0.11919716, 0.95037259}};
+constexpr double kToXyz[3][3] = {
+    {0.41238656, 0.35759149, 0.18045049}, {0.21263682, 0.71518298, 0.07218020}, {0.01933062, 0.11919716, 0.95037259}};
 
 const Triple& white() {
   static const Triple w = {kToXyz[0][0] + kToXyz[0][1] + kToXyz[0][2], kToXyz[1][0] + kToXyz[1][1] + kToXyz[1][2],
@@ -102,15 +103,13 @@ Triple xyz_to_linear(const Triple& xyz) {
     return inv;
   }();
   Triple out;
-  for (std::size_t i = 0; i < 3; ++i)
-    out[i] = inverse[i][0] * xyz[0] + inverse[i][1] * xyz[1] + inverse[i][2] * xyz[2];
+  for (std::size_t i = 0; i < 3; ++i) out[i] = inverse[i][0] * xyz[0] + inverse[i][1] * xyz[1] + inverse[i][2] * xyz[2];
   return out;
 }
 
 Triple srgb_to_linear3(std::span<const float> srgb) {
   Triple out;
-  for (std::size_t i = 0; i < 3; ++i)
-    out[i] = static_cast<double>(srgb_to_linear(std::clamp(srgb[i], 0.0f, 1.0f)));
+  for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<double>(srgb_to_linear(std::clamp(srgb[i], 0.0f, 1.0f)));
   return out;
 }
 
@@ -139,9 +138,7 @@ Triple linear_to_hunt_lab(const Triple& linear) {
   return {lightness, 0.01 * lightness * 500.0 * (f[0] - f[1]), 0.01 * lightness * 200.0 * (f[1] - f[2])};
 }
 
-double hyab(const Triple& a, const Triple& b) {
-  return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
-}
+double hyab(const Triple& a, const Triple& b) { return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]); }
 
 // ---- FLIP -------------------------------------------------------------------------------------------------------
 
@@ -287,7 +284,8 @@ double mssim(const Image& a, const Image& b) {
   };
   const Plane la = luma(a), lb = luma(b);
   const Plane mean_a = convolve(la, window, window), mean_b = convolve(lb, window, window);
-  const Plane square_a = convolve(product(la, la), window, window), square_b = convolve(product(lb, lb), window, window);
+  const Plane square_a = convolve(product(la, la), window, window),
+              square_b = convolve(product(lb, lb), window, window);
   const Plane cross = convolve(product(la, lb), window, window);
   double sum = 0;
   for (std::size_t i = 0; i < cross.values.size(); ++i) {
@@ -306,8 +304,7 @@ Image flip_map(const Image& reference, const Image& test, double pixels_per_degr
   const std::vector<Triple> color_t = perceived_colors(opponent_t, pixels_per_degree);
   const Features feature_r = features(opponent_r[0], pixels_per_degree);
   const Features feature_t = features(opponent_t[0], pixels_per_degree);
-  const double max_error =
-      std::pow(hyab(linear_to_hunt_lab({0, 1, 0}), linear_to_hunt_lab({0, 0, 1})), kColorExponent);
+  const double max_error = std::pow(hyab(linear_to_hunt_lab({0, 1, 0}), linear_to_hunt_lab({0, 0, 1})), kColorExponent);
 
   Image map(reference.width, reference.height, 1);
   for (std::size_t i = 0; i < map.values.size(); ++i) {

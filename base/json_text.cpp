@@ -18,8 +18,10 @@ void check_depth(std::string_view text, const std::string& file, int max_depth) 
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
-      if (c == '\\') ++i;
-      else if (c == '"') in_string = false;
+      if (c == '\\')
+        ++i;
+      else if (c == '"')
+        in_string = false;
     } else if (c == '"') {
       in_string = true;
     } else if (c == '{' || c == '[') {
@@ -49,8 +51,12 @@ nlohmann::json parse_json(std::string_view text, const std::string& file, int ma
 }
 
 int whole_number(const nlohmann::json& value) {
-  const bool fits = value.is_number_unsigned() ? value.get<std::uint64_t>() <= INT_MAX : value.is_number_integer() && value.get<std::int64_t>() >= INT_MIN && value.get<std::int64_t>() <= INT_MAX;
-  if (!fits) throw nlohmann::json::type_error::create(302, fmt::format("type must be a whole number of 32 bits, but is {}", value.type_name()), &value);
+  const bool fits = value.is_number_unsigned() ? value.get<std::uint64_t>() <= INT_MAX
+                                               : value.is_number_integer() && value.get<std::int64_t>() >= INT_MIN &&
+                                                     value.get<std::int64_t>() <= INT_MAX;
+  if (!fits)
+    throw nlohmann::json::type_error::create(
+        302, fmt::format("type must be a whole number of 32 bits, but is {}", value.type_name()), &value);
   return static_cast<int>(value.get<std::int64_t>());
 }
 

@@ -11,7 +11,8 @@ namespace tessera {
 // than `max_depth` and numbers that overflow a double.
 nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth = 64);
 
-// A whole number that an int holds. Throws nlohmann::json::exception for anything else: get<int>() would convert 1e20 or true somehow.
+// A whole number that an int holds. Throws nlohmann::json::exception for anything else: get<int>() would convert 1e20
+// or true somehow.
 int whole_number(const nlohmann::json& value);
 
 }  // namespace tessera

@@ -77,10 +77,14 @@ std::string parse_choice(const KeyInfo& key, const json& value) {
 
 KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const json& value) {
   switch (like.index()) {
-    case 0: return parse_integer(key, value);
-    case 1: return parse_double(key, value);
-    case 2: return parse_bool(key, value);
-    default: return parse_choice(key, value);
+    case 0:
+      return parse_integer(key, value);
+    case 1:
+      return parse_double(key, value);
+    case 2:
+      return parse_bool(key, value);
+    default:
+      return parse_choice(key, value);
   }
 }
 

@@ -34,9 +34,9 @@ class PerThread {
 class ThreadLimit {
  public:
   explicit ThreadLimit(std::size_t threads)
-      : control_(tbb::global_control::max_allowed_parallelism,
-                 threads == 0 ? tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)
-                              : threads) {}
+      : control_(
+            tbb::global_control::max_allowed_parallelism,
+            threads == 0 ? tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) : threads) {}
 
  private:
   tbb::global_control control_;

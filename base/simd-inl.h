@@ -56,7 +56,9 @@ HWY_INLINE FloatLanes operator/(FloatLanes a, FloatLanes b) { return FloatLanes(
 HWY_INLINE FloatLanes real_sqrt(FloatLanes a) { return FloatLanes(hn::Sqrt(a.v)); }
 HWY_INLINE FloatLanes real_abs(FloatLanes a) { return FloatLanes(hn::Abs(a.v)); }
 // As base/real.h, NaN included.
-HWY_INLINE FloatLanes real_max(FloatLanes a, FloatLanes b) { return FloatLanes(hn::IfThenElse(hn::Lt(a.v, b.v), b.v, a.v)); }
+HWY_INLINE FloatLanes real_max(FloatLanes a, FloatLanes b) {
+  return FloatLanes(hn::IfThenElse(hn::Lt(a.v, b.v), b.v, a.v));
+}
 
 #include "base/vector3.inc"
 

@@ -43,9 +43,11 @@ unsigned short* tessera_stb_load_16(const unsigned char* bytes, int size, int* w
 void tessera_stb_free(void* pixels) { stbi_image_free(pixels); }
 const char* tessera_stb_failure_reason(void) { return stbi_failure_reason(); }
 
-int tessera_stb_write_png(tessera_stb_append append, void* context, int width, int height, int channels, const void* pixels) {
+int tessera_stb_write_png(tessera_stb_append append, void* context, int width, int height, int channels,
+                          const void* pixels) {
   return stbi_write_png_to_func(append, context, width, height, channels, pixels, width * channels);
 }
-int tessera_stb_write_jpeg(tessera_stb_append append, void* context, int width, int height, int channels, const void* pixels, int quality) {
+int tessera_stb_write_jpeg(tessera_stb_append append, void* context, int width, int height, int channels,
+                           const void* pixels, int quality) {
   return stbi_write_jpg_to_func(append, context, width, height, channels, pixels, quality);
 }

@@ -14,10 +14,14 @@ std::size_t utf8_length(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned char lead = byte(i);
   std::size_t length = 0;
-  if (lead < 0x80) length = 1;
-  else if (lead >= 0xC2 && lead < 0xE0) length = 2;
-  else if (lead >= 0xE0 && lead < 0xF0) length = 3;
-  else if (lead >= 0xF0 && lead < 0xF5) length = 4;
+  if (lead < 0x80)
+    length = 1;
+  else if (lead >= 0xC2 && lead < 0xE0)
+    length = 2;
+  else if (lead >= 0xE0 && lead < 0xF0)
+    length = 3;
+  else if (lead >= 0xF0 && lead < 0xF5)
+    length = 4;
   if (length == 0 || i + length > text.size()) return 0;
   for (std::size_t k = 1; k < length; ++k)
     if ((byte(i + k) & 0xC0) != 0x80) return 0;
@@ -53,7 +57,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t mo
   most = std::min(most, a.size());  // no two texts are farther apart
   const std::size_t beyond = most + 1;
   if (a.size() - b.size() > most) return beyond;
-  // Optimal string alignment: three rolling rows of the dynamic program, of each only the cells whose text lengths differ by at most `most`.
+  // Optimal string alignment: three rolling rows of the dynamic program, of each only the cells whose text lengths
+  // differ by at most `most`.
   std::vector<std::size_t> before(b.size() + 1, beyond), last(b.size() + 1, beyond), row(b.size() + 1, beyond);
   for (std::size_t j = 0; j <= std::min(b.size(), most); ++j) last[j] = j;
   std::size_t least_of_last = 0;
@@ -83,7 +88,8 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
   const std::string* best = nullptr;
   std::size_t best_distance = name.size() / 2 + 1;
   for (const std::string& candidate : candidates) {
-    // An edit adds, takes away or replaces one letter or swaps two: no fewer than these that the longer text has and the other has not.
+    // An edit adds, takes away or replaces one letter or swaps two: no fewer than these that the longer text has and
+    // the other has not.
     std::size_t common = 0;
     std::array<std::size_t, 256> left = letters;
     for (const char c : candidate)

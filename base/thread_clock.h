@@ -4,8 +4,8 @@
 
 namespace tessera {
 
-// Processor time of the calling thread, in seconds. Unlike the time of day it stands still while others have the processor, so shares of
-// it mean something on a busy host.
+// Processor time of the calling thread, in seconds. Unlike the time of day it stands still while others have the
+// processor, so shares of it mean something on a busy host.
 inline double thread_seconds() {
   std::timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -8,10 +8,11 @@
 
 namespace tessera {
 
-// Reads a whole regular file. Throws InputError when it is missing, not a regular file or cannot be read, LimitError when it is larger
-// than max_bytes. `display_name` is what messages call it. `charge` (may be empty) is told the bytes before they are allocated, and may
-// throw.
-std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std::uint64_t max_bytes, const std::string& display_name,
+// Reads a whole regular file. Throws InputError when it is missing, not a regular file or cannot be read, LimitError
+// when it is larger than max_bytes. `display_name` is what messages call it. `charge` (may be empty) is told the bytes
+// before they are allocated, and may throw.
+std::vector<std::uint8_t> read_whole_file(const std::filesystem::path& file, std::uint64_t max_bytes,
+                                          const std::string& display_name,
                                           const std::function<void(std::uint64_t)>& charge = {});
 
 // The same as text, for files of our own folders.

@@ -24,8 +24,11 @@ QueueEntry make_entry(const frontend::FrameGeometry& frame, const frontend::Boun
   flag(moves(frame, sub_patch), QueueEntry::kMoving);
   flag(sub_patch.bounds.crosses_near, QueueEntry::kCrossesNear);
   flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, QueueEntry::kDefocused);
-  flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(), QueueEntry::kDisplaced);
-  flag((sub_patch.effects & frontend::kEffectAlphaTest) != 0 && drawable.material->alpha_mode == frontend::AlphaMode::kMask, QueueEntry::kAlphaMask);
+  flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(),
+       QueueEntry::kDisplaced);
+  flag((sub_patch.effects & frontend::kEffectAlphaTest) != 0 &&
+           drawable.material->alpha_mode == frontend::AlphaMode::kMask,
+       QueueEntry::kAlphaMask);
   flag(drawable.material->alpha_mode == frontend::AlphaMode::kBlend, QueueEntry::kBlended);
   return entry;
 }
@@ -39,7 +42,8 @@ void Binner::count(const Placed& placed) {
   counters.tiles_dropped_time += placed.dropped_time;
 }
 
-void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, std::size_t first) {
+void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+                         std::size_t first) {
   constexpr std::size_t kBlock = 64;
   ahead_first_ = first;
   ahead_.resize(std::min(kAhead, sub_patches.size() - first));
@@ -56,10 +60,12 @@ void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const f
   });
 }
 
-bool Binner::run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches, Cursor& cursor) {
+bool Binner::run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+                 Cursor& cursor) {
   if (cursor.sub_patch == 0 && cursor.entry == 0) ahead_.clear();
   for (; cursor.sub_patch < sub_patches.size(); ++cursor.sub_patch, cursor.entry = 0) {
-    if (cursor.sub_patch < ahead_first_ || cursor.sub_patch >= ahead_first_ + ahead_.size()) place_ahead(frame, sub_patches, cursor.sub_patch);
+    if (cursor.sub_patch < ahead_first_ || cursor.sub_patch >= ahead_first_ + ahead_.size())
+      place_ahead(frame, sub_patches, cursor.sub_patch);
     const Placed& placed = ahead_[cursor.sub_patch - ahead_first_];
     QueueEntry entry = make_entry(frame, sub_patches[cursor.sub_patch]);
     const bool begun = cursor.entry > 0;  // before a partial render: its tiles are counted

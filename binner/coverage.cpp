@@ -13,10 +13,12 @@ using Point = std::array<double, 2>;
 using Points = std::array<Point, 16>;
 
 // > 0 where c lies left of the way from a to b.
-double turn(const Point& a, const Point& b, const Point& c) { return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]); }
+double turn(const Point& a, const Point& b, const Point& c) {
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
 
-// Corners of the hull of sorted points, counter-clockwise with y up (monotone chain: Andrew 1979). Rounding may leave out a
-// corner or keep a superfluous one; the tests do not depend on it, see add_edge.
+// Corners of the hull of sorted points, counter-clockwise with y up (monotone chain: Andrew 1979). Rounding may leave
+// out a corner or keep a superfluous one; the tests do not depend on it, see add_edge.
 std::size_t convex_hull(const Points& sorted, std::array<Point, 33>& hull) {
   std::size_t count = 0;
   const auto add = [&](const Point& p, std::size_t keep) {
@@ -45,7 +47,8 @@ ExactCoverage::ExactCoverage(const frontend::BoundedSubPatch& sub_patch, const T
   std::array<Point, 33> hull;
   const std::size_t count = convex_hull(sorted, hull);
   for (std::size_t k = 0; k < count && edge_count_ < edges_.size(); ++k)
-    add_edge(hull[k + 1][1] - hull[k][1], hull[k][0] - hull[k + 1][0], points, static_cast<double>(sub_patch.bounds.grow), size);
+    add_edge(hull[k + 1][1] - hull[k][1], hull[k][0] - hull[k + 1][0], points,
+             static_cast<double>(sub_patch.bounds.grow), size);
 }
 
 void ExactCoverage::add_edge(double x, double y, const Points& points, double grow, double size) {
@@ -53,14 +56,17 @@ void ExactCoverage::add_edge(double x, double y, const Points& points, double gr
   // Any direction gives a valid test, because the offset is that of the farthest of all points, not of the edge's ends.
   double farthest = -std::numeric_limits<double>::infinity();
   for (const Point& p : points) farthest = std::max(farthest, x * p[0] + y * p[1]);
-  // A dot product is off by 3 roundings of terms up to (|x| + |y|) * size, a projected corner by one: below 2^-50 of it.
-  const double reach = std::abs(x) * (grow + 0.5 * grid_.tile_width()) + std::abs(y) * (grow + 0.5 * grid_.tile_height());
+  // A dot product is off by 3 roundings of terms up to (|x| + |y|) * size, a projected corner by one: below 2^-50 of
+  // it.
+  const double reach =
+      std::abs(x) * (grow + 0.5 * grid_.tile_width()) + std::abs(y) * (grow + 0.5 * grid_.tile_height());
   const double limit = farthest + reach + (std::abs(x) + std::abs(y)) * (size + grow) * 0x1p-44;
   edges_[edge_count_++] = {x, y, limit};
 }
 
 bool ExactCoverage::touches(int column, int row) const {
-  const double x = grid_.column_edge(column) + 0.5 * grid_.tile_width(), y = grid_.row_edge(row) + 0.5 * grid_.tile_height();
+  const double x = grid_.column_edge(column) + 0.5 * grid_.tile_width(),
+               y = grid_.row_edge(row) + 0.5 * grid_.tile_height();
   for (std::size_t k = 0; k < edge_count_; ++k)
     if (edges_[k].x * x + edges_[k].y * y > edges_[k].limit) return false;
   return true;

@@ -14,7 +14,9 @@ namespace {
 
 constexpr std::uint64_t kHeadBytes = 16, kLinkBytes = 8;
 
-std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) {
+  return (value + multiple - 1) / multiple * multiple;
+}
 
 }  // namespace
 
@@ -28,8 +30,8 @@ ParameterBuffer::ParameterBuffer(const hardware::GpuConfiguration& gpu, QueueInd
       combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {
   if (heads_bytes_ + chunk_bytes_ > capacity_)
     throw UsageError(fmt::format(
-        "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} queues ({} bytes) and one chunk of {} bytes", capacity_,
-        queue_count, heads_bytes_, chunk_bytes_));
+        "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} queues ({} bytes) and one chunk of {} bytes",
+        capacity_, queue_count, heads_bytes_, chunk_bytes_));
   reset();
 }
 
@@ -93,7 +95,8 @@ bool ParameterBuffer::append(QueueIndex queue, const QueueEntry& entry) {
 
 void ParameterBuffer::finish() { combiner_.flush(); }
 
-void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger, std::uint64_t& bytes_read) const {
+void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger,
+                                 std::uint64_t& bytes_read) const {
   const auto charge = [&](std::uint64_t address, std::uint64_t bytes) {
     ledger.read_at(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue, address, bytes, burst_bytes_);
     bytes_read += bytes;

@@ -50,7 +50,8 @@ class ParameterBuffer {
 
   // Adds the queue's entries to `entries`, in order. Bursts read are charged to `ledger` as tilecore / tile_queue,
   // payload bytes to `bytes_read`. May be called by many threads at once.
-  void read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger, std::uint64_t& bytes_read) const;
+  void read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger,
+                  std::uint64_t& bytes_read) const;
 
   // Empties all queues.
   void reset();
@@ -87,7 +88,8 @@ namespace tessera::hardware {
 template <>
 inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
     {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile queues. A sub-patch counts once for every queue it is in.", "PowerVR Tiles per Triangle (times Triangles Out); Adreno visibility stream size"},
+     "Entries written to tile queues. A sub-patch counts once for every queue it is in.",
+     "PowerVR Tiles per Triangle (times Triangles Out); Adreno visibility stream size"},
     {"binner.group_entries", &binner::BinnerCounters::group_entries, Combine::kSum, "entries",
      "Those of binner.entries that went to queues of groups of tiles.", ""},
     {"binner.tile_overlaps", &binner::BinnerCounters::tile_overlaps, Combine::kSum, "tiles",
@@ -96,20 +98,26 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
     {"binner.tiles_dropped_exact", &binner::BinnerCounters::tiles_dropped_exact, Combine::kSum, "tiles",
      "Pairs of a sub-patch and a tile of its bounding rectangle that exact coverage dropped.", ""},
     {"binner.tiles_dropped_time", &binner::BinnerCounters::tiles_dropped_time, Combine::kSum, "tiles",
-     "Pairs of a sub-patch and a tile of its coverage that time intervals or segments dropped: never both in place at once.", ""},
+     "Pairs of a sub-patch and a tile of its coverage that time intervals or segments dropped: never both in place at "
+     "once.",
+     ""},
     {"binner.interval_codes", &binner::BinnerCounters::interval_codes, Combine::kSum, "1/256 shutter",
      "Lengths of the time intervals of all entries; 256 each without motion.", ""},
     {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
      "Bytes of entries, chunk links and list heads written by the binner, before rounding to bursts.",
      "MaliTilerWrBt (times the bus width); V3D PTB-memory-words-writes"},
     {"binner.queue_bytes_read", &binner::BinnerCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes of entries, chunk links and list heads read by tile cores, before rounding to bursts.", "MaliTilerRdBt (times the bus width); V3D PTB-memory-reads"},
+     "Bytes of entries, chunk links and list heads read by tile cores, before rounding to bursts.",
+     "MaliTilerRdBt (times the bus width); V3D PTB-memory-reads"},
     {"binner.queue_bytes_peak", &binner::BinnerCounters::queue_bytes_peak, Combine::kPeak, "bytes",
-     "Most parameter-buffer memory in use at any time: list heads and whole chunks.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
+     "Most parameter-buffer memory in use at any time: list heads and whole chunks.",
+     "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
     {"binner.partial_renders", &binner::BinnerCounters::partial_renders, Combine::kSum, "renders",
-     "Times that a full parameter buffer made all tiles render what they had.", "PowerVR SPM; Apple partial render; Mali incremental render; Adreno vsc_draw_overflow, vsc_prim_overflow"},
+     "Times that a full parameter buffer made all tiles render what they had.",
+     "PowerVR SPM; Apple partial render; Mali incremental render; Adreno vsc_draw_overflow, vsc_prim_overflow"},
     {"binner.spilled_chunks", &binner::BinnerCounters::spilled_chunks, Combine::kSum, "chunks",
-     "Chunks taken from the overflow area because the parameter buffer was full.", "V3D binner out-of-memory interrupt"},
+     "Chunks taken from the overflow area because the parameter buffer was full.",
+     "V3D binner out-of-memory interrupt"},
 });
 TESSERA_COUNTERS_COVER(binner::BinnerCounters);
 

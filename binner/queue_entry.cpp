@@ -38,7 +38,8 @@ std::uint32_t get32(const std::uint8_t* at) { return get16(at) | (std::uint32_t{
 }  // namespace
 
 std::array<std::uint8_t, kQueueEntryBytes> pack(const QueueEntry& e) {
-  TESSERA_CHECK(e.range.i0 < 128 && e.range.i1 < 128 && e.range.j0 < 128 && e.range.j1 < 128, "a cell range fits 7 bits");
+  TESSERA_CHECK(e.range.i0 < 128 && e.range.i1 < 128 && e.range.j0 < 128 && e.range.j1 < 128,
+                "a cell range fits 7 bits");
   std::array<std::uint8_t, kQueueEntryBytes> bytes{};
   put32(&bytes[0], e.base_patch);
   put32(&bytes[4], std::uint32_t{e.range.i0} | std::uint32_t{e.range.j0} << 7 | std::uint32_t{e.range.i1} << 14 |

@@ -21,7 +21,14 @@ namespace tessera::binner {
 //   14      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
 //   15      zero
 struct QueueEntry {
-  enum Flag : std::uint8_t { kMoving = 1, kCrossesNear = 2, kAlphaMask = 4, kBlended = 8, kDefocused = 16, kDisplaced = 32 };
+  enum Flag : std::uint8_t {
+    kMoving = 1,
+    kCrossesNear = 2,
+    kAlphaMask = 4,
+    kBlended = 8,
+    kDefocused = 16,
+    kDisplaced = 32
+  };
   // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
 

@@ -7,7 +7,8 @@
 
 namespace tessera::binner {
 
-QueueHierarchy::QueueHierarchy(const TileGrid& grid, int levels) : levels_(levels), columns_(grid.columns()), rows_(grid.rows()) {
+QueueHierarchy::QueueHierarchy(const TileGrid& grid, int levels)
+    : levels_(levels), columns_(grid.columns()), rows_(grid.rows()) {
   TESSERA_CHECK(levels >= 1 && levels <= kMaxLevels, "binner.queue_levels is in range");
   std::uint64_t count = 0;
   for (int level = 0; level < levels_; ++level) {
@@ -23,22 +24,26 @@ void QueueHierarchy::place(const TileCoverage& coverage, std::uint64_t patch_byt
   const Costs costs{coverage, kQueueEntryBytes + patch_bytes};
   const int top = levels_ - 1;
   for (int row = coverage.tiles.y0 >> top; row <= (coverage.tiles.y1 - 1) >> top; ++row)
-    for (int column = coverage.tiles.x0 >> top; column <= (coverage.tiles.x1 - 1) >> top; ++column) place_group(costs, top, column, row, out);
+    for (int column = coverage.tiles.x0 >> top; column <= (coverage.tiles.x1 - 1) >> top; ++column)
+      place_group(costs, top, column, row, out);
 }
 
 // Appends the cheapest entries for the covered tiles of a group; returns the bytes that they move.
-std::uint64_t QueueHierarchy::place_group(const Costs& costs, int level, int column, int row, std::vector<Placement>& out) const {
+std::uint64_t QueueHierarchy::place_group(const Costs& costs, int level, int column, int row,
+                                          std::vector<Placement>& out) const {
   const TileCoverage& coverage = costs.coverage;
   if (level == 0) {
     if (!coverage.tiles.contains(column, row) || coverage.at(column, row).empty()) return 0;
     out.push_back({queue(0, column, row), coverage.at(column, row)});
     return kQueueEntryBytes + costs.tile_bytes;
   }
-  const IntRect group = IntRect{column << level, row << level, (column + 1) << level, (row + 1) << level}.intersect({0, 0, columns_, rows_});
+  const IntRect group = IntRect{column << level, row << level, (column + 1) << level, (row + 1) << level}.intersect(
+      {0, 0, columns_, rows_});
   if (group.intersect(coverage.tiles).empty()) return 0;
   const std::size_t first = out.size();
   std::uint64_t fine = 0;
-  for (int child = 0; child < 4; ++child) fine += place_group(costs, level - 1, 2 * column + child % 2, 2 * row + child / 2, out);
+  for (int child = 0; child < 4; ++child)
+    fine += place_group(costs, level - 1, 2 * column + child % 2, 2 * row + child / 2, out);
   if (out.size() < first + 2) return fine;
   const std::uint64_t tiles = static_cast<std::uint64_t>(group.width()) * static_cast<std::uint64_t>(group.height());
   const std::uint64_t one = kQueueEntryBytes + tiles * costs.tile_bytes;

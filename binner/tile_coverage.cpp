@@ -11,7 +11,8 @@ TileCoverageUnit::TileCoverageUnit(const hardware::GpuConfiguration& gpu)
       time_intervals_(gpu.binner_time_intervals),
       time_segments_(static_cast<int>(gpu.binner_time_segments)) {}
 
-const TileCoverage& TileCoverageUnit::cover(const frontend::BoundedSubPatch& sub_patch, bool moving, const TileGrid& grid) {
+const TileCoverage& TileCoverageUnit::cover(const frontend::BoundedSubPatch& sub_patch, bool moving,
+                                            const TileGrid& grid) {
   TileCoverage& c = coverage_;
   c.tiles = grid.covered(sub_patch.bounds);
   const auto count = static_cast<std::uint64_t>(c.tiles.width()) * static_cast<std::uint64_t>(c.tiles.height());
@@ -48,10 +49,12 @@ void TileCoverageUnit::apply_intervals(const frontend::BoundedSubPatch& sub_patc
   const auto grow = static_cast<double>(sub_patch.bounds.grow);
   column_times_.clear();
   for (int column = tiles.x0; column < tiles.x1; ++column)
-    column_times_.push_back(times_in_strip(sub_patch.corners, Axis::kX, grid.column_edge(column), grid.column_edge(column + 1), grow));
+    column_times_.push_back(
+        times_in_strip(sub_patch.corners, Axis::kX, grid.column_edge(column), grid.column_edge(column + 1), grow));
   std::size_t tile = 0;
   for (int row = tiles.y0; row < tiles.y1; ++row) {
-    const TimeInterval row_times = times_in_strip(sub_patch.corners, Axis::kY, grid.row_edge(row), grid.row_edge(row + 1), grow);
+    const TimeInterval row_times =
+        times_in_strip(sub_patch.corners, Axis::kY, grid.row_edge(row), grid.row_edge(row + 1), grow);
     for (const TimeInterval& times : column_times_) {
       coverage_.times[tile] = coverage_.times[tile].intersect(times).intersect(row_times);
       ++tile;

@@ -11,11 +11,11 @@ namespace tessera::binner {
 
 // What of the bounding rectangle is left, and when. Row by row; a tile that is not covered has an empty interval.
 struct TileCoverage {
-  IntRect tiles;                     // columns and rows of the grid: the bounding rectangle's
-  std::vector<TimeInterval> times;   // one per tile of it
-  std::uint64_t covered = 0;         // tiles with times
-  std::uint64_t dropped_exact = 0;   // that the hull of the moving box misses
-  std::uint64_t dropped_time = 0;    // that it touches, but at no time
+  IntRect tiles;                    // columns and rows of the grid: the bounding rectangle's
+  std::vector<TimeInterval> times;  // one per tile of it
+  std::uint64_t covered = 0;        // tiles with times
+  std::uint64_t dropped_exact = 0;  // that the hull of the moving box misses
+  std::uint64_t dropped_time = 0;   // that it touches, but at no time
 
   const TimeInterval& at(int column, int row) const {
     return times[static_cast<std::size_t>((row - tiles.y0) * tiles.width() + (column - tiles.x0))];
@@ -26,7 +26,8 @@ struct TileCoverage {
 // segments, each if selected. Configured by binner.coverage, binner.time_intervals, binner.time_segments. Keeps
 // its memory from call to call.
 //
-// Every method is conservative by itself, so their intersection is. Sub-patches that do not move have [0, 255]. Raises neither the invalid nor the divide-by-zero flag for finite corners.
+// Every method is conservative by itself, so their intersection is. Sub-patches that do not move have [0, 255]. Raises
+// neither the invalid nor the divide-by-zero flag for finite corners.
 class TileCoverageUnit {
  public:
   explicit TileCoverageUnit(const hardware::GpuConfiguration& gpu);

@@ -23,8 +23,10 @@ TileGrid::TileGrid(int frame_width, int frame_height, int tile_width, int tile_h
              (region_.y1 + tile_height - 1) / tile_height} {}
 
 IntRect TileGrid::pixels(TileIndex tile) const {
-  const int column = tiles_.x0 + static_cast<int>(tile) % tiles_.width(), row = tiles_.y0 + static_cast<int>(tile) / tiles_.width();
-  return IntRect{column * tile_width_, row * tile_height_, (column + 1) * tile_width_, (row + 1) * tile_height_}.intersect(region_);
+  const int column = tiles_.x0 + static_cast<int>(tile) % tiles_.width(),
+            row = tiles_.y0 + static_cast<int>(tile) / tiles_.width();
+  return IntRect{column * tile_width_, row * tile_height_, (column + 1) * tile_width_, (row + 1) * tile_height_}
+      .intersect(region_);
 }
 
 IntRect TileGrid::covered(const frontend::ScreenBounds& b) const {

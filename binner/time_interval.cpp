@@ -51,7 +51,8 @@ TimeInterval times_in_strip(const frontend::MovingCorners& corners, Axis axis, d
   keep_touching(side_distance(corners, a, low - grow, -1), first, last);
   if (first > last) return kNoTime;
   // Rounded outwards, and one code more on each side, which is far beyond the rounding of the division.
-  return {std::max(0, static_cast<int>(std::floor(first * 256)) - 1), std::min(255, static_cast<int>(std::floor(last * 256)) + 1)};
+  return {std::max(0, static_cast<int>(std::floor(first * 256)) - 1),
+          std::min(255, static_cast<int>(std::floor(last * 256)) + 1)};
 }
 
 }  // namespace tessera::binner

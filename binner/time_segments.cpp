@@ -22,15 +22,16 @@ double farthest(const frontend::MovingCorners& corners, int axis, double t, doub
     s = reached;
     double best_i = -std::numeric_limits<double>::infinity(), best_j = best_i;
     for (std::size_t k = 0; k < 8; ++k) {
-      const double at_open = sign * corners[k][axis] - s * corners[k].w, at_close = sign * corners[8 + k][axis] - s * corners[8 + k].w;
+      const double at_open = sign * corners[k][axis] - s * corners[k].w,
+                   at_close = sign * corners[8 + k][axis] - s * corners[8 + k].w;
       if (at_open > best_i) best_i = at_open, i = k;
       if (at_close > best_j) best_j = at_close, j = k;
     }
   }
 }
 
-// What farthest() may fall short of: its differences round at the size of the largest of them, which counts in pixels by
-// the smallest w. A dozen roundings are far below 2^-44.
+// What farthest() may fall short of: its differences round at the size of the largest of them, which counts in pixels
+// by the smallest w. A dozen roundings are far below 2^-44.
 double rounding_slack(const frontend::MovingCorners& corners) {
   double size = 0, w_low = std::numeric_limits<double>::infinity(), w_high = 0;
   for (const DVec4& p : corners) {
@@ -57,7 +58,8 @@ frontend::ScreenBounds bounds_of(const ScreenBox& a, const ScreenBox& b, double 
 }  // namespace
 
 ScreenBox screen_box_at(const frontend::MovingCorners& corners, double t) {
-  return {-farthest(corners, 0, t, -1), -farthest(corners, 1, t, -1), farthest(corners, 0, t, 1), farthest(corners, 1, t, 1)};
+  return {-farthest(corners, 0, t, -1), -farthest(corners, 1, t, -1), farthest(corners, 0, t, 1),
+          farthest(corners, 1, t, 1)};
 }
 
 int TimeSegments::chosen_count(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid) {

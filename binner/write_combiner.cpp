@@ -3,7 +3,9 @@
 namespace tessera::binner {
 
 void WriteCombiner::evict(const Line& line) {
-  if (line.changed) ledger_.write_at(hardware::Unit::kBinner, hardware::Purpose::kTileQueue, line.burst * burst_bytes_, burst_bytes_, burst_bytes_);
+  if (line.changed)
+    ledger_.write_at(hardware::Unit::kBinner, hardware::Purpose::kTileQueue, line.burst * burst_bytes_, burst_bytes_,
+                     burst_bytes_);
 }
 
 void WriteCombiner::touch(std::uint64_t burst, bool change, bool fetch) {
@@ -18,7 +20,9 @@ void WriteCombiner::touch(std::uint64_t burst, bool change, bool fetch) {
     where_.erase(recent_.back().burst);
     recent_.pop_back();
   }
-  if (fetch) ledger_.read_at(hardware::Unit::kBinner, hardware::Purpose::kTileQueue, burst * burst_bytes_, burst_bytes_, burst_bytes_);
+  if (fetch)
+    ledger_.read_at(hardware::Unit::kBinner, hardware::Purpose::kTileQueue, burst * burst_bytes_, burst_bytes_,
+                    burst_bytes_);
   recent_.push_front({burst, change});
   where_[burst] = recent_.begin();
 }

@@ -48,7 +48,8 @@ void pair_triangles(const std::vector<LocalTriangle>& triangles, std::vector<Clu
 
 // ---- Shared edges -----------------------------------------------------------------------------------------------
 
-constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {{{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
+constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {
+    {{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
 constexpr std::array<std::size_t, 4> kCornerPoints = {0, 3, 12, 15};
 
 // Base patches of a procedure: each piece cut evenly, piece by piece, row by row.
@@ -67,7 +68,8 @@ void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly
     drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
     drawable.patch_count = static_cast<std::uint32_t>(patches);
     drawable.geometry = static_cast<std::uint32_t>(number);
-    assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches, static_cast<std::uint32_t>(assembly.drawables.size()));
+    assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches,
+                                   static_cast<std::uint32_t>(assembly.drawables.size()));
     assembly.drawables.push_back(drawable);
   }
 }
@@ -154,7 +156,8 @@ Assembly assemble(const Capture& capture) {
         slot->second = static_cast<std::uint32_t>(assembly.clusters.size());
         assembly.clusters.push_back(build_clusters(primitive));
       }
-      const std::size_t patches = bezier ? assembly.neighbours[slot->second].size() : assembly.clusters[slot->second].clusters.size();
+      const std::size_t patches =
+          bezier ? assembly.neighbours[slot->second].size() : assembly.clusters[slot->second].clusters.size();
       Drawable drawable{};
       drawable.node = static_cast<int>(n);
       drawable.mesh = mesh;
@@ -164,7 +167,8 @@ Assembly assemble(const Capture& capture) {
       drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
       drawable.patch_count = static_cast<std::uint32_t>(patches);
       drawable.geometry = slot->second;
-      assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches, static_cast<std::uint32_t>(assembly.drawables.size()));
+      assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches,
+                                     static_cast<std::uint32_t>(assembly.drawables.size()));
       assembly.drawables.push_back(drawable);
     }
   }

@@ -11,7 +11,7 @@ namespace tessera::frontend {
 // Patch assembly: cuts every primitive that is drawn into base patches, the unit that the machine bounds, bins and
 // tessellates. A base patch is one bicubic Bezier patch, or one cluster of a passive mesh. Done once per capture.
 
-inline constexpr std::size_t kMaxClusterVertices = 64;    // [spec] NVIDIA and AMD mesh shaders, meshoptimizer's advice
+inline constexpr std::size_t kMaxClusterVertices = 64;  // [spec] NVIDIA and AMD mesh shaders, meshoptimizer's advice
 inline constexpr std::size_t kMaxClusterTriangles = 124;
 
 // A cell is what a leaf of the tile core's tests holds: a quad of two triangles (a, b, c) and (a, c, d), or one
@@ -40,10 +40,10 @@ struct MeshClusters {
 // 3 (1,1).
 struct PatchNeighbours {
   struct EdgeOwner {
-    std::uint32_t patch;    // within the primitive
-    std::uint8_t edge;      // of the owner
-    bool reversed;          // the owner's edge runs the other way
-    bool collapsed;         // all four control points coincide: every vertex is the corner
+    std::uint32_t patch;  // within the primitive
+    std::uint8_t edge;    // of the owner
+    bool reversed;        // the owner's edge runs the other way
+    bool collapsed;       // all four control points coincide: every vertex is the corner
   };
   struct CornerOwner {
     std::uint32_t patch;
@@ -55,11 +55,11 @@ struct PatchNeighbours {
 
 // One primitive of one node.
 struct Drawable {
-  int node, mesh, primitive;     // mesh and primitive are kNone for a procedure
-  int material;                  // of Assembly::materials
+  int node, mesh, primitive;  // mesh and primitive are kNone for a procedure
+  int material;               // of Assembly::materials
   Primitive::Kind kind;
   std::uint32_t first_patch, patch_count;  // base patch numbers of the whole capture
-  std::uint32_t geometry;        // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind
+  std::uint32_t geometry;  // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind
 };
 
 struct Assembly {
@@ -68,7 +68,7 @@ struct Assembly {
   std::vector<MeshClusters> clusters;                    // shared by all nodes that draw the mesh
   std::vector<std::vector<PatchNeighbours>> neighbours;  // per Bezier primitive and patch
   std::vector<Drawable> drawables;
-  std::vector<std::uint32_t> patch_drawable;             // per base patch: its drawable
+  std::vector<std::uint32_t> patch_drawable;  // per base patch: its drawable
 
   std::size_t patch_count() const { return patch_drawable.size(); }
 };

@@ -35,11 +35,11 @@ struct SkinInfluence {
 // Vertex attributes, one vector each; all that are present have the same length.
 struct Vertices {
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;               // may be empty: flat
-  std::vector<Vec4> tangents;              // may be empty; w = handedness
+  std::vector<Vec3> normals;                 // may be empty: flat
+  std::vector<Vec4> tangents;                // may be empty; w = handedness
   std::vector<std::vector<Vec2>> texcoords;  // by set number
-  std::vector<Vec4> colors;                // may be empty: white
-  std::vector<SkinInfluence> influences;   // may be empty: not skinned
+  std::vector<Vec4> colors;                  // may be empty: white
+  std::vector<SkinInfluence> influences;     // may be empty: not skinned
   std::vector<MorphTarget> morph_targets;
 
   std::size_t count() const { return positions.size(); }
@@ -47,9 +47,9 @@ struct Vertices {
 
 struct Primitive {
   enum class Kind : std::uint8_t {
-    kTriangles,       // indices: three per triangle
-    kBezierPatches,   // 16 vertices per patch, in order: vertex 16*p + 4*j + i is control point i along u, j along v
-    kProcedure,       // no vertices: a Procedure's pieces
+    kTriangles,      // indices: three per triangle
+    kBezierPatches,  // 16 vertices per patch, in order: vertex 16*p + 4*j + i is control point i along u, j along v
+    kProcedure,      // no vertices: a Procedure's pieces
   };
   Kind kind = Kind::kTriangles;
   Vertices vertices;
@@ -101,12 +101,13 @@ struct Material {
 
 // ---- Procedures -------------------------------------------------------------------------------------------------
 
-// TESSERA_procedure: a surface that stays a formula until it is sampled. A shape whose parameters are chains of curves has a
-// piece for each pair of curves; all others have one.
+// TESSERA_procedure: a surface that stays a formula until it is sampled. A shape whose parameters are chains of curves
+// has a piece for each pair of curves; all others have one.
 struct Procedure {
   struct Piece {
     shaders::ShapeInput input;
-    float u_first = 0, u_scale = 1, v_first = 0, v_scale = 1;  // (u, v) of the whole = first + scale * (u, v) of the piece
+    float u_first = 0, u_scale = 1, v_first = 0,
+          v_scale = 1;  // (u, v) of the whole = first + scale * (u, v) of the piece
   };
   shaders::ShapeId shape = shaders::ShapeId::kSphere;
   std::vector<Piece> pieces;
@@ -117,7 +118,9 @@ struct Procedure {
   int material = kNone;
   std::shared_ptr<const shaders::GeometryImage> image;  // what the pieces' inputs point at
 
-  const shaders::StageDeclaration& declaration() const { return shaders::shape_declarations()[static_cast<std::size_t>(shape)]; }
+  const shaders::StageDeclaration& declaration() const {
+    return shaders::shape_declarations()[static_cast<std::size_t>(shape)];
+  }
 };
 
 // ---- Scene ------------------------------------------------------------------------------------------------------
@@ -132,15 +135,15 @@ struct Node {
   std::string name;
   int parent = kNone;
   std::vector<int> children;
-  Transform transform;                // used unless `matrix` is set
+  Transform transform;  // used unless `matrix` is set
   std::optional<DMat4> matrix;
   int mesh = kNone, skin = kNone, camera = kNone, light = kNone, procedure = kNone;
-  std::vector<float> weights;         // overrides the mesh's default weights when not empty
+  std::vector<float> weights;  // overrides the mesh's default weights when not empty
 };
 
 struct Skin {
-  std::vector<int> joints;                // nodes
-  std::vector<DMat4> inverse_bind;        // one per joint
+  std::vector<int> joints;          // nodes
+  std::vector<DMat4> inverse_bind;  // one per joint
 };
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
@@ -150,9 +153,9 @@ struct AnimationChannel {
   int node = kNone;
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
-  int components = 3;             // floats per value: 3, 4 or the number of morph targets
-  std::vector<float> times;       // strictly increasing seconds
-  std::vector<float> values;      // cubic spline: in-tangent, value, out-tangent per key
+  int components = 3;         // floats per value: 3, 4 or the number of morph targets
+  std::vector<float> times;   // strictly increasing seconds
+  std::vector<float> values;  // cubic spline: in-tangent, value, out-tangent per key
 };
 
 struct Animation {
@@ -171,10 +174,10 @@ struct Camera {
   enum class Type : std::uint8_t { kPerspective, kOrthographic };
   std::string name;
   Type type = Type::kPerspective;
-  float vertical_fov = 0.8f;              // radians, perspective
-  float x_mag = 1.0f, y_mag = 1.0f;       // half extents, orthographic
+  float vertical_fov = 0.8f;         // radians, perspective
+  float x_mag = 1.0f, y_mag = 1.0f;  // half extents, orthographic
   float near = 0.1f;
-  float far = 0.0f;                       // 0: unlimited
+  float far = 0.0f;  // 0: unlimited
   Lens lens;
 };
 
@@ -184,30 +187,30 @@ struct CaptureSettings {
   double frame_rate = 30.0;
   double shutter_open = 0.0, shutter_close = 0.0;  // fractions of a frame, open <= close; equal: no motion blur
   int first_frame = 0, frame_count = 1;
-  int camera_node = kNone;                 // kNone: the first camera in the scene, or automatic framing
+  int camera_node = kNone;  // kNone: the first camera in the scene, or automatic framing
   float exposure = 1.0f;
-  std::optional<float> environment;        // intensity; unset: 1, or 0.3 when the file has lights
-  std::optional<Vec3> background;          // linear colour; unset: the environment
-  bool declared = false;                   // false: the file says nothing, these are defaults
+  std::optional<float> environment;  // intensity; unset: 1, or 0.3 when the file has lights
+  std::optional<Vec3> background;    // linear colour; unset: the environment
+  bool declared = false;             // false: the file says nothing, these are defaults
 };
 
 struct Capture {
   std::filesystem::path file;
-  std::uint64_t file_bytes = 0;            // of the file and its buffers and images
-  std::uint64_t charged_bytes = 0;         // of CaptureLimits::max_bytes, by reading it
+  std::uint64_t file_bytes = 0;     // of the file and its buffers and images
+  std::uint64_t charged_bytes = 0;  // of CaptureLimits::max_bytes, by reading it
   std::vector<Node> nodes;
-  std::vector<int> roots;                  // nodes of the scene that is drawn
+  std::vector<int> roots;  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;
   std::vector<Procedure> procedures;
   std::vector<Material> materials;
   std::vector<Skin> skins;
   std::vector<Animation> animations;
-  std::vector<int> played_animations;      // played together: the first, and every further one that does not fight it
+  std::vector<int> played_animations;  // played together: the first, and every further one that does not fight it
   std::vector<Camera> cameras;
-  std::vector<shaders::Light> lights;      // colour, cone and range; placed by their nodes
+  std::vector<shaders::Light> lights;  // colour, cone and range; placed by their nodes
   CaptureSettings settings;
   std::vector<std::string> extensions_used;
-  std::vector<std::string> notices;        // what the reader skipped or assumed, for people
+  std::vector<std::string> notices;  // what the reader skipped or assumed, for people
 };
 
 }  // namespace tessera::frontend

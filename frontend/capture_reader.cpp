@@ -15,7 +15,8 @@ namespace tessera::frontend {
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
   const std::string name = file.string();
   MemoryBudget budget(limits.max_bytes);
-  std::vector<std::uint8_t> bytes = read_whole_file(file, limits.max_file_bytes, name, [&](std::uint64_t size) { budget.charge(size, 1, escape_control(name)); });
+  std::vector<std::uint8_t> bytes = read_whole_file(
+      file, limits.max_file_bytes, name, [&](std::uint64_t size) { budget.charge(size, 1, escape_control(name)); });
   const std::uint64_t file_bytes = bytes.size();
   budget.charge(file_bytes, 1, name);  // taken apart into chunks
   gltf::Container container = gltf::open_container(std::move(bytes), name);

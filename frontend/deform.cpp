@@ -24,7 +24,8 @@ void morph(const Primitive& primitive, const std::vector<float>& weights, Deform
     add_weighted(out.positions, target.positions, weights[t]);
     if (!out.normals.empty()) add_weighted(out.normals, target.normals, weights[t]);
     if (!out.tangents.empty() && !target.tangents.empty())
-      for (std::size_t i = 0; i < out.tangents.size(); ++i) out.tangents[i] += Vec4(target.tangents[i] * weights[t], 0.0f);
+      for (std::size_t i = 0; i < out.tangents.size(); ++i)
+        out.tangents[i] += Vec4(target.tangents[i] * weights[t], 0.0f);
   }
 }
 

@@ -2,14 +2,16 @@
 
 namespace tessera::frontend {
 
-shaders::ControlPoints<float> shader_control_points(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
+shaders::ControlPoints<float> shader_control_points(const FrameGeometry& frame, const PosedDrawable& drawable,
+                                                    std::uint32_t patch, std::size_t key) {
   shaders::ControlPoints<float> c;
   const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
   for (std::size_t i = 0; i < 16; ++i) c[i] = {points[i].x, points[i].y, points[i].z};
   return c;
 }
 
-Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v, std::size_t key, bool displaced) {
+Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v,
+                  std::size_t key, bool displaced) {
   const auto c = shader_control_points(frame, drawable, patch, key);
   const shaders::BicubicRow<float> row = shaders::bicubic_row(c, v);
   const shaders::SurfacePoint<float> p = shaders::bicubic_point<float>(row, u);
@@ -25,7 +27,8 @@ OwnedVertex boundary_vertex(const TessellationPattern& pattern, const PatchNeigh
   const bool along_u = j == 0 || j == pattern.nv;
   const std::size_t edge = along_u ? (j == 0 ? 0u : 1u) : (i == 0 ? 2u : 3u);
   const int factor = pattern.edge[edge];
-  int k = along_u ? TessellationPattern::edge_vertex(i, pattern.nu, factor) : TessellationPattern::edge_vertex(j, pattern.nv, factor);
+  int k = along_u ? TessellationPattern::edge_vertex(i, pattern.nu, factor)
+                  : TessellationPattern::edge_vertex(j, pattern.nv, factor);
   const PatchNeighbours::EdgeOwner& owner = neighbours.edges[edge];
   if (k == 0 || k == factor || owner.collapsed) {
     const bool far = k == factor && !owner.collapsed;
@@ -37,10 +40,14 @@ OwnedVertex boundary_vertex(const TessellationPattern& pattern, const PatchNeigh
   if (owner.reversed) k = factor - k;
   const float s = static_cast<float>(k) / static_cast<float>(factor);
   switch (owner.edge) {
-    case 0: return {owner.patch, s, 0.0f};
-    case 1: return {owner.patch, s, 1.0f};
-    case 2: return {owner.patch, 0.0f, s};
-    default: return {owner.patch, 1.0f, s};
+    case 0:
+      return {owner.patch, s, 0.0f};
+    case 1:
+      return {owner.patch, s, 1.0f};
+    case 2:
+      return {owner.patch, 0.0f, s};
+    default:
+      return {owner.patch, 1.0f, s};
   }
 }
 

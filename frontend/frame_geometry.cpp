@@ -33,13 +33,16 @@ std::vector<Material> reduced_materials(const Assembly& assembly, const FrameReq
   return materials;
 }
 
-void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable, const std::array<Pose, 2>& poses,
-                   const std::array<DMat4, 2>& world_to_raster, PosedDrawable& posed) {
+void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable,
+                   const std::array<Pose, 2>& poses, const std::array<DMat4, 2>& world_to_raster,
+                   PosedDrawable& posed) {
   const Capture& capture = *assembly.capture;
   static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
   posed.drawable = &drawable;
   if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
-  posed.primitive = posed.procedure != nullptr ? &kNoPrimitive : &capture.meshes[static_cast<std::size_t>(drawable.mesh)].primitives[static_cast<std::size_t>(drawable.primitive)];
+  posed.primitive = posed.procedure != nullptr ? &kNoPrimitive
+                                               : &capture.meshes[static_cast<std::size_t>(drawable.mesh)]
+                                                      .primitives[static_cast<std::size_t>(drawable.primitive)];
   posed.material = &materials[static_cast<std::size_t>(drawable.material)];
   for (std::size_t key = 0; key < 2; ++key) {
     const DMat4 world = object_to_world(capture, drawable.node, *posed.primitive, poses[key]);
@@ -72,8 +75,10 @@ TessellationPattern pattern_of(const FrameGeometry& frame, const PosedDrawable& 
   TessellationPattern pattern;
   pattern.edge = {static_cast<std::uint8_t>(factor(0, 1)), static_cast<std::uint8_t>(factor(12, 1)),
                   static_cast<std::uint8_t>(factor(0, 4)), static_cast<std::uint8_t>(factor(3, 4))};
-  pattern.nu = static_cast<std::uint8_t>(std::max({int{pattern.edge[0]}, int{pattern.edge[1]}, factor(4, 1), factor(8, 1)}));
-  pattern.nv = static_cast<std::uint8_t>(std::max({int{pattern.edge[2]}, int{pattern.edge[3]}, factor(1, 4), factor(2, 4)}));
+  pattern.nu =
+      static_cast<std::uint8_t>(std::max({int{pattern.edge[0]}, int{pattern.edge[1]}, factor(4, 1), factor(8, 1)}));
+  pattern.nv =
+      static_cast<std::uint8_t>(std::max({int{pattern.edge[2]}, int{pattern.edge[3]}, factor(1, 4), factor(2, 4)}));
   return pattern;
 }
 
@@ -101,7 +106,8 @@ CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
   return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
 }
 
-std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera, const FrameRequest& request) {
+std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
+                                          const FrameRequest& request) {
   static std::atomic<std::uint64_t> last_identity = 0;
   auto frame = std::make_unique<FrameGeometry>();
   frame->identity = ++last_identity;
@@ -118,7 +124,8 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   }
   frame->drawables.resize(assembly.drawables.size());
   frame->materials = reduced_materials(assembly, request);
-  const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials) : std::span<const Material>(frame->materials);
+  const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials)
+                                                                       : std::span<const Material>(frame->materials);
   parallel_for(assembly.drawables.size(), [&](std::size_t d) {
     pose_drawable(assembly, materials, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
   });

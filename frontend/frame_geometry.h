@@ -35,10 +35,10 @@ struct PosedDrawable {
   const Primitive* primitive = nullptr;
   const Material* material = nullptr;
   const Procedure* procedure = nullptr;  // of drawables that are one; their primitive is empty
-  bool moving = false;      // anything differs between the keys, camera included
-  bool deforming = false;   // the vertices themselves differ
-  bool mirrored = false;    // the transform turns triangles inside out
-  std::array<Mat4, 2> to_raster;  // object space to (xh, yh, depth, w)
+  bool moving = false;                   // anything differs between the keys, camera included
+  bool deforming = false;                // the vertices themselves differ
+  bool mirrored = false;                 // the transform turns triangles inside out
+  std::array<Mat4, 2> to_raster;         // object space to (xh, yh, depth, w)
   std::array<Mat4, 2> to_world;
   std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
   std::array<std::span<const Vec3>, 2> positions, normals;
@@ -53,19 +53,21 @@ struct FrameGeometry {
   FrameRequest request;
   Projection projection;
   std::array<View, 2> views;
-  std::vector<Material> materials;           // as Assembly::materials where the request leaves something out of them, else empty
-  std::vector<PosedDrawable> drawables;      // as Assembly::drawables
-  std::vector<TessellationPattern> patterns; // per base patch; clusters keep the default
-  std::vector<float> displacement_lod;       // per base patch: level of detail of its heights; 0 where nothing displaces
-  std::vector<shaders::Light> lights;        // in world space, at shutter open
+  std::vector<Material> materials;  // as Assembly::materials where the request leaves something out of them, else empty
+  std::vector<PosedDrawable> drawables;       // as Assembly::drawables
+  std::vector<TessellationPattern> patterns;  // per base patch; clusters keep the default
+  std::vector<float> displacement_lod;  // per base patch: level of detail of its heights; 0 where nothing displaces
+  std::vector<shaders::Light> lights;   // in world space, at shutter open
   bool any_motion = false;
-  std::uint64_t identity = 0;                // tells poses apart, for what is kept of them; never 0 once posed
+  std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed
 
   const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
 
   // Control points of a Bezier patch at a key, in object space.
   std::span<const Vec3, 16> control_points(const PosedDrawable& drawable, std::uint32_t patch, int key) const {
-    return drawable.positions[static_cast<std::size_t>(key)].subspan(std::size_t{16} * (patch - drawable.drawable->first_patch)).first<16>();
+    return drawable.positions[static_cast<std::size_t>(key)]
+        .subspan(std::size_t{16} * (patch - drawable.drawable->first_patch))
+        .first<16>();
   }
 };
 
@@ -73,6 +75,7 @@ struct FrameGeometry {
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
 
 // Poses the scene at both keys and fixes every patch's tessellation pattern. Runs on all threads.
-std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera, const FrameRequest& request);
+std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
+                                          const FrameRequest& request);
 
 }  // namespace tessera::frontend

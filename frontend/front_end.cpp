@@ -23,8 +23,8 @@ std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch
   return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(ClusterCell);
 }
 
-FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu,
-                             const OcclusionGuess* guess) {
+FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids,
+                             const hardware::GpuConfiguration& gpu, const OcclusionGuess* guess) {
   // Blocks of patches in parallel, joined in order.
   constexpr std::size_t kBlock = 64;
   const std::size_t patch_count = frame.assembly->patch_count(), block_count = (patch_count + kBlock - 1) / kBlock;
@@ -35,9 +35,12 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
     PatchSplitter splitter(frame, pyramids, settings, guess);
     for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
-      if ((frame.request.sample_procedures || !frame.request.procedures) && frame.drawable_of(patch).procedure != nullptr) continue;
+      if ((frame.request.sample_procedures || !frame.request.procedures) &&
+          frame.drawable_of(patch).procedure != nullptr)
+        continue;
       result.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
-                         hardware::burst_bytes(0, patch_record_bytes(frame, patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+                         hardware::burst_bytes(0, patch_record_bytes(frame, patch),
+                                               static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
       splitter.split(patch, result.sub_patches, result.aside, result.counters);
     }
   });
@@ -51,14 +54,16 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
   return all;
 }
 
-std::vector<BoundedSubPatch> revive(const FrameGeometry& frame, const PyramidLibrary& pyramids, const hardware::GpuConfiguration& gpu,
-                                    const CoarseDepth& depth, FrontEndResult& front_end) {
+std::vector<BoundedSubPatch> revive(const FrameGeometry& frame, const PyramidLibrary& pyramids,
+                                    const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
+                                    FrontEndResult& front_end) {
   std::vector<BoundedSubPatch> revived;
   PatchSplitter splitter(frame, pyramids, split_settings(gpu));
   for (const BoundedSubPatch& piece : front_end.aside) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
     front_end.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
-                          hardware::burst_bytes(0, patch_record_bytes(frame, piece.base_patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+                          hardware::burst_bytes(0, patch_record_bytes(frame, piece.base_patch),
+                                                static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
     splitter.split_aside(piece, revived, front_end.counters);
   }
   return revived;

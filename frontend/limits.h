@@ -13,8 +13,8 @@ namespace tessera::frontend {
 
 // What reading a capture may cost. Every allocation whose size a file decides is charged before it is made.
 struct CaptureLimits {
-  std::uint64_t max_bytes = 4ull << 30;        // decoded data of one capture, all together
-  std::uint64_t max_file_bytes = 2ull << 30;   // any one file
+  std::uint64_t max_bytes = 4ull << 30;       // decoded data of one capture, all together
+  std::uint64_t max_file_bytes = 2ull << 30;  // any one file
   ImageLimits image;
 };
 
@@ -27,8 +27,8 @@ class MemoryBudget {
   void charge(std::uint64_t count, std::uint64_t size, const std::string& what) {
     const std::uint64_t left = max_bytes_ - used_;
     if (size != 0 && count > left / size)
-      throw LimitError(fmt::format("{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory)", what,
-                                   count, size, human_bytes(max_bytes_)));
+      throw LimitError(fmt::format("{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory)",
+                                   what, count, size, human_bytes(max_bytes_)));
     used_ += count * size;
   }
   std::uint64_t used_bytes() const { return used_; }

@@ -8,7 +8,8 @@ namespace tessera::frontend {
 PatchDisplacement patch_displacement(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch) {
   PatchDisplacement out;
   out.material = &*drawable.material->displacement;
-  const std::vector<Vec2>& texcoords = drawable.primitive->vertices.texcoords[static_cast<std::size_t>(out.material->texcoord)];
+  const std::vector<Vec2>& texcoords =
+      drawable.primitive->vertices.texcoords[static_cast<std::size_t>(out.material->texcoord)];
   const std::size_t first = std::size_t{16} * (patch - drawable.drawable->first_patch);
   constexpr std::array<std::size_t, 4> kCorners = {0, 3, 12, 15};
   for (std::size_t c = 0; c < 4; ++c) out.corner[c] = out.material->transform.apply(texcoords[first + kCorners[c]]);

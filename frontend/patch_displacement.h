@@ -23,7 +23,8 @@ struct PatchDisplacement {
     Vec2 low, high;
   };
   Footprint footprint(const ParameterRange& r) const {
-    const Vec2 a = coordinate(r.u0, r.v0), b = coordinate(r.u1, r.v0), c = coordinate(r.u0, r.v1), d = coordinate(r.u1, r.v1);
+    const Vec2 a = coordinate(r.u0, r.v0), b = coordinate(r.u1, r.v0), c = coordinate(r.u0, r.v1),
+               d = coordinate(r.u1, r.v1);
     return {glm::min(glm::min(a, b), glm::min(c, d)), glm::max(glm::max(a, b), glm::max(c, d))};
   }
   // Signed offset along the unit normal.

@@ -69,7 +69,8 @@ double box_area(const MovingCorners& corners) {
   double area = 0;
   for (const std::size_t first : {std::size_t{0}, std::size_t{8}}) {
     std::array<double, 3> side{};
-    for (std::size_t axis = 0; axis < 3; ++axis) side[axis] = glm::length(DVec3(corners[first + (std::size_t{1} << axis)] - corners[first]));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      side[axis] = glm::length(DVec3(corners[first + (std::size_t{1} << axis)] - corners[first]));
     area = std::max(area, side[0] * side[1] + side[1] * side[2] + side[2] * side[0]);
   }
   return area;
@@ -84,15 +85,21 @@ SplitCriterion split_criterion(std::string_view name) {
 }
 
 SplitSettings split_settings(const hardware::GpuConfiguration& gpu) {
-  return {bound_method(gpu.frontend_bound_method), split_criterion(gpu.frontend_split_criterion),
-          static_cast<int>(gpu.tessellator_sub_patch_cells), gpu.frontend_split_pixels, static_cast<int>(gpu.frontend_split_depth),
-          static_cast<int>(gpu.frontend_split_budget), gpu.frontend_backface_culling};
+  return {bound_method(gpu.frontend_bound_method),
+          split_criterion(gpu.frontend_split_criterion),
+          static_cast<int>(gpu.tessellator_sub_patch_cells),
+          gpu.frontend_split_pixels,
+          static_cast<int>(gpu.frontend_split_depth),
+          static_cast<int>(gpu.frontend_split_budget),
+          gpu.frontend_backface_culling};
 }
 
 std::array<CellRange, 2> halves(const CellRange& range, bool along_u) {
   CellRange first = range, second = range;
-  if (along_u) first.i1 = second.i0 = static_cast<std::uint8_t>((range.i0 + range.i1) / 2);
-  else first.j1 = second.j0 = static_cast<std::uint8_t>((range.j0 + range.j1) / 2);
+  if (along_u)
+    first.i1 = second.i0 = static_cast<std::uint8_t>((range.i0 + range.i1) / 2);
+  else
+    first.j1 = second.j0 = static_cast<std::uint8_t>((range.j0 + range.j1) / 2);
   return {first, second};
 }
 
@@ -101,16 +108,20 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
   if (std::max(width, height) > settings_.max_cells) return kMandatory;
   if (depth >= settings_.depth || std::max(width, height) < 2 * kSmallestSide) return 0;
   const ScreenBounds& b = piece.bounds;
-  const double extent = std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(piece.corners));
+  const double extent =
+      std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(piece.corners));
   if (!(extent > settings_.pixels)) return 0;
   switch (settings_.criterion) {
-    case SplitCriterion::kScreenExtent: return extent;
+    case SplitCriterion::kScreenExtent:
+      return extent;
     case SplitCriterion::kFrustum: {
-      const bool straddles = b.crosses_near || b.x0 < 0 || b.y0 < 0 || b.x1 > static_cast<float>(frame_.request.width) ||
+      const bool straddles = b.crosses_near || b.x0 < 0 || b.y0 < 0 ||
+                             b.x1 > static_cast<float>(frame_.request.width) ||
                              b.y1 > static_cast<float>(frame_.request.height);
       return straddles ? extent : 0;
     }
-    case SplitCriterion::kNearest: return 1 / std::max(static_cast<double>(b.near_z), 1e-30);
+    case SplitCriterion::kNearest:
+      return 1 / std::max(static_cast<double>(b.near_z), 1e-30);
     case SplitCriterion::kNormalSpread: {
       if (bounder_.drawable().material->double_sided || bounder_.drawable().procedure != nullptr) return 0;
       const CornerFrame frame = corner_frame(bounder_.nets());
@@ -119,12 +130,14 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
       // Without a cone the part turns by more than any that has one.
       return cones ? std::max(cones->sine_u, cones->sine_v) : 2.0;
     }
-    case SplitCriterion::kSurfaceArea: return box_area(piece.corners);
+    case SplitCriterion::kSurfaceArea:
+      return box_area(piece.corners);
   }
   return 0;
 }
 
-std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const CellRange& range, int depth, std::vector<BoundedSubPatch>* aside,
+std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const CellRange& range, int depth,
+                                                        std::vector<BoundedSubPatch>* aside,
                                                         FrontendCounters& counters) {
   const SubPatchBody body = bounder_.body(range);
   ++counters.bounds_computed;
@@ -150,24 +163,28 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   return node;
 }
 
-void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside, FrontendCounters& counters) {
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside,
+                          FrontendCounters& counters) {
   const CellRange whole = patch_cells(frame_, patch);
   ++counters.base_patches;
   counters.cells += cell_count(whole);
   split_range(patch, whole, out, &aside, counters);
 }
 
-void PatchSplitter::split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+void PatchSplitter::split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out,
+                                FrontendCounters& counters) {
   --counters.culled_previous_depth;
   ++counters.revived_previous_depth;
   counters.cells_culled_previous_depth -= cell_count(piece.range);
   split_range(piece.base_patch, piece.range, out, nullptr, counters);
 }
 
-void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* aside,
-                                FrontendCounters& counters) {
+void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out,
+                                std::vector<BoundedSubPatch>* aside, FrontendCounters& counters) {
   // A max-heap; equal priorities go in the order in which they were visited.
-  const auto later = [](const Node& a, const Node& b) { return a.priority != b.priority ? a.priority < b.priority : a.order > b.order; };
+  const auto later = [](const Node& a, const Node& b) {
+    return a.priority != b.priority ? a.priority < b.priority : a.order > b.order;
+  };
   bounder_.begin(patch);
   back_face_.begin(patch);
   effects_.begin(patch);
@@ -211,13 +228,16 @@ void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std
 void PatchSplitter::count_effects(std::uint8_t effects, FrontendCounters& counters) const {
   const PosedDrawable& drawable = bounder_.drawable();
   const auto count = [&](SubPatchEffect effect, bool asked, std::uint64_t& runs, std::uint64_t& elided) {
-    if ((effects & effect) != 0) ++runs;
-    else if (asked) ++elided;
+    if ((effects & effect) != 0)
+      ++runs;
+    else if (asked)
+      ++elided;
   };
   count(kEffectMotion, drawable.moving, counters.sub_patches_moving, counters.motion_elided);
   count(kEffectDefocus, frame_.projection.lens_scale != 0, counters.sub_patches_defocused, counters.defocus_elided);
   count(kEffectDisplacement, bounder_.displaced(), counters.sub_patches_displaced, counters.displacement_elided);
-  count(kEffectAlphaTest, drawable.material->alpha_mode == AlphaMode::kMask, counters.sub_patches_alpha_tested, counters.alpha_test_elided);
+  count(kEffectAlphaTest, drawable.material->alpha_mode == AlphaMode::kMask, counters.sub_patches_alpha_tested,
+        counters.alpha_test_elided);
   if ((effects & kEffectBlending) != 0) ++counters.sub_patches_blended;
 }
 

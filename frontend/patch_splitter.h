@@ -23,7 +23,8 @@ enum class SplitCriterion : std::uint8_t {
   kNormalSpread,  // those whose tangents turn most, single-sided ones only: for back-face culling
   kSurfaceArea,   // the largest box first: for ray tracing
 };
-inline constexpr std::array<std::string_view, 5> kSplitCriterionNames = {"screen_extent", "frustum", "nearest", "normal_spread", "surface_area"};
+inline constexpr std::array<std::string_view, 5> kSplitCriterionNames = {"screen_extent", "frustum", "nearest",
+                                                                         "normal_spread", "surface_area"};
 // Throws UsageError for another name.
 SplitCriterion split_criterion(std::string_view name);
 
@@ -31,10 +32,10 @@ SplitCriterion split_criterion(std::string_view name);
 struct SplitSettings {
   BoundMethod method;
   SplitCriterion criterion;
-  int max_cells;       // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
-  double pixels;       // a sub-patch that is no wider on screen than this, at shutter open and close, is not split further
-  int depth;           // most splits on the way from a base patch to a sub-patch, those for max_cells aside
-  int budget;          // most sub-patches that the criterion may make of one base patch
+  int max_cells;  // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
+  double pixels;  // a sub-patch that is no wider on screen than this, at shutter open and close, is not split further
+  int depth;      // most splits on the way from a base patch to a sub-patch, those for max_cells aside
+  int budget;     // most sub-patches that the criterion may make of one base patch
   bool cull_backface;
 };
 SplitSettings split_settings(const hardware::GpuConfiguration& gpu);
@@ -68,22 +69,32 @@ struct FrontendCounters {
 struct BoundedSubPatch {
   std::uint32_t base_patch;
   CellRange range;
-  ScreenBounds bounds;    // over the whole shutter and lens
-  MovingCorners corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
+  ScreenBounds bounds;  // over the whole shutter and lens
+  MovingCorners
+      corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
   std::uint8_t effects = kAllSubPatchEffects;  // that its kernels need: bits of SubPatchEffect
 };
 
 // Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
 // split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself
-// never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance per thread.
+// never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one
+// instance per thread.
 class PatchSplitter {
  public:
   // With a guess, sub-patches that it hides are put aside, unsplit.
-  PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings, const OcclusionGuess* guess = nullptr)
-      : frame_(frame), pyramids_(pyramids), settings_(settings), guess_(guess), bounder_(frame, pyramids, settings.method), back_face_(frame), effects_(frame, pyramids) {}
+  PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings,
+                const OcclusionGuess* guess = nullptr)
+      : frame_(frame),
+        pyramids_(pyramids),
+        settings_(settings),
+        guess_(guess),
+        bounder_(frame, pyramids, settings.method),
+        back_face_(frame),
+        effects_(frame, pyramids) {}
 
   // Appends the sub-patches of one base patch, and to `aside` what the guess hides.
-  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside, FrontendCounters& counters);
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside,
+             FrontendCounters& counters);
   // Appends the sub-patches of something put aside that was visible after all.
   void split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
 
@@ -95,9 +106,10 @@ class PatchSplitter {
     BoundedSubPatch piece;
   };
   // Bounds and tests; nothing when culled or put aside.
-  std::optional<Node> visit(std::uint32_t patch, const CellRange& range, int depth, std::vector<BoundedSubPatch>* aside, FrontendCounters& counters);
-  void split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* aside,
-                   FrontendCounters& counters);
+  std::optional<Node> visit(std::uint32_t patch, const CellRange& range, int depth, std::vector<BoundedSubPatch>* aside,
+                            FrontendCounters& counters);
+  void split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out,
+                   std::vector<BoundedSubPatch>* aside, FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, int depth) const;
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 

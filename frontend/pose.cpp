@@ -31,7 +31,8 @@ std::vector<double> evaluate_channel(const AnimationChannel& channel, double tim
   const auto key = static_cast<std::size_t>(after - channel.times.begin()) - 1;
   if (after == channel.times.end() || channel.interpolation == Interpolation::kStep) return part(key, 1);
 
-  const double begin = static_cast<double>(channel.times[key]), span = static_cast<double>(channel.times[key + 1]) - begin;
+  const double begin = static_cast<double>(channel.times[key]),
+               span = static_cast<double>(channel.times[key + 1]) - begin;
   const double s = std::clamp((time - begin) / span, 0.0, 1.0);
   const std::vector<double> a = part(key, 1), b = part(key + 1, 1);
   std::vector<double> out(n);
@@ -61,7 +62,8 @@ Pose pose_at(const Capture& capture, double time) {
     const Node& node = capture.nodes[n];
     local[n] = node.transform;
     if (node.mesh == kNone) continue;
-    pose.weights[n] = node.weights.empty() ? capture.meshes[static_cast<std::size_t>(node.mesh)].default_weights : node.weights;
+    pose.weights[n] =
+        node.weights.empty() ? capture.meshes[static_cast<std::size_t>(node.mesh)].default_weights : node.weights;
   }
 
   for (const int a : capture.played_animations)
@@ -69,10 +71,18 @@ Pose pose_at(const Capture& capture, double time) {
       const auto n = static_cast<std::size_t>(channel.node);
       const std::vector<double> v = evaluate_channel(channel, time);
       switch (channel.path) {
-        case AnimatedPath::kTranslation: local[n].translation = {v[0], v[1], v[2]}; break;
-        case AnimatedPath::kRotation: local[n].rotation = quaternion(v); break;
-        case AnimatedPath::kScale: local[n].scale = {v[0], v[1], v[2]}; break;
-        case AnimatedPath::kWeights: pose.weights[n].assign(v.begin(), v.end()); break;
+        case AnimatedPath::kTranslation:
+          local[n].translation = {v[0], v[1], v[2]};
+          break;
+        case AnimatedPath::kRotation:
+          local[n].rotation = quaternion(v);
+          break;
+        case AnimatedPath::kScale:
+          local[n].scale = {v[0], v[1], v[2]};
+          break;
+        case AnimatedPath::kWeights:
+          pose.weights[n].assign(v.begin(), v.end());
+          break;
       }
     }
 

@@ -10,8 +10,8 @@ namespace tessera::frontend {
 struct FrameGeometry;
 struct PosedDrawable;
 
-// A base patch of a procedure: cell (column, row) of a piece that is cut evenly. Sides are powers of two, so that neighbours
-// compute a shared edge's parameters, and with them its vertices, with the same bits.
+// A base patch of a procedure: cell (column, row) of a piece that is cut evenly. Sides are powers of two, so that
+// neighbours compute a shared edge's parameters, and with them its vertices, with the same bits.
 struct ProcedurePatch {
   shaders::ShapeId shape = shaders::ShapeId::kSphere;
   const Procedure::Piece* piece = nullptr;
@@ -31,8 +31,8 @@ struct PatchPoint {
 };
 PatchPoint patch_of_piece_point(const PosedDrawable& drawable, std::uint32_t piece, float u, float v);
 
-// Factors from the length on screen of the patch's edges and inner lines, each as a polygon of nine points: the same for
-// both patches at an edge.
+// Factors from the length on screen of the patch's edges and inner lines, each as a polygon of nine points: the same
+// for both patches at an edge.
 TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t patch);
 
 // Bytes of a procedure in memory: the numbers of all stages, code apart, and a geometry image's points.

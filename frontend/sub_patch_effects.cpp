@@ -15,13 +15,16 @@ bool same_points(const PosedDrawable& drawable, std::size_t first, std::size_t c
   return std::equal(open.begin(), open.end(), close.begin());
 }
 
-// A margin is 72 roundings of the largest sum of terms; a transformed vertex takes three of them, so a 24th is enough for the
-// transformation of a vertex that is the same float at both keys.
+// A margin is 72 roundings of the largest sum of terms; a transformed vertex takes three of them, so a 24th is enough
+// for the transformation of a vertex that is the same float at both keys.
 constexpr double kTransformShare = 1.0 / 24;
 
 }  // namespace
 
-float sharp_factor(const Projection& projection) { return projection.lens_scale == 0 ? 0.0f : static_cast<float>(static_cast<double>(kSharpPixels) / projection.lens_scale); }
+float sharp_factor(const Projection& projection) {
+  return projection.lens_scale == 0 ? 0.0f
+                                    : static_cast<float>(static_cast<double>(kSharpPixels) / projection.lens_scale);
+}
 
 bool certainly_projected(const SubPatchBody& body, const Projection& projection) {
   for (const DVec4& r : body.corners) {
@@ -33,8 +36,9 @@ bool certainly_projected(const SubPatchBody& body, const Projection& projection)
   return true;
 }
 
-// With X = xh / w, a point moves by X1 - X0 = (dxh - X0 dw) / w1. Both differences are linear in the point, so for any X0 the
-// numerator is largest at a corner, and for any corner at an end of the range of X0. Depth moves linearly as well.
+// With X = xh / w, a point moves by X1 - X0 = (dxh - X0 dw) / w1. Both differences are linear in the point, so for any
+// X0 the numerator is largest at a corner, and for any corner at an end of the range of X0. Depth moves linearly as
+// well.
 bool stays_still(const SubPatchBody& body, const Projection& projection, double still_pixels, double still_depth) {
   if (!certainly_projected(body, projection)) return false;
   double least_w = body.corners[0].w, least_depth = body.corners[0].z;
@@ -42,7 +46,8 @@ bool stays_still(const SubPatchBody& body, const Projection& projection, double 
     least_w = std::min(least_w, r.w);
     least_depth = std::min(least_depth, r.z);
   }
-  const double position_error = body.margin.position * kTransformShare, w_error = body.margin.w * kTransformShare, depth_error = body.margin.depth * kTransformShare;
+  const double position_error = body.margin.position * kTransformShare, w_error = body.margin.w * kTransformShare,
+               depth_error = body.margin.depth * kTransformShare;
   least_w -= body.margin.w;
   for (int axis = 0; axis < 2; ++axis) {
     double low = 0, high = 0, farthest = 0, way = 0;
@@ -76,7 +81,8 @@ bool stays_sharp(const ScreenBounds& bounds, const Projection& projection, doubl
   const double near = static_cast<double>(bounds.near_z), far = static_cast<double>(bounds.far_z);
   const double radius = std::max(defocus_radius(projection, near), defocus_radius(projection, far));
   // The kernels' factor is a difference of two rounded numbers.
-  const double size = projection.orthographic ? 1 + std::max(std::abs(near), std::abs(far)) * projection.inverse_focus : 1 / near + projection.inverse_focus;
+  const double size = projection.orthographic ? 1 + std::max(std::abs(near), std::abs(far)) * projection.inverse_focus
+                                              : 1 / near + projection.inverse_focus;
   return radius + projection.lens_scale * size * 0x1p-20 < sharp_pixels;
 }
 
@@ -111,7 +117,8 @@ void EffectSelector::begin(std::uint32_t patch) {
   bool first = true;
   least_vertex_alpha_ = 1;
   const auto add = [&](std::size_t v) {
-    if (!vertices.colors.empty()) least_vertex_alpha_ = first ? vertices.colors[v].w : std::min(least_vertex_alpha_, vertices.colors[v].w);
+    if (!vertices.colors.empty())
+      least_vertex_alpha_ = first ? vertices.colors[v].w : std::min(least_vertex_alpha_, vertices.colors[v].w);
     if (slot.texture != nullptr) {
       const Vec2 at = slot.transform.apply(vertices.texcoords[static_cast<std::size_t>(slot.texcoord)][v]);
       texcoord_low_ = first ? at : glm::min(texcoord_low_, at);
@@ -121,17 +128,20 @@ void EffectSelector::begin(std::uint32_t patch) {
   };
   if (drawable_->drawable->kind == Primitive::Kind::kBezierPatches) {
     const std::size_t base = std::size_t{16} * (patch - drawable_->drawable->first_patch);
-    for (const std::size_t corner : {std::size_t{0}, std::size_t{3}, std::size_t{12}, std::size_t{15}}) add(base + corner);
+    for (const std::size_t corner : {std::size_t{0}, std::size_t{3}, std::size_t{12}, std::size_t{15}})
+      add(base + corner);
   } else {
     const MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
     const Cluster& cluster = clusters.clusters[patch - drawable_->drawable->first_patch];
-    for (std::uint32_t v = cluster.first_vertex; v < cluster.first_vertex + cluster.vertex_count; ++v) add(clusters.vertices[v]);
+    for (std::uint32_t v = cluster.first_vertex; v < cluster.first_vertex + cluster.vertex_count; ++v)
+      add(clusters.vertices[v]);
   }
 }
 
 bool EffectSelector::moves(const SubPatchBody& body) const {
   if (!drawable_->moving) return false;
-  return deforms_ || !stays_still(body, frame_.projection, static_cast<double>(kStillPixels), static_cast<double>(kStillDepth));
+  return deforms_ ||
+         !stays_still(body, frame_.projection, static_cast<double>(kStillPixels), static_cast<double>(kStillDepth));
 }
 
 bool EffectSelector::may_fail_alpha(const SubPatchBounder& bounder) const {
@@ -145,7 +155,8 @@ bool EffectSelector::may_fail_alpha(const SubPatchBounder& bounder) const {
     Vec2 low = texcoord_low_, high = texcoord_high_;
     if (drawable_->drawable->kind == Primitive::Kind::kBezierPatches) {
       // Bilinear between the corners, as for displacement: the box of a range is that of its corners.
-      const std::vector<Vec2>& texcoords = drawable_->primitive->vertices.texcoords[static_cast<std::size_t>(slot.texcoord)];
+      const std::vector<Vec2>& texcoords =
+          drawable_->primitive->vertices.texcoords[static_cast<std::size_t>(slot.texcoord)];
       const std::size_t first = std::size_t{16} * (patch_ - drawable_->drawable->first_patch);
       PatchDisplacement coordinates;
       constexpr std::array<std::size_t, 4> kCorners = {0, 3, 12, 15};
@@ -162,11 +173,12 @@ bool EffectSelector::may_fail_alpha(const SubPatchBounder& bounder) const {
   return !(least * (1.0f - 0x1p-18f) >= material.alpha_cutoff);
 }
 
-std::uint8_t EffectSelector::select(const SubPatchBounder& bounder, const SubPatchBody& body, const ScreenBounds& bounds) const {
+std::uint8_t EffectSelector::select(const SubPatchBounder& bounder, const SubPatchBody& body,
+                                    const ScreenBounds& bounds) const {
   std::uint8_t effects = 0;
   if (moves(body)) effects |= kEffectMotion;
-  if (frame_.projection.lens_scale != 0 &&
-      !(certainly_projected(body, frame_.projection) && stays_sharp(bounds, frame_.projection, static_cast<double>(kSharpPixels))))
+  if (frame_.projection.lens_scale != 0 && !(certainly_projected(body, frame_.projection) &&
+                                             stays_sharp(bounds, frame_.projection, static_cast<double>(kSharpPixels))))
     effects |= kEffectDefocus;
   if (bounder.displaced() && !bounder.offsets_vanish()) effects |= kEffectDisplacement;
   if (drawable_->material->alpha_mode == AlphaMode::kMask && may_fail_alpha(bounder)) effects |= kEffectAlphaTest;

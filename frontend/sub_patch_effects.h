@@ -18,17 +18,19 @@ enum SubPatchEffect : std::uint8_t {
 };
 inline constexpr std::uint8_t kAllSubPatchEffects = 31;
 
-// Decides which effects the code for a sub-patch needs. An effect is left out only where the code without it is certain to find
-// the same bits. Motion and defocus owe that to two rules that the tile core applies to single vertices, in every kernel:
+// Decides which effects the code for a sub-patch needs. An effect is left out only where the code without it is certain
+// to find the same bits. Motion and defocus owe that to two rules that the tile core applies to single vertices, in
+// every kernel:
 //   a vertex that moves by no more than kStillPixels and kStillDepth does not move (project_vertices);
-//   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the middle of the lens (place_corner).
+//   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the middle of the lens
+//   (place_corner).
 // The rules look at one vertex alone, so they depend on no split, tile or neighbour, and open no crack.
 //
 // Invariants (cited by the tests):
 //   E1  Without kEffectMotion every vertex of the sub-patch is projected and has the same bits at both keys.
 //   E2  Without kEffectDefocus every vertex is projected and sharp at all times.
-//   E3  Without kEffectDisplacement every offset that any of its vertices is displaced by, its neighbours' included, is zero.
-//   E4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
+//   E3  Without kEffectDisplacement every offset that any of its vertices is displaced by, its neighbours' included, is
+//   zero. E4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
 class EffectSelector {
  public:
   EffectSelector(const FrameGeometry& frame, const PyramidLibrary& pyramids) : frame_(frame), pyramids_(pyramids) {}
@@ -52,12 +54,14 @@ class EffectSelector {
   Vec2 texcoord_low_{0.0f}, texcoord_high_{0.0f};  // of a cluster
 };
 
-// Whether no point of a moving body moves by more than the tile core overlooks, whatever its arithmetic rounds: both keys' corners
-// are the same points of a body that is rigid in object space. Exposed for tests.
+// Whether no point of a moving body moves by more than the tile core overlooks, whatever its arithmetic rounds: both
+// keys' corners are the same points of a body that is rigid in object space. Exposed for tests.
 bool stays_still(const SubPatchBody& body, const Projection& projection, double still_pixels, double still_depth);
-// Whether a body lies in front of the near plane and inside the guard band at both keys, so that every vertex is projected.
+// Whether a body lies in front of the near plane and inside the guard band at both keys, so that every vertex is
+// projected.
 bool certainly_projected(const SubPatchBody& body, const Projection& projection);
-// Whether the circle of confusion of every depth of `bounds` has a radius of no more than `sharp_pixels`, rounding included.
+// Whether the circle of confusion of every depth of `bounds` has a radius of no more than `sharp_pixels`, rounding
+// included.
 bool stays_sharp(const ScreenBounds& bounds, const Projection& projection, double sharp_pixels);
 
 // The lens factor below which a vertex is sharp; 0 without a lens.

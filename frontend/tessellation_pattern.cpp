@@ -20,11 +20,12 @@ float polygon_length(const std::array<Vec4, 4>& points, float near_w) {
 }  // namespace
 
 ParameterRange parameter_range(const TessellationPattern& p, const CellRange& r) {
-  const bool stitched = (r.j0 == 0 && p.edge[0] != p.nu) || (r.j1 == p.nv && p.edge[1] != p.nu) || (r.i0 == 0 && p.edge[2] != p.nv) ||
-                        (r.i1 == p.nu && p.edge[3] != p.nv);
+  const bool stitched = (r.j0 == 0 && p.edge[0] != p.nu) || (r.j1 == p.nv && p.edge[1] != p.nu) ||
+                        (r.i0 == 0 && p.edge[2] != p.nv) || (r.i1 == p.nu && p.edge[3] != p.nv);
   if (!stitched) {
     const auto nu = static_cast<float>(p.nu), nv = static_cast<float>(p.nv);
-    return {static_cast<float>(r.i0) / nu, static_cast<float>(r.j0) / nv, static_cast<float>(r.i1) / nu, static_cast<float>(r.j1) / nv};
+    return {static_cast<float>(r.i0) / nu, static_cast<float>(r.j0) / nv, static_cast<float>(r.i1) / nu,
+            static_cast<float>(r.j1) / nv};
   }
   ParameterRange out{p.u(r.i0, r.j0), p.v(r.i0, r.j0), p.u(r.i1, r.j0), p.v(r.i0, r.j1)};
   // Inner rows and columns lie on the regular grid, the outermost ones where their edges put them; parameters are

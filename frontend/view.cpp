@@ -25,8 +25,11 @@ void add_procedure(const Procedure& procedure, const DMat4& world, Box& box) {
   constexpr int kSteps = 16;
   for (const Procedure::Piece& piece : procedure.pieces)
     for (int k = 0; k < (kSteps + 1) * (kSteps + 1); ++k) {
-      const Vector3<double> p = shaders::shape_point(procedure.shape, piece.input, static_cast<double>(k % (kSteps + 1)) / kSteps, static_cast<double>(k / (kSteps + 1)) / kSteps);
-      if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) box.add(DVec3(world * DVec4(p.x, p.y, p.z, 1.0)));
+      const Vector3<double> p =
+          shaders::shape_point(procedure.shape, piece.input, static_cast<double>(k % (kSteps + 1)) / kSteps,
+                               static_cast<double>(k / (kSteps + 1)) / kSteps);
+      if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+        box.add(DVec3(world * DVec4(p.x, p.y, p.z, 1.0)));
     }
 }
 
@@ -36,7 +39,8 @@ Box scene_box(const Capture& capture, double time) {
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const Node& node = capture.nodes[n];
     if (!pose.in_scene[n]) continue;
-    if (node.procedure != kNone) add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], box);
+    if (node.procedure != kNone)
+      add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], box);
     if (node.mesh == kNone) continue;
     for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
       const DMat4 to_world = object_to_world(capture, static_cast<int>(n), primitive, pose);
@@ -63,7 +67,8 @@ CameraChoice frame_scene(const Capture& capture, double time, int width, int hei
   choice.camera.near = static_cast<float>(std::max(distance - 1.5 * radius, distance * 0.01));
   // Columns: right, up, back, position.
   const DVec3 right = glm::normalize(glm::cross(DVec3(0, 1, 0), direction)), up = glm::cross(direction, right);
-  choice.fixed_world = DMat4(DVec4(right, 0), DVec4(up, 0), DVec4(direction, 0), DVec4(center + direction * distance, 1));
+  choice.fixed_world =
+      DMat4(DVec4(right, 0), DVec4(up, 0), DVec4(direction, 0), DVec4(center + direction * distance, 1));
   return choice;
 }
 
@@ -108,7 +113,8 @@ View view_from_world(const DMat4& camera_world) {
   const double back_length = glm::length(back_raw);
   const DVec3 back = back_length > 0 ? back_raw / back_length : DVec3(0, 0, 1);
   DVec3 right = glm::cross(up_raw, back);
-  if (!(glm::length(right) > 0)) right = std::abs(back.y) < 0.9 ? glm::cross(DVec3(0, 1, 0), back) : glm::cross(DVec3(1, 0, 0), back);
+  if (!(glm::length(right) > 0))
+    right = std::abs(back.y) < 0.9 ? glm::cross(DVec3(0, 1, 0), back) : glm::cross(DVec3(1, 0, 0), back);
   right = glm::normalize(right);
   const DVec3 up = glm::cross(back, right), position(camera_world[3]);
   View view;

@@ -40,9 +40,9 @@ View view_from_world(const DMat4& camera_world);
 // Where the picture is taken from: a node of the capture, or a camera that frames the whole scene.
 struct CameraChoice {
   Camera camera;
-  int node = kNone;           // kNone: fixed
+  int node = kNone;  // kNone: fixed
   DMat4 fixed_world{1.0};
-  double eye_offset = 0;      // moves the camera to its right, in scene units: the other eye of a stereo pair
+  double eye_offset = 0;  // moves the camera to its right, in scene units: the other eye of a stereo pair
 
   View view(const Pose& pose) const;
 };

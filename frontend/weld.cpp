@@ -31,7 +31,8 @@ struct PointHash {
   const Vertices* vertices;
   std::size_t operator()(std::uint32_t v) const {
     std::uint64_t hash = 0xCBF29CE484222325u;
-    visit_point(*vertices, v, [&](std::uint32_t word) { hash = (hash ^ word) * 0x9E3779B97F4A7C15u, hash ^= hash >> 29; });
+    visit_point(*vertices, v,
+                [&](std::uint32_t word) { hash = (hash ^ word) * 0x9E3779B97F4A7C15u, hash ^= hash >> 29; });
     return hash;
   }
 };
@@ -52,7 +53,8 @@ struct SamePoint {
 
 std::vector<std::uint32_t> weld_points(const Vertices& vertices) {
   const std::size_t count = vertices.count();
-  std::unordered_map<std::uint32_t, std::uint32_t, PointHash, SamePoint> numbers(count / 2 + 1, PointHash{&vertices}, SamePoint{&vertices});
+  std::unordered_map<std::uint32_t, std::uint32_t, PointHash, SamePoint> numbers(count / 2 + 1, PointHash{&vertices},
+                                                                                 SamePoint{&vertices});
   std::vector<std::uint32_t> out(count);
   for (std::size_t v = 0; v < count; ++v)
     out[v] = numbers.emplace(static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(numbers.size())).first->second;

@@ -7,8 +7,9 @@
 
 namespace tessera::hardware {
 
-// Where the buffers of a replay lie in the emulated memory: one behind the other, each on a multiple of 1 MiB, the parameter buffer
-// last because it alone may grow (parameter_buffer.full_policy = spill). Bases do not change from frame to frame.
+// Where the buffers of a replay lie in the emulated memory: one behind the other, each on a multiple of 1 MiB, the
+// parameter buffer last because it alone may grow (parameter_buffer.full_policy = spill). Bases do not change from
+// frame to frame.
 //
 // Invariants (cited by the tests):
 //   A1  Buffers do not overlap as long as each keeps within its size.

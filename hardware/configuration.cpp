@@ -96,8 +96,8 @@ Gpu preset(const std::string& name) {
     for (const auto& [key, value] : p.values) gpu_keys().set(gpu, *gpu_keys().find(key), value);
     return gpu;
   }
-  throw UsageError(fmt::format("unknown GPU preset '{}' and no such file; presets: {}", name,
-                               fmt::join(preset_names(), ", ")));
+  throw UsageError(
+      fmt::format("unknown GPU preset '{}' and no such file; presets: {}", name, fmt::join(preset_names(), ", ")));
 }
 
 Gpu from_json(const std::string& file, const json& root) {
@@ -127,7 +127,9 @@ Gpu from_json(const std::string& file, const json& root) {
 void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes) {
   const std::int64_t sets = bytes / (ways * line_bytes);
   if (sets < 1 || sets * ways * line_bytes != bytes || (sets & (sets - 1)) != 0)
-    throw UsageError(fmt::format("{0}_bytes and {0}_ways: {1} bytes are not a power of two of sets of {2} ways of {3} bytes", name, bytes, ways, line_bytes));
+    throw UsageError(
+        fmt::format("{0}_bytes and {0}_ways: {1} bytes are not a power of two of sets of {2} ways of {3} bytes", name,
+                    bytes, ways, line_bytes));
 }
 
 }  // namespace
@@ -168,7 +170,8 @@ void check_gpu(const GpuConfiguration& gpu) {
     throw UsageError("memory.burst_bytes must be a power of two");
   if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)
     throw UsageError("parameter_buffer.chunk_bytes must be a multiple of memory.burst_bytes");
-  if ((gpu.cache_line_bytes & (gpu.cache_line_bytes - 1)) != 0) throw UsageError("cache.line_bytes must be a power of two");
+  if ((gpu.cache_line_bytes & (gpu.cache_line_bytes - 1)) != 0)
+    throw UsageError("cache.line_bytes must be a power of two");
   check_cache("texture.cache", gpu.texture_cache_bytes, gpu.texture_cache_ways, gpu.line_bytes());
   if (gpu.l2_bytes > 0) check_cache("l2", gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes());
 }

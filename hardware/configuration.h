@@ -34,18 +34,18 @@ struct GpuConfiguration : MachineNumbers {
 
   std::string binner_coverage = "exact";
   bool binner_time_intervals = true;
-  std::int64_t binner_time_segments = 1;  // 0: by blur length over primitive size
-  std::int64_t binner_queue_levels = 1;   // queues of single tiles, of 2x2, 4x4 ... tiles
+  std::int64_t binner_time_segments = 1;       // 0: by blur length over primitive size
+  std::int64_t binner_queue_levels = 1;        // queues of single tiles, of 2x2, 4x4 ... tiles
   std::int64_t binner_combining_bursts = 256;  // write-combining lines in front of the parameter buffer
   std::int64_t memory_burst_bytes = 64;
 
   bool tilecore_occlusion_culling = true;
   std::string tilecore_visibility_method = "patch-bvh";
-  std::int64_t tilecore_stencil_segments = 0;    // of segments and clusters; 0: by blur length over primitive size
-  std::int64_t tilecore_interleaved_times = 16;  // of interleaved
-  std::string tilecore_traversal = "class";      // of patch-bvh
+  std::int64_t tilecore_stencil_segments = 0;      // of segments and clusters; 0: by blur length over primitive size
+  std::int64_t tilecore_interleaved_times = 16;    // of interleaved
+  std::string tilecore_traversal = "class";        // of patch-bvh
   std::string tilecore_branch_node = "leaf_mask";  // where single rays start
-  std::int64_t tilecore_ray_segments = 1;        // of the shutter, each with a branch node
+  std::int64_t tilecore_ray_segments = 1;          // of the shutter, each with a branch node
   std::int64_t tilecore_box_bits = 32;
   std::int64_t tilecore_blend_layers = 8;
   std::int64_t shading_cache_entries = 1024;
@@ -63,7 +63,9 @@ struct GpuConfiguration : MachineNumbers {
   std::int64_t immediate_cache_bytes = 256 << 10;
 
   // A line of the texture caches and the L2: at least a burst.
-  std::int64_t line_bytes() const { return cache_line_bytes > memory_burst_bytes ? cache_line_bytes : memory_burst_bytes; }
+  std::int64_t line_bytes() const {
+    return cache_line_bytes > memory_burst_bytes ? cache_line_bytes : memory_burst_bytes;
+  }
 };
 
 const KeyTable<GpuConfiguration>& gpu_keys();
@@ -73,7 +75,8 @@ std::vector<std::string> preset_names();
 
 // A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
 // file leaves out keep the value of its "preset" member (default "middle").
-// Throws UsageError for an unknown preset, InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
+// Throws UsageError for an unknown preset, InputError for a file that is not such a configuration, LimitError for one
+// of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);
 
 // Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, ...).

@@ -50,14 +50,16 @@ template <class S>
 void accumulate(S& total, const S& frame) {
   for (const auto& field : kCounterFields<S>) {
     std::uint64_t& value = total.*field.member;
-    if (field.combine == Combine::kSum) value += frame.*field.member;
-    else value = std::max(value, frame.*field.member);
+    if (field.combine == Combine::kSum)
+      value += frame.*field.member;
+    else
+      value = std::max(value, frame.*field.member);
   }
 }
 
 }  // namespace tessera::hardware
 
 // Every member of the struct is declared: no counter can be printed nameless or forgotten.
-#define TESSERA_COUNTERS_COVER(S)                                                                 \
+#define TESSERA_COUNTERS_COVER(S)                                                                   \
   static_assert(sizeof(S) == sizeof(std::uint64_t) * ::tessera::hardware::kCounterFields<S>.size(), \
                 #S ": each counter needs exactly one declaration")

@@ -14,8 +14,12 @@ void FrameEnergy::accumulate(const FrameEnergy& frame) {
 
 FrameEnergy frame_energy(const GpuConfiguration& gpu, const FrameWork& work, double cycles) {
   FrameEnergy energy;
-  const auto add = [&](std::string_view unit, double events, double pj) { energy.by_unit_nj[std::string(unit)] += events * pj * 1e-3; };
-  const auto count = [&](Stage stage, std::uint64_t events, double pj) { add(name(stage), static_cast<double>(events), pj); };
+  const auto add = [&](std::string_view unit, double events, double pj) {
+    energy.by_unit_nj[std::string(unit)] += events * pj * 1e-3;
+  };
+  const auto count = [&](Stage stage, std::uint64_t events, double pj) {
+    add(name(stage), static_cast<double>(events), pj);
+  };
   // Whole numbers first: sums of events are exact in any order.
   GeometryWork geometry;
   TileWork tiles;
@@ -24,8 +28,11 @@ FrameEnergy frame_energy(const GpuConfiguration& gpu, const FrameWork& work, dou
     geometry.sampling_operations += round.geometry.sampling_operations;
     geometry.entries += round.geometry.entries;
     for (const TileWork& tile : round.tiles)
-      for (const auto member : {&TileWork::entries, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests, &TileWork::stencil_tests, &TileWork::sampling_operations, &TileWork::triangle_tests, &TileWork::hits,
-                                &TileWork::alpha_tests, &TileWork::shader_runs, &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers, &TileWork::pixels, &TileWork::resolve_operations})
+      for (const auto member :
+           {&TileWork::entries, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests, &TileWork::stencil_tests,
+            &TileWork::sampling_operations, &TileWork::triangle_tests, &TileWork::hits, &TileWork::alpha_tests,
+            &TileWork::shader_runs, &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers,
+            &TileWork::pixels, &TileWork::resolve_operations})
         tiles.*member += tile.*member;
   }
   count(Stage::kFrontend, geometry.bounds, gpu.energy_bound_pj);

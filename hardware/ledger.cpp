@@ -3,13 +3,14 @@
 namespace tessera::hardware {
 
 std::string_view name(Unit unit) {
-  static constexpr std::array<std::string_view, kUnitCount> kNames = {"frontend", "binner", "tilecore", "resolve", "sampling"};
+  static constexpr std::array<std::string_view, kUnitCount> kNames = {"frontend", "binner", "tilecore", "resolve",
+                                                                      "sampling"};
   return kNames[static_cast<std::size_t>(unit)];
 }
 
 std::string_view name(Purpose purpose) {
-  static constexpr std::array<std::string_view, kPurposeCount> kNames = {"patch_data", "tile_queue", "tile_state",
-                                                                         "frame_buffer", "texture", "history", "neighbours", "sampling_maps"};
+  static constexpr std::array<std::string_view, kPurposeCount> kNames = {
+      "patch_data", "tile_queue", "tile_state", "frame_buffer", "texture", "history", "neighbours", "sampling_maps"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -45,7 +46,8 @@ Ledger& Ledger::operator+=(const Ledger& other) {
   return *this;
 }
 
-void Ledger::move_at(Unit unit, Purpose purpose, bool write, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) {
+void Ledger::move_at(Unit unit, Purpose purpose, bool write, std::uint64_t offset, std::uint64_t bytes,
+                     std::uint64_t burst) {
   const std::uint64_t moved = burst_bytes(offset, bytes, burst);
   Traffic& traffic = at(unit, purpose);
   (write ? traffic.written_bytes : traffic.read_bytes) += moved;

@@ -9,7 +9,16 @@ namespace tessera::hardware {
 
 // The units that reach external memory, and what for. A pair that never moved a byte is not reported.
 enum class Unit : std::uint8_t { kFrontend, kBinner, kTilecore, kResolve, kSampling };
-enum class Purpose : std::uint8_t { kPatchData, kTileQueue, kTileState, kFrameBuffer, kTexture, kHistory, kNeighbours, kSamplingMaps };
+enum class Purpose : std::uint8_t {
+  kPatchData,
+  kTileQueue,
+  kTileState,
+  kFrameBuffer,
+  kTexture,
+  kHistory,
+  kNeighbours,
+  kSamplingMaps
+};
 
 inline constexpr std::size_t kUnitCount = 5;
 inline constexpr std::size_t kPurposeCount = 8;
@@ -23,7 +32,8 @@ struct Traffic {
   std::uint64_t written_bytes = 0;
 };
 
-// One transfer over the external interface: whole bursts. `offset`: in the memory that its purpose has (AddressMap says where that is).
+// One transfer over the external interface: whole bursts. `offset`: in the memory that its purpose has (AddressMap says
+// where that is).
 struct Access {
   std::uint64_t offset = 0, bytes = 0;
   Unit unit = Unit::kFrontend;
@@ -31,15 +41,17 @@ struct Access {
   bool write = false;
 };
 
-// The transfers of a ledger in the order in which they were charged, for traces. What is charged without an offset lies behind what was
-// charged before for the same purpose.
+// The transfers of a ledger in the order in which they were charged, for traces. What is charged without an offset lies
+// behind what was charged before for the same purpose.
 class AccessLog {
  public:
   void add(Unit unit, Purpose purpose, bool write, std::uint64_t offset, std::uint64_t bytes) {
     if (bytes > 0) accesses_.push_back({offset, bytes, unit, purpose, write});
     next_[static_cast<std::size_t>(purpose)] = offset + bytes;
   }
-  void add_next(Unit unit, Purpose purpose, bool write, std::uint64_t bytes) { add(unit, purpose, write, next_[static_cast<std::size_t>(purpose)], bytes); }
+  void add_next(Unit unit, Purpose purpose, bool write, std::uint64_t bytes) {
+    add(unit, purpose, write, next_[static_cast<std::size_t>(purpose)], bytes);
+  }
 
   std::vector<Access>& accesses() { return accesses_; }
   const std::vector<Access>& accesses() const { return accesses_; }
@@ -65,8 +77,12 @@ class Ledger {
     if (log_ != nullptr) log_->add_next(unit, purpose, true, bytes);
   }
   // The same for the bursts that `bytes` bytes at `offset` touch.
-  void read_at(Unit unit, Purpose purpose, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) { move_at(unit, purpose, false, offset, bytes, burst); }
-  void write_at(Unit unit, Purpose purpose, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) { move_at(unit, purpose, true, offset, bytes, burst); }
+  void read_at(Unit unit, Purpose purpose, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) {
+    move_at(unit, purpose, false, offset, bytes, burst);
+  }
+  void write_at(Unit unit, Purpose purpose, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) {
+    move_at(unit, purpose, true, offset, bytes, burst);
+  }
 
   // Every transfer from now on also goes to `log` (null: to none), which must outlive the ledger or the next call.
   void record_into(AccessLog* log) { log_ = log; }

@@ -6,8 +6,8 @@
 
 namespace tessera::hardware {
 
-// A set-associative cache of lines that are only read; the least recently used line of a set goes first. Line n is bytes
-// [n, n+1) * line size of the emulated memory and belongs to set n modulo the number of sets.
+// A set-associative cache of lines that are only read; the least recently used line of a set goes first. Line n is
+// bytes [n, n+1) * line size of the emulated memory and belongs to set n modulo the number of sets.
 //
 // Invariants (cited by the tests):
 //   K1  A line hits exactly when fewer than `ways` other lines of its set were used since it was.
@@ -16,7 +16,9 @@ class LineCache {
  public:
   // Sets must be a power of two (check_gpu() sees to it); 0 bytes: never hits.
   LineCache(std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes)
-      : ways_(static_cast<std::size_t>(ways)), sets_(static_cast<std::size_t>(bytes / (ways * line_bytes))), lines_(ways_ * sets_, kNone) {}
+      : ways_(static_cast<std::size_t>(ways)),
+        sets_(static_cast<std::size_t>(bytes / (ways * line_bytes))),
+        lines_(ways_ * sets_, kNone) {}
 
   void empty() { std::fill(lines_.begin(), lines_.end(), kNone); }
 

@@ -6,8 +6,8 @@ namespace tessera::hardware {
 
 // Speeds, sizes and energies of the described machine: what the timing and the energy model read and nothing else does.
 // Part of GpuConfiguration; keys, units, ranges and sources are in machine_keys.cpp. Values are those of the preset
-// "middle". A throughput is that of one instance of the unit: the front end and the binner exist once, the units of a tile
-// core once in each core.
+// "middle". A throughput is that of one instance of the unit: the front end and the binner exist once, the units of a
+// tile core once in each core.
 struct MachineNumbers {
   double clock_mhz = 850;
   std::int64_t tilecore_count = 4;

@@ -5,7 +5,8 @@
 
 namespace tessera::hardware {
 
-// An on-chip cache that keeps what was used last (LRU), in bytes. Keys are small numbers: memory grows with the largest.
+// An on-chip cache that keeps what was used last (LRU), in bytes. Keys are small numbers: memory grows with the
+// largest.
 //
 // Invariants (cited by the tests):
 //   L1  bytes_in_use() <= capacity; what is larger than the capacity passes by and is never kept.
@@ -62,10 +63,14 @@ class RecencyCache {
   }
   void unlink(std::uint32_t key) {
     const Node& node = nodes_[key];
-    if (node.older != kNone) nodes_[node.older].newer = node.newer;
-    else oldest_ = node.newer;
-    if (node.newer != kNone) nodes_[node.newer].older = node.older;
-    else newest_ = node.older;
+    if (node.older != kNone)
+      nodes_[node.older].newer = node.newer;
+    else
+      oldest_ = node.newer;
+    if (node.newer != kNone)
+      nodes_[node.newer].older = node.older;
+    else
+      newest_ = node.older;
   }
   template <class WriteBack>
   void drop(std::uint32_t key, const WriteBack& write_back) {

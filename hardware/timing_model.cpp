@@ -14,7 +14,8 @@ constexpr std::uint64_t kStateBytes = 20;   // of a sample in tile memory: depth
 constexpr std::uint64_t kMostInFlight = 8;  // tiles that a core can keep apart
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Something that takes time: waits for its first data, then flows, as fast as its units and its share of the memory let it.
+// Something that takes time: waits for its first data, then flows, as fast as its units and its share of the memory let
+// it.
 struct Job {
   double latency = 0;
   double natural = 0;  // cycles when the memory never keeps it waiting
@@ -24,7 +25,7 @@ struct Job {
 struct Running {
   Job job;
   std::uint32_t slot = 0;
-  double wake = 0;       // when the flow begins
+  double wake = 0;  // when the flow begins
   bool flowing = false;
   double left = 1;       // of the flow
   double rate = 0;       // of the flow, per cycle
@@ -43,8 +44,8 @@ class SharedTime {
     changed_ = true;
   }
 
-  // Goes on to the next time at which jobs end; their slots, in the order in which the jobs were started. `began` is told of
-  // each job whose flow begins.
+  // Goes on to the next time at which jobs end; their slots, in the order in which the jobs were started. `began` is
+  // told of each job whose flow begins.
   template <class Began>
   const std::vector<std::uint32_t>& advance(const Began& began) {
     ended_.clear();
@@ -70,7 +71,8 @@ class SharedTime {
     }
     while (!open_.empty()) {
       const double equal = left / static_cast<double>(open_.size());
-      const auto modest = std::stable_partition(open_.begin(), open_.end(), [&](const Running* r) { return r->job.bytes > equal * r->job.natural; });
+      const auto modest = std::stable_partition(
+          open_.begin(), open_.end(), [&](const Running* r) { return r->job.bytes > equal * r->job.natural; });
       if (modest == open_.end()) {
         for (Running* r : open_) r->bandwidth = equal;
         break;
@@ -80,7 +82,8 @@ class SharedTime {
     }
     for (Running& r : running_) {
       if (!r.flowing) continue;
-      const double memory = r.job.bytes > 0 ? r.bandwidth / r.job.bytes : kNever, units = r.job.natural > 0 ? 1 / r.job.natural : kNever;
+      const double memory = r.job.bytes > 0 ? r.bandwidth / r.job.bytes : kNever,
+                   units = r.job.natural > 0 ? 1 / r.job.natural : kNever;
       r.rate = std::min(memory, units);
     }
   }
@@ -110,7 +113,9 @@ class SharedTime {
 };
 
 constexpr std::array kGeometryStages = {Stage::kFrontend, Stage::kBinner};
-constexpr std::array kVisibilityStages = {Stage::kFetch, Stage::kTessellator, Stage::kBoxes, Stage::kBoxTests, Stage::kStencil, Stage::kSampling, Stage::kTriangleTests, Stage::kAlphaTests};
+constexpr std::array kVisibilityStages = {Stage::kFetch,         Stage::kTessellator, Stage::kBoxes,
+                                          Stage::kBoxTests,      Stage::kStencil,     Stage::kSampling,
+                                          Stage::kTriangleTests, Stage::kAlphaTests};
 constexpr std::array kShadingStages = {Stage::kShader, Stage::kTexture, Stage::kBlend};
 constexpr std::array kStoreStages = {Stage::kResolve};
 
@@ -122,9 +127,16 @@ double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, 
 class FrameSimulation {
  public:
   FrameSimulation(const GpuConfiguration& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast)
-      : gpu_(gpu), work_(work), fast_(infinitely_fast), time_(memory_rate(gpu)), cores_(static_cast<std::size_t>(gpu.tilecore_count)) {
+      : gpu_(gpu),
+        work_(work),
+        fast_(infinitely_fast),
+        time_(memory_rate(gpu)),
+        cores_(static_cast<std::size_t>(gpu.tilecore_count)) {
     const std::uint64_t tile_bytes = work.tile_samples * kStateBytes;
-    in_flight_ = tile_bytes == 0 ? 1 : std::clamp<std::uint64_t>(static_cast<std::uint64_t>(gpu.tilecore_memory_bytes) / tile_bytes, 1, kMostInFlight);
+    in_flight_ = tile_bytes == 0
+                     ? 1
+                     : std::clamp<std::uint64_t>(static_cast<std::uint64_t>(gpu.tilecore_memory_bytes) / tile_bytes, 1,
+                                                 kMostInFlight);
   }
 
   Schedule run() {
@@ -140,7 +152,8 @@ class FrameSimulation {
  private:
   struct Core {
     std::uint64_t in_flight = 0;
-    std::array<std::deque<std::size_t>, kPhaseCount> waiting;  // tiles, as positions in schedule_.tiles; none for visibility
+    std::array<std::deque<std::size_t>, kPhaseCount>
+        waiting;  // tiles, as positions in schedule_.tiles; none for visibility
     std::array<std::optional<std::size_t>, kPhaseCount> busy;
   };
 
@@ -150,15 +163,18 @@ class FrameSimulation {
     const double bytes = fast(Stage::kDram) ? 0 : static_cast<double>(work.dram_bytes);
     const StageCycles cycles = stage_cycles(gpu_, work);
     PhaseCycles stages{{}, work.patches};
-    for (const Stage stage : kGeometryStages) stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
+    for (const Stage stage : kGeometryStages)
+      stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
     return {gpu_.memory_latency_clk, length_of(stages), bytes};
   }
 
   Job tile_job(const TileWork& work, Phase phase) const {
     Job job;
     const std::uint64_t bytes = work.dram_bytes[static_cast<std::size_t>(phase)];
-    // The queue, then the records of the patches that it names; texels that were asked for first. Stores are not waited for.
-    if (phase == Phase::kVisibility) job.latency = gpu_.memory_latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
+    // The queue, then the records of the patches that it names; texels that were asked for first. Stores are not waited
+    // for.
+    if (phase == Phase::kVisibility)
+      job.latency = gpu_.memory_latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
     if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory_latency_clk;
     job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
     job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);
@@ -185,9 +201,7 @@ class FrameSimulation {
     while (true) {
       dispatch();
       if (time_.idle()) break;
-      const auto began = [&](std::uint32_t slot, double now) {
-        span_of(slot).flow = now;
-      };
+      const auto began = [&](std::uint32_t slot, double now) { span_of(slot).flow = now; };
       for (const std::uint32_t slot : time_.advance(began)) end_phase(slot / kPhaseCount, slot % kPhaseCount);
     }
   }
@@ -222,7 +236,9 @@ class FrameSimulation {
     std::uint32_t best = 0;
     bool found = false;
     for (std::uint32_t c = 0; c < cores_.size(); ++c) {
-      if (cores_[c].busy[0] || cores_[c].in_flight == in_flight_ || (found && cores_[c].in_flight >= cores_[best].in_flight)) continue;
+      if (cores_[c].busy[0] || cores_[c].in_flight == in_flight_ ||
+          (found && cores_[c].in_flight >= cores_[best].in_flight))
+        continue;
       best = c;
       found = true;
     }
@@ -238,8 +254,10 @@ class FrameSimulation {
     TileSchedule& scheduled = schedule_.tiles[tile];
     scheduled.phases[phase].begin = scheduled.phases[phase].flow = time_.now();
     const Job job = tile_job(work_.rounds[scheduled.round].tiles[scheduled.index], static_cast<Phase>(phase));
-    if (job.latency + job.natural + job.bytes > 0) time_.start(static_cast<std::uint32_t>(c * kPhaseCount + phase), job);
-    else end_phase(c, phase);
+    if (job.latency + job.natural + job.bytes > 0)
+      time_.start(static_cast<std::uint32_t>(c * kPhaseCount + phase), job);
+    else
+      end_phase(c, phase);
   }
 
   void end_phase(std::size_t c, std::size_t phase) {
@@ -247,8 +265,10 @@ class FrameSimulation {
     const std::size_t tile = *core.busy[phase];
     core.busy[phase].reset();
     schedule_.tiles[tile].phases[phase].end = time_.now();
-    if (phase + 1 < kPhaseCount) core.waiting[phase + 1].push_back(tile);
-    else --core.in_flight;
+    if (phase + 1 < kPhaseCount)
+      core.waiting[phase + 1].push_back(tile);
+    else
+      --core.in_flight;
   }
 
   const GpuConfiguration& gpu_;
@@ -284,7 +304,8 @@ std::span<const Stage> phase_stages(Phase phase) {
 }
 
 std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items) {
-  // The last item leaves unit u when it has passed units 1 to u itself and waited for the slowest of them to do all before it.
+  // The last item leaves unit u when it has passed units 1 to u itself and waited for the slowest of them to do all
+  // before it.
   std::vector<double> ends;
   const auto n = static_cast<double>(std::max<std::uint64_t>(items, 1));
   double sum = 0, slowest = 0;
@@ -296,17 +317,20 @@ std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t 
   return ends;
 }
 
-PhaseCycles phase_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase phase, std::optional<Stage> infinitely_fast) {
+PhaseCycles phase_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase phase,
+                         std::optional<Stage> infinitely_fast) {
   const StageCycles all = stage_cycles(gpu, work);
   PhaseCycles out;
-  for (const Stage stage : phase_stages(phase)) out.cycles.push_back(stage == infinitely_fast ? 0 : all[static_cast<std::size_t>(stage)]);
+  for (const Stage stage : phase_stages(phase))
+    out.cycles.push_back(stage == infinitely_fast ? 0 : all[static_cast<std::size_t>(stage)]);
   if (phase == Phase::kVisibility) {
     out.items = work.sub_patches;
   } else if (phase == Phase::kShading) {
     out.items = work.shader_runs / static_cast<std::uint64_t>(gpu.shader_lanes);
   } else {
     out.items = work.pixels / kStoredBlock;
-    out.cycles.push_back(infinitely_fast == Stage::kDram ? 0 : static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
+    out.cycles.push_back(
+        infinitely_fast == Stage::kDram ? 0 : static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
   }
   return out;
 }
@@ -320,11 +344,13 @@ FrameTiming time_frame(const GpuConfiguration& gpu, const FrameWork& work, const
   timing.cycles = schedule.cycles;
   for (const WorkRound& round : work.rounds) {
     const StageCycles geometry = stage_cycles(gpu, round.geometry);
-    for (const Stage stage : kGeometryStages) timing.busy[static_cast<std::size_t>(stage)] += geometry[static_cast<std::size_t>(stage)];
+    for (const Stage stage : kGeometryStages)
+      timing.busy[static_cast<std::size_t>(stage)] += geometry[static_cast<std::size_t>(stage)];
     for (const TileWork& tile : round.tiles) {
       const StageCycles cycles = stage_cycles(gpu, tile);
       for (std::size_t p = 0; p < kPhaseCount; ++p)
-        for (const Stage stage : phase_stages(static_cast<Phase>(p))) timing.busy[static_cast<std::size_t>(stage)] += cycles[static_cast<std::size_t>(stage)];
+        for (const Stage stage : phase_stages(static_cast<Phase>(p)))
+          timing.busy[static_cast<std::size_t>(stage)] += cycles[static_cast<std::size_t>(stage)];
     }
   }
   const auto cores = static_cast<double>(gpu.tilecore_count);
@@ -336,12 +362,14 @@ FrameTiming time_frame(const GpuConfiguration& gpu, const FrameWork& work, const
   // The frame again without each unit that is busy for long enough to matter.
   std::array<double, kStageCount> saved{};
   parallel_for(kStageCount, [&](std::size_t s) {
-    if (timing.busy[s] * 10 >= timing.cycles && timing.cycles > 0) saved[s] = std::max(0.0, timing.cycles - schedule_frame(gpu, work, static_cast<Stage>(s)).cycles);
+    if (timing.busy[s] * 10 >= timing.cycles && timing.cycles > 0)
+      saved[s] = std::max(0.0, timing.cycles - schedule_frame(gpu, work, static_cast<Stage>(s)).cycles);
   });
   for (std::size_t s = 0; s < kStageCount; ++s) {
     // Where all save the same (nothing, at worst) the busiest.
-    const bool better = !timing.bound_by || saved[s] > timing.bound_cycles ||
-                        (saved[s] == timing.bound_cycles && timing.busy[s] > timing.busy[static_cast<std::size_t>(*timing.bound_by)]);
+    const bool better =
+        !timing.bound_by || saved[s] > timing.bound_cycles ||
+        (saved[s] == timing.bound_cycles && timing.busy[s] > timing.busy[static_cast<std::size_t>(*timing.bound_by)]);
     if (timing.busy[s] > 0 && better) timing.bound_by = static_cast<Stage>(s), timing.bound_cycles = saved[s];
   }
   if (timing.bound_by) timing.bound_total[static_cast<std::size_t>(*timing.bound_by)] = timing.bound_cycles;
@@ -354,7 +382,8 @@ void FrameTiming::accumulate(const FrameTiming& frame) {
   for (std::size_t s = 0; s < kStageCount; ++s) {
     busy[s] += frame.busy[s];
     bound_total[s] += frame.bound_total[s];
-    if (bound_total[s] > 0 && (!bound_by || bound_total[s] > bound_total[static_cast<std::size_t>(*bound_by)])) bound_by = static_cast<Stage>(s);
+    if (bound_total[s] > 0 && (!bound_by || bound_total[s] > bound_total[static_cast<std::size_t>(*bound_by)]))
+      bound_by = static_cast<Stage>(s);
   }
   if (!bound_by) bound_by = frame.bound_by;
   bound_cycles = bound_by ? bound_total[static_cast<std::size_t>(*bound_by)] : 0;

@@ -10,8 +10,9 @@ double share(std::uint64_t events, double per_clk) { return static_cast<double>(
 }  // namespace
 
 std::string_view name(Stage stage) {
-  static constexpr std::array<std::string_view, kStageCount> kNames = {"frontend", "binner", "entry_fetch", "tessellator", "box_builder", "box_tests", "stencil", "sampling",
-                                                                       "triangle_tests", "alpha_tests", "shader", "texture", "blend", "resolve", "dram"};
+  static constexpr std::array<std::string_view, kStageCount> kNames = {
+      "frontend",       "binner",      "entry_fetch", "tessellator", "box_builder", "box_tests", "stencil", "sampling",
+      "triangle_tests", "alpha_tests", "shader",      "texture",     "blend",       "resolve",   "dram"};
   return kNames[static_cast<std::size_t>(stage)];
 }
 
@@ -46,9 +47,11 @@ std::array<std::uint64_t, kPhaseCount> phase_bytes(const Ledger& ledger) {
 StageCycles stage_cycles(const GpuConfiguration& gpu, const GeometryWork& work) {
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
-  at(Stage::kFrontend) = share(work.bounds, gpu.frontend_bounds_per_clk) + share(work.sampling_operations, gpu.sampling_operations_per_clk);
+  at(Stage::kFrontend) = share(work.bounds, gpu.frontend_bounds_per_clk) +
+                         share(work.sampling_operations, gpu.sampling_operations_per_clk);
   // Appending and testing are two parts of the binner that work side by side.
-  at(Stage::kBinner) = std::max(share(work.entries, gpu.binner_entries_per_clk), share(work.tiles_tested, gpu.binner_tiles_per_clk));
+  at(Stage::kBinner) =
+      std::max(share(work.entries, gpu.binner_entries_per_clk), share(work.tiles_tested, gpu.binner_tiles_per_clk));
   at(Stage::kDram) = share(work.dram_bytes, memory_rate(gpu));
   return cycles;
 }
@@ -64,10 +67,12 @@ StageCycles stage_cycles(const GpuConfiguration& gpu, const TileWork& work) {
   at(Stage::kSampling) = share(work.sampling_operations, gpu.sampling_operations_per_clk);
   at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.tilecore_triangle_tests_per_clk);
   at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.tilecore_alpha_tests_per_clk);
-  at(Stage::kShader) = static_cast<double>(work.shader_runs) * gpu.shader_operations / static_cast<double>(gpu.shader_lanes);
+  at(Stage::kShader) =
+      static_cast<double>(work.shader_runs) * gpu.shader_operations / static_cast<double>(gpu.shader_lanes);
   at(Stage::kTexture) = share(work.texels, gpu.texture_texels_per_clk);
   at(Stage::kBlend) = share(work.blended_layers, gpu.tilecore_blends_per_clk);
-  at(Stage::kResolve) = share(work.pixels, gpu.resolve_pixels_per_clk) + share(work.resolve_operations, gpu.resolve_operations_per_clk);
+  at(Stage::kResolve) =
+      share(work.pixels, gpu.resolve_pixels_per_clk) + share(work.resolve_operations, gpu.resolve_operations_per_clk);
   at(Stage::kDram) = share(work.dram_bytes[0] + work.dram_bytes[1] + work.dram_bytes[2], memory_rate(gpu));
   return cycles;
 }

@@ -10,13 +10,23 @@
 
 namespace tessera::hardware {
 
-// Units of the machine that have a throughput, in the order in which work passes them. The front end and the binner exist once,
-// the others once in each tile core; the memory (kDram) is shared by all.
+// Units of the machine that have a throughput, in the order in which work passes them. The front end and the binner
+// exist once, the others once in each tile core; the memory (kDram) is shared by all.
 enum class Stage : std::uint8_t {
-  kFrontend, kBinner,                                                                        // geometry
-  kFetch, kTessellator, kBoxes, kBoxTests, kStencil, kSampling, kTriangleTests, kAlphaTests,  // visibility of a tile
-  kShader, kTexture, kBlend,                                                                 // shading of a tile
-  kResolve,                                                                                  // its pixels
+  kFrontend,
+  kBinner,  // geometry
+  kFetch,
+  kTessellator,
+  kBoxes,
+  kBoxTests,
+  kStencil,
+  kSampling,
+  kTriangleTests,
+  kAlphaTests,  // visibility of a tile
+  kShader,
+  kTexture,
+  kBlend,    // shading of a tile
+  kResolve,  // its pixels
   kDram
 };
 inline constexpr std::size_t kStageCount = 15;
@@ -34,17 +44,17 @@ struct GeometryWork {
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
   std::uint64_t dram_bytes = 0;
-  std::uint64_t queue_bytes = 0;   // of the parameter buffer in use at the end
+  std::uint64_t queue_bytes = 0;  // of the parameter buffer in use at the end
 };
 
-// Events of one tile (or of one partial render of it). Filled where the tile is rendered, whatever thread does; then in emulated
-// order what depends on shared caches.
+// Events of one tile (or of one partial render of it). Filled where the tile is rendered, whatever thread does; then in
+// emulated order what depends on shared caches.
 struct TileWork {
   std::uint32_t tile = 0;
   std::uint64_t entries = 0;
-  std::uint64_t sub_patches = 0;       // tested, tessellated for it or found in the cache
-  std::uint64_t vertices = 0;          // evaluated for it
-  std::uint64_t boxes = 0;             // of cells and leaves
+  std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
+  std::uint64_t vertices = 0;     // evaluated for it
+  std::uint64_t boxes = 0;        // of cells and leaves
   std::uint64_t box_tests = 0;
   std::uint64_t stencil_tests = 0;
   std::uint64_t sampling_operations = 0;  // of the SIMD array that evaluates procedures, idle lanes included
@@ -52,10 +62,10 @@ struct TileWork {
   std::uint64_t hits = 0;
   std::uint64_t alpha_tests = 0;
   std::uint64_t shader_runs = 0;
-  std::uint64_t texels = 0;            // bilinear look-ups of shading
-  std::uint64_t l2_lines = 0;          // asked of the L2, and filled into it
+  std::uint64_t texels = 0;    // bilinear look-ups of shading
+  std::uint64_t l2_lines = 0;  // asked of the L2, and filled into it
   std::uint64_t blended_layers = 0;
-  std::uint64_t pixels = 0;            // resolved
+  std::uint64_t pixels = 0;              // resolved
   std::uint64_t resolve_operations = 0;  // of desampling: stencil taps, velocities, advected pixels
   std::array<std::uint64_t, kPhaseCount> dram_bytes{};
 };
@@ -74,8 +84,8 @@ struct FrameWork {
   std::uint64_t dram_bytes() const;
 };
 
-// How much of the ledger belongs to each phase of a tile: queues, patches and reloaded samples to visibility, textures to shading,
-// the rest (pixels, stored samples, what the resolve unit keeps) to storing.
+// How much of the ledger belongs to each phase of a tile: queues, patches and reloaded samples to visibility, textures
+// to shading, the rest (pixels, stored samples, what the resolve unit keeps) to storing.
 std::array<std::uint64_t, kPhaseCount> phase_bytes(const Ledger& ledger);
 Phase phase_of(Unit unit, Purpose purpose, bool write);
 

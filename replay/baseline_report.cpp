@@ -19,7 +19,9 @@ std::string grouped(std::uint64_t value) {
   return text;
 }
 
-std::string ratio(std::uint64_t over, std::uint64_t under) { return over == 0 || under == 0 ? "-" : fmt::format("{:.2f}", static_cast<double>(over) / static_cast<double>(under)); }
+std::string ratio(std::uint64_t over, std::uint64_t under) {
+  return over == 0 || under == 0 ? "-" : fmt::format("{:.2f}", static_cast<double>(over) / static_cast<double>(under));
+}
 
 std::string csv_rows(const std::string& frame, const BaselineSet& set) {
   std::string text;
@@ -36,7 +38,8 @@ std::string csv_rows(const std::string& frame, const BaselineSet& set) {
 nlohmann::json baselines_json(const BaselineSet& set) {
   nlohmann::json out = nlohmann::json::object();
   for (std::size_t s = 0; s < binner::kSchemeCount; ++s)
-    for (const auto& field : kFields) out[std::string(binner::kSchemeNames[s])][std::string(field.name)] = set.schemes[s].*field.member;
+    for (const auto& field : kFields)
+      out[std::string(binner::kSchemeNames[s])][std::string(field.name)] = set.schemes[s].*field.member;
   return out;
 }
 
@@ -51,7 +54,8 @@ std::string baselines_table(const BaselineSet& set) {
     text += fmt::format("{:>11}\n", ratio(post.*field.member, pre.*field.member));
   }
   text += fmt::format("{:<36}", "tile overlaps per primitive");
-  for (const BaselineCounters& scheme : set.schemes) text += fmt::format("{:>19}", ratio(scheme.tile_overlaps, scheme.primitives));
+  for (const BaselineCounters& scheme : set.schemes)
+    text += fmt::format("{:>19}", ratio(scheme.tile_overlaps, scheme.primitives));
   return text + fmt::format("{:>11}\n", "");
 }
 
@@ -68,6 +72,8 @@ std::string BaselineReport::csv() const {
   return text + csv_rows("total", total_);
 }
 
-void BaselineReport::write(const std::filesystem::path& folder) const { write_file_atomically(folder / "baselines.csv", csv()); }
+void BaselineReport::write(const std::filesystem::path& folder) const {
+  write_file_atomically(folder / "baselines.csv", csv());
+}
 
 }  // namespace tessera::replay

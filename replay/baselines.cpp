@@ -33,7 +33,8 @@ void add_grid_triangles(const frontend::TessellationPattern& pattern, binner::Te
     }
 }
 
-void add_cluster_triangles(const frontend::MeshClusters& clusters, const frontend::Cluster& cluster, binner::TessellatedPatch& patch) {
+void add_cluster_triangles(const frontend::MeshClusters& clusters, const frontend::Cluster& cluster,
+                           binner::TessellatedPatch& patch) {
   for (std::uint32_t k = 0; k < cluster.cell_count; ++k) {
     const frontend::ClusterCell& cell = clusters.cells[cluster.first_cell + k];
     const auto& c = cell.corner;
@@ -44,7 +45,8 @@ void add_cluster_triangles(const frontend::MeshClusters& clusters, const fronten
 }
 
 // Tessellates a whole base patch as the tile core would, for a machine that does so first.
-binner::TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t number, tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
+binner::TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t number,
+                                          tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(number);
   binner::TessellatedPatch patch;
@@ -54,12 +56,18 @@ binner::TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uin
     patch.keep_positive = drawable.mirrored;
     patch.keep_negative = !drawable.mirrored;
   }
-  patch.domain_evaluations = tessellator.tessellate(frame, number, frontend::patch_cells(frame, number), {patch.moving, frame.projection.lens_scale != 0}, mesh).domain_evaluations;
+  patch.domain_evaluations = tessellator
+                                 .tessellate(frame, number, frontend::patch_cells(frame, number),
+                                             {patch.moving, frame.projection.lens_scale != 0}, mesh)
+                                 .domain_evaluations;
   patch.patch_bytes = hardware::burst_bytes(0, frontend::patch_record_bytes(frame, number), job.burst_bytes);
-  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) { to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count)); };
+  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
+    to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
+  };
   take(mesh.x0, patch.x0), take(mesh.y0, patch.y0), take(mesh.z0, patch.z0);
   if (patch.moving) take(mesh.x1, patch.x1), take(mesh.y1, patch.y1), take(mesh.z1, patch.z1);
-  patch.projected.assign(mesh.projected.begin(), mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
+  patch.projected.assign(mesh.projected.begin(),
+                         mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
   if (frontend::has_grid(*drawable.drawable)) {
     add_grid_triangles(frame.patterns[number], patch);
   } else {
@@ -70,7 +78,8 @@ binner::TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uin
 }
 
 // Batches of patches in parallel, joined in order.
-BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const hardware::GpuConfiguration& gpu, std::uint64_t frame_bytes) {
+BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const hardware::GpuConfiguration& gpu,
+                                       std::uint64_t frame_bytes) {
   constexpr std::size_t kBatch = 64;
   struct Prepared {
     binner::TessellatedPatch patch;
@@ -122,14 +131,17 @@ hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu) {
 
 BaselineCounters measure_patch_machine(const FrameCounters& counters, const MachineRecord& record) {
   const hardware::Ledger& ledger = counters.ledger;
-  const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState), frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer), textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
+  const hardware::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState),
+                          frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer),
+                          textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
   hardware::Traffic all = ledger.total();
   all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
   const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   // Without the cache every request is a tessellation.
   std::uint64_t evaluations_uncached = 0, tiles_uncached = 0;
-  for (const tilecore::TessellationRequest& r : record.tessellations) evaluations_uncached += r.vertices, tiles_uncached += r.patch_bytes;
+  for (const tilecore::TessellationRequest& r : record.tessellations)
+    evaluations_uncached += r.vertices, tiles_uncached += r.patch_bytes;
   BaselineCounters out;
   out.primitives = counters.frontend.sub_patches;
   out.culled_frustum = counters.frontend.culled_frustum;
@@ -153,7 +165,8 @@ BaselineCounters measure_patch_machine(const FrameCounters& counters, const Mach
   return out;
 }
 
-TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const MachineRecord& record, const hardware::Ledger& frame_ledger,
+TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const MachineRecord& record,
+                                           const hardware::Ledger& frame_ledger,
                                            const hardware::GpuConfiguration& gpu) {
   const std::uint64_t frame_bytes = frame_ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes;
   TriangleMachines out;
@@ -168,7 +181,8 @@ TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const M
   immediate.domain_evaluations = immediate.domain_evaluations_cached = post.domain_evaluations;
   immediate.patch_bytes = immediate.patch_bytes_cached = post.patch_bytes;
   const ImmediateTraffic traffic = draw_immediately(job, record, gpu);
-  const std::uint64_t finished = job.pattern->samples_per_pixel() > 1 ? frame_bytes : 0;  // else the colour surface is the frame
+  const std::uint64_t finished =
+      job.pattern->samples_per_pixel() > 1 ? frame_bytes : 0;  // else the colour surface is the frame
   immediate.frame_bytes_read = traffic.bytes_read;
   immediate.frame_bytes_written = traffic.bytes_written + finished;
   immediate.dram_bytes = traffic.bytes_read + traffic.bytes_written + finished + immediate.patch_bytes;

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <set>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/color.h"
@@ -28,16 +28,19 @@ Image read_display(const fs::path& file) {
   if (file.extension() == ".exr") {
     const Image8 shown = shaders::to_display(read_exr(file), 1.0f);
     Image out(shown.width, shown.height, 3);
-    std::transform(shown.values.begin(), shown.values.end(), out.values.begin(), [](std::uint8_t v) { return static_cast<float>(v) / 255.0f; });
+    std::transform(shown.values.begin(), shown.values.end(), out.values.begin(),
+                   [](std::uint8_t v) { return static_cast<float>(v) / 255.0f; });
     return out;
   }
   DecodedImage decoded;
   std::string fault;
-  if (!decode_image(read_whole_file(file, 1ull << 30, file.string()), {}, decoded, fault)) throw InputError(file.string(), "", fault);
+  if (!decode_image(read_whole_file(file, 1ull << 30, file.string()), {}, decoded, fault))
+    throw InputError(file.string(), "", fault);
   Image out(decoded.width(), decoded.height(), 3);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x)
-      for (int c = 0; c < 3; ++c) out.at(x, y)[static_cast<std::size_t>(c)] = decoded.unorm(x, y, decoded.channels() >= 3 ? c : 0);
+      for (int c = 0; c < 3; ++c)
+        out.at(x, y)[static_cast<std::size_t>(c)] = decoded.unorm(x, y, decoded.channels() >= 3 ? c : 0);
   return out;
 }
 
@@ -45,18 +48,22 @@ Image read_display(const fs::path& file) {
 Image8 heat_map(const Image& flip) {
   Image8 out(flip.width, flip.height, 3);
   for (std::size_t i = 0; i < flip.values.size(); ++i)
-    for (std::size_t c = 0; c < 3; ++c) out.values[3 * i + c] = to_unorm8(std::clamp(3.0f * flip.values[i] - static_cast<float>(c), 0.0f, 1.0f));
+    for (std::size_t c = 0; c < 3; ++c)
+      out.values[3 * i + c] = to_unorm8(std::clamp(3.0f * flip.values[i] - static_cast<float>(c), 0.0f, 1.0f));
   return out;
 }
 
 json compare_pictures(const fs::path& a, const fs::path& b, const std::string& map_file) {
   const Image first = read_display(a), second = read_display(b);
   if (!first.same_shape(second))
-    throw InputError(b.string(), "", fmt::format("is {}x{} pixels, {} is {}x{}", second.width, second.height, a.string(), first.width, first.height));
+    throw InputError(b.string(), "",
+                     fmt::format("is {}x{} pixels, {} is {}x{}", second.width, second.height, a.string(), first.width,
+                                 first.height));
   const Image flip = flip_map(first, second);
   if (!map_file.empty()) write_png(map_file, heat_map(flip));
   const double p = psnr(first, second);
-  json row = {{"ssim", mssim(first, second)}, {"flip", mean_value(flip)}, {"max_difference", max_difference(first, second)}};
+  json row = {
+      {"ssim", mssim(first, second)}, {"flip", mean_value(flip)}, {"max_difference", max_difference(first, second)}};
   row["psnr_db"] = std::isinf(p) ? json() : json(p);  // null: identical
   return row;
 }
@@ -65,9 +72,11 @@ json compare_pictures(const fs::path& a, const fs::path& b, const std::string& m
 json read_total_counters(const fs::path& folder) {
   const std::string file = (folder / "stats.json").string();
   const json stats = parse_json(read_whole_text(file), file);
-  if (!stats.is_object() || stats.value("schema", json()) != "tessera.stats/1") throw InputError(file, "/schema", "is not tessera.stats/1");
+  if (!stats.is_object() || stats.value("schema", json()) != "tessera.stats/1")
+    throw InputError(file, "/schema", "is not tessera.stats/1");
   static const json::json_pointer kCounters("/total/counters");
-  if (!stats.contains(kCounters) || !stats[kCounters].is_object()) throw InputError(file, kCounters.to_string(), "is not an object of counters");
+  if (!stats.contains(kCounters) || !stats[kCounters].is_object())
+    throw InputError(file, kCounters.to_string(), "is not an object of counters");
   return stats[kCounters];
 }
 
@@ -75,26 +84,32 @@ json compare_folders(const fs::path& a, const fs::path& b) {
   json out = {{"frames", json::array()}, {"counters", json::array()}};
   std::set<fs::path> names;
   for (const auto& entry : fs::directory_iterator(a))
-    if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_")) names.insert(entry.path().filename());
+    if (entry.path().extension() == ".png" && entry.path().filename().string().starts_with("frame_"))
+      names.insert(entry.path().filename());
   for (const fs::path& name : names) {
     if (!fs::exists(b / name)) continue;
     json row = compare_pictures(a / name, b / name, "");
     row["frame"] = name.stem().string();
     out["frames"].push_back(row);
   }
-  if (out["frames"].empty()) throw InputError(b.string(), "", fmt::format("has no frame in common with {}", a.string()));
+  if (out["frames"].empty())
+    throw InputError(b.string(), "", fmt::format("has no frame in common with {}", a.string()));
   const json first = read_total_counters(a), second = read_total_counters(b);
   std::set<std::string> counters;
   for (const json* side : {&first, &second})
     for (const auto& [name, value] : side->items()) counters.insert(name);
-  for (const std::string& name : counters) out["counters"].push_back({{"name", name}, {"a", first.value(name, json())}, {"b", second.value(name, json())}});
+  for (const std::string& name : counters)
+    out["counters"].push_back({{"name", name}, {"a", first.value(name, json())}, {"b", second.value(name, json())}});
   return out;
 }
 
-std::string decibel(const json& value) { return value.is_null() ? "identical" : fmt::format("{:.2f} dB", value.get<double>()); }
+std::string decibel(const json& value) {
+  return value.is_null() ? "identical" : fmt::format("{:.2f} dB", value.get<double>());
+}
 
 void print_pictures(const std::string& label, const json& row) {
-  fmt::print("{:<14} {:>12} {:>10.5f} {:>10.5f} {:>10.5f}\n", label, decibel(row["psnr_db"]), row["ssim"].get<double>(), row["flip"].get<double>(), row["max_difference"].get<double>());
+  fmt::print("{:<14} {:>12} {:>10.5f} {:>10.5f} {:>10.5f}\n", label, decibel(row["psnr_db"]), row["ssim"].get<double>(),
+             row["flip"].get<double>(), row["max_difference"].get<double>());
 }
 
 void print_folders(const json& report) {
@@ -103,7 +118,8 @@ void print_folders(const json& report) {
   for (const json& row : report["counters"]) {
     const auto text = [](const json& v) { return v.is_null() ? std::string("-") : v.dump(); };
     std::string ratio = "-";
-    if (row["a"].is_number() && row["b"].is_number() && row["a"].get<double>() > 0) ratio = fmt::format("{:.3f}", row["b"].get<double>() / row["a"].get<double>());
+    if (row["a"].is_number() && row["b"].is_number() && row["a"].get<double>() > 0)
+      ratio = fmt::format("{:.3f}", row["b"].get<double>() / row["a"].get<double>());
     fmt::print("{:<36} {:>16} {:>16} {:>8}\n", row["name"].get<std::string>(), text(row["a"]), text(row["b"]), ratio);
   }
 }
@@ -111,12 +127,15 @@ void print_folders(const json& report) {
 class CompareCommand final : public Command {
  public:
   explicit CompareCommand(CLI::App& app) {
-    app.add_option("A", a_, "The reference: a picture (.png, .jpg, .exr) or the folder of a replay")->required()->type_name("A");
+    app.add_option("A", a_, "The reference: a picture (.png, .jpg, .exr) or the folder of a replay")
+        ->required()
+        ->type_name("A");
     app.add_option("B", b_, "What is compared with it")->required()->type_name("B");
     app.add_flag("--json", json_, "As JSON");
     app.add_option("--flip-map", map_, "Write the FLIP error of two pictures as a heat map")->type_name("FILE.png");
     app.footer(
-        "PSNR, mean SSIM and mean FLIP of what a display shows (EXR files are tone mapped first); max is the largest difference of any channel in [0, 1].\n"
+        "PSNR, mean SSIM and mean FLIP of what a display shows (EXR files are tone mapped first); max is the largest "
+        "difference of any channel in [0, 1].\n"
         "FLIP assumes 67 pixels per degree of visual angle.");
   }
   void run() override {
@@ -129,8 +148,10 @@ class CompareCommand final : public Command {
       return;
     }
     fmt::print("{:<14} {:>12} {:>10} {:>10} {:>10}\n", "", "PSNR", "SSIM", "FLIP", "max");
-    if (folders) print_folders(report);
-    else print_pictures("pictures", report);
+    if (folders)
+      print_folders(report);
+    else
+      print_pictures("pictures", report);
   }
 
  private:

@@ -10,8 +10,8 @@
 #include "frontend/extensions.h"
 #include "hardware/configuration.h"
 #include "replay/settings.h"
-#include "shaders_cpp/procedures/declarations.h"
 #include "replay/statistics.h"
+#include "shaders_cpp/procedures/declarations.h"
 
 namespace tessera::replay {
 namespace {
@@ -33,35 +33,73 @@ struct Topic {
 
 const std::vector<Topic>& topics() {
   static const std::vector<Topic> kTopics = {
-      {"counters", "Counters",
-       "Every counter of stats.json and stats.csv, generated from the declarations beside the code that counts. Counters are raw events, exact, and\n"
-       "the same for any number of host threads and any host instruction set. A counter whose unit did not run is absent, not zero. Over several\n"
-       "frames a counter is summed, or its peak is kept. Those of `baseline` are in the member `baselines`, once per scheme, and in baselines.csv, when a\n"
-       "replay ran with `--baselines`. The last column names what an architect knows from real parts; it says that the quantity is\n"
+      {"counters",
+       "Counters",
+       "Every counter of stats.json and stats.csv, generated from the declarations beside the code that counts. "
+       "Counters are raw events, exact, and\n"
+       "the same for any number of host threads and any host instruction set. A counter whose unit did not run is "
+       "absent, not zero. Over several\n"
+       "frames a counter is summed, or its peak is kept. Those of `baseline` are in the member `baselines`, once per "
+       "scheme, and in baselines.csv, when a\n"
+       "replay ran with `--baselines`. The last column names what an architect knows from real parts; it says that the "
+       "quantity is\n"
        "comparable, not that the numbers agree.",
-       {{"name", "counter"}, {"unit", "unit"}, {"over_frames", "over frames"}, {"meaning", "meaning"}, {"vendor", "comparable to"}}},
-      {"settings", "Settings",
-       "What `--set KEY=VALUE` changes about a replay, generated from the declarations. The numbers of the described machine are keys as well: see\n"
+       {{"name", "counter"},
+        {"unit", "unit"},
+        {"over_frames", "over frames"},
+        {"meaning", "meaning"},
+        {"vendor", "comparable to"}}},
+      {"settings",
+       "Settings",
+       "What `--set KEY=VALUE` changes about a replay, generated from the declarations. The numbers of the described "
+       "machine are keys as well: see\n"
        "[gpu.md](gpu.md).",
-       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"range", "range"}, {"meaning", "meaning"}}},
-      {"gpu", "The described machine",
-       "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset `middle`. In a file the dots nest:\n"
-       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, [measured] our own\n"
-       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. What cycles and energies follow\n"
+       {{"key", "key"},
+        {"type", "type"},
+        {"unit", "unit"},
+        {"default", "default"},
+        {"range", "range"},
+        {"meaning", "meaning"}}},
+      {"gpu",
+       "The described machine",
+       "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset "
+       "`middle`. In a file the dots nest:\n"
+       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, "
+       "[measured] our own\n"
+       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. What "
+       "cycles and energies follow\n"
        "from these numbers, and how, is in [timing_model.md](timing_model.md).",
-       {{"key", "key"}, {"type", "type"}, {"unit", "unit"}, {"default", "default"}, {"other_presets", "other presets"}, {"range", "range"}, {"meaning", "meaning"}, {"source", "source"}}},
-      {"extensions", "glTF extensions",
-       "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset requires them; then it is\n"
+       {{"key", "key"},
+        {"type", "type"},
+        {"unit", "unit"},
+        {"default", "default"},
+        {"other_presets", "other presets"},
+        {"range", "range"},
+        {"meaning", "meaning"},
+        {"source", "source"}}},
+      {"extensions",
+       "glTF extensions",
+       "Extensions that Tessera reads, generated from the declarations. Other extensions are ignored unless the asset "
+       "requires them; then it is\n"
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
        {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
-      {"procedures", "Procedures",
-       "Stages that a capture's `TESSERA_procedure` can name ([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
+      {"procedures",
+       "Procedures",
+       "Stages that a capture's `TESSERA_procedure` can name "
+       "([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
        "`shaders_cpp/procedures/`. How they are drawn: [procedural.md](procedural.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
-      {"effects", "Effects",
-       "Tessera simulates only the effects that a scene calls for. Each is decided as finely as the third column says, and `stats.json` says of every frame which ran (`effects`), why or\n"
-       "why not (`effect_reasons`) and where (`effect_places`). What follows the table, how it is decided and what it saves, is not generated.",
-       {{"name", "effect"}, {"meaning", "meaning"}, {"decided", "decided for each"}, {"when", "runs when"}, {"setting", "forced by"}}},
+      {"effects",
+       "Effects",
+       "Tessera simulates only the effects that a scene calls for. Each is decided as finely as the third column says, "
+       "and `stats.json` says of every frame which ran (`effects`), why or\n"
+       "why not (`effect_reasons`) and where (`effect_places`). What follows the table, how it is decided and what it "
+       "saves, is not generated.",
+       {{"name", "effect"},
+        {"meaning", "meaning"},
+        {"decided", "decided for each"},
+        {"when", "runs when"},
+        {"setting", "forced by"}}},
   };
   return kTopics;
 }
@@ -94,7 +132,8 @@ json describe_gpu() {
   for (json& row : rows) {
     std::string text;
     if (row.contains("presets"))
-      for (const auto& [preset, value] : row["presets"].items()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", preset, value.dump());
+      for (const auto& [preset, value] : row["presets"].items())
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", preset, value.dump());
     row["other_presets"] = text;
   }
   return rows;
@@ -105,8 +144,12 @@ json describe_extensions() {
   for (const frontend::Extension& extension : frontend::supported_extensions()) {
     json members = json::array();
     for (const frontend::ExtensionMember& m : extension.members)
-      members.push_back({{"name", m.name}, {"type", m.type}, {"unit", m.unit}, {"default", m.default_value}, {"meaning", m.meaning}});
-    rows.push_back({{"name", extension.name}, {"extends", extension.extends}, {"meaning", extension.meaning}, {"members", members}});
+      members.push_back(
+          {{"name", m.name}, {"type", m.type}, {"unit", m.unit}, {"default", m.default_value}, {"meaning", m.meaning}});
+    rows.push_back({{"name", extension.name},
+                    {"extends", extension.extends},
+                    {"meaning", extension.meaning},
+                    {"members", members}});
   }
   return rows;
 }
@@ -117,31 +160,49 @@ json describe_effects() {
   };
   constexpr const char* kSubPatch = "frame, drawable, sub-patch, tile";
   constexpr Effect kEffects[] = {
-      {"advection", "Slow blocks take half of their pixels from the previous frame, or from the other eye.", "frame, block",
-       "resolve.desampling is adaptive, the frame before was rendered with the same lights", "resolve.advection"},
+      {"advection", "Slow blocks take half of their pixels from the previous frame, or from the other eye.",
+       "frame, block", "resolve.desampling is adaptive, the frame before was rendered with the same lights",
+       "resolve.advection"},
       {"alpha_test", "Hits count only where the material's alpha reaches its cutoff.", kSubPatch,
-       "the material has alpha mode MASK, and its texture or vertex colours may fall below the cutoff somewhere on the sub-patch", "effects.alpha_test"},
-      {"blending", "Surfaces are kept as layers per sample and composed far to near.", "drawable, tile", "the material has alpha mode BLEND", "effects.blending (off only)"},
-      {"defocus", "Samples look through points of a thin lens.", kSubPatch, "the camera has an aperture, and not all of the sub-patch is certainly in focus", "effects.defocus"},
-      {"desampling", "Not all pixels are shaded; the others are advected or reconstructed.", "frame, block", "resolve.desampling asks for it", "resolve.desampling"},
-      {"displacement", "Vertices of Bezier patches move along the normal by a texture.", kSubPatch, "the material has TESSERA_displacement, and its offset is not zero all over the sub-patch", "effects.displacement"},
-      {"foveation", "Blocks far from the focus get fewer samples.", "frame, block", "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},
-      {"frame_buffer_compression", "Finished pixels are compressed on their way to memory.", "frame", "the machine does", "frame_buffer.compression"},
+       "the material has alpha mode MASK, and its texture or vertex colours may fall below the cutoff somewhere on the "
+       "sub-patch",
+       "effects.alpha_test"},
+      {"blending", "Surfaces are kept as layers per sample and composed far to near.", "drawable, tile",
+       "the material has alpha mode BLEND", "effects.blending (off only)"},
+      {"defocus", "Samples look through points of a thin lens.", kSubPatch,
+       "the camera has an aperture, and not all of the sub-patch is certainly in focus", "effects.defocus"},
+      {"desampling", "Not all pixels are shaded; the others are advected or reconstructed.", "frame, block",
+       "resolve.desampling asks for it", "resolve.desampling"},
+      {"displacement", "Vertices of Bezier patches move along the normal by a texture.", kSubPatch,
+       "the material has TESSERA_displacement, and its offset is not zero all over the sub-patch",
+       "effects.displacement"},
+      {"foveation", "Blocks far from the focus get fewer samples.", "frame, block",
+       "resolve.desampling is adaptive and resolve.foveation_r0 is not 0", "resolve.foveation_r0"},
+      {"frame_buffer_compression", "Finished pixels are compressed on their way to memory.", "frame",
+       "the machine does", "frame_buffer.compression"},
       {"motion", "Samples see the scene at different times of the shutter.", kSubPatch,
-       "the drawable moves on screen between shutter open and close, by the camera's motion or its own, and a vertex of the sub-patch may move by more than 1/256 pixel or 2^-16 of its depth", "effects.motion"},
-      {"procedures", "Surfaces that are formulas are sampled by the sampling controller.", "frame, tile", "the capture has TESSERA_procedure", "effects.procedures (off only), procedures.path"},
-      {"stereo", "A second picture for a right eye.", "frame", "stereo.eye_separation is not 0", "stereo.eye_separation"},
+       "the drawable moves on screen between shutter open and close, by the camera's motion or its own, and a vertex "
+       "of the sub-patch may move by more than 1/256 pixel or 2^-16 of its depth",
+       "effects.motion"},
+      {"procedures", "Surfaces that are formulas are sampled by the sampling controller.", "frame, tile",
+       "the capture has TESSERA_procedure", "effects.procedures (off only), procedures.path"},
+      {"stereo", "A second picture for a right eye.", "frame", "stereo.eye_separation is not 0",
+       "stereo.eye_separation"},
   };
   json rows = json::array();
-  for (const Effect& e : kEffects) rows.push_back({{"name", e.name}, {"meaning", e.meaning}, {"decided", e.decided}, {"when", e.when}, {"setting", e.setting}});
+  for (const Effect& e : kEffects)
+    rows.push_back(
+        {{"name", e.name}, {"meaning", e.meaning}, {"decided", e.decided}, {"when", e.when}, {"setting", e.setting}});
   return rows;
 }
 
 std::string parameter_text(const shaders::ParameterDeclaration& p) {
   using shaders::ParameterLayout;
   std::string text = fmt::format("{}", p.name);
-  if (p.layout != ParameterLayout::kNumbers) text += p.layout == ParameterLayout::kChainU ? " (curves along u)" : " (curves along v)";
-  else if (p.size > 1) text += fmt::format(" ({} numbers)", p.size);
+  if (p.layout != ParameterLayout::kNumbers)
+    text += p.layout == ParameterLayout::kChainU ? " (curves along u)" : " (curves along v)";
+  else if (p.size > 1)
+    text += fmt::format(" ({} numbers)", p.size);
   text += p.required() ? ", required" : fmt::format(" = {:g}", p.default_value);
   return text + fmt::format(": {}", p.meaning);
 }
@@ -151,7 +212,8 @@ json describe_stages() {
   const auto add = [&](std::string_view kind, std::span<const shaders::StageDeclaration> stages) {
     for (const shaders::StageDeclaration& stage : stages) {
       std::string parameters;
-      for (const shaders::ParameterDeclaration& p : stage.parameters) parameters += (parameters.empty() ? "" : "<br>") + parameter_text(p);
+      for (const shaders::ParameterDeclaration& p : stage.parameters)
+        parameters += (parameters.empty() ? "" : "<br>") + parameter_text(p);
       rows.push_back({{"name", stage.name}, {"kind", kind}, {"meaning", stage.meaning}, {"parameters", parameters}});
     }
   };
@@ -214,8 +276,9 @@ std::string describe_text(const std::string& name) {
     }
     if (row.contains("members"))
       for (const json& member : row["members"])
-        text += fmt::format("      {} ({}{}{}, default {}): {}\n", member["name"].get<std::string>(), member["type"].get<std::string>(),
-                            member["unit"] == "" ? "" : ", ", member["unit"].get<std::string>(), member["default"].get<std::string>(),
+        text += fmt::format("      {} ({}{}{}, default {}): {}\n", member["name"].get<std::string>(),
+                            member["type"].get<std::string>(), member["unit"] == "" ? "" : ", ",
+                            member["unit"].get<std::string>(), member["default"].get<std::string>(),
                             member["meaning"].get<std::string>());
   }
   return text;
@@ -223,7 +286,8 @@ std::string describe_text(const std::string& name) {
 
 std::string describe_markdown(const std::string& name) {
   const Topic& topic = topic_named(name);
-  std::string text = fmt::format("# {}\n\n{}\n\nMade by `tessera describe {} --markdown`.\n\n|", topic.title, topic.introduction, name);
+  std::string text = fmt::format("# {}\n\n{}\n\nMade by `tessera describe {} --markdown`.\n\n|", topic.title,
+                                 topic.introduction, name);
   for (const Column& column : topic.columns) text += fmt::format(" {} |", column.title);
   text += "\n|";
   for (std::size_t c = 0; c < topic.columns.size(); ++c) text += "---|";

@@ -4,13 +4,14 @@
 #include <unordered_map>
 #include <vector>
 
-#include "frontend/frame_geometry.h"
 #include "frontend/capture.h"
+#include "frontend/frame_geometry.h"
 
 namespace tessera::replay {
 
-// Where the displacement maps of a capture lie in the emulated memory, behind its other textures: 2 bytes a height, in cache lines
-// that are blocks of heights (64 bytes: 8x4), level by level; and which lines a sub-patch needs when it is tessellated.
+// Where the displacement maps of a capture lie in the emulated memory, behind its other textures: 2 bytes a height, in
+// cache lines that are blocks of heights (64 bytes: 8x4), level by level; and which lines a sub-patch needs when it is
+// tessellated.
 class DisplacementMemory {
  public:
   // `first_line`: the first that is free.
@@ -19,16 +20,19 @@ class DisplacementMemory {
   // One line behind the last.
   std::uint64_t end() const { return end_; }
 
-  // Replaces `lines` by those of the heights that the vertices of a range of a patch lie among: of the rectangle that its parameters
-  // span in the map, in each of the levels that its level of detail lies between. None where nothing displaces.
-  void lines_of(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, std::vector<std::uint32_t>& lines) const;
+  // Replaces `lines` by those of the heights that the vertices of a range of a patch lie among: of the rectangle that
+  // its parameters span in the map, in each of the levels that its level of detail lies between. None where nothing
+  // displaces.
+  void lines_of(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range,
+                std::vector<std::uint32_t>& lines) const;
 
  private:
   struct Level {
     std::uint32_t first_line, blocks_across;
     int width, height;
   };
-  void add_level(const Level& level, const shaders::Sampler& sampler, Vec2 low, Vec2 high, std::vector<std::uint32_t>& lines) const;
+  void add_level(const Level& level, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
+                 std::vector<std::uint32_t>& lines) const;
 
   int width_log2_, height_log2_;
   std::uint64_t end_;

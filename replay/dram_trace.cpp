@@ -22,15 +22,18 @@ constexpr std::uint64_t kMostRecordBytes = 4096;
 // Cuts accesses into bursts and spreads them over [begin, end).
 class Spreader {
  public:
-  Spreader(const hardware::AddressMap& map, std::uint64_t burst_bytes, std::vector<Burst>& out) : map_(map), burst_bytes_(burst_bytes), out_(out) {}
+  Spreader(const hardware::AddressMap& map, std::uint64_t burst_bytes, std::vector<Burst>& out)
+      : map_(map), burst_bytes_(burst_bytes), out_(out) {}
 
   void add(const Access& access, std::uint64_t tile) {
-    for (std::uint64_t at = 0; at < access.bytes; at += burst_bytes_) addresses_.push_back({map_.address(access, tile) + at, access.write});
+    for (std::uint64_t at = 0; at < access.bytes; at += burst_bytes_)
+      addresses_.push_back({map_.address(access, tile) + at, access.write});
   }
   void spread(double begin, double end) {
     const double step = addresses_.empty() ? 0 : (end - begin) / static_cast<double>(addresses_.size());
     for (std::size_t i = 0; i < addresses_.size(); ++i)
-      out_.push_back({static_cast<std::uint64_t>(begin + step * static_cast<double>(i)), addresses_[i].first, addresses_[i].second});
+      out_.push_back({static_cast<std::uint64_t>(begin + step * static_cast<double>(i)), addresses_[i].first,
+                      addresses_[i].second});
     addresses_.clear();
   }
 
@@ -41,10 +44,12 @@ class Spreader {
   std::vector<std::pair<std::uint64_t, bool>> addresses_;
 };
 
-void add_tile(const std::vector<Access>& accesses, const hardware::TileSchedule& scheduled, std::uint64_t tile, Spreader& spreader) {
+void add_tile(const std::vector<Access>& accesses, const hardware::TileSchedule& scheduled, std::uint64_t tile,
+              Spreader& spreader) {
   for (std::size_t p = 0; p < kPhaseCount; ++p) {
     for (const Access& access : accesses)
-      if (phase_of(access.unit, access.purpose, access.write) == static_cast<hardware::Phase>(p)) spreader.add(access, tile);
+      if (phase_of(access.unit, access.purpose, access.write) == static_cast<hardware::Phase>(p))
+        spreader.add(access, tile);
     spreader.spread(scheduled.phases[p].begin, scheduled.phases[p].end);
   }
 }
@@ -59,36 +64,52 @@ std::vector<Burst> frame_bursts(const MachineModel& model, const hardware::Addre
     const FrameRecord::RoundAccesses& round = model.record.accesses[r];
     for (const Access& access : round.geometry) spreader.add(access, 0);
     spreader.spread(model.schedule.geometry[r].begin, model.schedule.geometry[r].end);
-    for (std::size_t i = 0; i < round.tiles.size(); ++i, ++next) add_tile(round.tiles[i], model.schedule.tiles[next], model.record.work.rounds[r].tiles[i].tile, spreader);
+    for (std::size_t i = 0; i < round.tiles.size(); ++i, ++next)
+      add_tile(round.tiles[i], model.schedule.tiles[next], model.record.work.rounds[r].tiles[i].tile, spreader);
   }
   // What the rounds do not hold has no addresses of its own: one stream behind the parameter buffer's first 4 GiB.
   const hardware::Traffic& other = model.record.other;
   spreader.add({std::uint64_t{1} << 32, other.read_bytes, hardware::Unit::kResolve, Purpose::kTileQueue, false}, 0);
-  spreader.add({(std::uint64_t{1} << 32) + other.read_bytes, other.written_bytes, hardware::Unit::kResolve, Purpose::kTileQueue, true}, 0);
+  spreader.add({(std::uint64_t{1} << 32) + other.read_bytes, other.written_bytes, hardware::Unit::kResolve,
+                Purpose::kTileQueue, true},
+               0);
   spreader.spread(model.schedule.other.begin, model.schedule.other.end);
   std::stable_sort(bursts.begin(), bursts.end(), [](const Burst& a, const Burst& b) { return a.cycle < b.cycle; });
   return bursts;
 }
 
-hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request) {
-  const binner::TileGrid grid(request.width, request.height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height), request.region);
-  const auto pixels = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height());
+hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::GpuConfiguration& gpu,
+                                 const RunSettings& settings, const RenderRequest& request) {
+  const binner::TileGrid grid(request.width, request.height, static_cast<int>(gpu.tile_width),
+                              static_cast<int>(gpu.tile_height), request.region);
+  const auto pixels =
+      static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height());
   const auto samples = static_cast<std::uint64_t>(gpu.tile_width * gpu.tile_height * settings.samples_per_pixel);
-  const std::uint64_t of_sample = tilecore::TileState::kBytesPerSample + static_cast<std::uint64_t>(gpu.tilecore_blend_layers) * tilecore::TileState::kBytesPerLayer;
-  return hardware::AddressMap({renderer.assembly().patch_count() * kMostRecordBytes, renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
+  const std::uint64_t of_sample =
+      tilecore::TileState::kBytesPerSample +
+      static_cast<std::uint64_t>(gpu.tilecore_blend_layers) * tilecore::TileState::kBytesPerLayer;
+  return hardware::AddressMap({renderer.assembly().patch_count() * kMostRecordBytes,
+                               renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                                pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
 }
 
 DramTrace::DramTrace(const std::filesystem::path& file, const hardware::AddressMap& map, std::uint64_t burst_bytes)
-    : file_(file), stream_(file_.temporary(), std::ios::binary), map_(map), burst_bytes_(burst_bytes), ramulator_(file.extension() == ".ramulator") {
+    : file_(file),
+      stream_(file_.temporary(), std::ios::binary),
+      map_(map),
+      burst_bytes_(burst_bytes),
+      ramulator_(file.extension() == ".ramulator") {
   if (!stream_) throw SystemError(fmt::format("cannot write {}", file.string()));
 }
 
 void DramTrace::add(const MachineModel& model) {
   fmt::memory_buffer text;
   for (const Burst& burst : frame_bursts(model, map_, burst_bytes_)) {
-    if (ramulator_) fmt::format_to(std::back_inserter(text), "{} 0x{:x}\n", burst.write ? "ST" : "LD", burst.address);
-    else fmt::format_to(std::back_inserter(text), "0x{:x} {} {}\n", burst.address, burst.write ? "WRITE" : "READ", start_ + burst.cycle);
+    if (ramulator_)
+      fmt::format_to(std::back_inserter(text), "{} 0x{:x}\n", burst.write ? "ST" : "LD", burst.address);
+    else
+      fmt::format_to(std::back_inserter(text), "0x{:x} {} {}\n", burst.address, burst.write ? "WRITE" : "READ",
+                     start_ + burst.cycle);
   }
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
   start_ += static_cast<std::uint64_t>(std::ceil(model.schedule.cycles));

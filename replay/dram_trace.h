@@ -17,8 +17,8 @@ struct Burst {
   bool write = false;
 };
 
-// Bursts of a frame in the order of their cycles, which count from the start of the frame: those of each phase spread evenly over
-// the time that the timing model gives it, what the tile cores do at the same time interleaved.
+// Bursts of a frame in the order of their cycles, which count from the start of the frame: those of each phase spread
+// evenly over the time that the timing model gives it, what the tile cores do at the same time interleaved.
 //
 // Invariants (cited by the tests):
 //   B1  As many bursts as the frame's ledger has bytes over burst_bytes, reads and writes apart.
@@ -26,11 +26,12 @@ struct Burst {
 std::vector<Burst> frame_bursts(const MachineModel& model, const hardware::AddressMap& map, std::uint64_t burst_bytes);
 
 // Where a frame's buffers lie.
-hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request);
+hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::GpuConfiguration& gpu,
+                                 const RunSettings& settings, const RenderRequest& request);
 
-// `--dram-trace`: bursts as text, a line each. Form of DRAMsim3: "0xADDRESS READ|WRITE CYCLE"; where the file's name ends in .ramulator that of
-// Ramulator 2's LoadStoreTrace: "LD|ST 0xADDRESS". Cycles are those of the GPU's clock; frames follow each other without a gap.
-// The file appears whole, at commit(). Throws SystemError.
+// `--dram-trace`: bursts as text, a line each. Form of DRAMsim3: "0xADDRESS READ|WRITE CYCLE"; where the file's name
+// ends in .ramulator that of Ramulator 2's LoadStoreTrace: "LD|ST 0xADDRESS". Cycles are those of the GPU's clock;
+// frames follow each other without a gap. The file appears whole, at commit(). Throws SystemError.
 class DramTrace {
  public:
   DramTrace(const std::filesystem::path& file, const hardware::AddressMap& map, std::uint64_t burst_bytes);

@@ -16,7 +16,8 @@
 namespace tessera::replay {
 
 const std::vector<std::string>& auxiliary_layers() {
-  static const std::vector<std::string> kLayers = {"depth", "normal", "patch", "invocations", "rate", "velocity", "edges", "discrepancy", "origin", "error"};
+  static const std::vector<std::string> kLayers = {"depth",    "normal", "patch",       "invocations", "rate",
+                                                   "velocity", "edges",  "discrepancy", "origin",      "error"};
   return kLayers;
 }
 
@@ -30,27 +31,36 @@ void check_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::path there = std::filesystem::absolute(folder.empty() ? "." : folder, error).lexically_normal();
   while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  if (!std::filesystem::is_directory(there, error)) throw SystemError(fmt::format("cannot write to {}: {} is not a folder", folder.string(), there.string()));
-  if (::access(there.c_str(), W_OK | X_OK) != 0) throw SystemError(fmt::format("cannot write to {}: {}: {}", folder.string(), there.string(), std::strerror(errno)));
+  if (!std::filesystem::is_directory(there, error))
+    throw SystemError(fmt::format("cannot write to {}: {} is not a folder", folder.string(), there.string()));
+  if (::access(there.c_str(), W_OK | X_OK) != 0)
+    throw SystemError(fmt::format("cannot write to {}: {}: {}", folder.string(), there.string(), std::strerror(errno)));
 }
 
-void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets, const std::vector<std::string>& auxiliary,
-                 float exposure, const std::string& view) {
+void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets,
+                 const std::vector<std::string>& auxiliary, float exposure, const std::string& view) {
   std::vector<ExrChannel> channels;
   for (std::size_t c = 0; c < 4; ++c)
     channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, targets.color.values.data() + c, 4});
-  const auto wants = [&](const char* layer) { return std::find(auxiliary.begin(), auxiliary.end(), layer) != auxiliary.end(); };
+  const auto wants = [&](const char* layer) {
+    return std::find(auxiliary.begin(), auxiliary.end(), layer) != auxiliary.end();
+  };
   if (wants("depth")) channels.push_back({"depth.Z", ExrChannel::Type::kFloat, targets.depth.values.data(), 1});
   if (wants("normal"))
     for (std::size_t c = 0; c < 3; ++c)
-      channels.push_back({std::string("normal.") + "XYZ"[c], ExrChannel::Type::kHalf, targets.normal.values.data() + c, 3});
+      channels.push_back(
+          {std::string("normal.") + "XYZ"[c], ExrChannel::Type::kHalf, targets.normal.values.data() + c, 3});
   if (wants("patch")) channels.push_back({"patch.id", ExrChannel::Type::kUint, targets.patch.values.data(), 1});
-  if (wants("invocations")) channels.push_back({"invocations.count", ExrChannel::Type::kHalf, targets.invocations.values.data(), 1});
+  if (wants("invocations"))
+    channels.push_back({"invocations.count", ExrChannel::Type::kHalf, targets.invocations.values.data(), 1});
   if (wants("rate")) channels.push_back({"rate.samples", ExrChannel::Type::kHalf, targets.rate.values.data(), 1});
   if (wants("velocity"))
-    for (std::size_t c = 0; c < 2; ++c) channels.push_back({std::string("velocity.") + "XY"[c], ExrChannel::Type::kHalf, targets.velocity.values.data() + c, 2});
+    for (std::size_t c = 0; c < 2; ++c)
+      channels.push_back(
+          {std::string("velocity.") + "XY"[c], ExrChannel::Type::kHalf, targets.velocity.values.data() + c, 2});
   if (wants("edges")) channels.push_back({"edges.bit", ExrChannel::Type::kHalf, targets.edges.values.data(), 1});
-  if (wants("discrepancy")) channels.push_back({"discrepancy.frames", ExrChannel::Type::kHalf, targets.discrepancy.values.data(), 1});
+  if (wants("discrepancy"))
+    channels.push_back({"discrepancy.frames", ExrChannel::Type::kHalf, targets.discrepancy.values.data(), 1});
   if (wants("origin")) channels.push_back({"origin.kind", ExrChannel::Type::kHalf, targets.origin.values.data(), 1});
   if (wants("error")) channels.push_back({"error.value", ExrChannel::Type::kFloat, targets.error.values.data(), 1});
   const std::string name = frame_name(frame) + (view.empty() ? "" : "." + view);

@@ -4,20 +4,24 @@
 
 namespace tessera::replay {
 
-frontend::CameraChoice frame_camera(const frontend::Capture& capture, const RunSettings& settings, int width, int height) {
+frontend::CameraChoice frame_camera(const frontend::Capture& capture, const RunSettings& settings, int width,
+                                    int height) {
   const frontend::CaptureSettings& own = capture.settings;
   frontend::CameraChoice choice = frontend::choose_camera(capture, own.first_frame / own.frame_rate, width, height);
   if (settings.defocus == "off" || !tilecore::kGeneralEffects) choice.camera.lens.aperture_radius = 0;
   return choice;
 }
 
-frontend::FrameRequest frame_request(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings, int width, int height, int frame) {
+frontend::FrameRequest frame_request(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu,
+                                     const RunSettings& settings, int width, int height, int frame) {
   const frontend::CaptureSettings& own = capture.settings;
   frontend::FrameRequest request;
   request.width = width;
   request.height = height;
   request.open_time = (frame + own.shutter_open) / own.frame_rate;
-  request.close_time = settings.motion == "off" || !tilecore::kGeneralEffects ? request.open_time : (frame + own.shutter_close) / own.frame_rate;
+  request.close_time = settings.motion == "off" || !tilecore::kGeneralEffects
+                           ? request.open_time
+                           : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation.target_edge_pixels = settings.target_edge_pixels;
   request.tessellation.displacement_bias = settings.displacement_bias;
   request.max_factor = static_cast<int>(gpu.tessellator_max_factor);
@@ -33,8 +37,12 @@ frontend::FrameRequest frame_request(const frontend::Capture& capture, const har
 }
 
 tilecore::SamplingSettings sampling_settings(const RunSettings& settings, int frame) {
-  return {static_cast<int>(settings.samples_per_pixel), static_cast<std::uint32_t>(settings.seed), static_cast<std::uint32_t>(frame), settings.temporal_pattern == "32x32" ? 32 : 8,
-          settings.time_bits == "16" ? 16 : 8, static_cast<int>(settings.lens_points)};
+  return {static_cast<int>(settings.samples_per_pixel),
+          static_cast<std::uint32_t>(settings.seed),
+          static_cast<std::uint32_t>(frame),
+          settings.temporal_pattern == "32x32" ? 32 : 8,
+          settings.time_bits == "16" ? 16 : 8,
+          static_cast<int>(settings.lens_points)};
 }
 
 tilecore::Lighting frame_lighting(const frontend::Capture& capture) {

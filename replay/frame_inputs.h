@@ -13,10 +13,12 @@ namespace tessera::replay {
 // What a frame follows from, of a capture and what a user chose: read by the machine and by what it is compared with.
 
 // The camera of the whole capture; without its lens where effects.defocus is off.
-frontend::CameraChoice frame_camera(const frontend::Capture& capture, const RunSettings& settings, int width, int height);
+frontend::CameraChoice frame_camera(const frontend::Capture& capture, const RunSettings& settings, int width,
+                                    int height);
 
 // How frame `frame` is posed and tessellated.
-frontend::FrameRequest frame_request(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings, int width, int height, int frame);
+frontend::FrameRequest frame_request(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu,
+                                     const RunSettings& settings, int width, int height, int frame);
 
 // Where its samples are.
 tilecore::SamplingSettings sampling_settings(const RunSettings& settings, int frame);

@@ -16,8 +16,11 @@ namespace {
 // Adds the time since it was made to a stage.
 class StageTimer {
  public:
-  StageTimer(FrameResult& result, const char* stage) : result_(result), stage_(stage), start_(std::chrono::steady_clock::now()) {}
-  ~StageTimer() { result_.stage_seconds[stage_] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  StageTimer(FrameResult& result, const char* stage)
+      : result_(result), stage_(stage), start_(std::chrono::steady_clock::now()) {}
+  ~StageTimer() {
+    result_.stage_seconds[stage_] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
 
  private:
   FrameResult& result_;
@@ -36,8 +39,8 @@ class BusyTimer {
   double start_;
 };
 
-// Calls visit(tile, first_of_group) for every tile: groups on any thread, the tiles of a group one after the other on the
-// same, row by row. `first_of_group` is true until a visit clears it.
+// Calls visit(tile, first_of_group) for every tile: groups on any thread, the tiles of a group one after the other on
+// the same, row by row. `first_of_group` is true until a visit clears it.
 template <class Visit>
 void for_each_tile(const binner::TileGrid& grid, const tilecore::TileJob& job, const Visit& visit) {
   const int side = job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
@@ -46,7 +49,8 @@ void for_each_tile(const binner::TileGrid& grid, const tilecore::TileJob& job, c
     const int x0 = static_cast<int>(group) % columns * side, y0 = static_cast<int>(group) / columns * side;
     bool first_of_group = true;
     for (int y = y0; y < std::min(y0 + side, grid.rows()); ++y)
-      for (int x = x0; x < std::min(x0 + side, grid.columns()); ++x) visit(std::size_t{grid.index(x, y)}, first_of_group);
+      for (int x = x0; x < std::min(x0 + side, grid.columns()); ++x)
+        visit(std::size_t{grid.index(x, y)}, first_of_group);
   });
 }
 
@@ -62,7 +66,8 @@ MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord re
 }  // namespace
 
 void FrameCounters::accumulate(const FrameCounters& frame) {
-  for_each_counter_struct(*this, frame, [](auto& total, const auto& of_frame) { hardware::accumulate(total, of_frame); });
+  for_each_counter_struct(*this, frame,
+                          [](auto& total, const auto& of_frame) { hardware::accumulate(total, of_frame); });
   ledger += frame.ledger;
 }
 
@@ -71,8 +76,8 @@ void FrameCounters::merge(const FrameCounters& view) {
   ledger += view.ledger;
 }
 
-FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
-                             const RenderRequest& request)
+FrameRenderer::FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
+                             const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       capture_(prepared_->capture),
       gpu_(gpu),
@@ -96,7 +101,8 @@ frontend::FrameRequest FrameRenderer::frame_request(int frame) const {
   return replay::frame_request(capture_, gpu_, settings_, request_.width, request_.height, frame);
 }
 
-tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const {
+tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid,
+                                          const tilecore::SamplePattern& pattern) const {
   tilecore::TileJob job;
   job.frame = &frame;
   job.grid = &grid;
@@ -106,7 +112,9 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.has_background = background.has_value();
   if (background) job.background = *background;
   using tilecore::ShadingRate;
-  job.shading = settings_.shading_rate == "sample" ? ShadingRate::kSample : settings_.shading_rate == "cache" ? ShadingRate::kCache : ShadingRate::kPixel;
+  job.shading = settings_.shading_rate == "sample"  ? ShadingRate::kSample
+                : settings_.shading_rate == "cache" ? ShadingRate::kCache
+                                                    : ShadingRate::kPixel;
   if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // strokes are finer than pixels
   job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
@@ -120,24 +128,31 @@ tilecore::TileJob FrameRenderer::make_job(const frontend::FrameGeometry& frame, 
   job.visibility = tilecore::visibility_method(gpu_);
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
   job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
-  if (settings_.machine_model) job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
+  if (settings_.machine_model)
+    job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
   job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
   return job;
 }
 
-std::unique_ptr<tilecore::ParameterMaps> FrameRenderer::map_procedures(const tilecore::TileJob& job, FrameResult& result) const {
+std::unique_ptr<tilecore::ParameterMaps> FrameRenderer::map_procedures(const tilecore::TileJob& job,
+                                                                       FrameResult& result) const {
   const auto is_procedure = [](const frontend::PosedDrawable& drawable) { return drawable.procedure != nullptr; };
-  if (!job.frame->request.sample_procedures || !job.frame->request.procedures || std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure)) return nullptr;
+  if (!job.frame->request.sample_procedures || !job.frame->request.procedures ||
+      std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure))
+    return nullptr;
   const StageTimer timer(result, "sparse");
-  auto maps = std::make_unique<tilecore::ParameterMaps>(*job.frame, *job.grid, procedure_settings(settings_),
-                                                        tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
+  auto maps = std::make_unique<tilecore::ParameterMaps>(
+      *job.frame, *job.grid, procedure_settings(settings_),
+      tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
   hardware::merge(result.counters.sampling, maps->counters());
   result.counters.ledger += maps->ledger();
   return maps;
 }
 
-void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                              const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
+void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binner,
+                              std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
+                              tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result,
+                              MachineRecord* record) {
   const binner::TileIndex tile_count = binner.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;  // filled by partial renders only
   binner::Binner::Cursor cursor;
@@ -177,8 +192,10 @@ void FrameRenderer::run_tiles(const tilecore::TileJob& job, binner::Binner& binn
         tessellations[t] = core.take_tessellations();
         count_tessellations(tessellations[t], work);
         recorder.begin_shading(t, core);
-        if (done) core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
-        else core.store_state(job, state);
+        if (done)
+          core.finish(job, tile, state, result.targets, std::exchange(first_of_group, false));
+        else
+          core.store_state(job, state);
       }
       count_work(recorder.end_tile(t, job, core, done), work);
     });
@@ -199,7 +216,8 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
   depth.block_width = static_cast<int>(gpu_.tile_width);
   depth.block_height = static_cast<int>(gpu_.tile_height);
   const IntRect& region = job.grid->region();
-  depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height, (region.x1 + depth.block_width - 1) / depth.block_width,
+  depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height,
+                  (region.x1 + depth.block_width - 1) / depth.block_width,
                   (region.y1 + depth.block_height - 1) / depth.block_height};
   depth.farthest = result.targets.tile_farthest;
   depth.projection = job.frame->projection;
@@ -207,10 +225,12 @@ frontend::CoarseDepth FrameRenderer::coarse_depth(const tilecore::TileJob& job, 
   return depth;
 }
 
-void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
+void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner& binner,
+                                   frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
                                    WorkRecorder& recorder, FrameResult& result, MachineRecord* record) {
   if (front_end.aside.empty()) return;
-  std::vector<frontend::BoundedSubPatch> revived = frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
+  std::vector<frontend::BoundedSubPatch> revived =
+      frontend::revive(*job.frame, pyramids_, gpu_, coarse_depth(job, result), front_end);
   recorder.front_end(*job.frame, front_end);
   if (revived.empty()) return;
   std::vector<bool> again(binner.grid().tile_count(), false);
@@ -227,7 +247,8 @@ void FrameRenderer::render_revived(const tilecore::TileJob& job, binner::Binner&
   run_tiles(job, binner, revived, again, cache, recorder, result, record);
 }
 
-void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result) {
+void FrameRenderer::collect(const binner::Binner& binner, const tilecore::TessellationCache& cache,
+                            WorkRecorder& recorder, FrameResult& result) {
   hardware::merge(result.counters.tessellation, cache.counters());
   result.counters.ledger += cache.ledger();
   hardware::merge(result.counters.binner, binner.buffer().counters());
@@ -243,7 +264,8 @@ void FrameRenderer::collect(const binner::Binner& binner, const tilecore::Tessel
   result.counters.ledger += sums.ledger;
 }
 
-void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result,
+void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess,
+                                const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result,
                                 MachineRecord* record) {
   frontend::FrontEndResult front_end;
   {
@@ -262,13 +284,15 @@ void FrameRenderer::run_machine(const hardware::GpuConfiguration& gpu, const fro
   collect(binner, cache, recorder, result);
   if (!job.charge_frame_buffer) {
     const StageTimer timer(result, "compress");
-    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes, result.counters.compression, result.counters.ledger);
+    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes,
+                                      result.counters.compression, result.counters.ledger);
   }
   result.counters.frontend = front_end.counters;
   result.counters.ledger += front_end.ledger;
 }
 
-BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record) {
+BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const FrameResult& result,
+                                         const MachineRecord& record) {
   BaselineSet set;
   set[binner::Scheme::kPreTessellation] = measure_patch_machine(result.counters, record);
   const hardware::GpuConfiguration whole_gpu = patch_whole_machine(gpu_);
@@ -278,13 +302,15 @@ BaselineSet FrameRenderer::run_baselines(const tilecore::TileJob& job, const Fra
   run_machine(whole_gpu, nullptr, job, whole_work, whole, &whole_record);
   set[binner::Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
   // What the previous frame's depth hid is in no queue of this one, but an immediate machine draws it.
-  const TriangleMachines machines = measure_triangle_machines(job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
+  const TriangleMachines machines = measure_triangle_machines(
+      job, gpu_.frontend_previous_depth_culling ? whole_record : record, result.counters.ledger, gpu_);
   set[binner::Scheme::kPostTessellation] = machines.post_tessellation;
   set[binner::Scheme::kImmediate] = machines.immediate;
   return set;
 }
 
-void FrameRenderer::finish_deferred(const tilecore::TileJob& job, const binner::Binner& binner, WorkRecorder& recorder, FrameResult& result) {
+void FrameRenderer::finish_deferred(const tilecore::TileJob& job, const binner::Binner& binner, WorkRecorder& recorder,
+                                    FrameResult& result) {
   double resolve = 0;
   if (job.resolve->settings.reach_neighbours) {
     const StageTimer timer(result, "resolve_neighbours");
@@ -310,17 +336,21 @@ void FrameRenderer::measure_error(const tilecore::TileJob& job, FrameResult& res
   run_machine(gpu_, nullptr, plain, recorder, full, nullptr);
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
-    for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c) error = std::max(error, std::abs(result.targets.color.values[c] - full.targets.color.values[c]));
+    for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c)
+      error = std::max(error, std::abs(result.targets.color.values[c] - full.targets.color.values[c]));
   }
 }
 
-std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result) {
+std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, Eye& eye,
+                                                                    const frontend::FrameGeometry* left,
+                                                                    FrameResult& result) {
   std::unique_ptr<frontend::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
     geometry = frontend::pose_frame(assembly_, eye.camera, frame_request(frame));
   }
-  const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width), static_cast<int>(gpu_.tile_height), request_.region);
+  const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
+                              static_cast<int>(gpu_.tile_height), request_.region);
   const tilecore::SamplePattern pattern(sampling_settings(settings_, frame));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
@@ -328,19 +358,25 @@ std::unique_ptr<frontend::FrameGeometry> FrameRenderer::render_view(int frame, E
   if (resolve_.desampling != tilecore::Desampling::kOff) {
     const StageTimer timer(result, "motion");
     std::unique_ptr<frontend::FrameGeometry> previous;
-    if (eye.sequence.wants_previous_pose(frame)) previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
+    if (eye.sequence.wants_previous_pose(frame))
+      previous = frontend::pose_frame(assembly_, eye.camera, frame_request(frame - 1));
     job.resolve = &eye.sequence.begin(frame, *geometry, std::move(previous), result.effect_reasons);
-    if (left != nullptr) eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(), static_cast<float>(settings_.far_depth));
+    if (left != nullptr)
+      eye.sequence.advect_from_other_eye(*geometry, *left, eyes_[0].sequence.history(),
+                                         static_cast<float>(settings_.far_depth));
     job.resolve->all_velocities = resolve_.advection.bfecc;
     job.resolve->auxiliary = request_.resolve_auxiliary;
     result.effects["desampling"] = true;
-    if (job.resolve->previous.history != nullptr && tilecore::advects(resolve_) && job.resolve->previous.motion->same_lights()) result.effects["advection"] = true;
+    if (job.resolve->previous.history != nullptr && tilecore::advects(resolve_) &&
+        job.resolve->previous.motion->same_lights())
+      result.effects["advection"] = true;
     if (job.resolve->other_eye.history != nullptr) result.effects["advection"] = true;
     result.effects["foveation"] = resolve_.foveation.on && resolve_.desampling == tilecore::Desampling::kAdaptive;
   }
   const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
   std::optional<frontend::OcclusionGuess> guess;
-  if (guesses && last_depth_ && last_frame_ == frame - 1) guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+  if (guesses && last_depth_ && last_frame_ == frame - 1)
+    guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool baselines = request_.baselines && left == nullptr;
   WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
@@ -386,7 +422,9 @@ FrameResult FrameRenderer::render(int frame) {
     }
     result.right = RightEye{std::move(right.targets), right.counters};
   }
-  report_effects({*left, settings_, result.counters, result.maps, eyes_.size() > 1, gpu_.frame_buffer_compression != "none"}, result.effects, result.effect_reasons, result.effect_places);
+  report_effects(
+      {*left, settings_, result.counters, result.maps, eyes_.size() > 1, gpu_.frame_buffer_compression != "none"},
+      result.effects, result.effect_reasons, result.effect_places);
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

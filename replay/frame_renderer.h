@@ -20,8 +20,8 @@
 #include "replay/effect_report.h"
 #include "replay/resolve_sequence.h"
 #include "replay/settings.h"
-#include "replay/work_recorder.h"
 #include "replay/tile_maps.h"
+#include "replay/work_recorder.h"
 #include "tilecore/resolve/compressed_store.h"
 #include "tilecore/tile_core.h"
 
@@ -77,17 +77,20 @@ struct FrameResult {
   EffectReasons effect_reasons;  // why each ran, or did not
   FrameEffectPlaces effect_places;
   std::optional<RightEye> right;
-  std::map<std::string, double> stage_seconds;  // host time; tile_threads, resolve_threads: processor time, summed over threads
+  std::map<std::string, double>
+      stage_seconds;  // host time; tile_threads, resolve_threads: processor time, summed over threads
   double seconds = 0;
   std::optional<BaselineSet> baselines;
   std::optional<MachineModel> model;  // with output.machine_model
   TileMaps maps{};
 };
 
-// What all replays of one capture share, whatever the machine and the settings. Read only: many renderers may use it at once.
+// What all replays of one capture share, whatever the machine and the settings. Read only: many renderers may use it at
+// once.
 struct PreparedCapture {
   // `capture_in` must outlive it.
-  explicit PreparedCapture(const frontend::Capture& capture_in) : capture(capture_in), assembly(frontend::assemble(capture_in)), pyramids(assembly) {}
+  explicit PreparedCapture(const frontend::Capture& capture_in)
+      : capture(capture_in), assembly(frontend::assemble(capture_in)), pyramids(assembly) {}
 
   const frontend::Capture& capture;
   const frontend::Assembly assembly;
@@ -97,29 +100,30 @@ struct PreparedCapture {
 // What to render of a capture.
 struct RenderRequest {
   int width = 0, height = 0;
-  IntRect region;          // pixels; whole frame by default
+  IntRect region;  // pixels; whole frame by default
   bool auxiliary = false;
-  bool baselines = false;  // run the other schemes as well
-  bool record_accesses = false;  // keep every transfer over the memory interface, for traces
+  bool baselines = false;          // run the other schemes as well
+  bool record_accesses = false;    // keep every transfer over the memory interface, for traces
   bool resolve_auxiliary = false;  // pictures of what the resolve unit did; with desampling only
   bool error = false;              // and of its error: renders every frame fully as well
 };
 
-// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures and counters are independent of each
-// other and of the number of threads, but for frontend.previous_depth_culling (counters) and resolve.desampling=adaptive (both), which
-// look at the frame rendered before when that was the one before.
+// Sends frames of a capture through the machine: front end, binner, tile cores, resolve. Pictures and counters are
+// independent of each other and of the number of threads, but for frontend.previous_depth_culling (counters) and
+// resolve.desampling=adaptive (both), which look at the frame rendered before when that was the one before.
 class FrameRenderer {
  public:
   // `capture` must outlive the renderer.
   FrameRenderer(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
                 const RenderRequest& request)
       : FrameRenderer(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
-  FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
-                const RenderRequest& request);
+  FrameRenderer(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
+                const RunSettings& settings, const RenderRequest& request);
 
   FrameResult render(int frame);
 
-  // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of another replay.
+  // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
+  // another replay.
   const tilecore::History& history() const { return eyes_[0].sequence.history(); }
   void set_history(tilecore::History history) { eyes_[0].sequence.set_history(std::move(history)); }
 
@@ -138,23 +142,31 @@ class FrameRenderer {
 
   frontend::FrameRequest frame_request(int frame) const;
   // Renders one view into `result`. `left`: the pose of the finished left eye, for the right one.
-  std::unique_ptr<frontend::FrameGeometry> render_view(int frame, Eye& eye, const frontend::FrameGeometry* left, FrameResult& result);
+  std::unique_ptr<frontend::FrameGeometry> render_view(int frame, Eye& eye, const frontend::FrameGeometry* left,
+                                                       FrameResult& result);
   // What stencils that reach into neighbouring tiles left open, and the time of the resolve unit.
-  void finish_deferred(const tilecore::TileJob& job, const binner::Binner& binner, WorkRecorder& recorder, FrameResult& result);
+  void finish_deferred(const tilecore::TileJob& job, const binner::Binner& binner, WorkRecorder& recorder,
+                       FrameResult& result);
   // Renders the same frame fully and writes the difference to result.targets.error.
   void measure_error(const tilecore::TileJob& job, FrameResult& result);
-  tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::SamplePattern& pattern) const;
+  tilecore::TileJob make_job(const frontend::FrameGeometry& frame, const binner::TileGrid& grid,
+                             const tilecore::SamplePattern& pattern) const;
   // The machine of `gpu` from the front end on; adds to `result`, to `recorder` and, unless null, to `record`.
-  void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess, const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
+  void run_machine(const hardware::GpuConfiguration& gpu, const frontend::OcclusionGuess* guess,
+                   const tilecore::TileJob& job, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
   // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
   std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
   // Bins, renders and finishes tiles: all of them, or those that `only` marks.
-  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner, std::span<const frontend::BoundedSubPatch> sub_patches,
-                 const std::vector<bool>& only, tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
+  void run_tiles(const tilecore::TileJob& job, binner::Binner& binner,
+                 std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
+                 tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result,
+                 MachineRecord* record);
   // Renders again the tiles where something that the previous frame's depth hid is visible after all.
-  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end, tilecore::TessellationCache& cache,
-                      WorkRecorder& recorder, FrameResult& result, MachineRecord* record);
-  void collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result);
+  void render_revived(const tilecore::TileJob& job, binner::Binner& binner, frontend::FrontEndResult& front_end,
+                      tilecore::TessellationCache& cache, WorkRecorder& recorder, FrameResult& result,
+                      MachineRecord* record);
+  void collect(const binner::Binner& binner, const tilecore::TessellationCache& cache, WorkRecorder& recorder,
+               FrameResult& result);
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
   BaselineSet run_baselines(const tilecore::TileJob& job, const FrameResult& result, const MachineRecord& record);
 

@@ -37,31 +37,42 @@ class CollectingSink final : public tilecore::HitSink {
 };
 
 // Depth test of one base patch's hits, triangle by triangle; appends the lines that each touches.
-void draw_hits(const tilecore::TileJob& job, std::uint32_t patch, IntRect pixels, const binner::SampleLayout& layout, std::span<tilecore::HitSink::Hit> hits,
-               std::vector<float>& depth, std::vector<LineTouch>& touches) {
+void draw_hits(const tilecore::TileJob& job, std::uint32_t patch, IntRect pixels, const binner::SampleLayout& layout,
+               std::span<tilecore::HitSink::Hit> hits, std::vector<float>& depth, std::vector<LineTouch>& touches) {
   const frontend::Material& material = *job.frame->drawable_of(patch).material;
   const int spp = job.pattern->samples_per_pixel();
-  std::sort(hits.begin(), hits.end(), [](const auto& a, const auto& b) { return std::tie(a.triangle, a.sample) < std::tie(b.triangle, b.sample); });
+  std::sort(hits.begin(), hits.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.triangle, a.sample) < std::tie(b.triangle, b.sample);
+  });
   std::uint32_t triangle = std::numeric_limits<std::uint32_t>::max();
   std::size_t first = touches.size();
   for (const auto& hit : hits) {
     if (hit.triangle != triangle) first = touches.size();
     triangle = hit.triangle;
     const int sample = static_cast<int>(hit.sample), pixel = sample / spp;
-    const std::uint32_t line = layout.line(pixels.x0 + pixel % pixels.width(), pixels.y0 + pixel / pixels.width(), sample % spp);
+    const std::uint32_t line =
+        layout.line(pixels.x0 + pixel % pixels.width(), pixels.y0 + pixel / pixels.width(), sample % spp);
     bool passes = hit.z < depth[hit.sample];
-    if (passes && material.alpha_mode == AlphaMode::kMask) passes = tilecore::point_alpha(*job.frame, {patch, hit.triangle, hit.b1, hit.b2, 0.0f}) >= material.alpha_cutoff;
+    if (passes && material.alpha_mode == AlphaMode::kMask)
+      passes = tilecore::point_alpha(*job.frame, {patch, hit.triangle, hit.b1, hit.b2, 0.0f}) >= material.alpha_cutoff;
     if (passes && material.alpha_mode != AlphaMode::kBlend) depth[hit.sample] = hit.z;
-    const auto found = std::find_if(touches.begin() + static_cast<std::ptrdiff_t>(first), touches.end(), [&](const LineTouch& t) { return t.line == line; });
-    if (found == touches.end()) touches.push_back({line, passes, material.alpha_mode == AlphaMode::kBlend});
-    else found->passes = found->passes || passes;
+    const auto found = std::find_if(touches.begin() + static_cast<std::ptrdiff_t>(first), touches.end(),
+                                    [&](const LineTouch& t) { return t.line == line; });
+    if (found == touches.end())
+      touches.push_back({line, passes, material.alpha_mode == AlphaMode::kBlend});
+    else
+      found->passes = found->passes || passes;
   }
 }
 
-TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries, const binner::SampleLayout& layout, tilecore::TileCore& core) {
-  std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) { return a.base_patch < b.base_patch; });
+TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries,
+                      const binner::SampleLayout& layout, tilecore::TileCore& core) {
+  std::sort(entries.begin(), entries.end(),
+            [](const binner::QueueEntry& a, const binner::QueueEntry& b) { return a.base_patch < b.base_patch; });
   const IntRect pixels = job.grid->pixels(tile);
-  std::vector<float> depth(static_cast<std::size_t>(pixels.width() * pixels.height() * job.pattern->samples_per_pixel()), std::numeric_limits<float>::infinity());
+  std::vector<float> depth(
+      static_cast<std::size_t>(pixels.width() * pixels.height() * job.pattern->samples_per_pixel()),
+      std::numeric_limits<float>::infinity());
   TileDrawing drawing;
   CollectingSink sink;
   core.begin_tile(job, tile);
@@ -78,16 +89,21 @@ TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vec
 
 }  // namespace
 
-ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const MachineRecord& record, const hardware::GpuConfiguration& gpu) {
+ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const MachineRecord& record,
+                                  const hardware::GpuConfiguration& gpu) {
   const binner::SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes);
   std::vector<TileDrawing> tiles(record.entries.size());
   PerThread<tilecore::TileCore> cores;
-  parallel_for(tiles.size(), [&](std::size_t t) { tiles[t] = draw_tile(job, static_cast<std::uint32_t>(t), record.entries[t], layout, cores.local()); });
+  parallel_for(tiles.size(), [&](std::size_t t) {
+    tiles[t] = draw_tile(job, static_cast<std::uint32_t>(t), record.entries[t], layout, cores.local());
+  });
 
   std::vector<Drawn> order;
   for (const TileDrawing& tile : tiles) order.insert(order.end(), tile.drawn.begin(), tile.drawn.end());
-  std::sort(order.begin(), order.end(), [](const Drawn& a, const Drawn& b) { return std::tie(a.patch, a.tile) < std::tie(b.patch, b.tile); });
-  binner::ImmediateMemory cached(static_cast<std::uint64_t>(gpu.immediate_cache_bytes), job.burst_bytes, layout.line_count());
+  std::sort(order.begin(), order.end(),
+            [](const Drawn& a, const Drawn& b) { return std::tie(a.patch, a.tile) < std::tie(b.patch, b.tile); });
+  binner::ImmediateMemory cached(static_cast<std::uint64_t>(gpu.immediate_cache_bytes), job.burst_bytes,
+                                 layout.line_count());
   binner::ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());
   for (const Drawn& drawn : order)
     for (std::size_t k = drawn.begin; k < drawn.end; ++k) {

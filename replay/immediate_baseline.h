@@ -13,9 +13,11 @@ struct ImmediateTraffic {
   std::uint64_t bytes_uncached = 0;                 // both, without
 };
 
-// Draws the frame as an immediate-mode machine does: base patch by base patch in submission order, within one area of the screen (a tile) after the
-// other, within that triangle by triangle, each against the depth that was drawn before. A triangle touches the lines that hold samples inside
-// it, also where motion and defocus scatter them: exact, not bounded. How patches were split and binned for `record` does not matter.
-ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const MachineRecord& record, const hardware::GpuConfiguration& gpu);
+// Draws the frame as an immediate-mode machine does: base patch by base patch in submission order, within one area of
+// the screen (a tile) after the other, within that triangle by triangle, each against the depth that was drawn before.
+// A triangle touches the lines that hold samples inside it, also where motion and defocus scatter them: exact, not
+// bounded. How patches were split and binned for `record` does not matter.
+ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const MachineRecord& record,
+                                  const hardware::GpuConfiguration& gpu);
 
 }  // namespace tessera::replay

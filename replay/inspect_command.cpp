@@ -1,8 +1,8 @@
 #include <cstdio>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
@@ -13,14 +13,17 @@
 namespace tessera::replay {
 namespace {
 
-using nlohmann::json;
 using frontend::Capture;
+using nlohmann::json;
 
 const char* alpha_name(frontend::AlphaMode mode) {
   switch (mode) {
-    case frontend::AlphaMode::kOpaque: return "opaque";
-    case frontend::AlphaMode::kMask: return "mask";
-    case frontend::AlphaMode::kBlend: return "blend";
+    case frontend::AlphaMode::kOpaque:
+      return "opaque";
+    case frontend::AlphaMode::kMask:
+      return "mask";
+    case frontend::AlphaMode::kBlend:
+      return "blend";
   }
   return "";
 }
@@ -34,11 +37,18 @@ json meshes_json(const Capture& capture) {
       vertices += p.vertices.count();
       targets = p.vertices.morph_targets.size();
       skinned = skinned || !p.vertices.influences.empty();
-      if (p.kind == frontend::Primitive::Kind::kBezierPatches) patches += p.vertices.count() / 16;
-      else triangles += p.indices.size() / 3;
+      if (p.kind == frontend::Primitive::Kind::kBezierPatches)
+        patches += p.vertices.count() / 16;
+      else
+        triangles += p.indices.size() / 3;
     }
-    rows.push_back({{"name", mesh.name}, {"primitives", mesh.primitives.size()}, {"vertices", vertices}, {"triangles", triangles},
-                    {"bezier_patches", patches}, {"morph_targets", targets}, {"skinned", skinned}});
+    rows.push_back({{"name", mesh.name},
+                    {"primitives", mesh.primitives.size()},
+                    {"vertices", vertices},
+                    {"triangles", triangles},
+                    {"bezier_patches", patches},
+                    {"morph_targets", targets},
+                    {"skinned", skinned}});
   }
   return rows;
 }
@@ -55,8 +65,14 @@ json materials_json(const Capture& capture) {
     add("normal", m.normal_texture);
     add("occlusion", m.occlusion_texture);
     add("emissive", m.emissive_texture);
-    if (m.displacement) textures["displacement"] = {m.displacement->texture->levels()[0].width, m.displacement->texture->levels()[0].height};
-    rows.push_back({{"name", m.name}, {"alpha", alpha_name(m.alpha_mode)}, {"double_sided", m.double_sided}, {"unlit", m.unlit}, {"textures", textures}});
+    if (m.displacement)
+      textures["displacement"] = {m.displacement->texture->levels()[0].width,
+                                  m.displacement->texture->levels()[0].height};
+    rows.push_back({{"name", m.name},
+                    {"alpha", alpha_name(m.alpha_mode)},
+                    {"double_sided", m.double_sided},
+                    {"unlit", m.unlit},
+                    {"textures", textures}});
   }
   return rows;
 }
@@ -65,7 +81,9 @@ json animations_json(const Capture& capture) {
   json rows = json::array();
   for (std::size_t a = 0; a < capture.animations.size(); ++a) {
     const auto& played = capture.played_animations;
-    rows.push_back({{"name", capture.animations[a].name}, {"channels", capture.animations[a].channels.size()}, {"seconds", capture.animations[a].duration()},
+    rows.push_back({{"name", capture.animations[a].name},
+                    {"channels", capture.animations[a].channels.size()},
+                    {"seconds", capture.animations[a].duration()},
                     {"played", std::find(played.begin(), played.end(), static_cast<int>(a)) != played.end()}});
   }
   return rows;
@@ -81,7 +99,10 @@ json inspect(const Capture& capture) {
       procedures += 1;
     } else {
       clusters += d.patch_count;
-      triangles += capture.meshes[static_cast<std::size_t>(d.mesh)].primitives[static_cast<std::size_t>(d.primitive)].indices.size() / 3;
+      triangles += capture.meshes[static_cast<std::size_t>(d.mesh)]
+                       .primitives[static_cast<std::size_t>(d.primitive)]
+                       .indices.size() /
+                   3;
     }
   }
   const frontend::CaptureSettings& s = capture.settings;
@@ -89,12 +110,19 @@ json inspect(const Capture& capture) {
   for (const frontend::Camera& c : capture.cameras) {
     const bool perspective = c.type == frontend::Camera::Type::kPerspective;
     json row = {{"name", c.name}, {"type", perspective ? "perspective" : "orthographic"}};
-    if (c.lens.aperture_radius > 0) row["aperture_radius"] = c.lens.aperture_radius, row["focus_distance"] = c.lens.focus_distance;
+    if (c.lens.aperture_radius > 0)
+      row["aperture_radius"] = c.lens.aperture_radius, row["focus_distance"] = c.lens.focus_distance;
     cameras.push_back(row);
   }
   return {{"file", capture.file.string()},
           {"bytes", capture.file_bytes},
-          {"drawn", {{"nodes", assembly.drawables.size()}, {"base_patches", assembly.patch_count()}, {"bezier_patches", bezier}, {"clusters", clusters}, {"triangles", triangles}, {"procedures", procedures}}},
+          {"drawn",
+           {{"nodes", assembly.drawables.size()},
+            {"base_patches", assembly.patch_count()},
+            {"bezier_patches", bezier},
+            {"clusters", clusters},
+            {"triangles", triangles},
+            {"procedures", procedures}}},
           {"meshes", meshes_json(capture)},
           {"materials", materials_json(capture)},
           {"animations", animations_json(capture)},
@@ -102,26 +130,36 @@ json inspect(const Capture& capture) {
           {"cameras", cameras},
           {"lights", capture.lights.size()},
           {"settings",
-           {{"declared", s.declared}, {"resolution", {s.width, s.height}}, {"frame_rate", s.frame_rate}, {"shutter", {s.shutter_open, s.shutter_close}},
-            {"first_frame", s.first_frame}, {"frames", s.frame_count}}},
+           {{"declared", s.declared},
+            {"resolution", {s.width, s.height}},
+            {"frame_rate", s.frame_rate},
+            {"shutter", {s.shutter_open, s.shutter_close}},
+            {"first_frame", s.first_frame},
+            {"frames", s.frame_count}}},
           {"extensions", capture.extensions_used},
           {"notices", capture.notices}};
 }
 
-std::string quoted(const json& name) { return name.get<std::string>().empty() ? "(no name)" : escape_control(name.get<std::string>(), 40); }
+std::string quoted(const json& name) {
+  return name.get<std::string>().empty() ? "(no name)" : escape_control(name.get<std::string>(), 40);
+}
 
 void print_table(const json& j) {
   fmt::print("{}  {}\n", escape_control(j["file"].get<std::string>()), human_bytes(j["bytes"].get<std::uint64_t>()));
   const json &drawn = j["drawn"], &s = j["settings"];
-  fmt::print("  drawn       {} nodes, {} base patches: {} Bezier patches, {} clusters of {} triangles\n", drawn["nodes"].dump(), drawn["base_patches"].dump(),
-             drawn["bezier_patches"].dump(), drawn["clusters"].dump(), drawn["triangles"].dump());
+  fmt::print("  drawn       {} nodes, {} base patches: {} Bezier patches, {} clusters of {} triangles\n",
+             drawn["nodes"].dump(), drawn["base_patches"].dump(), drawn["bezier_patches"].dump(),
+             drawn["clusters"].dump(), drawn["triangles"].dump());
   if (drawn["procedures"] != 0) fmt::print("  procedures  {}\n", drawn["procedures"].dump());
-  fmt::print("  settings    {}x{}, {} frames/s, shutter {} to {}, frames {}:{}{}\n", s["resolution"][0].dump(), s["resolution"][1].dump(), s["frame_rate"].dump(),
-             s["shutter"][0].dump(), s["shutter"][1].dump(), s["first_frame"].dump(), s["first_frame"].get<int>() + s["frames"].get<int>(),
+  fmt::print("  settings    {}x{}, {} frames/s, shutter {} to {}, frames {}:{}{}\n", s["resolution"][0].dump(),
+             s["resolution"][1].dump(), s["frame_rate"].dump(), s["shutter"][0].dump(), s["shutter"][1].dump(),
+             s["first_frame"].dump(), s["first_frame"].get<int>() + s["frames"].get<int>(),
              s["declared"].get<bool>() ? "" : " (defaults: the capture says nothing)");
   for (const json& c : j["cameras"]) {
     fmt::print("  camera      {}, {}", quoted(c["name"]), c["type"].get<std::string>());
-    if (c.contains("aperture_radius")) fmt::print(", lens of radius {:g} focused at {:g}", c["aperture_radius"].get<double>(), c["focus_distance"].get<double>());
+    if (c.contains("aperture_radius"))
+      fmt::print(", lens of radius {:g} focused at {:g}", c["aperture_radius"].get<double>(),
+                 c["focus_distance"].get<double>());
     fmt::print("\n");
   }
   if (j["cameras"].empty()) fmt::print("  camera      none: the scene is framed automatically\n");
@@ -138,25 +176,32 @@ void print_table(const json& j) {
     fmt::print("  material    {}: {}", quoted(m["name"]), m["alpha"].get<std::string>());
     if (m["double_sided"].get<bool>()) fmt::print(", double sided");
     if (m["unlit"].get<bool>()) fmt::print(", unlit");
-    for (const auto& [name, size] : m["textures"].items()) fmt::print(", {} {}x{}", name, size[0].dump(), size[1].dump());
+    for (const auto& [name, size] : m["textures"].items())
+      fmt::print(", {} {}x{}", name, size[0].dump(), size[1].dump());
     fmt::print("\n");
   }
   for (const json& a : j["animations"])
-    fmt::print("  animation   {}: {} channels, {} s{}\n", quoted(a["name"]), a["channels"].dump(), fmt::format("{:g}", a["seconds"].get<double>()), a["played"].get<bool>() ? "" : ", not played");
-  if (!j["extensions"].empty()) fmt::print("  extensions  {}\n", fmt::join(j["extensions"].get<std::vector<std::string>>(), ", "));
+    fmt::print("  animation   {}: {} channels, {} s{}\n", quoted(a["name"]), a["channels"].dump(),
+               fmt::format("{:g}", a["seconds"].get<double>()), a["played"].get<bool>() ? "" : ", not played");
+  if (!j["extensions"].empty())
+    fmt::print("  extensions  {}\n", fmt::join(j["extensions"].get<std::vector<std::string>>(), ", "));
   for (const json& notice : j["notices"]) fmt::print("  note        {}\n", notice.get<std::string>());
 }
 
 class InspectCommand final : public Command {
  public:
   explicit InspectCommand(CLI::App& app) {
-    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
+    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")
+        ->required()
+        ->type_name("FILE");
     app.add_flag("--json", json_, "As JSON");
   }
   void run() override {
     const json report = inspect(frontend::read_capture(capture_));
-    if (json_) fmt::print("{}\n", report.dump(2, ' ', false, json::error_handler_t::replace));
-    else print_table(report);
+    if (json_)
+      fmt::print("{}\n", report.dump(2, ' ', false, json::error_handler_t::replace));
+    else
+      print_table(report);
   }
 
  private:

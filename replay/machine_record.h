@@ -9,8 +9,8 @@ namespace tessera::replay {
 
 // What a run of the machine asked of its tile cores, kept to be looked at by the baselines.
 struct MachineRecord {
-  std::vector<std::vector<binner::QueueEntry>> entries;            // per tile
-  std::vector<tilecore::TessellationRequest> tessellations;        // tile by tile, in emulated order
+  std::vector<std::vector<binner::QueueEntry>> entries;      // per tile
+  std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
 };
 
 }  // namespace tessera::replay

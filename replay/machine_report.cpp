@@ -7,13 +7,15 @@
 namespace tessera::replay {
 namespace {
 
-using nlohmann::json;
 using hardware::kStageCount;
 using hardware::Stage;
+using nlohmann::json;
 
 std::uint64_t whole(double cycles) { return static_cast<std::uint64_t>(std::ceil(cycles)); }
 
-json unit_json(double busy, double cycles) { return {{"busy_cycles", whole(busy)}, {"utilisation", cycles > 0 ? busy / cycles : 0.0}}; }
+json unit_json(double busy, double cycles) {
+  return {{"busy_cycles", whole(busy)}, {"utilisation", cycles > 0 ? busy / cycles : 0.0}};
+}
 
 // In the order of their names, as JSON objects have them.
 std::vector<std::string> unit_names() {
@@ -33,16 +35,23 @@ std::vector<std::string> energy_names() {
 
 json timing_json(const hardware::FrameTiming& timing) {
   json units = json::object();
-  for (std::size_t s = 0; s < kStageCount; ++s) units[std::string(name(static_cast<Stage>(s)))] = unit_json(timing.busy[s], timing.cycles);
+  for (std::size_t s = 0; s < kStageCount; ++s)
+    units[std::string(name(static_cast<Stage>(s)))] = unit_json(timing.busy[s], timing.cycles);
   units["tilecores"] = unit_json(timing.cores_busy, timing.cycles);
-  return {{"cycles", whole(timing.cycles)}, {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""}, {"bound_by_cycles", whole(timing.bound_cycles)}, {"units", units}};
+  return {{"cycles", whole(timing.cycles)},
+          {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""},
+          {"bound_by_cycles", whole(timing.bound_cycles)},
+          {"units", units}};
 }
 
-json energy_json(const hardware::FrameEnergy& energy) { return {{"total_nj", energy.total_nj()}, {"by_unit", energy.by_unit_nj}}; }
+json energy_json(const hardware::FrameEnergy& energy) {
+  return {{"total_nj", energy.total_nj()}, {"by_unit", energy.by_unit_nj}};
+}
 
 std::string model_csv_header() {
   std::string text = ",timing.cycles,timing.bound_by,timing.bound_by_cycles";
-  for (const std::string& unit : unit_names()) text += fmt::format(",timing.{0}.busy_cycles,timing.{0}.utilisation", unit);
+  for (const std::string& unit : unit_names())
+    text += fmt::format(",timing.{0}.busy_cycles,timing.{0}.utilisation", unit);
   text += ",energy.total_nj";
   for (const std::string& unit : energy_names()) text += fmt::format(",energy.{}_nj", unit);
   return text;
@@ -50,9 +59,11 @@ std::string model_csv_header() {
 
 std::string model_csv(const json& frame) {
   const json &timing = frame["timing"], &energy = frame["energy"];
-  std::string text = fmt::format(",{},{},{}", timing["cycles"].get<std::uint64_t>(), timing["bound_by"].get<std::string>(), timing["bound_by_cycles"].get<std::uint64_t>());
+  std::string text = fmt::format(",{},{},{}", timing["cycles"].get<std::uint64_t>(),
+                                 timing["bound_by"].get<std::string>(), timing["bound_by_cycles"].get<std::uint64_t>());
   for (const std::string& unit : unit_names())
-    text += fmt::format(",{},{:.6f}", timing["units"][unit]["busy_cycles"].get<std::uint64_t>(), timing["units"][unit]["utilisation"].get<double>());
+    text += fmt::format(",{},{:.6f}", timing["units"][unit]["busy_cycles"].get<std::uint64_t>(),
+                        timing["units"][unit]["utilisation"].get<double>());
   text += fmt::format(",{:.3f}", energy["total_nj"].get<double>());
   for (const std::string& unit : energy_names()) text += fmt::format(",{:.3f}", energy["by_unit"][unit].get<double>());
   return text;

@@ -11,12 +11,13 @@ namespace tessera::replay {
 
 // The member "timing" of stats.json:
 //   {"cycles", "bound_by", "bound_by_cycles", "units": {unit: {"busy_cycles", "utilisation"}}}
-// cycles and busy cycles are rounded up to whole ones. Units that exist once in each core give the mean over the cores; "tilecores" is
-// the time in which a core had a tile in work. bound_by is "" where nothing was done; bound_by_cycles is what the frame would be shorter
-// if that unit took no time.
+// cycles and busy cycles are rounded up to whole ones. Units that exist once in each core give the mean over the cores;
+// "tilecores" is the time in which a core had a tile in work. bound_by is "" where nothing was done; bound_by_cycles is
+// what the frame would be shorter if that unit took no time.
 nlohmann::json timing_json(const hardware::FrameTiming& timing);
 
-// The member "energy": {"total_nj", "by_unit": {unit: nanojoules}}. The units add up to the total, in the order of their names.
+// The member "energy": {"total_nj", "by_unit": {unit: nanojoules}}. The units add up to the total, in the order of
+// their names.
 nlohmann::json energy_json(const hardware::FrameEnergy& energy);
 
 // Columns of stats.csv for both, each with a comma in front; the row from a frame of stats.json.

@@ -31,19 +31,23 @@ int finish_output() {
 // The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> extras = app.remaining(true);
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty()) return error.what();
-  const auto option = std::find_if(extras.begin(), extras.end(), [](const std::string& text) { return text.starts_with("-"); });
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty())
+    return error.what();
+  const auto option =
+      std::find_if(extras.begin(), extras.end(), [](const std::string& text) { return text.starts_with("-"); });
   if (option == extras.end()) return "unexpected argument '" + tessera::escape_control(extras.front(), 80) + "'";
   std::vector<std::string> known;
   for (const CLI::Option* o : app.get_subcommands().front()->get_options())
     for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
   const std::string nearest = tessera::nearest_name(option->substr(0, option->find('=')), known);
-  return "unknown option '" + tessera::escape_control(*option, 80) + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
+  return "unknown option '" + tessera::escape_control(*option, 80) + "'" +
+         (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
 }
 
 std::string unknown_command(const std::vector<std::string>& known, const std::string& name) {
   const std::string nearest = tessera::nearest_name(name, known);
-  return "unknown command '" + tessera::escape_control(name, 80) + "'" + (nearest.empty() ? "; `tessera --help` lists them" : "; did you mean '" + nearest + "'?");
+  return "unknown command '" + tessera::escape_control(name, 80) + "'" +
+         (nearest.empty() ? "; `tessera --help` lists them" : "; did you mean '" + nearest + "'?");
 }
 
 }  // namespace
@@ -51,19 +55,30 @@ std::string unknown_command(const std::vector<std::string>& known, const std::st
 int main(int argc, char** argv) {
   CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");
   app.require_subcommand(1);
-  app.footer("`tessera COMMAND --help` explains a command. Exit status: 0 done, 1 fault of the program, 2 wrong usage, 3 bad input, 4 limit exceeded.");
+  app.footer(
+      "`tessera COMMAND --help` explains a command. Exit status: 0 done, 1 fault of the program, 2 wrong usage, 3 bad "
+      "input, 4 limit exceeded.");
 
   using Make = std::unique_ptr<tessera::replay::Command> (*)(CLI::App&);
   const std::vector<std::pair<CLI::App*, Make>> commands = {
-      {app.add_subcommand("replay", "Render frames of a capture and measure them"), tessera::replay::make_replay_command},
+      {app.add_subcommand("replay", "Render frames of a capture and measure them"),
+       tessera::replay::make_replay_command},
       {app.add_subcommand("inspect", "Say what is in a capture"), tessera::replay::make_inspect_command},
-      {app.add_subcommand("pack", "Compress a glTF asset and attach capture settings"), tessera::replay::make_pack_command},
-      {app.add_subcommand("compare", "Differences between two pictures or two replays"), tessera::replay::make_compare_command},
-      {app.add_subcommand("sweep", "Render every point of a design space and measure it"), tessera::replay::make_sweep_command},
-      {app.add_subcommand("tradeoff", "What accuracy costs: error of every setting beside its time, cycles, traffic and energy"), tessera::replay::make_tradeoff_command},
-      {app.add_subcommand("report", "One page about a replay, a sweep or a tradeoff"), tessera::replay::make_report_command},
-      {app.add_subcommand("describe", "Every counter, setting, machine number, extension and effect"), tessera::replay::make_describe_command},
-      {app.add_subcommand("selfcheck", "Known identities and published figures, computed again"), tessera::replay::make_selfcheck_command},
+      {app.add_subcommand("pack", "Compress a glTF asset and attach capture settings"),
+       tessera::replay::make_pack_command},
+      {app.add_subcommand("compare", "Differences between two pictures or two replays"),
+       tessera::replay::make_compare_command},
+      {app.add_subcommand("sweep", "Render every point of a design space and measure it"),
+       tessera::replay::make_sweep_command},
+      {app.add_subcommand("tradeoff",
+                          "What accuracy costs: error of every setting beside its time, cycles, traffic and energy"),
+       tessera::replay::make_tradeoff_command},
+      {app.add_subcommand("report", "One page about a replay, a sweep or a tradeoff"),
+       tessera::replay::make_report_command},
+      {app.add_subcommand("describe", "Every counter, setting, machine number, extension and effect"),
+       tessera::replay::make_describe_command},
+      {app.add_subcommand("selfcheck", "Known identities and published figures, computed again"),
+       tessera::replay::make_selfcheck_command},
   };
   std::vector<std::unique_ptr<tessera::replay::Command>> made;
   for (const auto& [sub, make] : commands) made.push_back(make(*sub));

@@ -17,11 +17,14 @@ namespace {
 }
 
 // strtol and strtod skip leading blanks and take signs; an option's numbers have neither blanks nor a plus.
-bool starts_plainly(const std::string& text) { return !text.empty() && ((text[0] >= '0' && text[0] <= '9') || text[0] == '.' || text[0] == '-'); }
+bool starts_plainly(const std::string& text) {
+  return !text.empty() && ((text[0] >= '0' && text[0] <= '9') || text[0] == '.' || text[0] == '-');
+}
 
 }  // namespace
 
-std::vector<long> parse_whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count, const char* form) {
+std::vector<long> parse_whole_numbers(const std::string& option, const std::string& text, char separator,
+                                      std::size_t count, const char* form) {
   std::vector<long> numbers;
   std::istringstream stream(text);
   for (std::string part; std::getline(stream, part, separator);) {

@@ -9,7 +9,8 @@ namespace tessera::replay {
 // Numbers in the value of an option. All throw UsageError: "OPTION TEXT: expected FORM".
 
 // `count` whole numbers from 0 to 100 000 000, separated by one character: "1280x720", "0:24", "0,0,64,64".
-std::vector<long> parse_whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count, const char* form);
+std::vector<long> parse_whole_numbers(const std::string& option, const std::string& text, char separator,
+                                      std::size_t count, const char* form);
 
 struct PictureSize {
   int width = 0, height = 0;

@@ -3,8 +3,8 @@
 #include <map>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "base/error.h"
 #include "base/text.h"
@@ -19,18 +19,28 @@ class PackCommand final : public Command {
  public:
   explicit PackCommand(CLI::App& app) {
     app.add_option("IN", source_, "A glTF 2.0 asset (.gltf or .glb)")->required()->type_name("IN.gltf");
-    app.add_option("OUT", target_, "The capture to write, with buffers and images inside")->required()->type_name("OUT.glb");
+    app.add_option("OUT", target_, "The capture to write, with buffers and images inside")
+        ->required()
+        ->type_name("OUT.glb");
     const auto choose_method = [this](const std::string& name) {
-      static const std::map<std::string, PackMethod> kMethods = {{"auto", PackMethod::kAuto}, {"edgebreaker", PackMethod::kEdgebreaker},
-                                                                 {"sequential", PackMethod::kSequential}, {"none", PackMethod::kNone}};
+      static const std::map<std::string, PackMethod> kMethods = {{"auto", PackMethod::kAuto},
+                                                                 {"edgebreaker", PackMethod::kEdgebreaker},
+                                                                 {"sequential", PackMethod::kSequential},
+                                                                 {"none", PackMethod::kNone}};
       const auto found = kMethods.find(name);
-      if (found == kMethods.end()) throw CLI::ValidationError("--method", name + ": is not auto, edgebreaker, sequential or none");
+      if (found == kMethods.end())
+        throw CLI::ValidationError("--method", name + ": is not auto, edgebreaker, sequential or none");
       options_.method = found->second;
     };
-    app.add_option_function<std::string>("--method", choose_method, "Draco's method: auto, edgebreaker, sequential, or none for no compression (default auto: sequential for Bezier patches, cages and morph targets)")
+    app.add_option_function<std::string>("--method", choose_method,
+                                         "Draco's method: auto, edgebreaker, sequential, or none for no compression "
+                                         "(default auto: sequential for Bezier patches, cages and morph targets)")
         ->type_name("METHOD");
     const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
-      app.add_option(option, value, fmt::format("Bits that {} keep", what))->check(CLI::Range(least, kMostBits).description(""))->type_name("N")->capture_default_str();
+      app.add_option(option, value, fmt::format("Bits that {} keep", what))
+          ->check(CLI::Range(least, kMostBits).description(""))
+          ->type_name("N")
+          ->capture_default_str();
     };
     bits("--position-bits", options_.bits.position, "positions");
     bits("--normal-bits", options_.bits.normal, "normals", 2);  // Draco's octahedra need two
@@ -38,23 +48,45 @@ class PackCommand final : public Command {
     bits("--color-bits", options_.bits.color, "vertex colours");
     bits("--generic-bits", options_.bits.generic, "tangents and weights");
     const char* surfaces = "Surfaces";
-    app.add_option("--subdivide", levels_, "Make meshes Catmull-Clark cages: triangles are paired into quads, refined so many times (0 to 4, default 1), and drawn as Bezier patches")
-        ->expected(0, 1)->type_name("[LEVELS]")->group(surfaces);
-    app.add_option("--crease", options_.surfaces.crease_degrees, "With --subdivide: edges bent by more than so many degrees stay sharp (default: none)")
-        ->check(CLI::Range(0.0, 180.0).description(""))->type_name("DEGREES")->group(surfaces);
-    app.add_flag("--convert", options_.surfaces.convert, "Write the Bezier patches of all cages instead of the cages")->group(surfaces);
-    app.add_option("--displace", displace_, "Displace all cages and patches: HEIGHTS is a PNG or JPEG file, the number of a texture, or base-color, metallic-roughness, normal, occlusion or emissive for the material's own; SCALE and BIAS in object units (default 2 % of the largest extent, and 0)")
-        ->type_name("HEIGHTS[,SCALE[,BIAS]]")->group(surfaces);
+    app.add_option("--subdivide", levels_,
+                   "Make meshes Catmull-Clark cages: triangles are paired into quads, refined so many times (0 to 4, "
+                   "default 1), and drawn as Bezier patches")
+        ->expected(0, 1)
+        ->type_name("[LEVELS]")
+        ->group(surfaces);
+    app.add_option("--crease", options_.surfaces.crease_degrees,
+                   "With --subdivide: edges bent by more than so many degrees stay sharp (default: none)")
+        ->check(CLI::Range(0.0, 180.0).description(""))
+        ->type_name("DEGREES")
+        ->group(surfaces);
+    app.add_flag("--convert", options_.surfaces.convert, "Write the Bezier patches of all cages instead of the cages")
+        ->group(surfaces);
+    app.add_option("--displace", displace_,
+                   "Displace all cages and patches: HEIGHTS is a PNG or JPEG file, the number of a texture, or "
+                   "base-color, metallic-roughness, normal, occlusion or emissive for the material's own; SCALE and "
+                   "BIAS in object units (default 2 % of the largest extent, and 0)")
+        ->type_name("HEIGHTS[,SCALE[,BIAS]]")
+        ->group(surfaces);
     subdivide_ = app.get_option("--subdivide");
     const char* group = "Capture settings";
     app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->group(group);
     app.add_option("--frame-rate", frame_rate_, "Frames per second")->type_name("FPS")->group(group);
-    app.add_option("--shutter", shutter_, "When the shutter opens and closes, as fractions of a frame (0:0.5 is half a frame)")->type_name("OPEN:CLOSE")->group(group);
+    app.add_option("--shutter", shutter_,
+                   "When the shutter opens and closes, as fractions of a frame (0:0.5 is half a frame)")
+        ->type_name("OPEN:CLOSE")
+        ->group(group);
     app.add_option("--frames", frames_, "Frames that a replay renders, B not included")->type_name("A:B")->group(group);
     app.add_option("--exposure", exposure_, "Factor on light before the PNG's tone map")->type_name("X")->group(group);
-    app.add_option("--environment", environment_, "Brightness of the built-in environment")->type_name("X")->group(group);
-    app.add_option("--aperture", options_.aperture_radius, "Radius of the lens of every camera, in scene units; 0 is a pinhole")->type_name("R")->group(group);
-    app.add_option("--focus", options_.focus_distance, "Distance in front of the camera that is sharp")->type_name("D")->group(group);
+    app.add_option("--environment", environment_, "Brightness of the built-in environment")
+        ->type_name("X")
+        ->group(group);
+    app.add_option("--aperture", options_.aperture_radius,
+                   "Radius of the lens of every camera, in scene units; 0 is a pinhole")
+        ->type_name("R")
+        ->group(group);
+    app.add_option("--focus", options_.focus_distance, "Distance in front of the camera that is sharp")
+        ->type_name("D")
+        ->group(group);
     app.footer(
         "Examples:\n  tessera pack model.gltf captures/model.glb --size 1280x720 --shutter 0:0.5 --frames 0:24\n"
         "  tessera pack statue.gltf statue.glb --subdivide 2 --displace marble.png,0.02");
@@ -67,8 +99,8 @@ class PackCommand final : public Command {
     read_surface_options();
     const PackReport report = pack_capture(source_, target_, options_);
     print_surfaces(report.surfaces);
-    fmt::print("{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed, report.primitives, human_bytes(report.bytes_in),
-               human_bytes(report.bytes_out));
+    fmt::print("{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed, report.primitives,
+               human_bytes(report.bytes_in), human_bytes(report.bytes_out));
   }
 
  private:
@@ -82,7 +114,8 @@ class PackCommand final : public Command {
     if (!shutter_.empty()) {
       constexpr const char* kForm = "OPEN:CLOSE, -1 to 2, OPEN not after CLOSE";
       const NumberPair shutter = parse_pair("--shutter", shutter_, kForm);
-      if (!(shutter.a >= -1 && shutter.a <= shutter.b && shutter.b <= 2)) throw UsageError(fmt::format("--shutter {}: expected {}", shutter_, kForm));
+      if (!(shutter.a >= -1 && shutter.a <= shutter.b && shutter.b <= 2))
+        throw UsageError(fmt::format("--shutter {}: expected {}", shutter_, kForm));
       settings["shutter"] = {shutter.a, shutter.b};
     }
     if (!frames_.empty()) {
@@ -108,9 +141,12 @@ class PackCommand final : public Command {
 
   void print_surfaces(const SurfaceReport& surfaces) const {
     for (const std::string& notice : surfaces.notices) fmt::print("{}: {}\n", source_, escape_control(notice, 300));
-    if (surfaces.cages > 0) fmt::print("{}: {} cages of {} quads and {} triangles\n", target_, surfaces.cages, surfaces.quads, surfaces.triangles);
+    if (surfaces.cages > 0)
+      fmt::print("{}: {} cages of {} quads and {} triangles\n", target_, surfaces.cages, surfaces.quads,
+                 surfaces.triangles);
     if (surfaces.patches > 0) fmt::print("{}: {} Bezier patches\n", target_, surfaces.patches);
-    if (surfaces.displaced_materials > 0) fmt::print("{}: {} materials displace\n", target_, surfaces.displaced_materials);
+    if (surfaces.displaced_materials > 0)
+      fmt::print("{}: {} materials displace\n", target_, surfaces.displaced_materials);
   }
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());

@@ -42,13 +42,18 @@ void Progress::update(std::size_t done, const std::string& note) {
   const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const double left = done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(total_ - done) : 0;
   if (!terminal_) {
-    std::fprintf(stderr, "%s\n", fmt::format("[{}/{}] {}{}", done, total_, note, done < total_ ? fmt::format(", {:.0f} s left", left) : "").c_str());
+    std::fprintf(
+        stderr, "%s\n",
+        fmt::format("[{}/{}] {}{}", done, total_, note, done < total_ ? fmt::format(", {:.0f} s left", left) : "")
+            .c_str());
     return;
   }
   constexpr std::size_t kWidth = 30;
   const std::size_t filled = total_ > 0 ? std::min(kWidth, done * kWidth / total_) : kWidth;
-  std::fprintf(stderr, "%s", fmt::format("\r\033[K[{}{}] {}/{}  {}  {:.0f} s left", std::string(filled, '#'), std::string(kWidth - filled, '.'),
-                                         done, total_, note, left).c_str());
+  std::fprintf(stderr, "%s",
+               fmt::format("\r\033[K[{}{}] {}/{}  {}  {:.0f} s left", std::string(filled, '#'),
+                           std::string(kWidth - filled, '.'), done, total_, note, left)
+                   .c_str());
   std::fflush(stderr);
   line_open_ = true;
 }

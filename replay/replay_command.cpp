@@ -3,9 +3,9 @@
 #include <limits>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include "base/atomic_file.h"
 #include "base/check.h"
@@ -20,8 +20,8 @@
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/statistics.h"
-#include "replay/timeline.h"
 #include "replay/tile_maps.h"
+#include "replay/timeline.h"
 
 namespace tessera::replay {
 namespace {
@@ -31,26 +31,58 @@ namespace fs = std::filesystem;
 class ReplayCommand final : public Command {
  public:
   explicit ReplayCommand(CLI::App& app) {
-    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
-    app.add_option("--frames", frames_, "Frames to render, counted from 0, B not included (default: the capture's range, else 0:1)")->type_name("A:B");
+    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--frames", frames_,
+                   "Frames to render, counted from 0, B not included (default: the capture's range, else 0:1)")
+        ->type_name("A:B");
     app.add_option("--size", size_, "Size of the picture (default: the capture's, else 1280x720)")->type_name("WxH");
     app.add_option("--spp", spp_, "Visibility samples per pixel, 1 to 64 (default 4)")->type_name("N");
-    app.add_option("--gpu", gpu_, fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))->type_name("PRESET|FILE")->capture_default_str();
-    app.add_option("--set", sets_, "Change a setting or a number of the machine; repeatable. `tessera describe settings` and `tessera describe gpu` list the keys")->type_name("KEY=VALUE")->allow_extra_args(false);
-    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")->type_name("N");
+    app.add_option("--gpu", gpu_,
+                   fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))
+        ->type_name("PRESET|FILE")
+        ->capture_default_str();
+    app.add_option("--set", sets_,
+                   "Change a setting or a number of the machine; repeatable. `tessera describe settings` and `tessera "
+                   "describe gpu` list the keys")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
+        ->type_name("N");
     app.add_option("--seed", seed_, "Chooses among equally good sample patterns (default 0)")->type_name("N");
     app.add_option("--region", region_, "Render only these pixels of the frame")->type_name("X,Y,W,H");
     app.add_option("--out", out_, "Folder for the results; made when missing")->type_name("DIR")->capture_default_str();
-    app.add_option("--aux", aux_, fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))->type_name("LIST")->delimiter(',');
-    app.add_option("--warmup", warmup_, "With resolve.desampling=adaptive: render so many frames before the first one without writing them, so that it has a history")->type_name("N");
-    app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")->type_name("FILE");
+    app.add_option("--aux", aux_,
+                   fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))
+        ->type_name("LIST")
+        ->delimiter(',');
+    app.add_option("--warmup", warmup_,
+                   "With resolve.desampling=adaptive: render so many frames before the first one without writing them, "
+                   "so that it has a history")
+        ->type_name("N");
+    app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")
+        ->type_name("FILE");
     app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
-    app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture and the pictures may take, in GiB")->type_name("GIB")->capture_default_str();
-    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")->type_name("FILE");
-    app.add_option("--trace-frames", trace_frames_, "Frames that --trace and --dram-trace hold, B not included (default: all)")->type_name("A:B");
-    app.add_option("--trace-tiles", trace_tiles_, "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")->type_name("A:B");
-    app.add_option("--dram-trace", dram_trace_, "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")->type_name("FILE");
-    app.add_flag("--baselines", baselines_, "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, no bins at all");
+    app.add_option("--max-memory", max_memory_gib_,
+                   "Most memory that reading the capture and the pictures may take, in GiB")
+        ->type_name("GIB")
+        ->capture_default_str();
+    app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
+        ->type_name("FILE");
+    app.add_option("--trace-frames", trace_frames_,
+                   "Frames that --trace and --dram-trace hold, B not included (default: all)")
+        ->type_name("A:B");
+    app.add_option("--trace-tiles", trace_tiles_,
+                   "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")
+        ->type_name("A:B");
+    app.add_option(
+           "--dram-trace", dram_trace_,
+           "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")
+        ->type_name("FILE");
+    app.add_flag("--baselines", baselines_,
+                 "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, "
+                 "no bins at all");
     app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
@@ -76,7 +108,8 @@ class ReplayCommand final : public Command {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     frontend::CaptureLimits limits;
-    limits.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    limits.max_bytes =
+        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     const frontend::Capture capture = frontend::read_capture(capture_, limits);
     const RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
@@ -86,7 +119,8 @@ class ReplayCommand final : public Command {
     say_notices(capture, renderer);
     // Colour, depth and surface of a pixel, and the blocks of a region of one.
     constexpr std::uint64_t kHistoryBytesPerPixel = 26;
-    if (!history_.empty()) renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
+    if (!history_.empty())
+      renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
     check_folder(out_);
@@ -103,24 +137,28 @@ class ReplayCommand final : public Command {
         write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         if (result.right) write_frame(out_, frame, result.right->targets, aux_, exposure, "right");
         statistics.add(result);
-        progress.update(static_cast<std::size_t>(frame - first + 1), fmt::format("frame {}: {:.2f} s", frame, result.seconds));
+        progress.update(static_cast<std::size_t>(frame - first + 1),
+                        fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
     }
     statistics.write(out_);
     traces.commit();
     if (!save_history_.empty()) renderer.history().save(save_history_);
-    if (stop_requested()) std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
+    if (stop_requested())
+      std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     make_report(statistics);
     if (quiet_) return;
     if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
-    fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(), statistics.frame_count() == 1 ? "" : "s", out_);
+    fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(),
+               statistics.frame_count() == 1 ? "" : "s", out_);
   }
 
  private:
   // The files of --trace and --dram-trace.
   class Traces {
    public:
-    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request, const FrameRenderer& renderer) {
+    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+           const RenderRequest& request, const FrameRenderer& renderer) {
       if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
         throw UsageError("--trace and --dram-trace need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
@@ -130,7 +168,9 @@ class ReplayCommand final : public Command {
         tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
       }
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
-      if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_, address_map(renderer, gpu, settings, request), static_cast<std::uint64_t>(gpu.memory_burst_bytes));
+      if (!command.dram_trace_.empty())
+        dram_.emplace(command.dram_trace_, address_map(renderer, gpu, settings, request),
+                      static_cast<std::uint64_t>(gpu.memory_burst_bytes));
     }
     void add(const FrameResult& result) {
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
@@ -148,7 +188,8 @@ class ReplayCommand final : public Command {
     std::optional<DramTrace> dram_;
   };
 
-  RenderRequest render_request(const frontend::Capture& capture, const RunSettings& settings, std::uint64_t max_bytes) const {
+  RenderRequest render_request(const frontend::Capture& capture, const RunSettings& settings,
+                               std::uint64_t max_bytes) const {
     RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
@@ -161,43 +202,61 @@ class ReplayCommand final : public Command {
     if (!region_.empty()) {
       const auto r = parse_whole_numbers("--region", region_, ',', 4, "X,Y,WIDTH,HEIGHT inside the frame");
       if (r[2] < 1 || r[3] < 1 || r[0] + r[2] > request.width || r[1] + r[3] > request.height)
-        throw UsageError(fmt::format("--region {}: is not inside the frame of {}x{}", region_, request.width, request.height));
-      request.region = {static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[0] + r[2]), static_cast<int>(r[1] + r[3])};
+        throw UsageError(
+            fmt::format("--region {}: is not inside the frame of {}x{}", region_, request.width, request.height));
+      request.region = {static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[0] + r[2]),
+                        static_cast<int>(r[1] + r[3])};
     }
     request.auxiliary = !aux_.empty();
     request.baselines = baselines_;
     request.record_accesses = !dram_trace_.empty();
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
-    if (request.resolve_auxiliary && settings.desampling == "off") throw UsageError("--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or another than off");
-    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) && settings.desampling != "adaptive") throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
+    if (request.resolve_auxiliary && settings.desampling == "off")
+      throw UsageError(
+          "--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or "
+          "another than off");
+    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) && settings.desampling != "adaptive")
+      throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
     if (warmup_ < 0) throw UsageError("--warmup must not be negative");
-    if (!save_history_.empty() && settings.eye_separation > 0) throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
-    if (!history_.empty() && settings.eye_separation > 0) throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
+    if (!save_history_.empty() && settings.eye_separation > 0)
+      throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
+    if (!history_.empty() && settings.eye_separation > 0)
+      throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
     // Colour, its encoded copies, auxiliary layers, two histories; once more for a right eye.
-    const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-                                ((request.auxiliary ? 64 : 32) + (request.resolve_auxiliary ? 28 : 0) + (settings.desampling == "off" ? 0 : 50)) * (settings.eye_separation > 0 ? 2 : 1);
-    if (bytes > max_bytes) throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(), request.region.height(), bytes, max_bytes));
+    const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) *
+                                static_cast<std::uint64_t>(request.region.height()) *
+                                ((request.auxiliary ? 64 : 32) + (request.resolve_auxiliary ? 28 : 0) +
+                                 (settings.desampling == "off" ? 0 : 50)) *
+                                (settings.eye_separation > 0 ? 2 : 1);
+    if (bytes > max_bytes)
+      throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(),
+                                   request.region.height(), bytes, max_bytes));
     return request;
   }
 
   FrameRange frame_range(const frontend::Capture& capture) const {
-    if (frames_.empty()) return {capture.settings.first_frame, capture.settings.first_frame + capture.settings.frame_count};
+    if (frames_.empty())
+      return {capture.settings.first_frame, capture.settings.first_frame + capture.settings.frame_count};
     return parse_frames("--frames", frames_);
   }
 
   // A machine without the page's modules still gives pictures and figures.
   void make_report(const Statistics& statistics) const {
     if (no_report_ || statistics.frame_count() == 0) return;
-    if (const std::string missing = missing_for_reports(); missing.empty()) write_report(out_);
-    else if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+    if (const std::string missing = missing_for_reports(); missing.empty())
+      write_report(out_);
+    else if (!quiet_)
+      std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
   }
 
   void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {
     if (quiet_) return;
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
-    if (renderer.automatic_camera()) std::fprintf(stderr, "note: the capture has no camera; the scene is framed automatically\n");
-    if (!capture.settings.declared) std::fprintf(stderr, "note: the capture has no settings of its own; size, frames and shutter are the defaults\n");
+    if (renderer.automatic_camera())
+      std::fprintf(stderr, "note: the capture has no camera; the scene is framed automatically\n");
+    if (!capture.settings.declared)
+      std::fprintf(stderr, "note: the capture has no settings of its own; size, frames and shutter are the defaults\n");
   }
 
   std::string capture_, frames_, size_, gpu_ = "middle", region_, out_ = "out";

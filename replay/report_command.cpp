@@ -1,8 +1,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "replay/commands.h"
 #include "replay/report/report.h"
@@ -13,9 +13,12 @@ namespace {
 class ReportCommand final : public Command {
  public:
   explicit ReportCommand(CLI::App& app) {
-    app.add_option("DIR", folder_, "What `tessera replay`, `tessera sweep` or `tessera tradeoff` wrote")->required()->type_name("DIR");
+    app.add_option("DIR", folder_, "What `tessera replay`, `tessera sweep` or `tessera tradeoff` wrote")
+        ->required()
+        ->type_name("DIR");
     app.footer(
-        "Writes DIR/report.html: one file with pictures, maps, plots, tables and the configuration; it needs no network.\n"
+        "Writes DIR/report.html: one file with pictures, maps, plots, tables and the configuration; it needs no "
+        "network.\n"
         "For a sweep it joins what all shards have done so far and writes DIR/sweep.csv as well.");
   }
 

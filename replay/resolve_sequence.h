@@ -13,22 +13,25 @@ namespace tessera::replay {
 // Why an effect ran in a frame, or did not, by its name.
 using EffectReasons = std::map<std::string, std::string>;
 
-// Prepares the resolve unit for frame after frame of one eye, and keeps what one frame leaves to the next: its History, and its pose, from which
-// follows where vertices were.
+// Prepares the resolve unit for frame after frame of one eye, and keeps what one frame leaves to the next: its History,
+// and its pose, from which follows where vertices were.
 class ResolveSequence {
  public:
   ResolveSequence(const tilecore::ResolveSettings& settings, IntRect region);
 
-  // Whether frame `number` could use a pose of the frame before that is not at hand; then the caller gives it to begin().
+  // Whether frame `number` could use a pose of the frame before that is not at hand; then the caller gives it to
+  // begin().
   bool wants_previous_pose(int number) const;
 
-  // The frame that the tile cores work on from now on. `geometry` is its pose; `previous_pose` null: that of the last frame, if it was the
-  // one before. Valid until finish().
-  tilecore::ResolveFrame& begin(int number, const frontend::FrameGeometry& geometry, std::unique_ptr<frontend::FrameGeometry> previous_pose, EffectReasons& reasons);
+  // The frame that the tile cores work on from now on. `geometry` is its pose; `previous_pose` null: that of the last
+  // frame, if it was the one before. Valid until finish().
+  tilecore::ResolveFrame& begin(int number, const frontend::FrameGeometry& geometry,
+                                std::unique_ptr<frontend::FrameGeometry> previous_pose, EffectReasons& reasons);
   // Of a left eye: a right one takes pixels from its frames, if desampling is adaptive. Call before the first begin().
   void serve_other_eye() { read_by_other_eye_ = settings_.desampling == tilecore::Desampling::kAdaptive; }
   // For a right eye: the finished left one. Call after begin().
-  void advect_from_other_eye(const frontend::FrameGeometry& geometry, const frontend::FrameGeometry& other, const tilecore::History& history, float far_depth);
+  void advect_from_other_eye(const frontend::FrameGeometry& geometry, const frontend::FrameGeometry& other,
+                             const tilecore::History& history, float far_depth);
 
   // The frame is finished: history() is its own from now on.
   void finish();

@@ -21,21 +21,25 @@ using hardware::Purpose;
 using hardware::Unit;
 
 SelfCheck equal(std::string name, std::uint64_t expected, std::uint64_t got, const char* unit, std::string note) {
-  return {std::move(name), fmt::format("{} {}", expected, unit), fmt::format("{} {}", got, unit), expected == got, std::move(note)};
+  return {std::move(name), fmt::format("{} {}", expected, unit), fmt::format("{} {}", got, unit), expected == got,
+          std::move(note)};
 }
 
 // Equal to the digits that the figure was published with.
 SelfCheck near(std::string name, double expected, double got, double tolerance, const char* unit, std::string note) {
-  return {std::move(name), fmt::format("{:.6g} {}", expected, unit), fmt::format("{:.6g} {}", got, unit), std::abs(got - expected) <= tolerance, std::move(note)};
+  return {std::move(name), fmt::format("{:.6g} {}", expected, unit), fmt::format("{:.6g} {}", got, unit),
+          std::abs(got - expected) <= tolerance, std::move(note)};
 }
 
 struct Resolution {
   const char* name;
   int width, height;
-  double rgba8_megabytes;               // published
+  double rgba8_megabytes;                      // published
   std::uint64_t tiles_16, tiles_32, tiles_64;  // published
 };
-constexpr Resolution kResolutions[] = {{"1080p", 1920, 1080, 8.29, 8160, 2040, 510}, {"1440p", 2560, 1440, 14.7, 14400, 3600, 920}, {"4K", 3840, 2160, 33.2, 32400, 8160, 2040}};
+constexpr Resolution kResolutions[] = {{"1080p", 1920, 1080, 8.29, 8160, 2040, 510},
+                                       {"1440p", 2560, 1440, 14.7, 14400, 3600, 920},
+                                       {"4K", 3840, 2160, 33.2, 32400, 8160, 2040}};
 
 // Bytes that the resolve unit writes when it resolves every tile of a frame.
 std::uint64_t resolved_bytes(int width, int height, int side) {
@@ -46,24 +50,34 @@ std::uint64_t resolved_bytes(int width, int height, int side) {
   tilecore::ResolveCounters counters;
   hardware::Ledger ledger;
   for (binner::TileIndex t = 0; t < grid.tile_count(); ++t)
-    tilecore::resolve_multisample({color, coverage, 1, grid.pixels(t), {0, 0, width, height}, 64}, target, counters, ledger);
+    tilecore::resolve_multisample({color, coverage, 1, grid.pixels(t), {0, 0, width, height}, 64}, target, counters,
+                                  ledger);
   return ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes;
 }
 
 void check_frame_sizes(std::vector<SelfCheck>& checks) {
   for (const Resolution& r : kResolutions) {
     for (const auto& [side, tiles] : {std::pair{16, r.tiles_16}, {32, r.tiles_32}, {64, r.tiles_64}})
-      checks.push_back(equal(fmt::format("tiles of {0}x{0} in {1}", side, r.name), tiles, binner::TileGrid(r.width, r.height, side, side).tile_count(), "tiles", "rounded up at the edges"));
+      checks.push_back(equal(fmt::format("tiles of {0}x{0} in {1}", side, r.name), tiles,
+                             binner::TileGrid(r.width, r.height, side, side).tile_count(), "tiles",
+                             "rounded up at the edges"));
     const std::uint64_t bytes = resolved_bytes(r.width, r.height, 32);
-    checks.push_back(near(fmt::format("an RGBA8 frame of {}", r.name), r.rgba8_megabytes, static_cast<double>(bytes) / tilecore::kFramePixelBytes * 4 / 1e6, 0.05, "MB",
+    checks.push_back(near(fmt::format("an RGBA8 frame of {}", r.name), r.rgba8_megabytes,
+                          static_cast<double>(bytes) / tilecore::kFramePixelBytes * 4 / 1e6, 0.05, "MB",
                           "from what the resolve unit writes, at 4 of its 8 bytes a pixel"));
-    checks.push_back(equal(fmt::format("frame buffer of {}, tiles resolved one by one", r.name), static_cast<std::uint64_t>(r.width) * static_cast<std::uint64_t>(r.height) * tilecore::kFramePixelBytes, bytes,
-                           "bytes", "no burst twice, none left out"));
+    checks.push_back(
+        equal(fmt::format("frame buffer of {}, tiles resolved one by one", r.name),
+              static_cast<std::uint64_t>(r.width) * static_cast<std::uint64_t>(r.height) * tilecore::kFramePixelBytes,
+              bytes, "bytes", "no burst twice, none left out"));
   }
-  const double layers = static_cast<double>(resolved_bytes(1920, 1080, 32)) / tilecore::kFramePixelBytes * 4 * 4 * 2 * 60 / 1e9;
-  checks.push_back(near("four 1080p layers of 32 bits written and read at 60 Hz", 3.98, layers, 0.005, "GB/s", "Arm: keeping them on chip saves up to 4 GB/s"));
+  const double layers =
+      static_cast<double>(resolved_bytes(1920, 1080, 32)) / tilecore::kFramePixelBytes * 4 * 4 * 2 * 60 / 1e9;
+  checks.push_back(near("four 1080p layers of 32 bits written and read at 60 Hz", 3.98, layers, 0.005, "GB/s",
+                        "Arm: keeping them on chip saves up to 4 GB/s"));
   const std::uint64_t tiles = binner::TileGrid(1920, 1080, 64, 64).tile_count();
-  checks.push_back(equal("V3D list memory for 1080p", 565248, (tiles * 64 + 4095) / 4096 * 4096 + (8 << 10) + (512 << 10), "bytes", "64 bytes a tile of 64x64 in pages, 8 KiB and 512 KiB more: Mesa v3dv"));
+  checks.push_back(equal("V3D list memory for 1080p", 565248,
+                         (tiles * 64 + 4095) / 4096 * 4096 + (8 << 10) + (512 << 10), "bytes",
+                         "64 bytes a tile of 64x64 in pages, 8 KiB and 512 KiB more: Mesa v3dv"));
   checks.push_back(equal("V3D tile state for 1080p", 130560, tiles * 256, "bytes", "256 bytes a tile: Mesa v3dv"));
 }
 
@@ -107,11 +121,13 @@ void check_record_ratios(std::vector<SelfCheck>& checks) {
   tilecore::MicroMesh mesh;
   // The control points, without the header that a triangle's state would have as well.
   const double record = 16 * sizeof(Vec3);
-  for (const auto& [factor, ratio, tolerance] : {std::tuple{4, 4.0, 0.5}, {8, 13.0, 0.5}, {16, 48.0, 0.5}, {32, 181.0, 0.5}}) {
+  for (const auto& [factor, ratio, tolerance] :
+       {std::tuple{4, 4.0, 0.5}, {8, 13.0, 0.5}, {16, 48.0, 0.5}, {32, 181.0, 0.5}}) {
     const auto cells = static_cast<std::uint8_t>(factor);
     frame->patterns[0] = {cells, cells, {cells, cells, cells, cells}};
     const auto work = tessellator.tessellate(*frame, 0, {0, 0, cells, cells}, {}, mesh);
-    checks.push_back(near(fmt::format("vertices of a patch at factor {} against its record", factor), ratio, static_cast<double>(work.domain_evaluations) * kVertexBytes / record, tolerance, "times",
+    checks.push_back(near(fmt::format("vertices of a patch at factor {} against its record", factor), ratio,
+                          static_cast<double>(work.domain_evaluations) * kVertexBytes / record, tolerance, "times",
                           "32 bytes a vertex, 192 a record"));
   }
 }
@@ -128,7 +144,8 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
   hardware::FrameWork work;
   work.other_bytes = 1000000000;
   const double nj = hardware::frame_energy(hardware::load_gpu("middle"), work, 0).by_unit_nj.at("dram");
-  checks.push_back(near("power of 1 GB/s of traffic, preset middle", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
+  checks.push_back(
+      near("power of 1 GB/s of traffic, preset middle", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
 }
 
 // What has to add up in one frame, whatever it shows.
@@ -142,16 +159,23 @@ void check_sums(std::vector<SelfCheck>& checks) {
   const MachineModel& model = *result.model;
   const hardware::Traffic total = result.counters.ledger.total();
   const std::uint64_t bytes = total.read_bytes + total.written_bytes;
-  checks.push_back(equal("bytes of the ledger in the phases of the timing model", bytes, model.record.work.dram_bytes(), "bytes", "none lost, none twice"));
+  checks.push_back(equal("bytes of the ledger in the phases of the timing model", bytes, model.record.work.dram_bytes(),
+                         "bytes", "none lost, none twice"));
   const auto burst = static_cast<std::uint64_t>(gpu.memory_burst_bytes);
-  checks.push_back(equal("bursts of the DRAM trace", bytes / burst, frame_bursts(model, address_map(renderer, gpu, settings, request), burst).size(), "bursts", "the ledger's bytes over the burst"));
+  checks.push_back(equal("bursts of the DRAM trace", bytes / burst,
+                         frame_bursts(model, address_map(renderer, gpu, settings, request), burst).size(), "bursts",
+                         "the ledger's bytes over the burst"));
   checks.push_back(equal("pixels resolved", 320 * 180, result.counters.resolve.pixels_shaded, "pixels", "the frame"));
-  checks.push_back(equal("frame buffer written", 320 * 180 * tilecore::kFramePixelBytes, result.counters.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes, "bytes", "8 bytes a pixel"));
+  checks.push_back(equal("frame buffer written", 320 * 180 * tilecore::kFramePixelBytes,
+                         result.counters.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes, "bytes",
+                         "8 bytes a pixel"));
   double sum = 0;
   for (const auto& [unit, nj] : model.energy.by_unit_nj) sum += nj;
   checks.push_back(near("energy of the units together", model.energy.total_nj(), sum, 0, "nJ", "the total"));
   const double busiest = *std::max_element(model.timing.busy.begin(), model.timing.busy.end());
-  checks.push_back({"busiest unit", fmt::format("at most {:.1f} cycles", model.timing.cycles), fmt::format("{:.1f} cycles", busiest), busiest <= model.timing.cycles, "no unit works longer than the frame takes"});
+  checks.push_back({"busiest unit", fmt::format("at most {:.1f} cycles", model.timing.cycles),
+                    fmt::format("{:.1f} cycles", busiest), busiest <= model.timing.cycles,
+                    "no unit works longer than the frame takes"});
 }
 
 struct Tiling {
@@ -165,7 +189,8 @@ Tiling compare_tiling(const frontend::Capture& capture, int side, int samples) {
   settings.samples_per_pixel = samples;
   const RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}, .baselines = true};
   const FrameResult result = FrameRenderer(capture, gpu, settings, request).render(capture.settings.first_frame);
-  const std::uint64_t tiled = (*result.baselines)[binner::Scheme::kPreTessellation].dram_bytes, immediate = (*result.baselines)[binner::Scheme::kImmediate].dram_bytes;
+  const std::uint64_t tiled = (*result.baselines)[binner::Scheme::kPreTessellation].dram_bytes,
+                      immediate = (*result.baselines)[binner::Scheme::kImmediate].dram_bytes;
   return {tiled, static_cast<double>(immediate) / static_cast<double>(tiled)};
 }
 
@@ -193,11 +218,15 @@ SelfCheck check_tiling(const std::filesystem::path& file) {
     all += fmt::format("{}{:.2f} at {}x{}", all.empty() ? "" : ", ", tiling.ratio, side, side);
   }
   const double single = compare_tiling(capture, 32, 1).ratio;
-  return {fmt::format("immediate traffic over tiled, {}", file.filename().string()), "above 1 (published: 1.96, 32x32 best)", fmt::format("{}, {}x{} best; {:.2f} with 1 sample a pixel", all, best, best, single),
-          at_32 > 1,
-          "published (Antochi et al. 2004) for OpenGL scenes without multisampling, textures included. Ours at 4 samples a pixel: the immediate machine moves every sample, the tiled one the finished "
-          "pixel, hence more than published. At 1 sample a pixel the picture nearly fits the immediate machine's cache (immediate.cache_bytes) and its pixel takes 4 bytes where the resolve unit writes 8, "
-          "hence less. Textures are left out on both sides. Larger tiles read fewer entries, and their on-chip memory costs no traffic, hence 64x64 here"};
+  return {fmt::format("immediate traffic over tiled, {}", file.filename().string()),
+          "above 1 (published: 1.96, 32x32 best)",
+          fmt::format("{}, {}x{} best; {:.2f} with 1 sample a pixel", all, best, best, single), at_32 > 1,
+          "published (Antochi et al. 2004) for OpenGL scenes without multisampling, textures included. Ours at 4 "
+          "samples a pixel: the immediate machine moves every sample, the tiled one the finished "
+          "pixel, hence more than published. At 1 sample a pixel the picture nearly fits the immediate machine's cache "
+          "(immediate.cache_bytes) and its pixel takes 4 bytes where the resolve unit writes 8, "
+          "hence less. Textures are left out on both sides. Larger tiles read fewer entries, and their on-chip memory "
+          "costs no traffic, hence 64x64 here"};
 }
 
 }  // namespace tessera::replay

@@ -75,9 +75,10 @@ struct RunSettings {
 const KeyTable<RunSettings>& settings_keys();
 nlohmann::json settings_json(const RunSettings& settings);
 
-// Sets whichever of the two has the key. Throws UsageError for an unknown key (naming the nearest known one) or a value out
-// of range.
-void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, hardware::GpuConfiguration& gpu);
+// Sets whichever of the two has the key. Throws UsageError for an unknown key (naming the nearest known one) or a value
+// out of range.
+void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings,
+             hardware::GpuConfiguration& gpu);
 
 // All keys that set_key knows.
 const std::vector<std::string>& known_keys();

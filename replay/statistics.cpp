@@ -21,7 +21,10 @@ json dram_json(const hardware::Ledger& ledger) {
       const auto purpose = static_cast<hardware::Purpose>(p);
       const hardware::Traffic& t = ledger.traffic(unit, purpose);
       if (t.read_bytes == 0 && t.written_bytes == 0) continue;
-      rows.push_back({{"unit", name(unit)}, {"purpose", name(purpose)}, {"read_bytes", t.read_bytes}, {"written_bytes", t.written_bytes}});
+      rows.push_back({{"unit", name(unit)},
+                      {"purpose", name(purpose)},
+                      {"read_bytes", t.read_bytes},
+                      {"written_bytes", t.written_bytes}});
     }
   return rows;
 }
@@ -30,8 +33,11 @@ template <class S>
 json describe_fields() {
   json rows = json::array();
   for (const auto& field : hardware::kCounterFields<S>)
-    rows.push_back({{"name", field.name}, {"unit", field.unit}, {"over_frames", field.combine == hardware::Combine::kSum ? "sum" : "peak"},
-                    {"meaning", field.meaning}, {"vendor", field.vendor}});
+    rows.push_back({{"name", field.name},
+                    {"unit", field.unit},
+                    {"over_frames", field.combine == hardware::Combine::kSum ? "sum" : "peak"},
+                    {"meaning", field.meaning},
+                    {"vendor", field.vendor}});
   return rows;
 }
 
@@ -57,20 +63,26 @@ json describe_counters() {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });
   for (json& row : describe_fields<binner::BaselineCounters>()) rows.push_back(std::move(row));
-  rows.push_back({{"name", "dram.read_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
+  rows.push_back({{"name", "dram.read_bytes"},
+                  {"unit", "bytes"},
+                  {"over_frames", "sum"},
                   {"meaning", "Bytes read over the external memory interface, in whole bursts: the sum of the ledger."},
                   {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total; Apple GPU read bandwidth"}});
-  rows.push_back({{"name", "dram.written_bytes"}, {"unit", "bytes"}, {"over_frames", "sum"},
-                  {"meaning", "Bytes written over the external memory interface, in whole bursts: the sum of the ledger."},
-                  {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total; Apple GPU write bandwidth"}});
+  rows.push_back(
+      {{"name", "dram.written_bytes"},
+       {"unit", "bytes"},
+       {"over_frames", "sum"},
+       {"meaning", "Bytes written over the external memory interface, in whole bursts: the sum of the ledger."},
+       {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total; Apple GPU write bandwidth"}});
   std::sort(rows.begin(), rows.end(), [](const json& a, const json& b) { return a["name"] < b["name"]; });
   return rows;
 }
 
-Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
-                       const RenderRequest& request) {
+Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu,
+                       const RunSettings& settings, const RenderRequest& request) {
   head_["schema"] = "tessera.stats/1";
-  head_["capture"] = {{"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
+  head_["capture"] = {
+      {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
   head_["gpu"] = hardware::gpu_json(gpu);
   head_["settings"] = settings_json(settings);
   head_["settings"]["width"] = request.width;
@@ -80,12 +92,18 @@ Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConf
 
 json effect_places_json(const FrameEffectPlaces& places) {
   json out = json::object();
-  for (const auto& [name, at] : places) out[name] = {{"sub_patches", at.sub_patches}, {"sub_patches_elided", at.sub_patches_elided}, {"tiles", at.tiles}};
+  for (const auto& [name, at] : places)
+    out[name] = {{"sub_patches", at.sub_patches}, {"sub_patches_elided", at.sub_patches_elided}, {"tiles", at.tiles}};
   return out;
 }
 
 json frame_json(const FrameResult& frame) {
-  json out = {{"frame", frame.frame}, {"effects", frame.effects}, {"effect_reasons", frame.effect_reasons}, {"effect_places", effect_places_json(frame.effect_places)}, {"counters", counters_json(frame.counters)}, {"dram", dram_json(frame.counters.ledger)}};
+  json out = {{"frame", frame.frame},
+              {"effects", frame.effects},
+              {"effect_reasons", frame.effect_reasons},
+              {"effect_places", effect_places_json(frame.effect_places)},
+              {"counters", counters_json(frame.counters)},
+              {"dram", dram_json(frame.counters.ledger)}};
   if (frame.model) {
     out["timing"] = timing_json(frame.model->timing);
     out["energy"] = energy_json(frame.model->energy);
@@ -116,7 +134,10 @@ void Statistics::add(const FrameResult& frame) {
 json Statistics::json() const {
   nlohmann::json out = head_;
   out["frames"] = frames_;
-  out["total"] = {{"frames", frames_.size()}, {"counters", counters_json(total_)}, {"dram", dram_json(total_.ledger)}, {"host", {{"seconds", total_seconds_}}}};
+  out["total"] = {{"frames", frames_.size()},
+                  {"counters", counters_json(total_)},
+                  {"dram", dram_json(total_.ledger)},
+                  {"host", {{"seconds", total_seconds_}}}};
   if (timing_) {
     out["total"]["timing"] = timing_json(*timing_);
     out["total"]["energy"] = energy_json(energy_);

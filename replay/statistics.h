@@ -17,7 +17,8 @@ namespace tessera::replay {
 // counter whose unit did not run is absent, not zero.
 class Statistics {
  public:
-  Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings, const RenderRequest& request);
+  Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+             const RenderRequest& request);
 
   void add(const FrameResult& frame);
   std::size_t frame_count() const { return frames_.size(); }

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <thread>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "base/atomic_file.h"
 #include "base/check.h"
@@ -22,16 +22,28 @@ namespace {
 class SweepCommand final : public Command {
  public:
   explicit SweepCommand(CLI::App& app) {
-    app.add_option("STUDY", study_, "The design space: a JSON file as docs/studies.md describes it")->required()->type_name("FILE");
+    app.add_option("STUDY", study_, "The design space: a JSON file as docs/studies.md describes it")
+        ->required()
+        ->type_name("FILE");
     app.add_option("--out", out_, "Folder for the results; made when missing")->required()->type_name("DIR");
-    app.add_option("--shard", shard_, "Render one part of N, counted from 0; `tessera report DIR` joins them")->type_name("I/N");
-    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")->type_name("N");
-    app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")->type_name("N");
-    app.add_option("--max-memory", max_memory_gib_, "Most memory that a capture, and the pictures of all points at work, may take, in GiB")->type_name("GIB")->capture_default_str();
-    app.add_option("--max-points", max_points_, "Refuse studies with more points")->type_name("N")->check(CLI::Range(1, 100000000))->capture_default_str();
+    app.add_option("--shard", shard_, "Render one part of N, counted from 0; `tessera report DIR` joins them")
+        ->type_name("I/N");
+    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
+        ->type_name("N");
+    app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
+        ->type_name("N");
+    app.add_option("--max-memory", max_memory_gib_,
+                   "Most memory that a capture, and the pictures of all points at work, may take, in GiB")
+        ->type_name("GIB")
+        ->capture_default_str();
+    app.add_option("--max-points", max_points_, "Refuse studies with more points")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100000000))
+        ->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html. Results are kept in DIR/points: stopped at any\n"
+        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html. Results are kept in DIR/points: stopped "
+        "at any\n"
         "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
@@ -57,7 +69,9 @@ class SweepCommand final : public Command {
     folder.write_manifest(study, points);
     install_stop_handler();
     const SweepOutcome outcome = run_sweep(study, points, folder, options);
-    if (outcome.stopped) std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n", outcome.found + outcome.rendered, outcome.mine);
+    if (outcome.stopped)
+      std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n",
+                   outcome.found + outcome.rendered, outcome.mine);
     if (!sharded()) finish(folder);
     if (!quiet_) say_outcome(outcome, points);
   }
@@ -87,13 +101,20 @@ class SweepCommand final : public Command {
 
   void say_outcome(const SweepOutcome& outcome, const std::vector<SweepPoint>& points) const {
     const double worked = outcome.seconds * static_cast<double>(outcome.workers);
-    fmt::print("{} points: {} were there, {} rendered in {:.1f} s, {} at a time", outcome.mine, outcome.found, outcome.rendered, outcome.seconds, outcome.workers);
-    if (outcome.rendered > 0) fmt::print("; {:.1f} % of it rendering, {:.2f} s reading captures", 100 * outcome.render_seconds / worked, outcome.load_seconds);
+    fmt::print("{} points: {} were there, {} rendered in {:.1f} s, {} at a time", outcome.mine, outcome.found,
+               outcome.rendered, outcome.seconds, outcome.workers);
+    if (outcome.rendered > 0)
+      fmt::print("; {:.1f} % of it rendering, {:.2f} s reading captures", 100 * outcome.render_seconds / worked,
+                 outcome.load_seconds);
     fmt::print("\n");
-    if (const auto at_fault = std::count_if(points.begin(), points.end(), [](const SweepPoint& point) { return !point.fault.empty(); }); at_fault > 0)
+    if (const auto at_fault =
+            std::count_if(points.begin(), points.end(), [](const SweepPoint& point) { return !point.fault.empty(); });
+        at_fault > 0)
       fmt::print("{} points have values that do not fit each other; column 'status' says why\n", at_fault);
-    if (sharded()) fmt::print("once all shards are done: tessera report {}\n", out_);
-    else fmt::print("results are in {}\n", (SweepFolder(out_).path() / "sweep.csv").string());
+    if (sharded())
+      fmt::print("once all shards are done: tessera report {}\n", out_);
+    else
+      fmt::print("results are in {}\n", (SweepFolder(out_).path() / "sweep.csv").string());
   }
 
   std::string study_, out_, shard_;

@@ -8,7 +8,13 @@
 namespace tessera::replay {
 
 TileMaps::TileMaps(const binner::TileGrid& grid)
-    : x0(grid.column_edge(0)), y0(grid.row_edge(0)), tile_width(grid.tile_width()), tile_height(grid.tile_height()), columns(grid.columns()), rows(grid.rows()), tiles(grid.tile_count()) {}
+    : x0(grid.column_edge(0)),
+      y0(grid.row_edge(0)),
+      tile_width(grid.tile_width()),
+      tile_height(grid.tile_height()),
+      columns(grid.columns()),
+      rows(grid.rows()),
+      tiles(grid.tile_count()) {}
 
 void TileMaps::add(const TileMaps& view) {
   for (std::size_t t = 0; t < tiles.size(); ++t)
@@ -42,11 +48,15 @@ void count_tessellations(const std::vector<tilecore::TessellationRequest>& reque
 }
 
 std::string tile_maps_json(int frame, const TileMaps& maps) {
-  std::string text = fmt::format("{{\"schema\": \"tessera.tiles/1\", \"frame\": {}, \"origin\": [{}, {}], \"tile\": [{}, {}], \"grid\": [{}, {}], \"maps\": {{\n", frame, maps.x0, maps.y0,
-                                 maps.tile_width, maps.tile_height, maps.columns, maps.rows);
+  std::string text = fmt::format(
+      "{{\"schema\": \"tessera.tiles/1\", \"frame\": {}, \"origin\": [{}, {}], \"tile\": [{}, {}], \"grid\": [{}, {}], "
+      "\"maps\": {{\n",
+      frame, maps.x0, maps.y0, maps.tile_width, maps.tile_height, maps.columns, maps.rows);
   for (const TileMapField& field : kTileMapFields) {
-    text += fmt::format(" \"{}\": {{\"unit\": \"{}\", \"meaning\": \"{}\", \"values\": [", field.name, field.unit, field.meaning);
-    for (std::size_t t = 0; t < maps.tiles.size(); ++t) text += fmt::format("{}{}", t == 0 ? "" : ",", maps.tiles[t].*field.member);
+    text += fmt::format(" \"{}\": {{\"unit\": \"{}\", \"meaning\": \"{}\", \"values\": [", field.name, field.unit,
+                        field.meaning);
+    for (std::size_t t = 0; t < maps.tiles.size(); ++t)
+      text += fmt::format("{}{}", t == 0 ? "" : ",", maps.tiles[t].*field.member);
     text += &field == &kTileMapFields.back() ? "]}\n" : "]},\n";
   }
   return text + "}}\n";

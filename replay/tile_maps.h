@@ -35,7 +35,8 @@ struct TileCounts {
   std::uint64_t pixel_shader_invocations = 0;
 };
 
-// Declaration of one map. `counter` is the counter of the frame that the map adds up to over all tiles; "" when there is none.
+// Declaration of one map. `counter` is the counter of the frame that the map adds up to over all tiles; "" when there
+// is none.
 struct TileMapField {
   std::string_view name;
   std::uint64_t TileCounts::*member;
@@ -45,26 +46,41 @@ struct TileMapField {
 };
 inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
     {"entries", &TileCounts::entries, "entries", "Queue entries that the tile read.", "tilecore.entries_fetched"},
-    {"queue_bytes_read", &TileCounts::queue_bytes_read, "bytes", "Bytes of list heads, links and entries that the tile read.", "binner.queue_bytes_read"},
-    {"culled_occlusion", &TileCounts::culled_occlusion, "entries", "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
-    {"sub_patches", &TileCounts::sub_patches, "sub-patches", "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
-    {"moving_sub_patches", &TileCounts::moving_sub_patches, "sub-patches", "Those of them that ran the kernels for motion.", ""},
-    {"defocused_sub_patches", &TileCounts::defocused_sub_patches, "sub-patches", "Those that ran the kernels for the lens.", ""},
-    {"displaced_sub_patches", &TileCounts::displaced_sub_patches, "sub-patches", "Those whose vertices were displaced.", ""},
-    {"alpha_tested_sub_patches", &TileCounts::alpha_tested_sub_patches, "sub-patches", "Those whose hits were tested for alpha.", ""},
+    {"queue_bytes_read", &TileCounts::queue_bytes_read, "bytes",
+     "Bytes of list heads, links and entries that the tile read.", "binner.queue_bytes_read"},
+    {"culled_occlusion", &TileCounts::culled_occlusion, "entries",
+     "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
+    {"sub_patches", &TileCounts::sub_patches, "sub-patches",
+     "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
+    {"moving_sub_patches", &TileCounts::moving_sub_patches, "sub-patches",
+     "Those of them that ran the kernels for motion.", ""},
+    {"defocused_sub_patches", &TileCounts::defocused_sub_patches, "sub-patches",
+     "Those that ran the kernels for the lens.", ""},
+    {"displaced_sub_patches", &TileCounts::displaced_sub_patches, "sub-patches", "Those whose vertices were displaced.",
+     ""},
+    {"alpha_tested_sub_patches", &TileCounts::alpha_tested_sub_patches, "sub-patches",
+     "Those whose hits were tested for alpha.", ""},
     {"blended_sub_patches", &TileCounts::blended_sub_patches, "sub-patches", "Those that were kept as layers.", ""},
-    {"procedure_samples", &TileCounts::procedure_samples, "samples", "Samples of procedures that the tile's array took.", "sampling.samples"},
-    {"desampled_blocks", &TileCounts::desampled_blocks, "blocks", "Blocks of which fewer than 16 pixels were to be shaded.", ""},
-    {"advected_pixels", &TileCounts::advected_pixels, "pixels", "Pixels taken from the previous frame or the other eye.", ""},
-    {"foveated_blocks", &TileCounts::foveated_blocks, "blocks", "Blocks that foveation limits to fewer than 16 samples.", ""},
+    {"procedure_samples", &TileCounts::procedure_samples, "samples",
+     "Samples of procedures that the tile's array took.", "sampling.samples"},
+    {"desampled_blocks", &TileCounts::desampled_blocks, "blocks",
+     "Blocks of which fewer than 16 pixels were to be shaded.", ""},
+    {"advected_pixels", &TileCounts::advected_pixels, "pixels",
+     "Pixels taken from the previous frame or the other eye.", ""},
+    {"foveated_blocks", &TileCounts::foveated_blocks, "blocks",
+     "Blocks that foveation limits to fewer than 16 samples.", ""},
     {"triangles", &TileCounts::triangles, "triangles", "Triangles of these sub-patches.", ""},
     {"box_tests", &TileCounts::box_tests, "tests", "Samples or tiles tested against boxes.", "tilecore.box_tests"},
-    {"triangle_tests", &TileCounts::triangle_tests, "tests", "Samples tested against triangles.", "tilecore.triangle_tests"},
+    {"triangle_tests", &TileCounts::triangle_tests, "tests", "Samples tested against triangles.",
+     "tilecore.triangle_tests"},
     {"sample_hits", &TileCounts::sample_hits, "samples", "Triangle tests that hit.", "tilecore.sample_hits"},
-    {"samples_visible", &TileCounts::samples_visible, "samples", "Samples that see an opaque surface.", "tilecore.samples_visible"},
-    {"pixel_shader_invocations", &TileCounts::pixel_shader_invocations, "invocations", "Runs of the pixel shader.", "tilecore.pixel_shader_invocations"},
+    {"samples_visible", &TileCounts::samples_visible, "samples", "Samples that see an opaque surface.",
+     "tilecore.samples_visible"},
+    {"pixel_shader_invocations", &TileCounts::pixel_shader_invocations, "invocations", "Runs of the pixel shader.",
+     "tilecore.pixel_shader_invocations"},
 });
-static_assert(sizeof(TileCounts) == sizeof(std::uint64_t) * kTileMapFields.size(), "each map needs exactly one declaration");
+static_assert(sizeof(TileCounts) == sizeof(std::uint64_t) * kTileMapFields.size(),
+              "each map needs exactly one declaration");
 
 // The maps of one frame, tile by tile, row by row from the top left. They follow from the frame alone, as counters do.
 struct TileMaps {

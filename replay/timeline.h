@@ -12,11 +12,11 @@ namespace tessera::replay {
 
 // `--trace`: the schedule of the timing model as a Chrome / Perfetto JSON trace, one event a line.
 //
-// Tracks: front end, binner, DRAM, one for each tile core; counters for DRAM bandwidth (GB/s) and live queue memory (bytes).
-// A core works on more than one tile at a time. Its track shows the oldest of them: "tile" from when the tile before was stored until
-// this one is, and in it the stage that it waits for: fetch, tessellate, BVH, sample, shade, resolve, store each last from the end of the
-// stage before to the end of the tile's last item in that stage. What was done while the tile before was still the oldest is not
-// shown; "begun" in the arguments says when the tile was taken.
+// Tracks: front end, binner, DRAM, one for each tile core; counters for DRAM bandwidth (GB/s) and live queue memory
+// (bytes). A core works on more than one tile at a time. Its track shows the oldest of them: "tile" from when the tile
+// before was stored until this one is, and in it the stage that it waits for: fetch, tessellate, BVH, sample, shade,
+// resolve, store each last from the end of the stage before to the end of the tile's last item in that stage. What was
+// done while the tile before was still the oldest is not shown; "begun" in the arguments says when the tile was taken.
 //
 // Time: model cycles scaled to microseconds by clock.mhz, rounded down to 1/1024 (exact in binary, so that sums of a
 // begin and a duration are, too). Frames follow each other without a gap.
@@ -27,7 +27,8 @@ namespace tessera::replay {
 class Timeline {
  public:
   struct Limits {
-    std::uint32_t first_tile = 0, last_tile = ~std::uint32_t{0};  // numbers of the tiles that get slices; last is not shown
+    std::uint32_t first_tile = 0,
+                  last_tile = ~std::uint32_t{0};  // numbers of the tiles that get slices; last is not shown
   };
   Timeline(const std::filesystem::path& file, const hardware::GpuConfiguration& gpu, Limits limits);
 

@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include "base/atomic_file.h"
 #include "base/check.h"
@@ -45,28 +45,73 @@ std::vector<std::string> knob_names() {
 class TradeoffCommand final : public Command {
  public:
   explicit TradeoffCommand(CLI::App& app) {
-    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")->required()->type_name("FILE");
-    app.add_option("--out", out_, "Folder for the results; made when missing. What is there is not computed again")->required()->type_name("DIR");
+    app.add_option("CAPTURE", capture_, "The capture: any glTF 2.0 asset (.gltf or .glb)")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--out", out_, "Folder for the results; made when missing. What is there is not computed again")
+        ->required()
+        ->type_name("DIR");
     app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->capture_default_str();
-    app.add_option("--frame", frame_, "The frame that is compared, counted from 0 (default: the last of a run from the capture's first frame on)")->type_name("N");
-    app.add_option("--run", run_, "Frames of a run with history, for what one frame leaves to the next; the last is compared")->type_name("N")->check(CLI::Range(1, 1000))->capture_default_str();
-    app.add_option("--gpu", gpu_, fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))->type_name("PRESET|FILE")->capture_default_str();
-    app.add_option("--set", sets_, "Change what all settings are varied from; repeatable")->type_name("KEY=VALUE")->allow_extra_args(false);
-    app.add_option("--knobs", knobs_, fmt::format("Only these knobs: {}", fmt::join(knob_names(), ", ")))->type_name("LIST");
-    app.add_option("--joint", joint_, fmt::format("Turn these knobs together as well: all combinations of the settings on their own fronts; 'usual' is {}", kUsualJoint))->type_name("LIST");
-    app.add_option("--max-points", max_points_, "Refuse a joint search of more combinations")->type_name("N")->check(CLI::Range(1, 1000000))->capture_default_str();
-    app.add_option("--max-flip", max_flip_, "Print the cheapest setting whose mean FLIP error is at most this")->type_name("X");
+    app.add_option(
+           "--frame", frame_,
+           "The frame that is compared, counted from 0 (default: the last of a run from the capture's first frame on)")
+        ->type_name("N");
+    app.add_option("--run", run_,
+                   "Frames of a run with history, for what one frame leaves to the next; the last is compared")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    app.add_option("--gpu", gpu_,
+                   fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))
+        ->type_name("PRESET|FILE")
+        ->capture_default_str();
+    app.add_option("--set", sets_, "Change what all settings are varied from; repeatable")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    app.add_option("--knobs", knobs_, fmt::format("Only these knobs: {}", fmt::join(knob_names(), ", ")))
+        ->type_name("LIST");
+    app.add_option(
+           "--joint", joint_,
+           fmt::format(
+               "Turn these knobs together as well: all combinations of the settings on their own fronts; 'usual' is {}",
+               kUsualJoint))
+        ->type_name("LIST");
+    app.add_option("--max-points", max_points_, "Refuse a joint search of more combinations")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    app.add_option("--max-flip", max_flip_, "Print the cheapest setting whose mean FLIP error is at most this")
+        ->type_name("X");
     app.add_option("--min-psnr", min_psnr_, "Print the cheapest setting whose PSNR is at least this")->type_name("DB");
-    app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCosts, ", ")))->type_name("COST")->capture_default_str();
-    app.add_option("--rounds", rounds_, "Times that everything is run; host times are medians")->type_name("N")->check(CLI::Range(1, 1000))->capture_default_str();
-    app.add_option("--reference-samples", samples_, "Samples per pixel of the reference: plain random numbers, all shaded, in double precision")->type_name("N")->check(CLI::Range(1, 1 << 20))->capture_default_str();
-    app.add_option("--reference-edge", edge_, "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's own grids, so that errors are those of everything but tessellation")->type_name("PIXELS")->capture_default_str();
-    app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")->type_name("N");
-    app.add_option("--max-memory", max_memory_gib_, "Most memory that reading the capture, and the pictures, may take, in GiB")->type_name("GIB")->capture_default_str();
+    app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCosts, ", ")))
+        ->type_name("COST")
+        ->capture_default_str();
+    app.add_option("--rounds", rounds_, "Times that everything is run; host times are medians")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    app.add_option("--reference-samples", samples_,
+                   "Samples per pixel of the reference: plain random numbers, all shaded, in double precision")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    app.add_option("--reference-edge", edge_,
+                   "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's own "
+                   "grids, so that errors are those of everything but tessellation")
+        ->type_name("PIXELS")
+        ->capture_default_str();
+    app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")
+        ->type_name("N");
+    app.add_option("--max-memory", max_memory_gib_,
+                   "Most memory that reading the capture, and the pictures, may take, in GiB")
+        ->type_name("GIB")
+        ->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no table");
     app.footer(
-        "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against a converged\n"
-        "reference (PSNR, SSIM, FLIP, largest difference of what a display shows) stands beside its cycles, memory traffic, energy\n"
+        "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against "
+        "a converged\n"
+        "reference (PSNR, SSIM, FLIP, largest difference of what a display shows) stands beside its cycles, memory "
+        "traffic, energy\n"
         "and the host's time (median and spread of --rounds; CPU is processor time of all threads).\n"
         "Writes tradeoff.json, tradeoff.csv and report.html. Killed at any moment, the same command goes on.\n\n"
         "Examples:\n"
@@ -77,18 +122,28 @@ class TradeoffCommand final : public Command {
   void run() override {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
     TradeoffOptions options = read_options();
-    if (std::find_if(std::begin(kCosts), std::end(kCosts), [&](const char* c) { return cost_ == c; }) == std::end(kCosts)) throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCosts, ", ")));
+    if (std::find_if(std::begin(kCosts), std::end(kCosts), [&](const char* c) { return cost_ == c; }) ==
+        std::end(kCosts))
+      throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCosts, ", ")));
     check_folder(out_);
     set_reproduction_command(fmt::format("tessera tradeoff {}", capture_));
     install_stop_handler();
     json result = run_tradeoff(options);
-    if (max_flip_ || min_psnr_) result["cheapest"] = {{"cost", cost_}, {"max_flip", max_flip_ ? json(*max_flip_) : json()}, {"min_psnr", min_psnr_ ? json(*min_psnr_) : json()}, {"setting", cheapest(result, cost_, max_flip_, min_psnr_)}};
+    if (max_flip_ || min_psnr_)
+      result["cheapest"] = {{"cost", cost_},
+                            {"max_flip", max_flip_ ? json(*max_flip_) : json()},
+                            {"min_psnr", min_psnr_ ? json(*min_psnr_) : json()},
+                            {"setting", cheapest(result, cost_, max_flip_, min_psnr_)}};
     write_file_atomically(fs::path(out_) / "tradeoff.csv", tradeoff_csv(result));
     write_file_atomically(fs::path(out_) / "tradeoff.json", result.dump(1) + "\n");
-    if (const std::string missing = missing_for_reports(); missing.empty()) write_report(out_);
-    else if (!quiet_) std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
-    if (!quiet_) say(result);
-    else if (result.contains("cheapest")) say_cheapest(result);
+    if (const std::string missing = missing_for_reports(); missing.empty())
+      write_report(out_);
+    else if (!quiet_)
+      std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+    if (!quiet_)
+      say(result);
+    else if (result.contains("cheapest"))
+      say_cheapest(result);
   }
 
  private:
@@ -114,7 +169,8 @@ class TradeoffCommand final : public Command {
     options.knobs = listed_names(knobs_);
     options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
     options.max_points = static_cast<std::size_t>(max_points_);
-    options.max_bytes = static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    options.max_bytes =
+        static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     options.quiet = quiet_;
     return options;
   }
@@ -122,9 +178,15 @@ class TradeoffCommand final : public Command {
   void say(const json& result) const {
     const json& reference = result.at("reference");
     const json& slope = reference.at("convergence").at("slope");
-    fmt::print("{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles", result.at("capture").get<std::string>(), result.at("frame").get<int>(), options_width(result), options_height(result),
-               reference.at("samples").get<int>(), reference.at("edge_pixels") == 0.0 ? "the machine's own grids" : fmt::format("cells of {} px", reference.at("edge_pixels").get<double>()), reference.at("triangles").get<std::size_t>());
-    if (!reference.at("psnr_db").is_null()) fmt::print(", its own noise {:.1f} dB", reference.at("psnr_db").get<double>());
+    fmt::print("{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles",
+               result.at("capture").get<std::string>(), result.at("frame").get<int>(), options_width(result),
+               options_height(result), reference.at("samples").get<int>(),
+               reference.at("edge_pixels") == 0.0
+                   ? "the machine's own grids"
+                   : fmt::format("cells of {} px", reference.at("edge_pixels").get<double>()),
+               reference.at("triangles").get<std::size_t>());
+    if (!reference.at("psnr_db").is_null())
+      fmt::print(", its own noise {:.1f} dB", reference.at("psnr_db").get<double>());
     if (!slope.is_null()) fmt::print(", error falls as samples^{:.3f}", slope.get<double>());
     fmt::print("\n{}", tradeoff_table(result));
     if (result.at("stopped").get<bool>()) fmt::print("\nstopped; the same command goes on from here\n");
@@ -142,8 +204,10 @@ class TradeoffCommand final : public Command {
       return;
     }
     const json& db = found.at("error").at("psnr_db");
-    fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, found.at("label").get<std::string>(), found.at("knob").get<std::string>(), found.at("error").at("flip").get<double>(),
-               db.is_null() ? "equal" : fmt::format("{:.2f} dB", db.get<double>()), found.at("arguments").get<std::string>());
+    fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, found.at("label").get<std::string>(),
+               found.at("knob").get<std::string>(), found.at("error").at("flip").get<double>(),
+               db.is_null() ? "equal" : fmt::format("{:.2f} dB", db.get<double>()),
+               found.at("arguments").get<std::string>());
   }
 
   std::string capture_, out_, size_ = "640x360", gpu_ = "middle", knobs_, joint_, cost_ = "cycles";

@@ -14,7 +14,8 @@ constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility)
 
 }  // namespace
 
-WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses)
+WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights,
+                           bool record_accesses)
     : gpu_(gpu),
       heights_(heights),
       record_accesses_(record_accesses),
@@ -22,7 +23,8 @@ WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const Displace
       l2_(gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()) {}
 
 std::uint64_t WorkRecorder::since(const hardware::Ledger& ledger, hardware::Traffic& seen) {
-  const hardware::Traffic now = ledger.total(), more{now.read_bytes - seen.read_bytes, now.written_bytes - seen.written_bytes};
+  const hardware::Traffic now = ledger.total(),
+                          more{now.read_bytes - seen.read_bytes, now.written_bytes - seen.written_bytes};
   seen = now;
   rounds_.read_bytes += more.read_bytes;
   rounds_.written_bytes += more.written_bytes;
@@ -35,7 +37,8 @@ void WorkRecorder::front_end(const frontend::FrameGeometry& frame, const fronten
     std::uint64_t next = 0;
     for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
       patch_offsets_.push_back(next);
-      next += hardware::burst_bytes(0, frontend::patch_record_bytes(frame, p), static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
+      next += hardware::burst_bytes(0, frontend::patch_record_bytes(frame, p),
+                                    static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
     }
   }
   const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
@@ -67,7 +70,9 @@ void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
 void WorkRecorder::begin_round(const binner::Binner& binner) {
   const binner::BinnerCounters& now = binner.buffer().counters();
   geometry_.entries = now.entries - binner_.entries;
-  const auto tested = [](const binner::BinnerCounters& c) { return c.tile_overlaps + c.tiles_dropped_exact + c.tiles_dropped_time; };
+  const auto tested = [](const binner::BinnerCounters& c) {
+    return c.tile_overlaps + c.tiles_dropped_exact + c.tiles_dropped_time;
+  };
   geometry_.tiles_tested = tested(now) - tested(binner_);
   geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
   geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
@@ -90,7 +95,8 @@ void WorkRecorder::begin_shading(std::size_t tile, tilecore::TileCore& core) {
   slots_[tile].visibility_texels = core.textures().counters().texels;
 }
 
-tilecore::CoreCounters WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished) {
+tilecore::CoreCounters WorkRecorder::end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core,
+                                              bool finished) {
   Slot& slot = slots_[tile];
   Sums& sums = sums_.local();
   const tilecore::CoreCounters counted = core.take_counters();
@@ -110,7 +116,8 @@ tilecore::CoreCounters WorkRecorder::end_tile(std::size_t tile, const tilecore::
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot.visibility_texels;
   const bool floats = job.resolve != nullptr && !job.resolve->settings.packed_weights;
-  work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected + counted.desampling.stencil_taps * (floats ? 4 : 1);
+  work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected +
+                            counted.desampling.stencil_taps * (floats ? 4 : 1);
   if (finished) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile));
     work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
@@ -122,18 +129,21 @@ tilecore::CoreCounters WorkRecorder::end_tile(std::size_t tile, const tilecore::
   return counted;
 }
 
-void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache) {
+void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
+                         tilecore::TessellationCache& cache) {
   Slot& slot = slots_[tile];
   const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
   slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
-    const std::uint64_t made = cache.counters().sub_patches, vertices = cache.counters().domain_evaluations, bytes = fetched();
+    const std::uint64_t made = cache.counters().sub_patches, vertices = cache.counters().domain_evaluations,
+                        bytes = fetched();
     cache.use(std::span(&r, 1));
     rounds_.read_bytes += fetched() - bytes;
     slot.work.vertices += cache.counters().domain_evaluations - vertices;
     slot.work.dram_bytes[kVisibility] += fetched() - bytes;
     // Records of neighbours that it needs are taken to lie behind its own.
-    if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
+    if (record_accesses_)
+      slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
     if (heights_ == nullptr || !r.displaced || cache.counters().sub_patches == made) continue;
     heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
     for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
@@ -153,7 +163,8 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, Phase phase) {
 }
 
 void WorkRecorder::share_lines(Slot& slot) {
-  for (std::size_t i = 0; i < slot.lines.size(); ++i) share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
+  for (std::size_t i = 0; i < slot.lines.size(); ++i)
+    share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
   slot.lines.clear();
 }
 
@@ -185,7 +196,8 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
 }
 
 FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const hardware::Ledger& ledger) {
-  record_.work.tile_samples = static_cast<std::uint64_t>(job.grid->tile_width()) * static_cast<std::uint64_t>(job.grid->tile_height()) *
+  record_.work.tile_samples = static_cast<std::uint64_t>(job.grid->tile_width()) *
+                              static_cast<std::uint64_t>(job.grid->tile_height()) *
                               static_cast<std::uint64_t>(job.pattern->samples_per_pixel());
   const hardware::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};

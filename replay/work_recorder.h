@@ -21,8 +21,8 @@ struct L2Counters {
   std::uint64_t misses = 0;
 };
 
-// What was recorded of a frame beside its counters: the work that the timing and the energy model read and, for traces, every
-// transfer.
+// What was recorded of a frame beside its counters: the work that the timing and the energy model read and, for traces,
+// every transfer.
 struct FrameRecord {
   hardware::FrameWork work;
   hardware::Traffic other;  // work.other_bytes
@@ -34,11 +34,11 @@ struct FrameRecord {
   std::vector<RoundAccesses> accesses;
 };
 
-// Takes the counters of tile cores tile by tile, simulates what tiles share (the L2) in emulated order, and puts together the
-// FrameRecord of a frame. One for each run of the machine.
+// Takes the counters of tile cores tile by tile, simulates what tiles share (the L2) in emulated order, and puts
+// together the FrameRecord of a frame. One for each run of the machine.
 //
-// Call order: front_end(); then for each run of the binner: begin_round(), begin_tile() .. end_tile() for its tiles on any thread,
-// share() tile by tile, end_round(). finish() last.
+// Call order: front_end(); then for each run of the binner: begin_round(), begin_tile() .. end_tile() for its tiles on
+// any thread, share() tile by tile, end_round(). finish() last.
 class WorkRecorder {
  public:
   // `heights`: null where textures are not modelled.
@@ -60,10 +60,13 @@ class WorkRecorder {
   // Between the tile's last entries and its shading.
   void begin_shading(std::size_t tile, tilecore::TileCore& core);
   // `finished`: its pixels are written, it is not stored for a further round. What the core counted for the tile.
-  tilecore::CoreCounters end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core, bool finished);
+  tilecore::CoreCounters end_tile(std::size_t tile, const tilecore::TileJob& job, tilecore::TileCore& core,
+                                  bool finished);
 
-  // A tile's use of what is shared, in emulated order: takes its requests to the tessellation cache, then its lines to the L2.
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests, tilecore::TessellationCache& cache);
+  // A tile's use of what is shared, in emulated order: takes its requests to the tessellation cache, then its lines to
+  // the L2.
+  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
+             tilecore::TessellationCache& cache);
   void end_round();
 
   // What end_tile() took from the cores, and the L2's account. Before finish().
@@ -81,8 +84,8 @@ class WorkRecorder {
   struct Slot {
     bool used = false;
     hardware::TileWork work;
-    std::vector<std::uint32_t> lines;  // that the core's texture cache missed
-    std::size_t shading_lines = 0;     // position of the first that shading asked for
+    std::vector<std::uint32_t> lines;     // that the core's texture cache missed
+    std::size_t shading_lines = 0;        // position of the first that shading asked for
     std::uint64_t visibility_texels = 0;  // before shading
     hardware::AccessLog log;
   };
@@ -122,8 +125,11 @@ inline constexpr bool kAbsentWhenIdle<replay::L2Counters> = true;
 
 template <>
 inline constexpr auto kCounterFields<replay::L2Counters> = std::to_array<CounterField<replay::L2Counters>>({
-    {"l2.requests", &replay::L2Counters::requests, Combine::kSum, "lines", "Lines that texture caches and, for displacement maps, tessellators asked of the L2.", "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
-    {"l2.misses", &replay::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.", "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
+    {"l2.requests", &replay::L2Counters::requests, Combine::kSum, "lines",
+     "Lines that texture caches and, for displacement maps, tessellators asked of the L2.",
+     "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
+    {"l2.misses", &replay::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
+     "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
 });
 TESSERA_COUNTERS_COVER(replay::L2Counters);
 

@@ -16,9 +16,9 @@ struct SoftBox {
 
 const std::array<SoftBox, 3>& soft_boxes() {
   static const std::array<SoftBox, 3> kBoxes = {{
-      {glm::normalize(Vec3(-0.55f, 0.75f, 0.65f)), 14.0f, Vec3(6.0f, 5.7f, 5.2f)},   // key, front left above
-      {glm::normalize(Vec3(0.85f, 0.30f, 0.35f)), 10.0f, Vec3(1.3f, 1.45f, 1.7f)},   // fill, right
-      {glm::normalize(Vec3(0.35f, 0.55f, -0.90f)), 18.0f, Vec3(3.2f, 3.3f, 3.6f)},   // rim, behind
+      {glm::normalize(Vec3(-0.55f, 0.75f, 0.65f)), 14.0f, Vec3(6.0f, 5.7f, 5.2f)},  // key, front left above
+      {glm::normalize(Vec3(0.85f, 0.30f, 0.35f)), 10.0f, Vec3(1.3f, 1.45f, 1.7f)},  // fill, right
+      {glm::normalize(Vec3(0.35f, 0.55f, -0.90f)), 18.0f, Vec3(3.2f, 3.3f, 3.6f)},  // rim, behind
   }};
   return kBoxes;
 }

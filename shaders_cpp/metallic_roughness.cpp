@@ -24,7 +24,8 @@ IncidentLight incident_light(const Light& light, Vec3 point) {
   }
   if (light.type == Light::Type::kSpot) {
     const float cosine = glm::dot(light.direction, -to_light);
-    const float window = std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-4f), 0.0f, 1.0f);
+    const float window =
+        std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-4f), 0.0f, 1.0f);
     attenuation *= window * window;
   }
   return {light.color * attenuation, to_light};
@@ -42,7 +43,8 @@ Vec3 shade_metallic_roughness(const MaterialPoint<float>& material, Vec3 point, 
   Vec3 sum = glm_vector(material.emissive) + (reflected + scattered) * material.occlusion;
   for (const Light& light : lights) {
     const IncidentLight incident = incident_light(light, point);
-    sum += incident.irradiance * glm_vector(reflect_light(material, plain(normal), plain(view), plain(incident.to_light)));
+    sum +=
+        incident.irradiance * glm_vector(reflect_light(material, plain(normal), plain(view), plain(incident.to_light)));
   }
   return sum;
 }

@@ -42,7 +42,8 @@ void halve(int width, int height, int channels, const Get& get, const Put& put) 
         float sum = 0;
         for (std::size_t j = 0; j < cy.weights.size(); ++j)
           for (std::size_t i = 0; i < cx.weights.size(); ++i)
-            sum += get(cx.first + static_cast<int>(i), cy.first + static_cast<int>(j), c) * (cx.weights[i] * cy.weights[j]);
+            sum += get(cx.first + static_cast<int>(i), cy.first + static_cast<int>(j), c) *
+                   (cx.weights[i] * cy.weights[j]);
         put(x, y, c, sum);
       }
 }
@@ -51,7 +52,8 @@ void halve(int width, int height, int channels, const Get& get, const Put& put) 
 
 int wrap_texel(Wrap wrap, std::int64_t i, int size) {
   switch (wrap) {
-    case Wrap::kClampToEdge: return static_cast<int>(std::clamp<std::int64_t>(i, 0, size - 1));
+    case Wrap::kClampToEdge:
+      return static_cast<int>(std::clamp<std::int64_t>(i, 0, size - 1));
     case Wrap::kRepeat: {
       const std::int64_t r = i % size;
       return static_cast<int>(r < 0 ? r + size : r);
@@ -70,11 +72,13 @@ int wrap_texel(Wrap wrap, std::int64_t i, int size) {
 
 Texture::Texture(const DecodedImage& image, ColorSpace space) : space_(space) {
   const int width = image.width(), height = image.height(), channels = image.channels();
-  Level base{width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4)};
+  Level base{width, height,
+             std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4)};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const auto code = [&](int c) { return to_unorm8(image.unorm(x, y, c)); };
-      std::uint8_t* out = &base.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4];
+      std::uint8_t* out =
+          &base.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4];
       const bool grey = channels <= 2;
       out[0] = code(0);
       out[1] = grey ? out[0] : code(1);
@@ -88,8 +92,7 @@ Texture::Texture(const DecodedImage& image, ColorSpace space) : space_(space) {
     const int w = std::max(1, levels_.back().width / 2), h = std::max(1, levels_.back().height / 2);
     Level next{w, h, std::vector<std::uint8_t>(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4)};
     halve(
-        levels_.back().width, levels_.back().height, 4,
-        [&](int x, int y, int c) { return texel(last, x, y)[c]; },
+        levels_.back().width, levels_.back().height, 4, [&](int x, int y, int c) { return texel(last, x, y)[c]; },
         [&](int x, int y, int c, float value) {
           const bool encode = space_ == ColorSpace::kSrgb && c < 3;
           next.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)) * 4 +
@@ -108,7 +111,8 @@ Vec4 Texture::texel(int level, int x, int y) const {
     const auto& table = srgb8_to_linear_table();
     return {table[p[0]], table[p[1]], table[p[2]], alpha};
   }
-  return {static_cast<float>(p[0]) / 255.0f, static_cast<float>(p[1]) / 255.0f, static_cast<float>(p[2]) / 255.0f, alpha};
+  return {static_cast<float>(p[0]) / 255.0f, static_cast<float>(p[1]) / 255.0f, static_cast<float>(p[2]) / 255.0f,
+          alpha};
 }
 
 Vec4 Texture::sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level, TexelFootprint* footprint) const {
@@ -131,9 +135,12 @@ Vec4 Texture::sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint*
   const float last = static_cast<float>(level_count() - 1);
   const float level = std::min(lod, last);
   switch (sampler.mip) {
-    case MipFilter::kNone: return sample_level(sampler, sampler.minify_linear, uv, 0, footprint);
-    case MipFilter::kNearest: return sample_level(sampler, sampler.minify_linear, uv, static_cast<int>(level + 0.5f), footprint);
-    case MipFilter::kLinear: break;
+    case MipFilter::kNone:
+      return sample_level(sampler, sampler.minify_linear, uv, 0, footprint);
+    case MipFilter::kNearest:
+      return sample_level(sampler, sampler.minify_linear, uv, static_cast<int>(level + 0.5f), footprint);
+    case MipFilter::kLinear:
+      break;
   }
   const int below = static_cast<int>(level);
   const float weight = level - static_cast<float>(below);
@@ -166,7 +173,8 @@ void ScalarTexture::build_levels() {
     halve(
         last.width, last.height, 1,
         [&](int x, int y, int) {
-          return last.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(last.width) + static_cast<std::size_t>(x)];
+          return last
+              .values[static_cast<std::size_t>(y) * static_cast<std::size_t>(last.width) + static_cast<std::size_t>(x)];
         },
         [&](int x, int y, int, float value) {
           next.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = value;
@@ -197,7 +205,8 @@ float ScalarTexture::sample(const Sampler& sampler, Vec2 uv, float lod) const {
 
 ScalarTexture::Gradient ScalarTexture::gradient_level(const Sampler& sampler, Vec2 uv, std::size_t level) const {
   const Level& l = levels_[level];
-  const TexelPosition s = texel_position(sampler.wrap_s, uv.x, l.width), t = texel_position(sampler.wrap_t, uv.y, l.height);
+  const TexelPosition s = texel_position(sampler.wrap_s, uv.x, l.width),
+                      t = texel_position(sampler.wrap_t, uv.y, l.height);
   // 4 x 4 texels around the point; the inner four are interpolated, the outer ones give their differences.
   std::array<int, 4> column, row;
   for (int k = 0; k < 4; ++k) {

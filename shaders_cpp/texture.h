@@ -31,9 +31,12 @@ int wrap_texel(Wrap wrap, std::int64_t i, int size);
 // The same for i at most one period away from [0, size), without division.
 inline int wrap_near_texel(Wrap wrap, int i, int size) {
   switch (wrap) {
-    case Wrap::kClampToEdge: return i < 0 ? 0 : i >= size ? size - 1 : i;
-    case Wrap::kRepeat: return i < 0 ? i + size : i >= size ? i - size : i;
-    case Wrap::kMirroredRepeat: break;
+    case Wrap::kClampToEdge:
+      return i < 0 ? 0 : i >= size ? size - 1 : i;
+    case Wrap::kRepeat:
+      return i < 0 ? i + size : i >= size ? i - size : i;
+    case Wrap::kMirroredRepeat:
+      break;
   }
   if (i < 0) i = -1 - i;
   if (i >= 2 * size) i -= 2 * size;
@@ -49,8 +52,10 @@ struct TexelPosition {
 inline TexelPosition texel_position(Wrap wrap, float coordinate, int size) {
   // Reduce to one period first: texel numbers stay exact however far out the coordinate lies.
   float reduced = coordinate < -1.0f ? -1.0f : coordinate > 2.0f ? 2.0f : coordinate;
-  if (wrap == Wrap::kRepeat) reduced = coordinate - std::floor(coordinate);
-  else if (wrap == Wrap::kMirroredRepeat) reduced = coordinate - 2.0f * std::floor(coordinate * 0.5f);
+  if (wrap == Wrap::kRepeat)
+    reduced = coordinate - std::floor(coordinate);
+  else if (wrap == Wrap::kMirroredRepeat)
+    reduced = coordinate - 2.0f * std::floor(coordinate * 0.5f);
   if (!(reduced >= -1.0f && reduced <= 2.0f)) return {0, 0.0f};  // not finite
   const float position = reduced * static_cast<float>(size) - 0.5f, below = std::floor(position);
   return {static_cast<int>(below), position - below};
@@ -66,7 +71,8 @@ inline TexelPair linear_texels(Wrap wrap, float coordinate, int size) {
   return {wrap_near_texel(wrap, p.first, size), wrap_near_texel(wrap, p.first + 1, size), p.weight};
 }
 
-// The texels that a look-up weighs: up to four in each of up to two levels; first and second are the same where it takes one.
+// The texels that a look-up weighs: up to four in each of up to two levels; first and second are the same where it
+// takes one.
 struct TexelFootprint {
   struct Level {
     int level;
@@ -92,8 +98,8 @@ class Texture {
   Vec4 texel(int level, int x, int y) const;
 
   // Filtered colour at texture coordinates uv ((0,0) is the corner of the first texel). `lod` is log2 of the number of
-  // level-0 texels per pixel; values <= 0 magnify. Coordinates that are not finite read texel 0. `footprint`, unless null,
-  // becomes what was read.
+  // level-0 texels per pixel; values <= 0 magnify. Coordinates that are not finite read texel 0. `footprint`, unless
+  // null, becomes what was read.
   Vec4 sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint = nullptr) const;
 
  private:

@@ -27,13 +27,14 @@ bool is_projected(const MicroMesh& mesh, std::size_t cell);
 // its depth does, too, and with it the circle of confusion.
 //
 // Rounding of a corner (u = 2^-24; Z the larger, z the smallest depth of the vertex over the interval, d its way, R the
-// lens radius, f the focus, W the size of the primitive's box, which bounds the corner's distance from a sample inside):
+// lens radius, f the focus, W the size of the primitive's box, which bounds the corner's distance from a sample
+// inside):
 //   depth     |dz| <= 2 u Z                                 one fma of a rounded difference
 //   rate      |dl| <= 2 u Z / z + 2 u <= 4 u Z / z          a quotient and a product; exact when orthographic
 //   lens      |dc| <= (2 u Z / z + u) / z + u |c|           perspective; u (3 Z / f + |c|) when orthographic
 //   corner    |dx| <= |d| |dl| + R |dc| + 2 u W             two more fused additions
-// The margin is 8 u (|d| Z / z + W + R C) with C = Z / z^2 + 1 / z + 1 / f (Z / f + 1 when orthographic), twice W's share
-// and more than 1.5 times the rest.
+// The margin is 8 u (|d| Z / z + W + R C) with C = Z / z^2 + 1 / z + 1 / f (Z / f + 1 when orthographic), twice W's
+// share and more than 1.5 times the rest.
 class PrimitiveBound {
  public:
   // `lens_radius` in pixels per unit of the lens factor; 0 without a lens.
@@ -76,7 +77,7 @@ class PrimitiveBound {
   double rate(const Vertex& v, double t) const;
   double rate_time(const Vertex& v, double rate) const;
   double lens_factor(double z) const;
-  double reach(const Vertex& v, double t0, double t1) const;                // of the lens
+  double reach(const Vertex& v, double t0, double t1) const;                 // of the lens
   double margin(const Vertex& v, double t0, double t1, double width) const;  // of rounding
   // Narrows `times` to when some vertex is below `side` (sign 1) or above it (sign -1) along an axis.
   void keep_side(std::size_t axis, double sign, double side, double width, Times& times) const;
@@ -102,15 +103,18 @@ struct BoundingPiece {
 //   B3  No piece reaches outside `tile`, holds no pixel, or keeps a stencil value outside `times`.
 //
 // Brute: the rectangle of the whole motion, all times.
-std::size_t whole_motion_piece(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times, std::vector<BoundingPiece>& out);
+std::size_t whole_motion_piece(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
+                               std::vector<BoundingPiece>& out);
 // Timeline segments, clusters, interleaved: `count` (1 to 256) equal segments of the 256 stencil values, each with the
 // rectangle of its own time. The geometry is bounded over the very values that the references select, from the first
 // one's earliest time to the last one's latest, so nothing can round apart.
-std::size_t segment_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times, int count, std::vector<BoundingPiece>& out);
+std::size_t segment_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times, int count,
+                           std::vector<BoundingPiece>& out);
 // Partition: the rectangle of the whole motion, cut into squares of about the primitive's own size; each keeps the
 // stencil values of the times at which the moving box touches it. Those times are solved for, so they are widened by
 // one stencil value at each end: there geometry and stencil do round apart.
-std::size_t partition_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times, std::vector<BoundingPiece>& out);
+std::size_t partition_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
+                             std::vector<BoundingPiece>& out);
 
 // Segments of a polygon when the configuration leaves it to the unit: as many as the primitive moves its own size.
 int segments_for(const PrimitiveBound& bound);

@@ -7,8 +7,8 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr float kFar = 3e38f;       // of empty boxes; finite, so that no product with it is NaN
-constexpr float kUnit = 0x1p-24f;   // u of single precision
+constexpr float kFar = 3e38f;      // of empty boxes; finite, so that no product with it is NaN
+constexpr float kUnit = 0x1p-24f;  // u of single precision
 
 float ulps_down(float t, int n) {
   for (; n > 0; --n) t = std::nextafter(t, -1.0f);
@@ -38,8 +38,10 @@ void MotionBox::merge(const MotionBox& o) {
     }
 }
 
-BundleFrustum::BundleFrustum(const RaySpace& space, const IntRect& pixels, float near, float far) : extremes_(space.lens_radius > 0 ? 2 : 1) {
-  const std::array<double, 4> at = {pixels.x0 - space.center_x, pixels.x1 - space.center_x, pixels.y0 - space.center_y, pixels.y1 - space.center_y};
+BundleFrustum::BundleFrustum(const RaySpace& space, const IntRect& pixels, float near, float far)
+    : extremes_(space.lens_radius > 0 ? 2 : 1) {
+  const std::array<double, 4> at = {pixels.x0 - space.center_x, pixels.x1 - space.center_x, pixels.y0 - space.center_y,
+                                    pixels.y1 - space.center_y};
   // Lens points are computed in single precision: a little may stick out of the disc.
   const double radius = space.lens_radius * (1 + 0x1p-20);
   for (std::size_t side = 0; side < 4; ++side)
@@ -48,7 +50,8 @@ BundleFrustum::BundleFrustum(const RaySpace& space, const IntRect& pixels, float
       // The side's line is offset + slope z.
       const double offset = space.orthographic ? at[side] + lens : lens;
       const double slope = space.orthographic ? -lens * space.inverse_focus : at[side] - lens * space.inverse_focus;
-      sides_[side][extreme] = {side / 2, static_cast<float>(outwards), static_cast<float>(-outwards * slope), static_cast<float>(-outwards * offset)};
+      sides_[side][extreme] = {side / 2, static_cast<float>(outwards), static_cast<float>(-outwards * slope),
+                               static_cast<float>(-outwards * offset)};
     }
   depth_[0] = {2, -1.0f, 0.0f, near};
   depth_[1] = {2, 1.0f, 0.0f, -far};
@@ -56,7 +59,8 @@ BundleFrustum::BundleFrustum(const RaySpace& space, const IntRect& pixels, float
 }
 
 void BundleFrustum::drop_depth_planes(const MotionBox& root) {
-  if (depth_count_ == 2 && root.high[0][2] <= -depth_[1].offset && root.high[1][2] <= -depth_[1].offset) depth_count_ = 1;
+  if (depth_count_ == 2 && root.high[0][2] <= -depth_[1].offset && root.high[1][2] <= -depth_[1].offset)
+    depth_count_ = 1;
   if (root.low[0][2] >= depth_[0].offset && root.low[1][2] >= depth_[0].offset) first_depth_ = 1;
 }
 
@@ -92,7 +96,9 @@ bool BundleFrustum::outside(const MotionBox& box) const {
 BundleFrustum::Times BundleFrustum::times(const MotionBox& box) const {
   if (box.is_empty()) return {1, 0};
   Times all;
-  const auto keep = [&](const Times& inside) { all = {std::max(all.low, inside.low), std::min(all.high, inside.high)}; };
+  const auto keep = [&](const Times& inside) {
+    all = {std::max(all.low, inside.low), std::min(all.high, inside.high)};
+  };
   for (const auto& side : sides_) {
     Times hull{2, -1};
     for (std::size_t k = 0; k < extremes_; ++k) {

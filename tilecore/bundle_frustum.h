@@ -15,8 +15,8 @@ struct RaySpace {
   bool orthographic = false;
   bool moving = false;
   double inverse_focus = 0;
-  double lens_radius = 0;  // pixels per unit of the lens factor; 0 for a pinhole
-  double sharp_radius = 0; // pixels of defocus that vertices in focus do not have; see VisibilitySettings
+  double lens_radius = 0;   // pixels per unit of the lens factor; 0 for a pinhole
+  double sharp_radius = 0;  // pixels of defocus that vertices in focus do not have; see VisibilitySettings
 };
 
 // A linearly moving box of that space: [key][axis], B(t) = (1-t) B(0) + t B(1). Rounded outwards.
@@ -32,7 +32,8 @@ struct MotionBox {
 // outside, and the box's corner farthest inside moves linearly, too, so one distance at each key decides.
 //
 // Each side of the rectangle is a pair of planes, through the two extreme points of the lens: at depth z the side of a
-// lens point l lies at a z + l (1 - z/f), l in [-R, R]; what is outside of all of them is what is outside both extremes.
+// lens point l lies at a z + l (1 - z/f), l in [-R, R]; what is outside of all of them is what is outside both
+// extremes.
 //
 // Distances are computed in single precision with a bound e = 6 u (|n_x p_x| + |n_z p_z| + |d|) of their rounding, by
 // which boxes are moved inwards before anything is decided or solved: solving first and nudging the solution afterwards

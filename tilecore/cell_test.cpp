@@ -7,7 +7,8 @@ namespace {
 float edge_value(const Corner& a, const Corner& b) {
   const float p = a.x * b.y, q = a.y * b.x, e = p - q;
   if (e != 0.0f) return e;
-  return static_cast<float>(static_cast<double>(a.x) * static_cast<double>(b.y) - static_cast<double>(a.y) * static_cast<double>(b.x));
+  return static_cast<float>(static_cast<double>(a.x) * static_cast<double>(b.y) -
+                            static_cast<double>(a.y) * static_cast<double>(b.x));
 }
 
 }  // namespace

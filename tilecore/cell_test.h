@@ -5,8 +5,9 @@
 
 namespace tessera::tilecore {
 
-// The inside test of one sample against one cell (two triangles that share a diagonal), in the frame whose origin is the sample: a
-// corner is the vertex at the sample's time, seen through the sample's lens point, relative to the sample's position.
+// The inside test of one sample against one cell (two triangles that share a diagonal), in the frame whose origin is
+// the sample: a corner is the vertex at the sample's time, seen through the sample's lens point, relative to the
+// sample's position.
 //
 // Edge functions e(A, B) = A.x B.y - A.y B.x are computed without fused operations: the sign of a difference of two
 // rounded products is that of the exact value or zero, never the opposite (rounding is monotone). Zero is resolved
@@ -21,7 +22,8 @@ struct Corner {
 
 // +1, -1, or 0 when the two corners coincide.
 inline int exact_edge_sign(float ax, float ay, float bx, float by) {
-  const double e = static_cast<double>(ax) * static_cast<double>(by) - static_cast<double>(ay) * static_cast<double>(bx);
+  const double e =
+      static_cast<double>(ax) * static_cast<double>(by) - static_cast<double>(ay) * static_cast<double>(bx);
   if (e != 0.0) return e > 0.0 ? 1 : -1;
   if (ay != by) return ay > by ? 1 : -1;
   if (ax != bx) return bx > ax ? 1 : -1;
@@ -34,7 +36,8 @@ struct TriangleHit {
 };
 
 // The scalar reference. `weighted_depth`: depth from the corners' depths (orthographic, or corners
-// that are not projected) instead of from their scales. False: outside, or degenerate. Raises neither the invalid nor the divide-by-zero flag for finite corners.
+// that are not projected) instead of from their scales. False: outside, or degenerate. Raises neither the invalid nor
+// the divide-by-zero flag for finite corners.
 bool exact_triangle_test(const Corner& a, const Corner& b, const Corner& c, bool weighted_depth, TriangleHit& hit);
 
 // What a hit must satisfy besides being inside.

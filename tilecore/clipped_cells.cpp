@@ -16,7 +16,8 @@ struct SampleView {
 };
 
 // The scalar twin of the kernels' place_corner, with the homogeneous form for vertices that are not projected.
-Corner place_corner(const MicroMesh& m, std::size_t v, const SampleView& s, RayEffects effects, const VisibilitySettings& settings) {
+Corner place_corner(const MicroMesh& m, std::size_t v, const SampleView& s, RayEffects effects,
+                    const VisibilitySettings& settings) {
   Corner c;
   c.z = effects.motion ? std::fma(s.t, m.z1[v] - m.z0[v], m.z0[v]) : m.z0[v];
   if (m.projected[v]) {
@@ -55,8 +56,8 @@ DVec4 homogeneous(const MicroMesh& m, std::size_t v, bool close, bool orthograph
 }
 
 // Pixels of the tile that a triangle may touch.
-IntRect touched_pixels(const MicroMesh& m, const std::array<std::size_t, 3>& vertices, bool motion, const frontend::Projection& projection,
-                       const IntRect& tile) {
+IntRect touched_pixels(const MicroMesh& m, const std::array<std::size_t, 3>& vertices, bool motion,
+                       const frontend::Projection& projection, const IntRect& tile) {
   std::array<DVec4, 6> points;
   for (std::size_t k = 0; k < 3; ++k) {
     points[k] = homogeneous(m, vertices[k], false, projection.orthographic);
@@ -75,25 +76,29 @@ IntRect touched_pixels(const MicroMesh& m, const std::array<std::size_t, 3>& ver
   const auto pixel = [](float v, int low, int high) {
     return static_cast<int>(std::clamp(std::floor(v), static_cast<float>(low), static_cast<float>(high)));
   };
-  return {pixel(bounds->x0, tile.x0, tile.x1), pixel(bounds->y0, tile.y0, tile.y1), std::min(pixel(bounds->x1, tile.x0 - 1, tile.x1) + 1, tile.x1),
+  return {pixel(bounds->x0, tile.x0, tile.x1), pixel(bounds->y0, tile.y0, tile.y1),
+          std::min(pixel(bounds->x1, tile.x0 - 1, tile.x1) + 1, tile.x1),
           std::min(pixel(bounds->y1, tile.y0 - 1, tile.y1) + 1, tile.y1)};
 }
 
 }  // namespace
 
-void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeRange times, RayEffects effects, const frontend::Projection& projection,
-                        const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
+void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeRange times, RayEffects effects,
+                        const frontend::Projection& projection, const VisibilitySettings& settings, HitSink& sink,
+                        VisibilityWork& work) {
   constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
   const HitLimits& limits = settings.limits;
   for (const std::uint32_t cell : mesh.clipped_cells) {
     const std::size_t triangles = mesh.corner[2][cell] != mesh.corner[3][cell] ? 2 : 1;
     for (std::size_t half = 0; half < triangles; ++half) {
       std::array<std::size_t, 3> vertices;
-      for (std::size_t k = 0; k < 3; ++k) vertices[k] = static_cast<std::size_t>(mesh.corner[kTriangles[half][k]][cell]);
+      for (std::size_t k = 0; k < 3; ++k)
+        vertices[k] = static_cast<std::size_t>(mesh.corner[kTriangles[half][k]][cell]);
       ++work.box_tests;
       const IntRect box = touched_pixels(mesh, vertices, effects.motion, projection, samples.pixels);
       for (int y = box.y0; y < box.y1; ++y) {
-        const auto first = static_cast<std::size_t>(((y - samples.pixels.y0) * samples.pixels.width() + (box.x0 - samples.pixels.x0)) * samples.spp);
+        const auto first = static_cast<std::size_t>(
+            ((y - samples.pixels.y0) * samples.pixels.width() + (box.x0 - samples.pixels.x0)) * samples.spp);
         const auto last = first + static_cast<std::size_t>(box.width() * samples.spp);
         for (std::size_t i = first; i < last; ++i) {
           if (samples.stencil(i) < times.first || samples.stencil(i) > times.last) continue;
@@ -104,10 +109,13 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeR
           ++work.triangle_tests;
           TriangleHit hit;
           if (!exact_triangle_test(c[0], c[1], c[2], true, hit)) continue;
-          if (!(hit.z >= limits.near && hit.z <= limits.far) || !(hit.positive ? limits.keep_positive : limits.keep_negative)) continue;
+          if (!(hit.z >= limits.near && hit.z <= limits.far) ||
+              !(hit.positive ? limits.keep_positive : limits.keep_negative))
+            continue;
           ++work.sample_hits;
           // Such triangles have no place on screen at shutter open; the sample's own serves.
-          sink.add({static_cast<std::uint32_t>(i), mesh.triangle[cell] + static_cast<std::uint32_t>(half), hit.z, hit.b1, hit.b2, s.x, s.y});
+          sink.add({static_cast<std::uint32_t>(i), mesh.triangle[cell] + static_cast<std::uint32_t>(half), hit.z,
+                    hit.b1, hit.b2, s.x, s.y});
         }
       }
     }

@@ -11,17 +11,21 @@ namespace {
 constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded together
 
 // Whether samples see a surface where it is at rest: it does not move and there is no lens.
-bool at_rest(const frontend::FrameGeometry& frame, std::uint32_t patch) { return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0; }
+bool at_rest(const frontend::FrameGeometry& frame, std::uint32_t patch) {
+  return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0;
+}
 
-// Time at which a sample sees a patch: what does not move is as it is at shutter open. Mixing two equal poses by the time would round, and
-// a still pixel would not stay the same from frame to frame.
-float time_of(const frontend::FrameGeometry& frame, const TileSamples& samples, std::size_t sample, std::uint32_t patch) {
+// Time at which a sample sees a patch: what does not move is as it is at shutter open. Mixing two equal poses by the
+// time would round, and a still pixel would not stay the same from frame to frame.
+float time_of(const frontend::FrameGeometry& frame, const TileSamples& samples, std::size_t sample,
+              std::uint32_t patch) {
   return frame.drawable_of(patch).moving ? samples.t(sample) : 0.0f;
 }
 
 }  // namespace
 
-void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache, std::span<const std::uint8_t> runs) {
+void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
+                           std::span<const std::uint8_t> runs) {
   runs_ = runs;
   pixel_invocations_.assign(samples.count / static_cast<std::size_t>(samples.spp), 0);
   pixel_normal_.assign(pixel_invocations_.size(), Vec3(0.0f));
@@ -64,18 +68,22 @@ void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples
     for (int block_x = 0; block_x < width; block_x += kBlockSide)
       for (int y = block_y; y < std::min(block_y + kBlockSide, height); ++y)
         for (int x = block_x; x < std::min(block_x + kBlockSide, width); ++x) {
-          const auto pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+          const auto pixel =
+              static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
           if (runs_of(pixel) == 0) {
             skip_pixel(job, samples, state, pixel);
             continue;
           }
-          if (job.shading == ShadingRate::kCache) shade_pixel_from_cells(job, samples, state, pixel);
-          else shade_pixel(job, samples, state, pixel);
+          if (job.shading == ShadingRate::kCache)
+            shade_pixel_from_cells(job, samples, state, pixel);
+          else
+            shade_pixel(job, samples, state, pixel);
           fill_background(job, samples, pixel * spp, spp);
         }
 }
 
-std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                          std::size_t pixel) {
   const frontend::FrameGeometry& frame = *job.frame;
   const auto spp = static_cast<std::size_t>(samples.spp);
   const std::size_t first = pixel * spp;
@@ -92,32 +100,42 @@ std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples&
     const float x = rests ? samples.x[s] : state.rest_x[s], y = rests ? samples.y[s] : state.rest_y[s];
     const float cell_x = std::floor(x), cell_y = std::floor(y);
     const bool right = halves && samples.x[s] - std::floor(samples.x[s]) >= 0.5f;
-    const float dx = x - cell_x - (halves ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f, distance2 = dx * dx + dy * dy;
+    const float dx = x - cell_x - (halves ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f,
+                distance2 = dx * dx + dy * dy;
     std::size_t g = 0;
     if (job.shading == ShadingRate::kSample) g = groups_.size();
-    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x || groups_[g].cell_y != cell_y || groups_[g].right != right)) ++g;
-    if (g == groups_.size()) groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2, right});
-    else if (distance2 < groups_[g].distance2) groups_[g].sample = s, groups_[g].distance2 = distance2;
+    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x ||
+                                  groups_[g].cell_y != cell_y || groups_[g].right != right))
+      ++g;
+    if (g == groups_.size())
+      groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2, right});
+    else if (distance2 < groups_[g].distance2)
+      groups_[g].sample = s, groups_[g].distance2 = distance2;
     group_of_[k] = g;
   }
   return visible;
 }
 
-void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                std::size_t pixel) {
   const std::size_t visible = group_samples(job, samples, state, pixel);
   counters_.samples_visible += visible;
   skipped_.samples += visible;
   skipped_.invocations += job.shading == ShadingRate::kCache ? visible : groups_.size();
 }
 
-void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                 std::size_t pixel) {
   const auto spp = static_cast<std::size_t>(samples.spp);
   const std::size_t first = pixel * spp, visible = group_samples(job, samples, state, pixel);
   counters_.samples_visible += visible;
   counters_.pixel_shader_invocations_saved += visible - groups_.size();
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const std::size_t s = groups_[g].sample;
-    const ShadedPoint point = run_shader(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], time_of(*job.frame, samples, s, state.patch[s])}, pixel);
+    const ShadedPoint point = run_shader(
+        job,
+        {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], time_of(*job.frame, samples, s, state.patch[s])},
+        pixel);
     pixel_normal_[pixel] += point.normal;
     for (std::size_t k = 0; k < spp; ++k)
       if (state.patch[first + k] != TileState::kNoPatch && group_of_[k] == g) {
@@ -127,22 +145,28 @@ void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples,
   }
 }
 
-void DeferredShader::shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel) {
+void DeferredShader::shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                            std::size_t pixel) {
   const auto spp = static_cast<std::size_t>(samples.spp);
   for (std::size_t s = pixel * spp; s < (pixel + 1) * spp; ++s) {
     if (state.patch[s] == TileState::kNoPatch) continue;
     ++counters_.samples_visible;
-    const ShadedPoint& point = shade_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
+    const ShadedPoint& point =
+        shade_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
     pixel_normal_[pixel] += point.normal;
     sample_color_[s] = point.color;
     sample_coverage_[s] = 1.0f;
   }
 }
 
-void DeferredShader::fill_background(const TileJob& job, const TileSamples& samples, std::size_t first, std::size_t count) {
+void DeferredShader::fill_background(const TileJob& job, const TileSamples& samples, std::size_t first,
+                                     std::size_t count) {
   for (std::size_t s = first; s < first + count; ++s) {
     if (sample_coverage_[s] > 0.0f) continue;
-    sample_color_[s] = job.has_background ? job.background : job.lighting.environment.background(view_direction(*job.frame, samples.x[s], samples.y[s]));
+    sample_color_[s] =
+        job.has_background
+            ? job.background
+            : job.lighting.environment.background(view_direction(*job.frame, samples.x[s], samples.y[s]));
   }
 }
 
@@ -181,11 +205,13 @@ void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples
   }
 }
 
-DeferredShader::ShadedLayer* DeferredShader::shared_layer(const TileJob& job, const TileState::Layer& layer, bool& found) {
+DeferredShader::ShadedLayer* DeferredShader::shared_layer(const TileJob& job, const TileState::Layer& layer,
+                                                          bool& found) {
   const bool rests = at_rest(*job.frame, layer.patch);
   const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
   for (ShadedLayer& shaded : shaded_layers_)
-    if (shaded.patch == layer.patch && shaded.triangle == layer.triangle && shaded.cell_x == cell_x && shaded.cell_y == cell_y) {
+    if (shaded.patch == layer.patch && shaded.triangle == layer.triangle && shaded.cell_x == cell_x &&
+        shaded.cell_y == cell_y) {
       found = true;
       return &shaded;
     }
@@ -194,14 +220,18 @@ DeferredShader::ShadedLayer* DeferredShader::shared_layer(const TileJob& job, co
   return &shaded_layers_.back();
 }
 
-ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer, std::size_t pixel) {
-  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2, time_of(*job.frame, samples, layer.sample, layer.patch)};
+ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
+                                        std::size_t pixel) {
+  const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2,
+                           time_of(*job.frame, samples, layer.sample, layer.patch)};
   if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
   if (job.shading == ShadingRate::kSample) return run_shader(job, at, pixel);
   bool found = false;
   ShadedLayer& shaded = *shared_layer(job, layer, found);
-  if (found) ++counters_.pixel_shader_invocations_saved;
-  else shaded.point = run_shader(job, at, pixel);
+  if (found)
+    ++counters_.pixel_shader_invocations_saved;
+  else
+    shaded.point = run_shader(job, at, pixel);
   return shaded.point;
 }
 
@@ -226,7 +256,8 @@ void DeferredShader::write_auxiliary(const TileSamples& samples, const TileState
       targets.patch.at(tx, ty)[0] = state.patch[pixel * spp] + 1;  // kNoPatch wraps to 0
       targets.invocations.at(tx, ty)[0] = static_cast<float>(pixel_invocations_[pixel]);
       const float length = glm::length(pixel_normal_[pixel]);
-      for (int c = 0; c < 3; ++c) targets.normal.at(tx, ty)[static_cast<std::size_t>(c)] = length > 0 ? pixel_normal_[pixel][c] / length : 0.0f;
+      for (int c = 0; c < 3; ++c)
+        targets.normal.at(tx, ty)[static_cast<std::size_t>(c)] = length > 0 ? pixel_normal_[pixel][c] / length : 0.0f;
     }
 }
 

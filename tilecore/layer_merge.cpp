@@ -7,13 +7,17 @@
 
 namespace tessera::tilecore {
 
-bool nearer(const BlendedLayer& a, const BlendedLayer& b) { return std::tie(a.z, b.patch, b.triangle) < std::tie(b.z, a.patch, a.triangle); }
+bool nearer(const BlendedLayer& a, const BlendedLayer& b) {
+  return std::tie(a.z, b.patch, b.triangle) < std::tie(b.z, a.patch, a.triangle);
+}
 
 std::size_t LayerMerger::merge(std::vector<BlendedLayer>& far_to_near, std::size_t capacity) {
   TESSERA_CHECK(capacity > 0 && capacity <= kMostCapacity, "a sample has room for 1 to 64 layers");
   if (far_to_near.size() <= capacity) return 0;
   const std::size_t overflows = far_to_near.size() - capacity;
-  std::sort(far_to_near.begin(), far_to_near.end(), [](const BlendedLayer& a, const BlendedLayer& b) { return std::tie(a.patch, a.triangle, a.z) < std::tie(b.patch, b.triangle, b.z); });
+  std::sort(far_to_near.begin(), far_to_near.end(), [](const BlendedLayer& a, const BlendedLayer& b) {
+    return std::tie(a.patch, a.triangle, a.z) < std::tie(b.patch, b.triangle, b.z);
+  });
   std::size_t count = 0;
   for (const BlendedLayer& layer : far_to_near) {
     std::size_t place = count++;

@@ -6,7 +6,8 @@ namespace tessera::tilecore {
 
 std::size_t MeshStore::KeyHash::operator()(const Key& key) const {
   const auto& r = key.range;
-  const std::uint32_t range = std::uint32_t{r.i0} | std::uint32_t{r.j0} << 8 | std::uint32_t{r.i1} << 16 | std::uint32_t{r.j1} << 24;
+  const std::uint32_t range =
+      std::uint32_t{r.i0} | std::uint32_t{r.j0} << 8 | std::uint32_t{r.i1} << 16 | std::uint32_t{r.j1} << 24;
   return hash32(key.patch, range, (key.effects.motion ? 1u : 0u) | (key.effects.lens ? 2u : 0u));
 }
 
@@ -27,7 +28,9 @@ MeshStore::Node& MeshStore::make_room() {
   return nodes_.front();
 }
 
-const MeshStore::Item& MeshStore::get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects, int box_bits, bool displaced) {
+const MeshStore::Item& MeshStore::get(const frontend::FrameGeometry& frame, std::uint32_t patch,
+                                      const frontend::CellRange& range, RayEffects effects, int box_bits,
+                                      bool displaced) {
   if (frame.identity != frame_identity_) {
     index_.clear();
     // Their memory serves the new frame.

@@ -8,9 +8,9 @@
 
 namespace tessera::tilecore {
 
-// Host memory of tessellated sub-patches: neighbouring tiles ask for the same ones, and the host need not make them again.
-// What the emulated machine would have made again is another account (TessellationCache). Keeps what was asked for last;
-// one instance per thread. A mesh depends on its key alone, so results do not depend on what is kept.
+// Host memory of tessellated sub-patches: neighbouring tiles ask for the same ones, and the host need not make them
+// again. What the emulated machine would have made again is another account (TessellationCache). Keeps what was asked
+// for last; one instance per thread. A mesh depends on its key alone, so results do not depend on what is kept.
 class MeshStore {
  public:
   // [measured] what one thread needs at 1280x720 with triangles of 1 pixel^2 and 128 pixels of blur.
@@ -22,7 +22,8 @@ class MeshStore {
     Tessellator::Work work;
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
-  const Item& get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects, int box_bits, bool displaced = true);
+  const Item& get(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range,
+                  RayEffects effects, int box_bits, bool displaced = true);
 
   // Of all that is kept; at most the limit, but for a single larger mesh.
   std::size_t memory_bytes() const { return bytes_; }

@@ -34,10 +34,11 @@ void MicroMesh::add_cell(const std::array<std::int32_t, 4>& corners, std::uint32
 
 std::size_t MicroMesh::memory_bytes() const {
   std::size_t bytes = sizeof(MicroMesh);
-  for (const auto* v : {&x0, &y0, &z0, &x1, &y1, &z1, &box_x_low, &box_x_high, &box_y_low, &box_y_high}) bytes += v->capacity() * sizeof(float);
+  for (const auto* v : {&x0, &y0, &z0, &x1, &y1, &z1, &box_x_low, &box_x_high, &box_y_low, &box_y_high})
+    bytes += v->capacity() * sizeof(float);
   for (const auto& c : corner) bytes += c.capacity() * sizeof(std::int32_t);
-  return bytes + triangle.capacity() * sizeof(std::uint32_t) + projected.capacity() + used.capacity() + leaves.capacity() * sizeof(Leaf) +
-         clipped_cells.capacity() * sizeof(std::uint32_t);
+  return bytes + triangle.capacity() * sizeof(std::uint32_t) + projected.capacity() + used.capacity() +
+         leaves.capacity() * sizeof(Leaf) + clipped_cells.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace tessera::tilecore

@@ -29,8 +29,8 @@ struct MicroMesh {
   // ---- Cells, leaf by leaf; leaf l owns slots 16 l .. 16 l + 15 ----
   // Corner numbers (a, b, c, d): triangles (a, b, c) and (a, c, d); c == d: one triangle.
   std::array<std::vector<std::int32_t>, 4> corner;
-  std::vector<std::uint32_t> triangle;        // number of the first triangle within the base patch
-  std::vector<std::uint8_t> used;             // 0: unused slot, or nothing but degenerate triangles
+  std::vector<std::uint32_t> triangle;  // number of the first triangle within the base patch
+  std::vector<std::uint8_t> used;       // 0: unused slot, or nothing but degenerate triangles
   // Boxes in pixels in the leaf's rest frame (see Leaf). Empty for slots that are unused or clipped.
   std::vector<float> box_x_low, box_x_high, box_y_low, box_y_high;
 
@@ -39,13 +39,13 @@ struct MicroMesh {
   //     x' = x - tau(t) drift_x + u lens_factor,    tau(t) = t r / ((1-t) + t r)
   // and the boxes there do not move: they hold every vertex at every time, seen through every point of the lens.
   struct Leaf {
-    std::uint32_t cell_count;     // slots in use
-    std::uint32_t cells;          // bit k: slot k has triangles and all its corners are projected
-    float rate;                   // r; 1 for static and orthographic
-    float drift_x, drift_y;       // pixels from shutter open to close
-    float lens_factor;            // middle of 1/z - 1/f (orthographic: 1 - z/f) over the leaf and the shutter
-    float near;                   // no hit of these cells is nearer
-    bool flat;                    // no corner changes its depth
+    std::uint32_t cell_count;            // slots in use
+    std::uint32_t cells;                 // bit k: slot k has triangles and all its corners are projected
+    float rate;                          // r; 1 for static and orthographic
+    float drift_x, drift_y;              // pixels from shutter open to close
+    float lens_factor;                   // middle of 1/z - 1/f (orthographic: 1 - z/f) over the leaf and the shutter
+    float near;                          // no hit of these cells is nearer
+    bool flat;                           // no corner changes its depth
     float x_low, x_high, y_low, y_high;  // of all boxes; empty without cells
   };
   std::vector<Leaf> leaves;
@@ -57,7 +57,8 @@ struct MicroMesh {
 
   void resize_vertices(std::size_t count, bool moving);
   void clear_cells();
-  // Appends a cell to the current leaf (see begin_leaf). `first_triangle` numbers triangle (a, b, c); (a, c, d) follows.
+  // Appends a cell to the current leaf (see begin_leaf). `first_triangle` numbers triangle (a, b, c); (a, c, d)
+  // follows.
   void begin_leaf();
   void add_cell(const std::array<std::int32_t, 4>& corners, std::uint32_t first_triangle);
 
@@ -71,16 +72,16 @@ struct BoxSettings {
   bool lens = false;
   bool orthographic = false;
   float inverse_focus = 0;
-  float lens_scale = 0;  // largest |(u, v)| of a sample
-  int box_bits = 32;     // 8 or 16: boxes of cells are rounded outwards to so many bits within their leaf's box
+  float lens_scale = 0;    // largest |(u, v)| of a sample
+  int box_bits = 32;       // 8 or 16: boxes of cells are rounded outwards to so many bits within their leaf's box
   float sharp_factor = 0;  // see VisibilitySettings
 };
 
-// Finishes the cells of a mesh: takes away triangles with two corners in one place (a cell that keeps one triangle becomes
-// that triangle), sets clipped cells aside, and builds the boxes of cells and leaves (motion BVH from the tessellation
-// pattern: Clarberg and Burns, US 8791945; two levels, since a sub-patch is small). Boxes are widened so that they hold
-// every vertex at every time in spite of rounding, of the spread of rates and of circles of confusion inside a leaf.
-// The same bits on every instruction set.
+// Finishes the cells of a mesh: takes away triangles with two corners in one place (a cell that keeps one triangle
+// becomes that triangle), sets clipped cells aside, and builds the boxes of cells and leaves (motion BVH from the
+// tessellation pattern: Clarberg and Burns, US 8791945; two levels, since a sub-patch is small). Boxes are widened so
+// that they hold every vertex at every time in spite of rounding, of the spread of rates and of circles of confusion
+// inside a leaf. The same bits on every instruction set.
 void build_cells(MicroMesh& mesh, const BoxSettings& settings);
 
 }  // namespace tessera::tilecore

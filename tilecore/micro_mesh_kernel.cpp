@@ -61,7 +61,8 @@ HWY_INLINE Corners load_corners(const MicroMesh& m, std::size_t slot) {
   }
   alignas(64) float flag[kLeafCells];
   for (std::size_t k = 0; k < 4; ++k) {
-    for (std::size_t i = 0; i < hn::Lanes(d); ++i) flag[i] = m.projected[static_cast<std::size_t>(m.corner[k][slot + i])];
+    for (std::size_t i = 0; i < hn::Lanes(d); ++i)
+      flag[i] = m.projected[static_cast<std::size_t>(m.corner[k][slot + i])];
     c.projected[k] = hn::Gt(hn::Load(d, flag), hn::Zero(d));
   }
   return c;
@@ -75,7 +76,8 @@ HWY_INLINE M same_place(const Corners& c, std::size_t i, std::size_t j) {
 }
 
 // Reduces the cells of a leaf to their triangles that are not degenerate. Returns slots with triangles.
-std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t first, std::uint32_t cell_count, std::uint32_t& clipped) {
+std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t first,
+                           std::uint32_t cell_count, std::uint32_t& clipped) {
   const D d;
   const DI di;
   std::uint32_t first_bits = 0, second_bits = 0;
@@ -84,7 +86,8 @@ std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std
     if (k >= cell_count) break;
     const Corners& c = corners[k / hn::Lanes(d)];
     const M ac = same_place(c, 0, 2);
-    const M one = hn::RebindMask(d, hn::Eq(hn::LoadU(di, m.corner[2].data() + first + k), hn::LoadU(di, m.corner[3].data() + first + k)));
+    const M one = hn::RebindMask(
+        d, hn::Eq(hn::LoadU(di, m.corner[2].data() + first + k), hn::LoadU(di, m.corner[3].data() + first + k)));
     const M bad_first = hn::Or(hn::Or(same_place(c, 0, 1), same_place(c, 1, 2)), ac);
     const M bad_second = hn::Or(hn::Or(one, ac), hn::Or(same_place(c, 2, 3), same_place(c, 0, 3)));
     const M in_front = hn::And(hn::And(c.projected[0], c.projected[1]), hn::And(c.projected[2], c.projected[3]));
@@ -127,7 +130,8 @@ LeafRange leaf_range(const Corners (&corners)[kVectors], std::uint32_t cells, bo
   const D d;
   const float infinity = std::numeric_limits<float>::infinity();
   V low_x0 = hn::Set(d, infinity), low_y0 = low_x0, low_x1 = low_x0, low_y1 = low_x0, low_z = low_x0, low_rate = low_x0;
-  V high_x0 = hn::Neg(low_x0), high_y0 = high_x0, high_x1 = high_x0, high_y1 = high_x0, high_z = high_x0, high_rate = hn::Zero(d), travel = hn::Zero(d);
+  V high_x0 = hn::Neg(low_x0), high_y0 = high_x0, high_x1 = high_x0, high_y1 = high_x0, high_z = high_x0,
+    high_rate = hn::Zero(d), travel = hn::Zero(d);
   M same_depth = hn::Eq(hn::Zero(d), hn::Zero(d));
   for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
     const std::uint32_t bits = cells >> k & ((1u << hn::Lanes(d)) - 1);
@@ -149,8 +153,10 @@ LeafRange leaf_range(const Corners (&corners)[kVectors], std::uint32_t cells, bo
       least(low_rate, rate), most(high_rate, rate);
     }
   }
-  LeafRange r{lowest(low_x0), highest(high_x0), lowest(low_y0), highest(high_y0), lowest(low_x1), highest(high_x1), lowest(low_y1),
-              highest(high_y1), lowest(low_z), highest(high_z), lowest(low_rate), highest(high_rate), highest(travel), hn::AllTrue(d, same_depth)};
+  LeafRange r{lowest(low_x0),  highest(high_x0),          lowest(low_y0),   highest(high_y0),
+              lowest(low_x1),  highest(high_x1),          lowest(low_y1),   highest(high_y1),
+              lowest(low_z),   highest(high_z),           lowest(low_rate), highest(high_rate),
+              highest(travel), hn::AllTrue(d, same_depth)};
   if (!kMoving || orthographic) r.low_rate = r.high_rate = 1.0f;
   if (!kMoving) r.low_x1 = r.low_x0, r.high_x1 = r.high_x0, r.low_y1 = r.low_y0, r.high_y1 = r.high_y0;
   return r;
@@ -168,25 +174,30 @@ float leaf_pad(const LeafRange& r, const BoxSettings& settings, MicroMesh::Leaf&
   leaf.drift_y = 0.5f * ((r.low_y1 - r.low_y0) + (r.high_y1 - r.high_y0));
   // A vertex is at x0 + lambda (x1 - x0). In the rest frame that is x0 + lambda (x1 - drift - x0), between the rest
   // positions of the two keys, and (lambda - tau) drift besides. lambda is a logistic function of logit(t) + ln r: two
-  // rates r and r' are at most tanh(|ln r'/r| / 4) apart, that is (s - 1) / (s + 1) with s the square root of their ratio.
+  // rates r and r' are at most tanh(|ln r'/r| / 4) apart, that is (s - 1) / (s + 1) with s the square root of their
+  // ratio.
   const float ratio = std::sqrt(std::max(r.high_rate / leaf.rate, leaf.rate / r.low_rate));
   const float spread = (ratio - 1.0f) / (ratio + 1.0f) + 0x1p-20f;
   const float drift = std::max(std::abs(leaf.drift_x), std::abs(leaf.drift_y));
   float lens = 0.0f;
   if (settings.lens) {
-    const auto factor = [&](float z) { return settings.orthographic ? 1.0f - z * settings.inverse_focus : 1.0f / z - settings.inverse_focus; };
+    const auto factor = [&](float z) {
+      return settings.orthographic ? 1.0f - z * settings.inverse_focus : 1.0f / z - settings.inverse_focus;
+    };
     float a = factor(r.high_z), b = factor(r.low_z);
     // Vertices in focus have a factor of zero.
     if (a <= 2 * settings.sharp_factor && b >= -2 * settings.sharp_factor) a = std::min(a, 0.0f), b = std::max(b, 0.0f);
     leaf.lens_factor = 0.5f * (a + b);
     // Factors are differences that may cancel: 2^-20 of what they are differences of is 16 roundings.
-    const float size = settings.orthographic ? 1.0f + std::max(std::abs(r.low_z), std::abs(r.high_z)) * settings.inverse_focus
-                                             : std::abs(1.0f / r.low_z) + std::abs(1.0f / r.high_z) + settings.inverse_focus;
+    const float size = settings.orthographic
+                           ? 1.0f + std::max(std::abs(r.low_z), std::abs(r.high_z)) * settings.inverse_focus
+                           : std::abs(1.0f / r.low_z) + std::abs(1.0f / r.high_z) + settings.inverse_focus;
     lens = settings.lens_scale * (0.5f * std::abs(a - b) + 0x1p-20f * size);
   }
   // Vertices, samples and boxes each round a handful of times at the size of the coordinates: 16 u.
   const float extent = std::max({std::abs(r.low_x0), std::abs(r.high_x0), std::abs(r.low_y0), std::abs(r.high_y0)});
-  return spread * drift + lens + (extent + 2 * (r.travel + drift) + settings.lens_scale * std::abs(leaf.lens_factor)) * 0x1p-20f;
+  return spread * drift + lens +
+         (extent + 2 * (r.travel + drift) + settings.lens_scale * std::abs(leaf.lens_factor)) * 0x1p-20f;
 }
 
 // Low and high faces to `bits` bits between those of the leaf, outwards.
@@ -196,14 +207,16 @@ HWY_INLINE void quantise(V& low, V& high, float leaf_low, float leaf_high, int b
   const float step = (leaf_high - leaf_low) / steps;
   if (!(step > 0.0f)) return;
   const V base = hn::Set(d, leaf_low), width = hn::Set(d, step), inverse = hn::Set(d, 1.0f / step);
-  const V below = hn::Floor(hn::Mul(hn::Sub(low, base), inverse)), above = hn::Ceil(hn::Mul(hn::Sub(high, base), inverse));
+  const V below = hn::Floor(hn::Mul(hn::Sub(low, base), inverse)),
+          above = hn::Ceil(hn::Mul(hn::Sub(high, base), inverse));
   // The products round: the true face still limits them.
   low = hn::Min(low, hn::Add(base, hn::Mul(below, width)));
   high = hn::Max(high, hn::Add(base, hn::Mul(above, width)));
 }
 
 template <bool kMoving>
-void box_leaf(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t first, const BoxSettings& settings, MicroMesh::Leaf& leaf) {
+void box_leaf(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t first, const BoxSettings& settings,
+              MicroMesh::Leaf& leaf) {
   const D d;
   const float infinity = std::numeric_limits<float>::infinity();
   leaf.x_low = leaf.y_low = infinity;
@@ -211,7 +224,8 @@ void box_leaf(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t firs
   const LeafRange range = leaf_range<kMoving>(corners, leaf.cells, settings.orthographic);
   leaf.flat = range.flat;
   leaf.near = range.low_z - std::abs(range.low_z) * 0x1p-20f;
-  const V pad = hn::Set(d, leaf_pad(range, settings, leaf)), drift_x = hn::Set(d, leaf.drift_x), drift_y = hn::Set(d, leaf.drift_y);
+  const V pad = hn::Set(d, leaf_pad(range, settings, leaf)), drift_x = hn::Set(d, leaf.drift_x),
+          drift_y = hn::Set(d, leaf.drift_y);
   const V empty_low = hn::Set(d, infinity), empty_high = hn::Neg(empty_low);
   for (std::size_t k = 0; k < kLeafCells; k += hn::Lanes(d)) {
     const M in = lanes_of(leaf.cells >> k & ((1u << hn::Lanes(d)) - 1));
@@ -266,15 +280,18 @@ void build(MicroMesh& m, const BoxSettings& settings) {
     for (std::size_t k = 0; k < kVectors; ++k) corners[k] = load_corners<kMoving>(m, first + k * hn::Lanes(D()));
     std::uint32_t clipped = 0;
     leaf.cells = reduce_cells(m, corners, first, leaf.cell_count, clipped);
-    for (std::uint32_t bits = clipped; bits != 0; bits &= bits - 1) m.clipped_cells.push_back(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(std::countr_zero(bits)));
+    for (std::uint32_t bits = clipped; bits != 0; bits &= bits - 1)
+      m.clipped_cells.push_back(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(std::countr_zero(bits)));
     leaf.cells &= ~clipped;
     box_leaf<kMoving>(m, corners, first, settings, leaf);
   }
 }
 
 void BuildCells(MicroMesh& m, const BoxSettings& settings) {
-  if (settings.moving) build<true>(m, settings);
-  else build<false>(m, settings);
+  if (settings.moving)
+    build<true>(m, settings);
+  else
+    build<false>(m, settings);
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE

@@ -55,7 +55,8 @@ MotionBox cell_box(const MicroMesh& m, std::size_t cell, bool moving, const RayS
     const auto v = static_cast<std::size_t>(corners[cell]);
     for (std::size_t key = 0; key < 2; ++key) {
       const bool close = moving && key == 1;
-      const std::array<double, 2> at = {static_cast<double>(close ? m.x1[v] : m.x0[v]) - space.center_x, static_cast<double>(close ? m.y1[v] : m.y0[v]) - space.center_y};
+      const std::array<double, 2> at = {static_cast<double>(close ? m.x1[v] : m.x0[v]) - space.center_x,
+                                        static_cast<double>(close ? m.y1[v] : m.y0[v]) - space.center_y};
       const double z = static_cast<double>(close ? m.z1[v] : m.z0[v]), w = space.orthographic ? 1.0 : z;
       for (std::size_t axis = 0; axis < 2; ++axis) {
         low[key][axis] = std::min(low[key][axis], at[axis] * w);
@@ -67,15 +68,22 @@ MotionBox cell_box(const MicroMesh& m, std::size_t cell, bool moving, const RayS
       high[key][2] = std::max(high[key][2], z);
       nearest = std::min(nearest, std::abs(z));
       farthest = std::max(farthest, std::abs(z));
-      if (space.lens_radius > 0) lens = std::max(lens, space.lens_radius * std::abs(space.orthographic ? 1 - z * space.inverse_focus : 1 / z - space.inverse_focus));
+      if (space.lens_radius > 0)
+        lens = std::max(lens, space.lens_radius * std::abs(space.orthographic ? 1 - z * space.inverse_focus
+                                                                              : 1 / z - space.inverse_focus));
     }
     if (moving)
-      way = std::max({way, std::abs(static_cast<double>(m.x1[v]) - static_cast<double>(m.x0[v])), std::abs(static_cast<double>(m.y1[v]) - static_cast<double>(m.y0[v]))});
+      way = std::max({way, std::abs(static_cast<double>(m.x1[v]) - static_cast<double>(m.x0[v])),
+                      std::abs(static_cast<double>(m.y1[v]) - static_cast<double>(m.y0[v]))});
   }
   const double width = std::max(screen_high[0] - screen_low[0], screen_high[1] - screen_low[1]) + 2 * lens;
   const double focus = space.lens_radius * (1 + farthest * space.inverse_focus);
-  const double pad = kRoundingMargin * (space.orthographic ? way + width + focus : farthest * (way + width) + (space.lens_radius > 0 ? focus * (farthest / nearest) : 0.0));
-  // A vertex in focus is where the middle of the lens sees it, that much away from where a ray through another point would.
+  const double pad =
+      kRoundingMargin * (space.orthographic
+                             ? way + width + focus
+                             : farthest * (way + width) + (space.lens_radius > 0 ? focus * (farthest / nearest) : 0.0));
+  // A vertex in focus is where the middle of the lens sees it, that much away from where a ray through another point
+  // would.
   const double sharp = space.sharp_radius * (1 + 0x1p-20) * (space.orthographic ? 1.0 : farthest), across = pad + sharp;
   const std::array<double, 3> pads = {across, across, 2 * kRoundingMargin * farthest};
   MotionBox box;
@@ -101,14 +109,17 @@ std::uint32_t or_pairs(std::uint64_t word) {
 
 void MotionBvh::build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffects effects, const RaySpace& space) {
   space_ = space;
-  const std::size_t leaves = std::max<std::size_t>(1, mesh.leaves.size()), columns = std::clamp<std::size_t>(leaf_columns, 1, leaves);
+  const std::size_t leaves = std::max<std::size_t>(1, mesh.leaves.size()),
+                    columns = std::clamp<std::size_t>(leaf_columns, 1, leaves);
   const std::size_t rows = (leaves + columns - 1) / columns;
   const int bits_x = std::bit_width(columns - 1), bits_y = std::bit_width(rows - 1);
   leaf_count_ = static_cast<std::uint32_t>(kLeafCells << (bits_x + bits_y));
   cells_.assign(leaf_count_, kNoCell);
   nodes_.assign(2 * leaf_count_, MotionBox::empty());
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-    const std::uint32_t first = static_cast<std::uint32_t>(kLeafCells) * morton(static_cast<std::uint32_t>(l % columns), static_cast<std::uint32_t>(l / columns), bits_x, bits_y);
+    const std::uint32_t first =
+        static_cast<std::uint32_t>(kLeafCells) *
+        morton(static_cast<std::uint32_t>(l % columns), static_cast<std::uint32_t>(l / columns), bits_x, bits_y);
     const std::uint32_t count = mesh.leaves[l].cell_count;
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::size_t cell = l * kLeafCells + k;
@@ -165,13 +176,15 @@ MotionBvh::Overlap MotionBvh::within(const TimeRange& values) {
     const TimeRange stencils = leaf.stencils.intersect(values);
     if (stencils.empty()) continue;
     overlap.any = true;
-    overlap.stencils = {std::min(overlap.stencils.first, stencils.first), std::max(overlap.stencils.last, stencils.last)};
+    overlap.stencils = {std::min(overlap.stencils.first, stencils.first),
+                        std::max(overlap.stencils.last, stencils.last)};
     mask_[leaf.leaf / 64] |= std::uint64_t{1} << (leaf.leaf % 64);
   }
   if (!overlap.any) return overlap;
   if (method_ == BranchNode::kLeafMask) overlap.branch = branch_of_mask();
   // Without a fork there is one leaf inside.
-  else if (method_ == BranchNode::kBothChildren) overlap.branch = fork_ != 0 ? fork_ : leaf_count_ + inside_.front().leaf;
+  else if (method_ == BranchNode::kBothChildren)
+    overlap.branch = fork_ != 0 ? fork_ : leaf_count_ + inside_.front().leaf;
   return overlap;
 }
 
@@ -182,7 +195,8 @@ std::uint32_t MotionBvh::branch_of_mask() {
     std::uint64_t all = 0, words = 0, at = 0;
     for (std::size_t w = 0; w < level.size(); ++w)
       if (level[w] != 0) all = level[w], at = w, ++words;
-    if (words == 1 && (all & (all - 1)) == 0) return first + static_cast<std::uint32_t>(64 * at) + static_cast<std::uint32_t>(std::countr_zero(all));
+    if (words == 1 && (all & (all - 1)) == 0)
+      return first + static_cast<std::uint32_t>(64 * at) + static_cast<std::uint32_t>(std::countr_zero(all));
     for (std::size_t w = 0; w < level.size(); w += 2)
       level[w / 2] = or_pairs(level[w]) | (w + 1 < level.size() ? std::uint64_t{or_pairs(level[w + 1])} << 32 : 0);
     level.resize((level.size() + 1) / 2);
@@ -194,12 +208,15 @@ MotionBvh::Ray MotionBvh::ray(const TileSamples& samples, std::uint32_t sample, 
   ray.t = space_.moving ? static_cast<double>(samples.t(sample)) : 0.0;
   ray.limit = static_cast<double>(limit);
   ray.sample = sample;
-  const std::array<double, 2> at = {static_cast<double>(samples.x[sample]) - space_.center_x, static_cast<double>(samples.y[sample]) - space_.center_y};
+  const std::array<double, 2> at = {static_cast<double>(samples.x[sample]) - space_.center_x,
+                                    static_cast<double>(samples.y[sample]) - space_.center_y};
   const bool lens = space_.lens_radius > 0;
-  const std::array<double, 2> point = {lens ? static_cast<double>(samples.lens_u[sample]) : 0.0, lens ? static_cast<double>(samples.lens_v[sample]) : 0.0};
+  const std::array<double, 2> point = {lens ? static_cast<double>(samples.lens_u[sample]) : 0.0,
+                                       lens ? static_cast<double>(samples.lens_v[sample]) : 0.0};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const double origin = space_.orthographic ? at[axis] + point[axis] : point[axis];
-    double direction = space_.orthographic ? -point[axis] * space_.inverse_focus : at[axis] - point[axis] * space_.inverse_focus;
+    double direction =
+        space_.orthographic ? -point[axis] * space_.inverse_focus : at[axis] - point[axis] * space_.inverse_focus;
     if (std::abs(direction) < kLeastDirection) direction = kLeastDirection;
     ray.a[axis] = (1 - ray.t) / direction;
     ray.b[axis] = ray.t / direction;
@@ -209,13 +226,17 @@ MotionBvh::Ray MotionBvh::ray(const TileSamples& samples, std::uint32_t sample, 
 }
 
 bool MotionBvh::meets(const Ray& ray, const MotionBox& box) const {
-  const auto at = [&](float open, float close) { return (1 - ray.t) * static_cast<double>(open) + ray.t * static_cast<double>(close); };
+  const auto at = [&](float open, float close) {
+    return (1 - ray.t) * static_cast<double>(open) + ray.t * static_cast<double>(close);
+  };
   double entry = at(box.low[0][2], box.low[1][2]), exit = at(box.high[0][2], box.high[1][2]);
   // Against the node's own near depth, not where the ray enters: the depth of a hit in a sliver is only known to lie
   // between those of its corners.
   if (entry > ray.limit) return false;
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const auto slab = [&](float open, float close) { return ray.a[axis] * static_cast<double>(open) + ray.b[axis] * static_cast<double>(close) + ray.c[axis]; };
+    const auto slab = [&](float open, float close) {
+      return ray.a[axis] * static_cast<double>(open) + ray.b[axis] * static_cast<double>(close) + ray.c[axis];
+    };
     const double p = slab(box.low[0][axis], box.low[1][axis]), q = slab(box.high[0][axis], box.high[1][axis]);
     entry = std::max(entry, std::min(p, q));
     exit = std::min(exit, std::max(p, q));

@@ -58,8 +58,8 @@ class MotionBvh {
   // What a frustum meets at or below a node.
   struct Overlap {
     bool any = false;
-    TimeRange stencils{255, 0};         // hull of the times of the leaves inside, as stencil values
-    std::uint32_t branch = kRoot;       // where rays may start: the node itself or one below it
+    TimeRange stencils{255, 0};    // hull of the times of the leaves inside, as stencil values
+    std::uint32_t branch = kRoot;  // where rays may start: the node itself or one below it
   };
   Overlap traverse(const BundleFrustum& frustum, std::uint32_t start, BranchNode method);
   // The part of what traverse() found last that is inside at samples of some stencil values.
@@ -106,10 +106,10 @@ class MotionBvh {
     std::uint32_t leaf;
     TimeRange stencils;
   };
-  std::vector<LeafInside> inside_;                // of the last frustum
-  BranchNode method_ = BranchNode::kRoot;         // of the last traversal
-  std::uint32_t start_ = kRoot, fork_ = 0;        // its start, and its first node with both children inside
-  std::vector<std::uint64_t> mask_;               // leaves inside at some times, one bit each
+  std::vector<LeafInside> inside_;                 // of the last frustum
+  BranchNode method_ = BranchNode::kRoot;          // of the last traversal
+  std::uint32_t start_ = kRoot, fork_ = 0;         // its start, and its first node with both children inside
+  std::vector<std::uint64_t> mask_;                // leaves inside at some times, one bit each
   std::vector<std::vector<std::uint32_t>> alive_;  // per level of the traversal
   std::vector<std::uint32_t> leaf_samples_;
   RayCounters counters_;

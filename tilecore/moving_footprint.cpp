@@ -17,8 +17,10 @@ bool MovingFootprint::bounds(Box& box) const {
     const float slope = orthographic_ ? std::abs(inverse_focus_) : 1.0f / (depth.z * depth.z);
     const float coc = lens_scale_ > 0 ? lens_scale_ * std::abs(circle_of_confusion(depth.z)) : 0.0f;
     const float spread = lens_scale_ > 0 ? lens_scale_ * (std::abs(depth.z_u) + std::abs(depth.z_v)) * slope : 0.0f;
-    const float rx = std::abs(p.ax) + std::abs(p.bx) + coc + spread + 2 * p.slack, ry = std::abs(p.ay) + std::abs(p.by) + coc + spread + 2 * p.slack;
-    all = {std::min(all.x0, p.x - rx), std::min(all.y0, p.y - ry), std::max(all.x1, p.x + rx), std::max(all.y1, p.y + ry)};
+    const float rx = std::abs(p.ax) + std::abs(p.bx) + coc + spread + 2 * p.slack,
+                ry = std::abs(p.ay) + std::abs(p.by) + coc + spread + 2 * p.slack;
+    all = {std::min(all.x0, p.x - rx), std::min(all.y0, p.y - ry), std::max(all.x1, p.x + rx),
+           std::max(all.y1, p.y + ry)};
   }
   box = all;
   return true;

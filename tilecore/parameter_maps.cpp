@@ -19,17 +19,26 @@ using frontend::Procedure;
 using frontend::ProcedureCellBounds;
 
 constexpr int kMostHalvings = 20;
-// Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay large on screen.
+// Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay
+// large on screen.
 constexpr int kMostHalvingsUnknown = 8, kMostHalvingsNear = 13;
 constexpr std::uint16_t kUnknownSteps = 16, kMostStepsNear = 24;
 
-float stroke_reach(const ProcedureSettings& settings) { return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kStrokeReach : 0.0f; }
+float stroke_reach(const ProcedureSettings& settings) {
+  return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kStrokeReach : 0.0f;
+}
 
 // Bounds one piece's cells by intervals, halving those that are large on screen.
 class IntervalPass {
  public:
-  IntervalPass(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side, SparseResult& out)
-      : frame_(frame), region_(region), settings_(settings), reach_(settings.spacing / side), margin_(stroke_reach(settings)), out_(out) {}
+  IntervalPass(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side,
+               SparseResult& out)
+      : frame_(frame),
+        region_(region),
+        settings_(settings),
+        reach_(settings.spacing / side),
+        margin_(stroke_reach(settings)),
+        out_(out) {}
 
   void run(std::uint32_t drawable, std::uint32_t piece) {
     drawable_ = drawable;
@@ -43,7 +52,8 @@ class IntervalPass {
     ++out_.counters.interval_evaluations;
     const ProcedureCellBounds b = bound_procedure_cell(frame_, drawable, drawable.procedure->pieces[piece_], box);
     // Negated: bounds that are no numbers keep the cell.
-    if (b.outside || b.x1 < region_.x0 - margin_ || b.y1 < region_.y0 - margin_ || b.x0 > region_.x1 + margin_ || b.y0 > region_.y1 + margin_) {
+    if (b.outside || b.x1 < region_.x0 - margin_ || b.y1 < region_.y0 - margin_ || b.x0 > region_.x1 + margin_ ||
+        b.y0 > region_.y1 + margin_) {
       ++out_.counters.cells_outside;
       return;
     }
@@ -69,7 +79,8 @@ class IntervalPass {
     cell.drawable = drawable_;
     cell.piece = piece_;
     // Halves of halves: floats hold them exactly.
-    cell.u0 = static_cast<float>(box.u0), cell.v0 = static_cast<float>(box.v0), cell.u1 = static_cast<float>(box.u1), cell.v1 = static_cast<float>(box.v1);
+    cell.u0 = static_cast<float>(box.u0), cell.v0 = static_cast<float>(box.v0), cell.u1 = static_cast<float>(box.u1),
+    cell.v1 = static_cast<float>(box.v1);
     bool clamped = false;
     cell.steps_u = sample_steps(b.reach_u, reach_, clamped);
     cell.steps_v = sample_steps(b.reach_v, reach_, clamped);
@@ -83,10 +94,12 @@ class IntervalPass {
     // Smooth surfaces bend by less than the least slack within half a step.
     if (shaders::shape_declarations()[static_cast<std::size_t>(frame_.drawables[drawable_].procedure->shape)].kinks) {
       const double bend = std::min(b.bend_u / cell.steps_u + b.bend_v / cell.steps_v, reach_ / 2);
-      cell.slack = static_cast<std::uint8_t>(std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
+      cell.slack = static_cast<std::uint8_t>(
+          std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
     }
     // Bounds have a margin of 2^-8, which outlasts the rounding to float inside any frame.
-    cell.x0 = static_cast<float>(b.x0), cell.y0 = static_cast<float>(b.y0), cell.x1 = static_cast<float>(b.x1), cell.y1 = static_cast<float>(b.y1);
+    cell.x0 = static_cast<float>(b.x0), cell.y0 = static_cast<float>(b.y0), cell.x1 = static_cast<float>(b.x1),
+    cell.y1 = static_cast<float>(b.y1);
     cell.near_z = static_cast<float>(b.near_z * (1 - 0x1p-20));
     out_.cells.push_back(cell);
   }
@@ -109,7 +122,8 @@ std::uint16_t sample_steps(double reach, double most_reach, bool& clamped) {
   return std::isfinite(steps) ? ParameterMaps::kMostSteps : kUnknownSteps;
 }
 
-ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings, int side, std::uint64_t burst_bytes)
+ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid& grid,
+                             const ProcedureSettings& settings, int side, std::uint64_t burst_bytes)
     : settings_(settings) {
   struct Task {
     std::uint32_t drawable, piece;
@@ -121,10 +135,12 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
     if (procedure == nullptr) continue;
     ++counters_.objects;
     ledger_.read(hardware::Unit::kSampling, hardware::Purpose::kPatchData,
-                 hardware::burst_bytes(0, frontend::patch_record_bytes(frame, frame.drawables[d].drawable->first_patch), burst_bytes));
+                 hardware::burst_bytes(0, frontend::patch_record_bytes(frame, frame.drawables[d].drawable->first_patch),
+                                       burst_bytes));
     for (std::size_t p = 0; p < procedure->pieces.size(); ++p) {
       tasks.push_back({static_cast<std::uint32_t>(d), static_cast<std::uint32_t>(p)});
-      operations_[d].push_back(shaders::count_geometry(procedure->shape, procedure->pieces[p].input).total() + shaders::count_view().total());
+      operations_[d].push_back(shaders::count_geometry(procedure->shape, procedure->pieces[p].input).total() +
+                               shaders::count_view().total());
     }
   }
   // Pieces on any thread, joined in order.
@@ -141,12 +157,16 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
   });
   for (std::size_t k = 0; k < tasks.size(); ++k) {
     cells_.insert(cells_.end(), results[k].cells.begin(), results[k].cells.end());
-    results[k].counters.sparse_operations = results[k].counters.sparse_evaluations * operations(tasks[k].drawable, tasks[k].piece);
+    results[k].counters.sparse_operations =
+        results[k].counters.sparse_evaluations * operations(tasks[k].drawable, tasks[k].piece);
     hardware::merge(counters_, results[k].counters);
   }
   counters_.cells = cells_.size();
   sort_into_tiles(grid);
-  const auto write = [&](std::uint64_t bytes) { ledger_.write(hardware::Unit::kSampling, hardware::Purpose::kSamplingMaps, hardware::burst_bytes(0, bytes, burst_bytes)); };
+  const auto write = [&](std::uint64_t bytes) {
+    ledger_.write(hardware::Unit::kSampling, hardware::Purpose::kSamplingMaps,
+                  hardware::burst_bytes(0, bytes, burst_bytes));
+  };
   write(cells_.size() * kCellBytes);
   write(tile_cells_.size() * kEntryBytes);
 }
@@ -154,7 +174,8 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
 void ParameterMaps::sort_into_tiles(const binner::TileGrid& grid) {
   const float reach = stroke_reach(settings_);
   const auto covered = [&](const ParameterCell& cell) {
-    return grid.covered(frontend::ScreenBounds{cell.x0 - reach, cell.y0 - reach, cell.x1 + reach, cell.y1 + reach, 0, cell.near_z, cell.near_z, false});
+    return grid.covered(frontend::ScreenBounds{cell.x0 - reach, cell.y0 - reach, cell.x1 + reach, cell.y1 + reach, 0,
+                                               cell.near_z, cell.near_z, false});
   };
   tile_first_.assign(grid.tile_count() + 1, 0);
   const auto each_tile = [&](const ParameterCell& cell, const auto& visit) {
@@ -165,7 +186,8 @@ void ParameterMaps::sort_into_tiles(const binner::TileGrid& grid) {
   for (const ParameterCell& cell : cells_) each_tile(cell, [&](binner::TileIndex t) { ++tile_first_[t + 1]; });
   for (std::size_t t = 1; t < tile_first_.size(); ++t) tile_first_[t] += tile_first_[t - 1];
   tile_cells_.resize(tile_first_.back());
-  std::vector<std::uint32_t> next(tile_first_.begin(), tile_first_.end() - 1), last_object(grid.tile_count(), 0xFFFFFFFFu);
+  std::vector<std::uint32_t> next(tile_first_.begin(), tile_first_.end() - 1),
+      last_object(grid.tile_count(), 0xFFFFFFFFu);
   for (std::uint32_t c = 0; c < cells_.size(); ++c)
     each_tile(cells_[c], [&](binner::TileIndex t) {
       tile_cells_[next[t]++] = c;

@@ -16,22 +16,24 @@ namespace tessera::tilecore {
 struct ProcedureSettings {
   enum class Maps : std::uint8_t {
     kInterval,   // cells of the parameter domain bounded by interval evaluation: conservative by proof
-    kPublished,  // US 2007/0002066: the cell's middle is evaluated, its neighbours give a radius, the radius is padded by a guess
+    kPublished,  // US 2007/0002066: the cell's middle is evaluated, its neighbours give a radius, the radius is padded
+                 // by a guess
   };
   enum class Scatter : std::uint8_t {
-    kFootprint,  // a sample reaches the tile buffer's sample points inside its footprint: half a step to each side, by its derivatives
+    kFootprint,  // a sample reaches the tile buffer's sample points inside its footprint: half a step to each side, by
+                 // its derivatives
     kPoint,      // as published: a sample is written to the sub-pixel that it falls into
   };
   enum class Style : std::uint8_t { kSurface, kLines };
   Maps maps = Maps::kInterval;
   Scatter scatter = Scatter::kFootprint;
   Style style = Style::kSurface;
-  double spacing = 1;       // sub-pixels: no sample is farther than this from its footprint's sides, along x or y
-  double cell_pixels = 12;  // interval maps: cells larger than this on screen are halved
-  double padding = 0.5;     // published maps: padding of a cell's place on screen, in its radius
+  double spacing = 1;         // sub-pixels: no sample is farther than this from its footprint's sides, along x or y
+  double cell_pixels = 12;    // interval maps: cells larger than this on screen are halved
+  double padding = 0.5;       // published maps: padding of a cell's place on screen, in its radius
   double sparse_spacing = 2;  // published maps: sub-pixels between the tuples of the sparse pass
-  bool refill = false;      // look for holes inside each tile and sample them again
-  int lanes = 32;           // of the emulated SIMD array [assumed]
+  bool refill = false;        // look for holes inside each tile and sample them again
+  int lanes = 32;             // of the emulated SIMD array [assumed]
 };
 
 struct SamplingCounters {
@@ -63,32 +65,36 @@ struct SamplingCounters {
 // A cell of a piece's parameter domain that may be seen: an entry of the rate map.
 struct ParameterCell {
   std::uint32_t drawable = 0, piece = 0;
-  float u0 = 0, v0 = 0, u1 = 0, v1 = 0;      // of the piece
-  std::uint16_t steps_u = 1, steps_v = 1;    // samples along each parameter
-  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;      // pixels: where it may be seen, over the whole shutter and lens
+  float u0 = 0, v0 = 0, u1 = 0, v1 = 0;    // of the piece
+  std::uint16_t steps_u = 1, steps_v = 1;  // samples along each parameter
+  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;    // pixels: where it may be seen, over the whole shutter and lens
   float near_z = 0;
   std::uint8_t slack = kLeastSlack;  // 1/256 pixel, by which footprints are wider than their parallelograms
   // What a smooth surface bends within half a step, and rounding.
   static constexpr std::uint8_t kLeastSlack = 1;
 };
 
-// The result of the sparse pass over one frame: tag map (tiles with cells), parameter map (cells per tile) and rate map (steps
-// per cell). Immutable once built.
+// The result of the sparse pass over one frame: tag map (tiles with cells), parameter map (cells per tile) and rate map
+// (steps per cell). Immutable once built.
 //
 // Invariants of interval maps (cited by the tests):
-//   S1  Every visible point of a procedure lies in a tile whose list holds the point's cell: recall of tag and parameter map is 1.
-//   S2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and along y, unless
+//   S1  Every visible point of a procedure lies in a tile whose list holds the point's cell: recall of tag and
+//   parameter map is 1. S2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and
+//   along y, unless
 //       rates_clamped counts the cell.
-//   S3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included: where there are
+//   S3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included:
+//   where there are
 //       any, what the derivative varies within the cell is the footprints' slack, up to half of `spacing`.
 class ParameterMaps {
  public:
   static constexpr std::uint16_t kMostSteps = 128;
-  // With Style::kLines: pixels beyond a cell's bounds that its strokes may reach. Cells are listed for every tile that they reach so.
+  // With Style::kLines: pixels beyond a cell's bounds that its strokes may reach. Cells are listed for every tile that
+  // they reach so.
   static constexpr float kStrokeReach = 1;
 
   // `side`: sub-pixels along each side of a pixel, which the spacing refers to.
-  ParameterMaps(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings, int side, std::uint64_t burst_bytes);
+  ParameterMaps(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings,
+                int side, std::uint64_t burst_bytes);
 
   const ProcedureSettings& settings() const { return settings_; }
   const std::vector<ParameterCell>& cells() const { return cells_; }
@@ -101,7 +107,8 @@ class ParameterMaps {
   const SamplingCounters& counters() const { return counters_; }
   const hardware::Ledger& ledger() const { return ledger_; }
 
-  // [spec: the published rate map has a radius per parameter] A cell in memory: its place in the domain, two rates, its depth, its slack.
+  // [spec: the published rate map has a radius per parameter] A cell in memory: its place in the domain, two rates, its
+  // depth, its slack.
   static constexpr std::uint64_t kCellBytes = 13;
   // An entry of a tile's list: the number of a cell.
   static constexpr std::uint64_t kEntryBytes = 4;
@@ -122,35 +129,59 @@ class ParameterMaps {
 namespace tessera::hardware {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array<CounterField<tilecore::SamplingCounters>>({
-    {"sampling.objects", &tilecore::SamplingCounters::objects, Combine::kSum, "objects", "Procedures that the sampling controller draws.", ""},
-    {"sampling.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
-     "Parameter tuples evaluated by the sparse pass of procedures.maps=published.", ""},
-    {"sampling.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations", "Arithmetic of these tuples: point, tangents and view.", ""},
-    {"sampling.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
-     "Cells of the parameter domain bounded by interval evaluation, kept or not, by the sparse pass of procedures.maps=interval.", ""},
-    {"sampling.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells", "Cells in the rate map: those that may be seen.", ""},
-    {"sampling.cells_outside", &tilecore::SamplingCounters::cells_outside, Combine::kSum, "cells", "Cells dropped because they lie outside the frame or its depth range.", ""},
-    {"sampling.cells_culled_backface", &tilecore::SamplingCounters::cells_culled_backface, Combine::kSum, "cells", "Cells dropped because all of them faces away.", ""},
-    {"sampling.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells", "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
-    {"sampling.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles", "Pairs of an object and a tile in the tag map.", ""},
-    {"sampling.map_entries", &tilecore::SamplingCounters::map_entries, Combine::kSum, "entries", "Pairs of a cell and a tile in the parameter map.", ""},
-    {"sampling.cells_culled_occlusion", &tilecore::SamplingCounters::cells_culled_occlusion, Combine::kSum, "entries",
-     "Entries of the parameter map skipped because every sample of the tile sees something nearer.", ""},
-    {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples", "Parameter tuples evaluated by the render pass.", ""},
-    {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots", "Lanes that the emulated SIMD array issued for them and for strokes, idle ones included.", ""},
-    {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations", "Arithmetic of these lanes: point, tangents and view of a sample; the tone of strokes apart.", ""},
-    {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples", "Samples that reached no sample point of their tile's pixels.", ""},
-    {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples", "Samples in front of the near plane or behind the far one; dropped before the division counts.", ""},
-    {"sampling.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples", "Samples dropped because the surface faces away there.", ""},
-    {"sampling.samples_not_finite", &tilecore::SamplingCounters::samples_not_finite, Combine::kSum, "samples", "Samples whose procedure gave infinity or no number; skipped.", ""},
-    {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests", "Sample points of the tile buffer tested against footprints.", ""},
-    {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes", "Sample points of the tile buffer that passed the depth test and were written.", ""},
-    {"sampling.strokes", &tilecore::SamplingCounters::strokes, Combine::kSum, "samples", "Samples along parameter lines, of procedures.style=lines.", ""},
-    {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
-     "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one surface. With procedures.refill.", ""},
-    {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples", "Of those, the ones where the surface was found by solving for its parameters.", ""},
-});
+inline constexpr auto kCounterFields<tilecore::SamplingCounters> =
+    std::to_array<CounterField<tilecore::SamplingCounters>>({
+        {"sampling.objects", &tilecore::SamplingCounters::objects, Combine::kSum, "objects",
+         "Procedures that the sampling controller draws.", ""},
+        {"sampling.sparse_evaluations", &tilecore::SamplingCounters::sparse_evaluations, Combine::kSum, "samples",
+         "Parameter tuples evaluated by the sparse pass of procedures.maps=published.", ""},
+        {"sampling.sparse_operations", &tilecore::SamplingCounters::sparse_operations, Combine::kSum, "operations",
+         "Arithmetic of these tuples: point, tangents and view.", ""},
+        {"sampling.interval_evaluations", &tilecore::SamplingCounters::interval_evaluations, Combine::kSum, "cells",
+         "Cells of the parameter domain bounded by interval evaluation, kept or not, by the sparse pass of "
+         "procedures.maps=interval.",
+         ""},
+        {"sampling.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
+         "Cells in the rate map: those that may be seen.", ""},
+        {"sampling.cells_outside", &tilecore::SamplingCounters::cells_outside, Combine::kSum, "cells",
+         "Cells dropped because they lie outside the frame or its depth range.", ""},
+        {"sampling.cells_culled_backface", &tilecore::SamplingCounters::cells_culled_backface, Combine::kSum, "cells",
+         "Cells dropped because all of them faces away.", ""},
+        {"sampling.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
+         "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
+        {"sampling.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",
+         "Pairs of an object and a tile in the tag map.", ""},
+        {"sampling.map_entries", &tilecore::SamplingCounters::map_entries, Combine::kSum, "entries",
+         "Pairs of a cell and a tile in the parameter map.", ""},
+        {"sampling.cells_culled_occlusion", &tilecore::SamplingCounters::cells_culled_occlusion, Combine::kSum,
+         "entries", "Entries of the parameter map skipped because every sample of the tile sees something nearer.", ""},
+        {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples",
+         "Parameter tuples evaluated by the render pass.", ""},
+        {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots",
+         "Lanes that the emulated SIMD array issued for them and for strokes, idle ones included.", ""},
+        {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
+         "Arithmetic of these lanes: point, tangents and view of a sample; the tone of strokes apart.", ""},
+        {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
+         "Samples that reached no sample point of their tile's pixels.", ""},
+        {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
+         "Samples in front of the near plane or behind the far one; dropped before the division counts.", ""},
+        {"sampling.samples_backfacing", &tilecore::SamplingCounters::samples_backfacing, Combine::kSum, "samples",
+         "Samples dropped because the surface faces away there.", ""},
+        {"sampling.samples_not_finite", &tilecore::SamplingCounters::samples_not_finite, Combine::kSum, "samples",
+         "Samples whose procedure gave infinity or no number; skipped.", ""},
+        {"sampling.footprint_tests", &tilecore::SamplingCounters::footprint_tests, Combine::kSum, "tests",
+         "Sample points of the tile buffer tested against footprints.", ""},
+        {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
+         "Sample points of the tile buffer that passed the depth test and were written.", ""},
+        {"sampling.strokes", &tilecore::SamplingCounters::strokes, Combine::kSum, "samples",
+         "Samples along parameter lines, of procedures.style=lines.", ""},
+        {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
+         "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one "
+         "surface. With procedures.refill.",
+         ""},
+        {"sampling.holes_refilled", &tilecore::SamplingCounters::holes_refilled, Combine::kSum, "samples",
+         "Of those, the ones where the surface was found by solving for its parameters.", ""},
+    });
 TESSERA_COUNTERS_COVER(tilecore::SamplingCounters);
 template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::SamplingCounters> = true;

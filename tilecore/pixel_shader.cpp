@@ -14,7 +14,8 @@ using frontend::Material;
 using frontend::TextureSlot;
 
 // Filtered colour of a texture; `textures`, unless null, fetches what that takes.
-Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod, TextureUnit* textures) {
+Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
+             TextureUnit* textures) {
   if (textures == nullptr || !textures->active()) return texture.sample(sampler, uv, lod);
   shaders::TexelFootprint footprint;
   const Vec4 color = texture.sample(sampler, uv, lod, &footprint);
@@ -43,7 +44,8 @@ bool tangent_frame(const Surface& s, const TextureSlot& slot, float t, Vec3& tan
     float handedness = 1.0f;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec4 &open = drawable.tangents[0][s.vertex[k]], &close = drawable.tangents[1][s.vertex[k]];
-      sum += (Mat3(drawable.to_world[0]) * Vec3(open) * (1.0f - t) + Mat3(drawable.to_world[1]) * Vec3(close) * t) * s.weight[k];
+      sum += (Mat3(drawable.to_world[0]) * Vec3(open) * (1.0f - t) + Mat3(drawable.to_world[1]) * Vec3(close) * t) *
+             s.weight[k];
       handedness = open.w;
     }
     tangent = sum - s.normal * glm::dot(s.normal, sum);
@@ -73,7 +75,8 @@ Vec3 mapped_normal(const Surface& s, const Material& material, float t, TextureU
   Vec3 tangent, bitangent;
   if (!tangent_frame(s, material.normal_texture, t, tangent, bitangent)) return s.normal;
   const Vec4 texel = sample_slot(material.normal_texture, s, textures);
-  const Vec3 n((texel.x * 2.0f - 1.0f) * material.normal_scale, (texel.y * 2.0f - 1.0f) * material.normal_scale, texel.z * 2.0f - 1.0f);
+  const Vec3 n((texel.x * 2.0f - 1.0f) * material.normal_scale, (texel.y * 2.0f - 1.0f) * material.normal_scale,
+               texel.z * 2.0f - 1.0f);
   const Vec3 mapped = tangent * n.x + bitangent * n.y + s.normal * n.z;
   const float length2 = glm::dot(mapped, mapped);
   return length2 > 1e-20f ? mapped / std::sqrt(length2) : s.normal;
@@ -81,7 +84,8 @@ Vec3 mapped_normal(const Surface& s, const Material& material, float t, TextureU
 
 Vec3 towards_viewer(const FrameGeometry& frame, const Vec3& point, float t) {
   if (frame.projection.orthographic) return glm::normalize(Vec3(DVec3(frame.views[0].camera_to_world[2])));
-  const Vec3 eye = Vec3(DVec3(frame.views[0].camera_to_world[3])) * (1.0f - t) + Vec3(DVec3(frame.views[1].camera_to_world[3])) * t;
+  const Vec3 eye =
+      Vec3(DVec3(frame.views[0].camera_to_world[3])) * (1.0f - t) + Vec3(DVec3(frame.views[1].camera_to_world[3])) * t;
   const Vec3 offset = eye - point;
   const float length2 = glm::dot(offset, offset);
   return length2 > 0.0f ? offset / std::sqrt(length2) : Vec3(0, 0, 1);
@@ -91,9 +95,11 @@ Vector3<float> plain(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, TextureUnit* textures) {
+ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
+                        TextureUnit* textures) {
   const Surface surface = evaluate_surface(frame, at);
-  if (surface.drawable->procedure != nullptr) return shade_procedure(frame, lighting, at, surface, towards_viewer(frame, surface.position, at.t));
+  if (surface.drawable->procedure != nullptr)
+    return shade_procedure(frame, lighting, at, surface, towards_viewer(frame, surface.position, at.t));
   const Material& material = *surface.drawable->material;
   const Vec4 base = material.base_color * surface.color() * sample_slot(material.base_color_texture, surface, textures);
   ShadedPoint out;
@@ -118,7 +124,8 @@ ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, co
   point.roughness = material.roughness * metallic_roughness.y;
   point.occlusion = 1.0f + material.occlusion_strength * (occlusion - 1.0f);
   point.emissive = plain(material.emissive * Vec3(sample_slot(material.emissive_texture, surface, textures)));
-  out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
+  out.color =
+      shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
   return out;
 }
 
@@ -138,7 +145,9 @@ float point_alpha(const FrameGeometry& frame, const SurfaceLocation& at, Texture
 Vec3 view_direction(const FrameGeometry& frame, float pixel_x, float pixel_y) {
   const frontend::Projection& p = frame.projection;
   DVec3 direction(0, 0, -1);
-  if (!p.orthographic) direction = {(static_cast<double>(pixel_x) - p.center_x) / p.scale, -(static_cast<double>(pixel_y) - p.center_y) / p.scale, -1};
+  if (!p.orthographic)
+    direction = {(static_cast<double>(pixel_x) - p.center_x) / p.scale,
+                 -(static_cast<double>(pixel_y) - p.center_y) / p.scale, -1};
   return glm::normalize(Vec3(DMat3(frame.views[0].camera_to_world) * direction));
 }
 

@@ -13,15 +13,16 @@ struct Lighting {
 };
 
 struct ShadedPoint {
-  Vec3 color{0.0f};   // linear, not multiplied by alpha
+  Vec3 color{0.0f};  // linear, not multiplied by alpha
   float alpha = 1.0f;
   Vec3 normal{0.0f};  // world, after normal map, facing the viewer
 };
 
 // The pixel shader unit: fetches the material's textures with derivatives from the surface (not from neighbouring
-// pixels) and runs the metallic-roughness or the unlit shader. Counted by its caller: one call is one invocation. `textures`, unless
-// null, is told of every look-up.
-ShadedPoint shade_point(const frontend::FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, TextureUnit* textures = nullptr);
+// pixels) and runs the metallic-roughness or the unlit shader. Counted by its caller: one call is one invocation.
+// `textures`, unless null, is told of every look-up.
+ShadedPoint shade_point(const frontend::FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
+                        TextureUnit* textures = nullptr);
 
 // Alpha of a point as the alpha test and blending see it: factor, texture at its finest level, vertex colour.
 float point_alpha(const frontend::FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures = nullptr);

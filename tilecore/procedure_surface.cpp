@@ -21,7 +21,8 @@ Vector3<float> as_stage(const Vec3& a) { return {a.x, a.y, a.z}; }
 
 shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
   shaders::ProcedureLights out;
-  const DVec4 eye = frame.projection.orthographic ? frame.views[0].camera_to_world[2] : frame.views[0].camera_to_world[3];
+  const DVec4 eye =
+      frame.projection.orthographic ? frame.views[0].camera_to_world[2] : frame.views[0].camera_to_world[3];
   const Vec3 position = frame.projection.orthographic ? glm::normalize(Vec3(eye)) : Vec3(eye);
   out.eye = {position.x, position.y, position.z};
   out.orthographic = frame.projection.orthographic;
@@ -44,7 +45,8 @@ shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
 
 }  // namespace
 
-shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedDrawable& drawable, const frontend::Procedure::Piece& piece) {
+shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedDrawable& drawable,
+                                        const frontend::Procedure::Piece& piece) {
   const frontend::Procedure& procedure = *drawable.procedure;
   shaders::SurfaceProgram program;
   program.texture = procedure.texture;
@@ -74,7 +76,8 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
     float margin;
     Vector3<float> n = shaders::unit_normal(p.by_u, p.by_v, margin);
     if (!(margin > 0)) {
-      const shaders::ShapePoint<float> beside = shaders::shape_tangents<Shape>(at.piece->input, shaders::towards_middle(u), shaders::towards_middle(v));
+      const shaders::ShapePoint<float> beside =
+          shaders::shape_tangents<Shape>(at.piece->input, shaders::towards_middle(u), shaders::towards_middle(v));
       n = shaders::unit_normal(beside.by_u, beside.by_v, margin);
     }
     object = as_glm(p.position);
@@ -97,15 +100,17 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
   s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(object, 1.0f); });
 }
 
-ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at, const Surface& surface, const Vec3& view) {
+ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
+                            const Surface& surface, const Vec3& view) {
   const frontend::Material& material = *surface.drawable->material;
   if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kStroke ? kInk : kPaper, 1.0f, surface.normal};
   const ProcedurePatch patch = frontend::procedure_patch(frame, at.patch);
   const Vec2 parameters = surface_parameters(frame, at);
   const shaders::SurfaceProgram program = surface_program(frame, *surface.drawable, *patch.piece);
   shaders::PointRecord<float> record;
-  const Vector3<float> color = shaders::run_surface_stages<float>(program, patch.u(parameters.x), patch.v(parameters.y), as_stage(surface.object),
-                                                                   as_stage(surface.object_normal), surface.raster.z, record);
+  const Vector3<float> color = shaders::run_surface_stages<float>(
+      program, patch.u(parameters.x), patch.v(parameters.y), as_stage(surface.object), as_stage(surface.object_normal),
+      surface.raster.z, record);
   ShadedPoint out;
   const float side = material.double_sided && glm::dot(surface.normal, view) < 0.0f ? -1.0f : 1.0f;
   Vec3 normal = surface.normal * side;
@@ -125,7 +130,8 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   point.roughness = material.roughness;
   point.occlusion = 1.0f;
   point.emissive = as_stage(material.emissive);
-  out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
+  out.color =
+      shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
   return out;
 }
 

@@ -57,10 +57,13 @@ HWY_INLINE LeafLanes leaf_lanes(const Context& to, const MicroMesh::Leaf& leaf) 
   v.near = all(leaf.near);
   v.drift_x = all(leaf.drift_x), v.drift_y = all(leaf.drift_y), v.lens_factor = all(leaf.lens_factor);
   v.lens_size = all(samples.lens_scale * leaf.lens_factor), v.lens_width = hn::Abs(v.lens_size);
-  v.side = all(static_cast<float>(samples.classes->side)), v.per_side = all(1.0f / static_cast<float>(samples.classes->side));
+  v.side = all(static_cast<float>(samples.classes->side)),
+  v.per_side = all(1.0f / static_cast<float>(samples.classes->side));
   // Samples lie 1/256 or more before the end of their pixel.
-  v.tile_x0 = all(static_cast<float>(samples.pixels.x0)), v.tile_x1 = all(static_cast<float>(samples.pixels.x1) - 0x1p-8f);
-  v.tile_y0 = all(static_cast<float>(samples.pixels.y0)), v.tile_y1 = all(static_cast<float>(samples.pixels.y1) - 0x1p-8f);
+  v.tile_x0 = all(static_cast<float>(samples.pixels.x0)),
+  v.tile_x1 = all(static_cast<float>(samples.pixels.x1) - 0x1p-8f);
+  v.tile_y0 = all(static_cast<float>(samples.pixels.y0)),
+  v.tile_y1 = all(static_cast<float>(samples.pixels.y1) - 0x1p-8f);
   return v;
 }
 
@@ -84,7 +87,8 @@ HWY_INLINE GridCells grid_cells(const LeafLanes& leaf, const ClassLanes& k) {
   const D d;
   GridCells g;
   g.tau = E::kMotion ? leaf_time(k.t, leaf.rate) : k.t;
-  V shift_x = E::kMotion ? hn::Mul(g.tau, leaf.drift_x) : hn::Zero(d), shift_y = E::kMotion ? hn::Mul(g.tau, leaf.drift_y) : hn::Zero(d);
+  V shift_x = E::kMotion ? hn::Mul(g.tau, leaf.drift_x) : hn::Zero(d),
+    shift_y = E::kMotion ? hn::Mul(g.tau, leaf.drift_y) : hn::Zero(d);
   V width_x = hn::Zero(d), width_y = hn::Zero(d);
   if constexpr (E::kLens) {
     shift_x = fma(hn::Neg(k.lens_u), leaf.lens_size, shift_x);
@@ -98,15 +102,19 @@ HWY_INLINE GridCells grid_cells(const LeafLanes& leaf, const ClassLanes& k) {
   const auto cells_to = [&](V high, V width, V shift, V last, V at) HWY_ATTR {
     return hn::Floor(hn::Mul(hn::Sub(hn::Min(hn::Add(hn::Add(high, shift), width), last), at), leaf.per_side));
   };
-  g.column0 = cells_from(leaf.x_low, width_x, shift_x, leaf.tile_x0, k.x), g.column1 = cells_to(leaf.x_high, width_x, shift_x, leaf.tile_x1, k.x);
-  g.row0 = cells_from(leaf.y_low, width_y, shift_y, leaf.tile_y0, k.y), g.row1 = cells_to(leaf.y_high, width_y, shift_y, leaf.tile_y1, k.y);
+  g.column0 = cells_from(leaf.x_low, width_x, shift_x, leaf.tile_x0, k.x),
+  g.column1 = cells_to(leaf.x_high, width_x, shift_x, leaf.tile_x1, k.x);
+  g.row0 = cells_from(leaf.y_low, width_y, shift_y, leaf.tile_y0, k.y),
+  g.row1 = cells_to(leaf.y_high, width_y, shift_y, leaf.tile_y1, k.y);
   g.any = hn::And(hn::Le(g.column0, g.column1), hn::Le(g.row0, g.row1));
   return g;
 }
 
-// The samples of one cell of the grid for each class of `in`: survivors, unless they miss the leaf's box or see something nearer.
+// The samples of one cell of the grid for each class of `in`: survivors, unless they miss the leaf's box or see
+// something nearer.
 template <class E>
-HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const ClassLanes& k, V tau, VI class_sample, V column, V row, M in, Survivors& survivors) {
+HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const ClassLanes& k, V tau, VI class_sample,
+                              V column, V row, M in, Survivors& survivors) {
   const D d;
   const DI di;
   const TileSamples& samples = to.samples;
@@ -116,7 +124,8 @@ HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const Cl
   const VI tile_width = hn::Set(di, samples.pixels.width()), spp = hn::Set(di, samples.spp);
   const VI number = hn::Add(hn::Mul(hn::Add(hn::Mul(pixel_y, tile_width), pixel_x), spp), class_sample);
   const VI id = hn::IfThenElseZero(hn::RebindMask(di, in), number);
-  V rest_x = E::kMotion ? fma(hn::Neg(tau), leaf.drift_x, sample_x) : sample_x, rest_y = E::kMotion ? fma(hn::Neg(tau), leaf.drift_y, sample_y) : sample_y;
+  V rest_x = E::kMotion ? fma(hn::Neg(tau), leaf.drift_x, sample_x) : sample_x,
+    rest_y = E::kMotion ? fma(hn::Neg(tau), leaf.drift_y, sample_y) : sample_y;
   V lens_u = hn::Zero(d), lens_v = hn::Zero(d);
   if constexpr (E::kLens) {
     // The class's box of lens points let through more than this one.
@@ -124,7 +133,8 @@ HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const Cl
     lens_v = hn::GatherIndex(d, samples.lens_v.data(), id);
     rest_x = fma(lens_u, leaf.lens_factor, rest_x);
     rest_y = fma(lens_v, leaf.lens_factor, rest_y);
-    in = hn::And(in, hn::And(hn::And(hn::Ge(rest_x, leaf.x_low), hn::Le(rest_x, leaf.x_high)), hn::And(hn::Ge(rest_y, leaf.y_low), hn::Le(rest_y, leaf.y_high))));
+    in = hn::And(in, hn::And(hn::And(hn::Ge(rest_x, leaf.x_low), hn::Le(rest_x, leaf.x_high)),
+                             hn::And(hn::Ge(rest_y, leaf.y_low), hn::Le(rest_y, leaf.y_high))));
   }
   if (to.settings.depth != nullptr) in = hn::And(in, hn::Ge(hn::GatherIndex(d, to.settings.depth, id), leaf.near));
   const std::size_t at = survivors.count;
@@ -143,7 +153,8 @@ HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const Cl
 // Asks for what test_survivors reads first.
 HWY_INLINE void prefetch_leaf(const MicroMesh& mesh, std::size_t l) {
   const std::size_t first = l * kLeafCells;
-  for (const auto* box : {&mesh.box_x_low, &mesh.box_x_high, &mesh.box_y_low, &mesh.box_y_high}) hwy::Prefetch(box->data() + first);
+  for (const auto* box : {&mesh.box_x_low, &mesh.box_x_high, &mesh.box_y_low, &mesh.box_y_high})
+    hwy::Prefetch(box->data() + first);
   for (const auto& corner : mesh.corner) hwy::Prefetch(corner.data() + first);
   hwy::Prefetch(mesh.triangle.data() + first);
 }
@@ -154,7 +165,8 @@ void trace(const Context& to, std::size_t l, TimeRange times) {
   const D d;
   const DI di;
   const SampleClasses& classes = *to.samples.classes;
-  const std::size_t begin = classes.first_at[static_cast<std::size_t>(times.first)], end = classes.first_at[static_cast<std::size_t>(times.last) + 1];
+  const std::size_t begin = classes.first_at[static_cast<std::size_t>(times.first)],
+                    end = classes.first_at[static_cast<std::size_t>(times.last) + 1];
   to.work.box_tests += end - begin;
   const LeafLanes leaf = leaf_lanes(to, to.mesh.leaves[l]);
 
@@ -165,14 +177,17 @@ void trace(const Context& to, std::size_t l, TimeRange times) {
   for (std::size_t c = begin; c < end;) {
     std::size_t count = 0;
     for (; c < end && count < kCapacity; c += hn::Lanes(d)) {
-      const GridCells grid = grid_cells<E>(leaf, class_lanes<E>(classes, [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + c); }));
+      const GridCells grid = grid_cells<E>(leaf, class_lanes<E>(classes, [&](const std::vector<float>& v) HWY_ATTR {
+                                             return hn::LoadU(d, v.data() + c);
+                                           }));
       const M any = hn::And(grid.any, hn::FirstN(d, end - c));
       count += compress_store(numbers_from(c), any, di, found + count);
     }
     hn::StoreU(hn::Zero(di), di, found + count);
     for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
       const VI number = hn::Load(di, found + i), class_sample = hn::GatherIndex(di, classes.sample.data(), number);
-      const ClassLanes k = class_lanes<E>(classes, [&](const std::vector<float>& v) HWY_ATTR { return hn::GatherIndex(d, v.data(), number); });
+      const ClassLanes k = class_lanes<E>(
+          classes, [&](const std::vector<float>& v) HWY_ATTR { return hn::GatherIndex(d, v.data(), number); });
       const GridCells grid = grid_cells<E>(leaf, k);
       const M any = hn::And(grid.any, hn::FirstN(d, count - i));
       const V one = hn::Set(d, 1.0f);
@@ -221,27 +236,34 @@ template <bool kMotion, bool kLens, class Run>
 HWY_INLINE void with_leaf(bool flat, bool orthographic, const Run& run) {
   if constexpr (kMotion) {
     if (!flat) {
-      if (orthographic) run(Effects<true, true, kLens, true>());
-      else run(Effects<true, true, kLens, false>());
+      if (orthographic)
+        run(Effects<true, true, kLens, true>());
+      else
+        run(Effects<true, true, kLens, false>());
       return;
     }
   }
-  if (orthographic) run(Effects<kMotion, false, kLens, true>());
-  else run(Effects<kMotion, false, kLens, false>());
+  if (orthographic)
+    run(Effects<kMotion, false, kLens, true>());
+  else
+    run(Effects<kMotion, false, kLens, false>());
 }
 
 template <bool kMotion, bool kLens>
-void trace_leaf_with(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, const VisibilitySettings& settings, HitSink& sink,
-                     VisibilityWork& work) {
+void trace_leaf_with(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
+                     const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   const Context context{mesh, samples, settings, sink, work};
-  with_leaf<kMotion, kLens>(mesh.leaves[leaf].flat, settings.orthographic, [&](auto e) { trace<decltype(e)>(context, leaf, times); });
+  with_leaf<kMotion, kLens>(mesh.leaves[leaf].flat, settings.orthographic,
+                            [&](auto e) { trace<decltype(e)>(context, leaf, times); });
 }
 
 template <bool kMotion, bool kLens>
-void test_cell_samples_with(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples, const VisibilitySettings& settings,
-                            HitSink& sink, VisibilityWork& work) {
+void test_cell_samples_with(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
+                            const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
+                            VisibilityWork& work) {
   const Context context{mesh, samples, settings, sink, work};
-  with_leaf<kMotion, kLens>(mesh.leaves[cell / kLeafCells].flat, settings.orthographic, [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
+  with_leaf<kMotion, kLens>(mesh.leaves[cell / kLeafCells].flat, settings.orthographic,
+                            [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
 }
 
 // What a file for a set of effects gives, for the SIMD target in hand.

@@ -59,24 +59,29 @@ void SamplePattern::make_offsets() {
     // Strata centres: 1/(2n) is a multiple of 1/256 for n up to 64.
     const float half = 0.5f / static_cast<float>(power_of_two_);
     const auto digits = [&](std::uint32_t bits) {
-      return std::floor(static_cast<float>(bits >> 8) * 0x1p-24f * static_cast<float>(power_of_two_)) / static_cast<float>(power_of_two_);
+      return std::floor(static_cast<float>(bits >> 8) * 0x1p-24f * static_cast<float>(power_of_two_)) /
+             static_cast<float>(power_of_two_);
     };
     offsets_.push_back({digits(reverse_bits32(s)) + half, digits(sobol2_32(s)) + half});
   }
 }
 
 void SamplePattern::make_times_and_lens() {
-  const auto n = static_cast<std::uint32_t>(settings_.samples_per_pixel), side = static_cast<std::uint32_t>(settings_.pattern_side);
+  const auto n = static_cast<std::uint32_t>(settings_.samples_per_pixel),
+             side = static_cast<std::uint32_t>(settings_.pattern_side);
   const std::uint32_t pixels = side * side, mask = side - 1;
-  const std::uint32_t shift = hash32(settings_.seed, settings_.frame, 0x7A11u), shift_x = shift & mask, shift_y = shift >> 8 & mask;
+  const std::uint32_t shift = hash32(settings_.seed, settings_.frame, 0x7A11u), shift_x = shift & mask,
+                      shift_y = shift >> 8 & mask;
   const std::vector<std::uint16_t> ranks = void_and_cluster_ranks(settings_.pattern_side);
   // Which of a pixel's strata of time, and which of its lens points, a sample gets differs from pixel to pixel, or
   // sub-pixel position, time and lens point would be tied together. Every pair of the two orders occurs equally often
   // (exactly, up to eight samples): so time and lens are uncorrelated over a pattern, not only on average.
   const std::vector<std::uint32_t> order = shuffled(pixels, settings_.seed);
-  const std::uint32_t lens_points = settings_.lens_points > 0 ? static_cast<std::uint32_t>(settings_.lens_points) : pixels * power_of_two_;
+  const std::uint32_t lens_points =
+      settings_.lens_points > 0 ? static_cast<std::uint32_t>(settings_.lens_points) : pixels * power_of_two_;
   const int digits = (std::bit_width(lens_points) - 1) / 2;  // of u and v that the net fixes
-  const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u), scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
+  const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u),
+                      scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
   times_.resize(std::size_t{pixels} * n);
   lens_.resize(times_.size() * variants_);
   for (std::uint32_t y = 0; y < side; ++y)
@@ -88,30 +93,39 @@ void SamplePattern::make_times_and_lens() {
       for (std::uint32_t s = 0; s < n; ++s) {
         const std::uint32_t stratum = n == power_of_two_ ? s ^ (time_order & (n - 1)) : (s + time_order) % n;
         const std::size_t at = std::size_t{y * side + x} * n + s;
-        const std::uint32_t code = static_cast<std::uint32_t>(std::uint64_t{stratum * pixels + ranks[pixel]} * 65536u / (n * pixels));
+        const std::uint32_t code =
+            static_cast<std::uint32_t>(std::uint64_t{stratum * pixels + ranks[pixel]} * 65536u / (n * pixels));
         times_[at] = static_cast<std::uint16_t>(settings_.time_bits == 8 ? code & 0xFF00u : code);
         // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
-        const std::uint32_t point = (lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
+        const std::uint32_t point =
+            (lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
         for (std::uint32_t v = 0; v < variants_; ++v) {
-          const std::uint32_t jitter_u = hash32(scramble_u, point, v) >> digits, jitter_v = hash32(scramble_v, point, v) >> digits;
+          const std::uint32_t jitter_u = hash32(scramble_u, point, v) >> digits,
+                              jitter_v = hash32(scramble_v, point, v) >> digits;
           const std::uint32_t keep = ~(0xFFFFFFFFu >> digits);
-          const std::uint32_t a = ((reverse_bits32(point) ^ scramble_u) & keep) | jitter_u, b = ((sobol2_32(point) ^ scramble_v) & keep) | jitter_v;
-          lens_[v * times_.size() + at] = concentric_disc(static_cast<float>(a >> 8) * 0x1p-24f, static_cast<float>(b >> 8) * 0x1p-24f);
+          const std::uint32_t a = ((reverse_bits32(point) ^ scramble_u) & keep) | jitter_u,
+                              b = ((sobol2_32(point) ^ scramble_v) & keep) | jitter_v;
+          lens_[v * times_.size() + at] =
+              concentric_disc(static_cast<float>(a >> 8) * 0x1p-24f, static_cast<float>(b >> 8) * 0x1p-24f);
         }
       }
     }
 }
 
 void SamplePattern::make_classes() {
-  const auto n = static_cast<std::size_t>(settings_.samples_per_pixel), side = static_cast<std::size_t>(settings_.pattern_side);
+  const auto n = static_cast<std::size_t>(settings_.samples_per_pixel),
+             side = static_cast<std::size_t>(settings_.pattern_side);
   classes_.side = settings_.pattern_side;
   classes_.count = static_cast<std::uint32_t>(times_.size());
   std::vector<std::uint32_t> sorted(times_.size());
   std::iota(sorted.begin(), sorted.end(), 0u);
-  std::stable_sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) { return times_[a] < times_[b]; });
-  for (auto* v : {&classes_.x, &classes_.y, &classes_.t, &classes_.lens_u, &classes_.lens_v, &classes_.lens_extent_u, &classes_.lens_extent_v})
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return times_[a] < times_[b]; });
+  for (auto* v : {&classes_.x, &classes_.y, &classes_.t, &classes_.lens_u, &classes_.lens_v, &classes_.lens_extent_u,
+                  &classes_.lens_extent_v})
     v->assign(times_.size() + SampleClasses::kPadding, 0.0f);
-  for (auto* v : {&classes_.column, &classes_.row, &classes_.sample}) v->assign(times_.size() + SampleClasses::kPadding, 0);
+  for (auto* v : {&classes_.column, &classes_.row, &classes_.sample})
+    v->assign(times_.size() + SampleClasses::kPadding, 0);
   for (std::size_t c = 0; c < sorted.size(); ++c) {
     const std::size_t at = sorted[c], sample = at % n, column = at / n % side, row = at / n / side;
     classes_.column[c] = static_cast<std::int32_t>(column);
@@ -156,7 +170,8 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   for (int py = tile.y0; py < tile.y1; ++py)
     for (int px = tile.x0; px < tile.x1; ++px, i += n) {
       const std::size_t at = pattern.index(px, py, 0);
-      const SamplePattern::LensPoint* points = lens ? &pattern.lens_[pattern.lens_variant(px, py) * pattern.times_.size() + at] : nullptr;
+      const SamplePattern::LensPoint* points =
+          lens ? &pattern.lens_[pattern.lens_variant(px, py) * pattern.times_.size() + at] : nullptr;
       for (std::size_t s = 0; s < n; ++s) {
         x[i + s] = static_cast<float>(px) + pattern.offsets_[s].x;
         y[i + s] = static_cast<float>(py) + pattern.offsets_[s].y;

@@ -11,12 +11,13 @@
 namespace tessera::tilecore {
 
 struct SamplingSettings {
-  int samples_per_pixel = 4;   // 1 to 64
+  int samples_per_pixel = 4;  // 1 to 64
   std::uint32_t seed = 0;
   std::uint32_t frame = 0;
-  int pattern_side = 8;        // pixels after which the pattern repeats: 8 or 32
-  int time_bits = 8;           // 8 or 16: precision of a sample's time
-  int lens_points = 0;         // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
+  int pattern_side = 8;  // pixels after which the pattern repeats: 8 or 32
+  int time_bits = 8;     // 8 or 16: precision of a sample's time
+  int lens_points =
+      0;  // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -26,29 +27,30 @@ struct TimeRange {
   TimeRange intersect(const TimeRange& o) const { return {std::max(first, o.first), std::min(last, o.last)}; }
 };
 
-// Samples of one pattern, sorted by time. A *class* is one sample of the pattern; since the pattern repeats, the samples
-// of a class lie on a grid as wide as the pattern, all with the same time and nearly the same lens point. So the
-// samples that a moving box may touch need no search: per class, the box at the class's time and lens point covers a
-// range of that grid. This is what keeps visibility's cost apart from blur (see visibility_kernel.h).
+// Samples of one pattern, sorted by time. A *class* is one sample of the pattern; since the pattern repeats, the
+// samples of a class lie on a grid as wide as the pattern, all with the same time and nearly the same lens point. So
+// the samples that a moving box may touch need no search: per class, the box at the class's time and lens point covers
+// a range of that grid. This is what keeps visibility's cost apart from blur (see visibility_kernel.h).
 //
 // Arrays are padded, so that vectors may be loaded at any class.
 struct SampleClasses {
   static constexpr std::size_t kPadding = 16;
 
   int side = 8;
-  std::uint32_t count = 0;              // side * side * samples per pixel
-  std::vector<float> x, y;              // in [0, side)
+  std::uint32_t count = 0;  // side * side * samples per pixel
+  std::vector<float> x, y;  // in [0, side)
   std::vector<float> t;
   std::vector<std::int32_t> column, row, sample;  // pixel within the pattern, number within the pixel
   // The unit lens points of the class in all blocks: middle and half extent of their box.
   std::vector<float> lens_u, lens_v, lens_extent_u, lens_extent_v;
-  std::array<std::uint32_t, 257> first_at{};      // first class with stencil value >= k
+  std::array<std::uint32_t, 257> first_at{};  // first class with stencil value >= k
 };
 
 // Where, when and through which point of the lens a sample looks. Everything follows from (pixel, sample index, frame,
 // seed): no state, any order.
 //   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence, the same for all pixels
-//   time    code 0..65535, the sample is at t = code / 65536; its upper 8 bits are the stencil value, the lower are zero
+//   time    code 0..65535, the sample is at t = code / 65536; its upper 8 bits are the stencil value, the lower are
+//   zero
 //           unless 16 bits are asked for. Stratified over a pixel's samples, and over a pattern of blue-noise ranks
 //           that repeats over the frame and is shifted from frame to frame
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
@@ -69,7 +71,9 @@ class SamplePattern {
   struct LensPoint {
     float u, v;
   };
-  LensPoint lens(int x, int y, int sample) const { return lens_[lens_variant(x, y) * times_.size() + index(x, y, sample)]; }
+  LensPoint lens(int x, int y, int sample) const {
+    return lens_[lens_variant(x, y) * times_.size() + index(x, y, sample)];
+  }
 
   const SampleClasses& classes() const { return classes_; }
 
@@ -77,7 +81,8 @@ class SamplePattern {
   // Of a sample within the pattern: row by row, pixel by pixel.
   std::size_t index(int x, int y, int sample) const {
     const int mask = settings_.pattern_side - 1;
-    return static_cast<std::size_t>(((y & mask) * settings_.pattern_side + (x & mask)) * settings_.samples_per_pixel + sample);
+    return static_cast<std::size_t>(((y & mask) * settings_.pattern_side + (x & mask)) * settings_.samples_per_pixel +
+                                    sample);
   }
   // Which of the lens tables the block of a pixel uses.
   std::size_t lens_variant(int x, int y) const;
@@ -105,11 +110,11 @@ struct TileSamples {
   IntRect pixels;
   int spp = 0;
   std::size_t count = 0;
-  std::vector<float> x, y;                   // pixels of the frame
-  std::vector<std::uint16_t> time;           // t = time / 65536
-  std::vector<float> lens_u, lens_v;         // in lens_scale; empty for a pinhole
-  float lens_scale = 0;                      // largest |(u, v)|
-  const SampleClasses* classes = nullptr;    // the pattern's
+  std::vector<float> x, y;                 // pixels of the frame
+  std::vector<std::uint16_t> time;         // t = time / 65536
+  std::vector<float> lens_u, lens_v;       // in lens_scale; empty for a pinhole
+  float lens_scale = 0;                    // largest |(u, v)|
+  const SampleClasses* classes = nullptr;  // the pattern's
 
   float t(std::size_t sample) const { return static_cast<float>(time[sample]) * 0x1p-16f; }
   int stencil(std::size_t sample) const { return time[sample] >> 8; }

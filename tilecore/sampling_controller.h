@@ -16,19 +16,22 @@
 
 namespace tessera::tilecore {
 
-// Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedural.md lists).
-// Walks the cells that the parameter map lists for a tile, steps through each at its rate, runs the procedure's stages on the
-// emulated SIMD array and scatters the samples into the tile buffer, which is the tile's samples: 4x4 to the pixel at 16
-// samples per pixel.
+// Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedural.md
+// lists). Walks the cells that the parameter map lists for a tile, steps through each at its rate, runs the procedure's
+// stages on the emulated SIMD array and scatters the samples into the tile buffer, which is the tile's samples: 4x4 to
+// the pixel at 16 samples per pixel.
 //
-//   parameter map of the tile -> objects near to far -> batches of (u, v) -> SIMD array -> scatter, depth test -> tile state
+//   parameter map of the tile -> objects near to far -> batches of (u, v) -> SIMD array -> scatter, depth test -> tile
+//   state
 //                                cull what is hidden      at each cell's rate   geometry, view
 //
 // Invariants (cited by the tests):
-//   C1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order of cells
+//   C1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order
+//   of cells
 //       or of samples. Equal depths go to the lower base patch, then to the lower parameters.
-//   C2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint bends.
-//   C3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
+//   C2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
+//   bends. C3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or
+//   scattered.
 //
 // Keeps its scratch memory; one instance per thread.
 class SamplingController {
@@ -36,7 +39,8 @@ class SamplingController {
   SamplingController();
 
   // What the tile's samples see of procedures; joins what `state` holds already.
-  void render(const frontend::FrameGeometry& frame, const ParameterMaps& maps, binner::TileIndex tile, const TileSamples& samples, std::uint64_t burst_bytes, TileState& state);
+  void render(const frontend::FrameGeometry& frame, const ParameterMaps& maps, binner::TileIndex tile,
+              const TileSamples& samples, std::uint64_t burst_bytes, TileState& state);
 
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
   hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
@@ -67,7 +71,8 @@ class SamplingController {
 
   void find_slots(const TileSamples& samples);
   void group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps, const IntRect& pixels);
-  std::uint64_t image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image, std::uint64_t burst_bytes) const;
+  std::uint64_t image_bytes_of(const Group& group, const ParameterMaps& maps, const shaders::GeometryImage& image,
+                               std::uint64_t burst_bytes) const;
   void run_group(const Job& job, const Group& group);
   void run_batch(const Job& job);
   // The emulated array's work on tuples of the piece under way that it takes together.
@@ -77,7 +82,8 @@ class SamplingController {
   void scatter_still(const Job& job, std::size_t k);
   void scatter_points(const Job& job, std::size_t k);
   void scatter_moving(const Job& job, std::size_t k);
-  void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v, std::uint32_t triangle);
+  void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v,
+             std::uint32_t triangle);
   void keep_rest(const Job& job, std::size_t k, std::size_t sample);
 
   // sampling_refill.cpp
@@ -88,7 +94,8 @@ class SamplingController {
   // sampling_lines.cpp
   void draw_lines(const Job& job, std::span<const std::uint32_t> cells);
   void draw_cell_lines(const Job& job, const ParameterCell& cell, bool along_u);
-  void scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step, float most_light);
+  void scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step,
+                      float most_light);
   void begin_piece(const Job& job, const ParameterCell& first);
 
   std::vector<std::uint32_t> order_;

@@ -10,10 +10,10 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr int kMostSteps = 6;                 // of Newton's method
+constexpr int kMostSteps = 6;  // of Newton's method
 constexpr int kMostRounds = 4;
 constexpr float kSolvedPixels = 1.0f / 128;
-constexpr float kBehindShare = 1.0f / 512;    // a hole sees something farther by more than this share of the depth
+constexpr float kBehindShare = 1.0f / 512;      // a hole sees something farther by more than this share of the depth
 constexpr float kSameSurfaceShare = 1.0f / 16;  // neighbours on one surface differ in depth by less
 
 }  // namespace
@@ -33,7 +33,9 @@ void SamplingController::refill_once(const Job& job) {
   const auto sample_at = [&](int column, int row) -> std::size_t {
     const auto slot = static_cast<std::size_t>(row % side_ * side_ + column % side_);
     if (slot_first_[slot] == slot_first_[slot + 1]) return job.samples.count;  // no sample in this sub-pixel
-    return static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) * static_cast<std::size_t>(job.samples.spp) + slot_sample_[slot_first_[slot]];
+    return static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) *
+               static_cast<std::size_t>(job.samples.spp) +
+           slot_sample_[slot_first_[slot]];
   };
   const auto procedure_of = [&](std::size_t s) -> const frontend::PosedDrawable* {
     if (s == job.samples.count || job.state.patch[s] == TileState::kNoPatch) return nullptr;
@@ -51,7 +53,8 @@ void SamplingController::refill_once(const Job& job) {
         const frontend::PosedDrawable* drawable = procedure_of(before);
         if (drawable == nullptr || drawable != procedure_of(after)) continue;
         const float z0 = job.state.z[before], z1 = job.state.z[after], farther = std::max(z0, z1);
-        if (std::abs(z1 - z0) > kSameSurfaceShare * farther || !(job.state.z[hole] > farther * (1 + kBehindShare))) continue;
+        if (std::abs(z1 - z0) > kSameSurfaceShare * farther || !(job.state.z[hole] > farther * (1 + kBehindShare)))
+          continue;
         ++counters_.holes_suspected;
         if (refill(job, hole, before, after)) break;
       }
@@ -60,11 +63,13 @@ void SamplingController::refill_once(const Job& job) {
 
 bool SamplingController::refill(const Job& job, std::size_t hole, std::size_t before, std::size_t after) {
   const frontend::PosedDrawable& drawable = job.frame.drawable_of(job.state.patch[before]);
-  const frontend::ProcedurePatch from = frontend::procedure_patch(job.frame, job.state.patch[before]), to = frontend::procedure_patch(job.frame, job.state.patch[after]);
+  const frontend::ProcedurePatch from = frontend::procedure_patch(job.frame, job.state.patch[before]),
+                                 to = frontend::procedure_patch(job.frame, job.state.patch[after]);
   const float x = job.samples.x[hole], y = job.samples.y[hole], near = static_cast<float>(job.frame.projection.near);
   // From the nearer end of the two; their middle would be wrong where a closed parameter wraps or a piece ends.
   float u = from.u(job.state.b1[before]), v = from.v(job.state.b2[before]);
-  if (from.piece == to.piece && std::abs(to.u(job.state.b1[after]) - u) < 0.25f && std::abs(to.v(job.state.b2[after]) - v) < 0.25f) {
+  if (from.piece == to.piece && std::abs(to.u(job.state.b1[after]) - u) < 0.25f &&
+      std::abs(to.v(job.state.b2[after]) - v) < 0.25f) {
     u = 0.5f * (u + to.u(job.state.b1[after]));
     v = 0.5f * (v + to.v(job.state.b2[after]));
   }
@@ -79,7 +84,9 @@ bool SamplingController::refill(const Job& job, std::size_t hole, std::size_t be
     });
     const float depth = r.z;
     if (!(depth >= near)) return false;
-    const auto screen = [&](const Vec4& d) { return job.frame.projection.orthographic ? Vec2(d) : (Vec2(d) - Vec2(r) / r.w * d.w) / r.w; };
+    const auto screen = [&](const Vec4& d) {
+      return job.frame.projection.orthographic ? Vec2(d) : (Vec2(d) - Vec2(r) / r.w * d.w) / r.w;
+    };
     const Vec2 at = Vec2(r) / r.w, a = screen(by_u), b = screen(by_v), way = Vec2(x, y) - at;
     const float det = a.x * b.y - a.y * b.x;
     if (std::abs(way.x) + std::abs(way.y) < kSolvedPixels) {

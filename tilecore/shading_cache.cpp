@@ -28,7 +28,8 @@ std::uint32_t& ShadingCache::bucket(const ShadingCell& cell) {
 
 void ShadingCache::grow() {
   buckets_.assign(buckets_.size() * 2, kNone);
-  for (std::uint32_t e = 0; e < entries_.size(); ++e) entries_[e].next_in_bucket = std::exchange(bucket(entries_[e].cell), e);
+  for (std::uint32_t e = 0; e < entries_.size(); ++e)
+    entries_[e].next_in_bucket = std::exchange(bucket(entries_[e].cell), e);
 }
 
 void ShadingCache::unlink(std::uint32_t e) {

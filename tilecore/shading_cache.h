@@ -16,7 +16,8 @@ namespace tessera::tilecore {
 //   C2  The `capacity` names found or inserted last are there.
 class ShadingCache {
  public:
-  // An entry as the machine would hold it: patch, part and cell (12 bytes), colour and alpha as half floats (8), age (4).
+  // An entry as the machine would hold it: patch, part and cell (12 bytes), colour and alpha as half floats (8), age
+  // (4).
   static constexpr std::uint64_t kBytesPerEntry = 24;
 
   // Forgets everything. The host's memory grows with what is inserted, up to the capacity.

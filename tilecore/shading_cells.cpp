@@ -36,7 +36,8 @@ std::uint8_t bits_for(float pixels) {
 
 float cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
 
-// Lengths of a part's sides and its area (of the whole parallelogram for a triangle), and the corner where the sides meet.
+// Lengths of a part's sides and its area (of the whole parallelogram for a triangle), and the corner where the sides
+// meet.
 struct PartSize {
   float along_p = 0, along_q = 0, area = 0;
   std::uint8_t origin = 0;
@@ -46,25 +47,33 @@ PartSize block_size(const FrameGeometry& frame, std::uint32_t patch, Vec2 low, V
   std::array<std::array<Vec2, 3>, 3> point;
   for (std::size_t j = 0; j < 3; ++j)
     for (std::size_t i = 0; i < 3; ++i)
-      point[j][i] = on_screen(frame, {patch, SurfaceLocation::kWholePatch, low.x + size.x * 0.5f * static_cast<float>(i), low.y + size.y * 0.5f * static_cast<float>(j), ShadingCells::kTime});
+      point[j][i] =
+          on_screen(frame, {patch, SurfaceLocation::kWholePatch, low.x + size.x * 0.5f * static_cast<float>(i),
+                            low.y + size.y * 0.5f * static_cast<float>(j), ShadingCells::kTime});
   PartSize out;
   for (std::size_t k = 0; k < 3; ++k) {
-    out.along_p = std::max(out.along_p, glm::length(point[k][1] - point[k][0]) + glm::length(point[k][2] - point[k][1]));
-    out.along_q = std::max(out.along_q, glm::length(point[1][k] - point[0][k]) + glm::length(point[2][k] - point[1][k]));
+    out.along_p =
+        std::max(out.along_p, glm::length(point[k][1] - point[k][0]) + glm::length(point[k][2] - point[k][1]));
+    out.along_q =
+        std::max(out.along_q, glm::length(point[1][k] - point[0][k]) + glm::length(point[2][k] - point[1][k]));
   }
   for (std::size_t j = 0; j < 2; ++j)
-    for (std::size_t i = 0; i < 2; ++i) out.area += 0.5f * std::abs(cross(point[j + 1][i + 1] - point[j][i], point[j + 1][i] - point[j][i + 1]));
+    for (std::size_t i = 0; i < 2; ++i)
+      out.area += 0.5f * std::abs(cross(point[j + 1][i + 1] - point[j][i], point[j + 1][i] - point[j][i + 1]));
   return out;
 }
 
 PartSize triangle_size(const FrameGeometry& frame, std::uint32_t patch, std::uint32_t triangle) {
-  const auto corner = [&](float b1, float b2) { return on_screen(frame, {patch, triangle, b1, b2, ShadingCells::kTime}); };
+  const auto corner = [&](float b1, float b2) {
+    return on_screen(frame, {patch, triangle, b1, b2, ShadingCells::kTime});
+  };
   const std::array<Vec2, 3> point = {corner(0, 0), corner(1, 0), corner(0, 1)};
   PartSize out;
   for (std::uint8_t k = 0; k < 3; ++k) {
     const Vec2 p = point[(k + 1u) % 3] - point[k], q = point[(k + 2u) % 3] - point[k];
     const PartSize from{glm::length(p), glm::length(q), std::abs(cross(p, q)), k};
-    // The area is the same from each corner: the sine of the angle is largest where the product of the sides is smallest.
+    // The area is the same from each corner: the sine of the angle is largest where the product of the sides is
+    // smallest.
     if (k == 0 || from.along_p * from.along_q < out.along_p * out.along_q) out = from;
   }
   return out;
@@ -93,7 +102,8 @@ ShadingCells::Grid ShadingCells::grid_of(std::uint32_t patch, std::uint32_t part
   }
   // Sides s_p and s_q that meet at an angle of sine a hold a parallelogram of a * s_p * s_q: both shrink by sqrt(a).
   const float sides = size.along_p * size.along_q;
-  const float shrink = sides > 0 ? std::sqrt(std::clamp(size.area / sides, 1.0f / (kMostStretch * kMostStretch), 1.0f)) : 1.0f;
+  const float shrink =
+      sides > 0 ? std::sqrt(std::clamp(size.area / sides, 1.0f / (kMostStretch * kMostStretch), 1.0f)) : 1.0f;
   const float scale = shrink / cell_pixels_;
   m = {patch, part, {bits_for(size.along_p * scale), bits_for(size.along_q * scale), size.origin}};
   return m.grid;
@@ -137,10 +147,12 @@ SurfaceLocation ShadingCells::canonical_point(const FrameGeometry& frame, const 
     const frontend::TessellationPattern& pattern = frame.patterns[cell.patch];
     const int columns = block_bits(frame, pattern.nu), rows = block_bits(frame, pattern.nv);
     const Vec2 block(static_cast<float>(cell.part & ((1u << columns) - 1)), static_cast<float>(cell.part >> columns));
-    const Vec2 uv = (block + corner + size * 0.5f) / Vec2(static_cast<float>(1 << columns), static_cast<float>(1 << rows));
+    const Vec2 uv =
+        (block + corner + size * 0.5f) / Vec2(static_cast<float>(1 << columns), static_cast<float>(1 << rows));
     return {cell.patch, SurfaceLocation::kWholePatch, uv.x, uv.y, kTime};
   }
-  // From the corner, which is on the triangle, towards the middle: two thirds of the way to the third side where that comes first.
+  // From the corner, which is on the triangle, towards the middle: two thirds of the way to the third side where that
+  // comes first.
   const Vec2 way = size * 0.5f;
   const float room = 1.0f - corner.x - corner.y, full = way.x + way.y;
   const Vec2 point = corner + way * (full < room ? 1.0f : room > 0.0f ? room / full * (2.0f / 3.0f) : 0.0f);

@@ -12,24 +12,26 @@ namespace tessera::tilecore {
 // whatever the tile, the sample and the time that asked.
 struct ShadingCell {
   std::uint32_t patch = 0;
-  std::uint32_t part = 0;          // block of a Bezier patch, row by row; triangle of a cluster
-  std::uint16_t i = 0, j = 0;      // along p and q
-  // These follow from patch and part. The part has 2^i_bits x 2^j_bits cells; a triangle's grid starts at its corner `origin`
-  // and runs along the sides to the next corner and to the one after.
+  std::uint32_t part = 0;      // block of a Bezier patch, row by row; triangle of a cluster
+  std::uint16_t i = 0, j = 0;  // along p and q
+  // These follow from patch and part. The part has 2^i_bits x 2^j_bits cells; a triangle's grid starts at its corner
+  // `origin` and runs along the sides to the next corner and to the one after.
   std::uint8_t i_bits = 0, j_bits = 0, origin = 0;
 
-  bool operator==(const ShadingCell& other) const { return patch == other.patch && part == other.part && i == other.i && j == other.j; }
+  bool operator==(const ShadingCell& other) const {
+    return patch == other.patch && part == other.part && i == other.i && j == other.j;
+  }
 };
 
-// Cuts surfaces into shading cells about one pixel wide on screen: the domain in which shading is decoupled from visibility
-// (Ragan-Kelley et al. 2011), laid in the surface's own parameters (Burns et al. 2010), where a point keeps its cell however
-// the surface moves or is defocused.
+// Cuts surfaces into shading cells about one pixel wide on screen: the domain in which shading is decoupled from
+// visibility (Ragan-Kelley et al. 2011), laid in the surface's own parameters (Burns et al. 2010), where a point keeps
+// its cell however the surface moves or is defocused.
 //
-// A Bezier patch is cut into up to 16 x 16 blocks that are at least eight pixels wide by the patch's tessellation factors; a
-// cluster into its triangles. Each of these parts has a grid of 2^a x 2^b cells, a triangle's laid from the corner that is closest
-// to a right angle. Their sides on screen at mid-shutter are between 0.7 and 1.4 pixels where p and q cross at right angles; where
-// they do not, cells are made longer, up to twice, so that they keep the area of a pixel. (Deviation from Burns et al.: one density
-// for a part, not for a grid of micropolygons.)
+// A Bezier patch is cut into up to 16 x 16 blocks that are at least eight pixels wide by the patch's tessellation
+// factors; a cluster into its triangles. Each of these parts has a grid of 2^a x 2^b cells, a triangle's laid from the
+// corner that is closest to a right angle. Their sides on screen at mid-shutter are between 0.7 and 1.4 pixels where p
+// and q cross at right angles; where they do not, cells are made longer, up to twice, so that they keep the area of a
+// pixel. (Deviation from Burns et al.: one density for a part, not for a grid of micropolygons.)
 //
 // Invariants (cited by the tests):
 //   S1  The cell of a point follows from the frame, the patch and the point's parameters alone.
@@ -46,7 +48,8 @@ class ShadingCells {
 
   ShadingCell cell_of(const SurfaceLocation& at);
 
-  // Where the cell is shaded: its middle. Cells that a cluster triangle's third side cuts: about the middle of what is left.
+  // Where the cell is shaded: its middle. Cells that a cluster triangle's third side cuts: about the middle of what is
+  // left.
   static SurfaceLocation canonical_point(const frontend::FrameGeometry& frame, const ShadingCell& cell);
 
  private:

@@ -28,7 +28,8 @@ void evaluate_tuples(const ArrayProgram& program, int columns, int rows, SampleR
     const std::size_t n = std::min(kArraySamples, count - first);
     for (std::size_t k = 0; k < n; ++k) {
       const std::size_t at = first + k;
-      registers.u[k] = (static_cast<float>(at % static_cast<std::size_t>(columns)) + 0.5f) / static_cast<float>(columns);
+      registers.u[k] =
+          (static_cast<float>(at % static_cast<std::size_t>(columns)) + 0.5f) / static_cast<float>(columns);
       registers.v[k] = (static_cast<float>(at / static_cast<std::size_t>(columns)) + 0.5f) / static_cast<float>(rows);
     }
     run_procedure(program, n, registers);
@@ -49,7 +50,8 @@ double distance(const Places& p, std::size_t a, std::size_t b, double near) {
   double out = 0;
   for (std::size_t key = 0; key < 2; ++key) {
     if (!(static_cast<double>(p.z[key][a]) >= near && static_cast<double>(p.z[key][b]) >= near)) continue;
-    const double dx = std::abs(static_cast<double>(p.x[key][a]) - static_cast<double>(p.x[key][b])), dy = std::abs(static_cast<double>(p.y[key][a]) - static_cast<double>(p.y[key][b]));
+    const double dx = std::abs(static_cast<double>(p.x[key][a]) - static_cast<double>(p.x[key][b])),
+                 dy = std::abs(static_cast<double>(p.y[key][a]) - static_cast<double>(p.y[key][b]));
     if (std::isfinite(dx + dy)) out = std::max({out, dx, dy});
   }
   return out;
@@ -63,7 +65,9 @@ double radius(const Places& p, std::size_t at, std::size_t step, int place, int 
   return out;
 }
 
-int tuples_for(double length, double spacing) { return static_cast<int>(std::clamp(std::ceil(length / spacing), 4.0, static_cast<double>(kMostTuples))); }
+int tuples_for(double length, double spacing) {
+  return static_cast<int>(std::clamp(std::ceil(length / spacing), 4.0, static_cast<double>(kMostTuples)));
+}
 
 // Longest way across the piece along each parameter.
 void choose_tuples(const Places& probe, double spacing, double near, int& columns, int& rows) {
@@ -84,8 +88,9 @@ void choose_tuples(const Places& probe, double spacing, double near, int& column
 
 }  // namespace
 
-void run_published_pass(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side, std::uint32_t drawable_number,
-                        std::uint32_t piece_number, SampleRegisters& registers, SparseResult& out) {
+void run_published_pass(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side,
+                        std::uint32_t drawable_number, std::uint32_t piece_number, SampleRegisters& registers,
+                        SparseResult& out) {
   const PosedDrawable& drawable = frame.drawables[drawable_number];
   ArrayProgram program;
   program.shape = drawable.procedure->shape;
@@ -100,20 +105,26 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
   int columns, rows;
   choose_tuples(places, settings.sparse_spacing / side, near, columns, rows);
   evaluate_tuples(program, columns, rows, registers, places);
-  out.counters.sparse_evaluations += static_cast<std::uint64_t>(columns) * static_cast<std::uint64_t>(rows) + kProbeTuples * kProbeTuples;
+  out.counters.sparse_evaluations +=
+      static_cast<std::uint64_t>(columns) * static_cast<std::uint64_t>(rows) + kProbeTuples * kProbeTuples;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
-      const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
-      const double radius_u = radius(places, at, 1, column, columns, near), radius_v = radius(places, at, static_cast<std::size_t>(columns), row, rows, near);
+      const auto at =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+      const double radius_u = radius(places, at, 1, column, columns, near),
+                   radius_v = radius(places, at, static_cast<std::size_t>(columns), row, rows, near);
       const double pad = settings.padding * std::max(radius_u, radius_v);
       ParameterCell cell;
       cell.drawable = drawable_number;
       cell.piece = piece_number;
-      cell.u0 = static_cast<float>(column) / static_cast<float>(columns), cell.u1 = static_cast<float>(column + 1) / static_cast<float>(columns);
-      cell.v0 = static_cast<float>(row) / static_cast<float>(rows), cell.v1 = static_cast<float>(row + 1) / static_cast<float>(rows);
+      cell.u0 = static_cast<float>(column) / static_cast<float>(columns),
+      cell.u1 = static_cast<float>(column + 1) / static_cast<float>(columns);
+      cell.v0 = static_cast<float>(row) / static_cast<float>(rows),
+      cell.v1 = static_cast<float>(row + 1) / static_cast<float>(rows);
       double low_x = 1e30, low_y = 1e30, high_x = -1e30, high_y = -1e30, low_z = 1e30;
       for (std::size_t key = 0; key < 2; ++key) {
-        const auto x = static_cast<double>(places.x[key][at]), y = static_cast<double>(places.y[key][at]), z = static_cast<double>(places.z[key][at]);
+        const auto x = static_cast<double>(places.x[key][at]), y = static_cast<double>(places.y[key][at]),
+                   z = static_cast<double>(places.z[key][at]);
         if (!(z >= near && std::isfinite(x) && std::isfinite(y))) continue;
         low_x = std::min(low_x, x - pad), high_x = std::max(high_x, x + pad);
         low_y = std::min(low_y, y - pad), high_y = std::max(high_y, y + pad);
@@ -127,7 +138,8 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
       cell.steps_u = sample_steps(radius_u / 2, reach, clamped);
       cell.steps_v = sample_steps(radius_v / 2, reach, clamped);
       out.counters.rates_clamped += clamped ? 1 : 0;
-      cell.x0 = static_cast<float>(low_x), cell.y0 = static_cast<float>(low_y), cell.x1 = static_cast<float>(high_x), cell.y1 = static_cast<float>(high_y);
+      cell.x0 = static_cast<float>(low_x), cell.y0 = static_cast<float>(low_y), cell.x1 = static_cast<float>(high_x),
+      cell.y1 = static_cast<float>(high_y);
       cell.near_z = static_cast<float>(low_z * 0.999);
       out.cells.push_back(cell);
     }

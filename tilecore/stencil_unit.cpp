@@ -11,14 +11,17 @@ void for_each_row(const TileSamples& samples, const IntRect& pixels, const Row& 
   const auto spp = static_cast<std::uint32_t>(samples.spp);
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     const auto start = static_cast<std::uint32_t>((y - samples.pixels.y0) * samples.pixels.width());
-    row((start + static_cast<std::uint32_t>(pixels.x0 - samples.pixels.x0)) * spp, (start + static_cast<std::uint32_t>(pixels.x1 - samples.pixels.x0)) * spp);
+    row((start + static_cast<std::uint32_t>(pixels.x0 - samples.pixels.x0)) * spp,
+        (start + static_cast<std::uint32_t>(pixels.x1 - samples.pixels.x0)) * spp);
   }
 }
 
 }  // namespace
 
-void StencilUnit::keep(const TileSamples& samples, const IntRect& pixels, const StencilReferences& references, std::vector<std::uint32_t>& kept) {
-  const std::size_t tests = static_cast<std::size_t>(pixels.width()) * static_cast<std::size_t>(pixels.height()) * static_cast<std::size_t>(samples.spp);
+void StencilUnit::keep(const TileSamples& samples, const IntRect& pixels, const StencilReferences& references,
+                       std::vector<std::uint32_t>& kept) {
+  const std::size_t tests = static_cast<std::size_t>(pixels.width()) * static_cast<std::size_t>(pixels.height()) *
+                            static_cast<std::size_t>(samples.spp);
   kept.resize(tests);
   std::size_t count = 0, count_before = 0;  // kept so far, and before the current group of lanes
   std::uint32_t lane = 0;

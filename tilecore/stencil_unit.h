@@ -48,8 +48,10 @@ class StencilUnit {
  public:
   static constexpr std::uint32_t kLanes = 32;  // [spec] warps of 32; Mali-G77 16, Adreno 64 to 128
 
-  // Samples of the pixels (inside the tile) that the references keep, as numbers in natural order. `kept` is overwritten.
-  void keep(const TileSamples& samples, const IntRect& pixels, const StencilReferences& references, std::vector<std::uint32_t>& kept);
+  // Samples of the pixels (inside the tile) that the references keep, as numbers in natural order. `kept` is
+  // overwritten.
+  void keep(const TileSamples& samples, const IntRect& pixels, const StencilReferences& references,
+            std::vector<std::uint32_t>& kept);
 
   // Of the samples kept last, `count` have hit something.
   void record_hits(std::uint64_t count) { counters_.hits += count; }
@@ -69,16 +71,21 @@ void all_samples(const TileSamples& samples, const IntRect& pixels, std::vector<
 namespace tessera::hardware {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::StencilCounters> = std::to_array<CounterField<tilecore::StencilCounters>>({
-    {"tilecore.stencil_tests", &tilecore::StencilCounters::tests, Combine::kSum, "tests",
-     "Samples of bounding polygons whose stencil value was compared with the two references.", "MaliFragLZSTestTd (stencil part)"},
-    {"tilecore.stencil_kept", &tilecore::StencilCounters::kept, Combine::kSum, "samples", "Samples that the stencil test kept.", ""},
-    {"tilecore.stencil_hits", &tilecore::StencilCounters::hits, Combine::kSum, "samples",
-     "Kept samples that then were inside a triangle of their bounding polygon. Over stencil_kept: the valid rate.", ""},
-    {"tilecore.stencil_lanes_issued", &tilecore::StencilCounters::lanes_issued, Combine::kSum, "lanes",
-     "Lanes of groups of 32 samples, as the bounding polygon is walked, in which at least one sample was kept. Under stencil_kept: the occupancy.",
-     ""},
-});
+inline constexpr auto kCounterFields<tilecore::StencilCounters> =
+    std::to_array<CounterField<tilecore::StencilCounters>>({
+        {"tilecore.stencil_tests", &tilecore::StencilCounters::tests, Combine::kSum, "tests",
+         "Samples of bounding polygons whose stencil value was compared with the two references.",
+         "MaliFragLZSTestTd (stencil part)"},
+        {"tilecore.stencil_kept", &tilecore::StencilCounters::kept, Combine::kSum, "samples",
+         "Samples that the stencil test kept.", ""},
+        {"tilecore.stencil_hits", &tilecore::StencilCounters::hits, Combine::kSum, "samples",
+         "Kept samples that then were inside a triangle of their bounding polygon. Over stencil_kept: the valid rate.",
+         ""},
+        {"tilecore.stencil_lanes_issued", &tilecore::StencilCounters::lanes_issued, Combine::kSum, "lanes",
+         "Lanes of groups of 32 samples, as the bounding polygon is walked, in which at least one sample was kept. "
+         "Under stencil_kept: the occupancy.",
+         ""},
+    });
 TESSERA_COUNTERS_COVER(tilecore::StencilCounters);
 template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::StencilCounters> = true;

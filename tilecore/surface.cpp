@@ -75,7 +75,8 @@ struct ObjectPoint {
   Vec3 position, derivative_u, derivative_v, normal;
 };
 
-ObjectPoint bezier_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, Vec2 uv, std::size_t key) {
+ObjectPoint bezier_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, Vec2 uv,
+                         std::size_t key) {
   shaders::ControlPoints<float> c;
   const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
   for (std::size_t i = 0; i < 16; ++i) c[i] = {points[i].x, points[i].y, points[i].z};
@@ -87,11 +88,14 @@ ObjectPoint bezier_point(const FrameGeometry& frame, const PosedDrawable& drawab
   // d = p + n h: tangents p_u + n_u h + n h_u with n_u from the second derivatives (Weingarten).
   const frontend::PatchDisplacement displacement = frontend::patch_displacement(frame, drawable, patch);
   const Vec2 st = displacement.coordinate(uv.x, uv.y);
-  const auto gradient = displacement.material->texture->sample_gradient(displacement.material->sampler, st, displacement.lod);
+  const auto gradient =
+      displacement.material->texture->sample_gradient(displacement.material->sampler, st, displacement.lod);
   const float scale = displacement.material->scale, h = scale * gradient.height + displacement.material->bias;
   const auto& k = displacement.corner;
-  const Vec2 st_u = (k[1] - k[0]) * (1.0f - uv.y) + (k[3] - k[2]) * uv.y, st_v = (k[2] - k[0]) * (1.0f - uv.x) + (k[3] - k[1]) * uv.x;
-  const float h_u = scale * (gradient.d_s * st_u.x + gradient.d_t * st_u.y), h_v = scale * (gradient.d_s * st_v.x + gradient.d_t * st_v.y);
+  const Vec2 st_u = (k[1] - k[0]) * (1.0f - uv.y) + (k[3] - k[2]) * uv.y,
+             st_v = (k[2] - k[0]) * (1.0f - uv.x) + (k[3] - k[1]) * uv.x;
+  const float h_u = scale * (gradient.d_s * st_u.x + gradient.d_t * st_u.y),
+              h_v = scale * (gradient.d_s * st_v.x + gradient.d_t * st_v.y);
   const shaders::SecondDerivatives<float> second = shaders::bicubic_second_derivatives(c, uv.x, uv.y);
   const Vec3 cross = glm::cross(out.derivative_u, out.derivative_v);
   const float length = glm::length(cross);
@@ -100,7 +104,8 @@ ObjectPoint bezier_point(const FrameGeometry& frame, const PosedDrawable& drawab
     const Vec3 change = glm::cross(du_change, out.derivative_v) + glm::cross(out.derivative_u, dv_change);
     return (change - normal * glm::dot(normal, change)) / length;
   };
-  const Vec3 n_u = normal_change(glm_vector(second.uu), glm_vector(second.uv)), n_v = normal_change(glm_vector(second.uv), glm_vector(second.vv));
+  const Vec3 n_u = normal_change(glm_vector(second.uu), glm_vector(second.uv)),
+             n_v = normal_change(glm_vector(second.uv), glm_vector(second.vv));
   out.position += normal * h;
   out.derivative_u += n_u * h + normal * h_u;
   out.derivative_v += n_v * h + normal * h_v;
@@ -130,7 +135,8 @@ void fill_bezier(const FrameGeometry& frame, const SurfaceLocation& at, Surface&
 
 // ---- Clusters ---------------------------------------------------------------------------------------------------
 
-std::array<std::uint32_t, 3> cluster_triangle(const FrameGeometry& frame, const PosedDrawable& drawable, const SurfaceLocation& at) {
+std::array<std::uint32_t, 3> cluster_triangle(const FrameGeometry& frame, const PosedDrawable& drawable,
+                                              const SurfaceLocation& at) {
   const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   const frontend::Cluster& cluster = clusters.clusters[at.patch - drawable.drawable->first_patch];
   const auto& corner = clusters.cells[cluster.first_cell + at.triangle / 2].corner;
@@ -159,12 +165,15 @@ void fill_cluster(const FrameGeometry& frame, const SurfaceLocation& at, Surface
   if (!drawable.normals[0].empty()) {
     Vec3 sum(0.0f);
     for (std::size_t k = 0; k < 3; ++k)
-      sum += at_time(drawable.normal_to_world[0] * drawable.normals[0][v[k]], drawable.normal_to_world[1] * drawable.normals[1][v[k]], at.t) * s.weight[k];
+      sum += at_time(drawable.normal_to_world[0] * drawable.normals[0][v[k]],
+                     drawable.normal_to_world[1] * drawable.normals[1][v[k]], at.t) *
+             s.weight[k];
     s.normal = unit_or(sum, s.geometric_normal);
   }
   const Vec4 r = raster[0] * s.weight[0] + raster[1] * s.weight[1] + raster[2] * s.weight[2];
   s.raster = r;
-  s.parameters_by_pixel = parameters_by_pixel(r, raster[1] - raster[0], raster[2] - raster[0], frame.projection.orthographic);
+  s.parameters_by_pixel =
+      parameters_by_pixel(r, raster[1] - raster[0], raster[2] - raster[0], frame.projection.orthographic);
 }
 
 // Attribute weights only.
@@ -184,7 +193,8 @@ Surface attribute_weights(const FrameGeometry& frame, const SurfaceLocation& at)
 template <class T>
 T interpolate(const Surface& s, const std::vector<T>& values, const std::array<float, 4>& weights) {
   T sum = values[s.vertex[0]] * weights[0];
-  for (int k = 1; k < s.corner_count; ++k) sum += values[s.vertex[static_cast<std::size_t>(k)]] * weights[static_cast<std::size_t>(k)];
+  for (int k = 1; k < s.corner_count; ++k)
+    sum += values[s.vertex[static_cast<std::size_t>(k)]] * weights[static_cast<std::size_t>(k)];
   return sum;
 }
 
@@ -217,9 +227,12 @@ Vec4 Surface::color() const {
 Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) {
   Surface s;
   s.drawable = &frame.drawable_of(at.patch);
-  if (s.drawable->procedure != nullptr) fill_procedure(frame, at.patch, patch_parameters(frame.patterns[at.patch], at), at.t, s);
-  else if (has_grid(*s.drawable)) fill_bezier(frame, at, s);
-  else fill_cluster(frame, at, s);
+  if (s.drawable->procedure != nullptr)
+    fill_procedure(frame, at.patch, patch_parameters(frame.patterns[at.patch], at), at.t, s);
+  else if (has_grid(*s.drawable))
+    fill_bezier(frame, at, s);
+  else
+    fill_cluster(frame, at, s);
   s.half_attributes = frame.request.half_attributes;
   if (s.half_attributes) s.normal = unit_or(attribute(s, s.normal), s.normal);
   return s;
@@ -240,16 +253,19 @@ Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 
     fill_procedure(frame, at.patch, parameters, static_cast<float>(key), s);
     return s.raster;
   }
-  if (has_grid(drawable)) return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
+  if (has_grid(drawable))
+    return drawable.to_raster[key] * Vec4(bezier_point(frame, drawable, at.patch, parameters, key).position, 1.0f);
   const std::array<std::uint32_t, 3> v = cluster_triangle(frame, drawable, at);
   const auto& p = drawable.positions[key];
   const Vec3 point = p[v[0]] * (1.0f - parameters.x - parameters.y) + p[v[1]] * parameters.x + p[v[2]] * parameters.y;
   return drawable.to_raster[key] * Vec4(point, 1.0f);
 }
 
-Vec2 surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform) {
+Vec2 surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set,
+                      const shaders::TextureTransform& transform) {
   const Surface s = attribute_weights(frame, at);
-  return transform.apply(attribute(s, interpolate(s, s.drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)], s.weight)));
+  return transform.apply(
+      attribute(s, interpolate(s, s.drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)], s.weight)));
 }
 
 float surface_alpha(const FrameGeometry& frame, const SurfaceLocation& at) {

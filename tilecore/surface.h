@@ -21,11 +21,11 @@ struct SurfaceLocation {
 // (b1, b2) of a cluster's triangle.
 struct Surface {
   const frontend::PosedDrawable* drawable = nullptr;
-  Vec3 position;              // world
-  Vec3 geometric_normal;      // world, unit, on the side that is the front
-  Vec3 normal;                // world, unit, interpolated or displaced
-  Vec3 position_p, position_q;  // world derivatives
-  Vec4 raster;                // (xh, yh, depth, w)
+  Vec3 position;                           // world
+  Vec3 geometric_normal;                   // world, unit, on the side that is the front
+  Vec3 normal;                             // world, unit, interpolated or displaced
+  Vec3 position_p, position_q;             // world derivatives
+  Vec4 raster;                             // (xh, yh, depth, w)
   Vec3 object{0.0f}, object_normal{0.0f};  // of procedures: object space, for their textures
   // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on, and on
   // procedures, whose textures blur over the width of a pixel instead.
@@ -53,12 +53,13 @@ bool has_grid(const frontend::PosedDrawable& drawable);
 // (p, q) of a location.
 Vec2 surface_parameters(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
 
-// (xh, yh, depth, w) of a point at a key of the shutter, from its parameters alone: `frame` may be another pose of the assembly than the
-// one that `at` was seen in.
+// (xh, yh, depth, w) of a point at a key of the shutter, from its parameters alone: `frame` may be another pose of the
+// assembly than the one that `at` was seen in.
 Vec4 surface_raster(const frontend::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
 
 // Interpolated texture coordinate alone, for the alpha test.
-Vec2 surface_texcoord(const frontend::FrameGeometry& frame, const SurfaceLocation& at, int set, const shaders::TextureTransform& transform);
+Vec2 surface_texcoord(const frontend::FrameGeometry& frame, const SurfaceLocation& at, int set,
+                      const shaders::TextureTransform& transform);
 // Interpolated vertex alpha alone.
 float surface_alpha(const frontend::FrameGeometry& frame, const SurfaceLocation& at);
 

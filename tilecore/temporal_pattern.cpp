@@ -10,20 +10,27 @@ namespace {
 // Energy that each point spreads over the torus: a Gaussian of 1.5 cells.
 class Torus {
  public:
-  explicit Torus(int n) : n_(n), energy_(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 0.0), taken_(energy_.size(), false) {}
+  explicit Torus(int n)
+      : n_(n), energy_(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 0.0), taken_(energy_.size(), false) {}
 
   void put(std::size_t cell, bool present) {
     taken_[cell] = present;
     const int cx = static_cast<int>(cell) % n_, cy = static_cast<int>(cell) / n_;
     for (int y = 0; y < n_; ++y)
       for (int x = 0; x < n_; ++x) {
-        const int dx = std::min((x - cx + n_) % n_, (cx - x + n_) % n_), dy = std::min((y - cy + n_) % n_, (cy - y + n_) % n_);
-        energy_[static_cast<std::size_t>(y * n_ + x)] += (present ? 1.0 : -1.0) * std::exp(-(dx * dx + dy * dy) / (2.0 * 1.5 * 1.5));
+        const int dx = std::min((x - cx + n_) % n_, (cx - x + n_) % n_),
+                  dy = std::min((y - cy + n_) % n_, (cy - y + n_) % n_);
+        energy_[static_cast<std::size_t>(y * n_ + x)] +=
+            (present ? 1.0 : -1.0) * std::exp(-(dx * dx + dy * dy) / (2.0 * 1.5 * 1.5));
       }
   }
   // The free cell with the least energy, or the taken one with the most; the first of equals.
-  std::size_t largest_void() const { return pick(false, [](double a, double b) { return a < b - 1e-9; }); }
-  std::size_t tightest_cluster() const { return pick(true, [](double a, double b) { return a > b + 1e-9; }); }
+  std::size_t largest_void() const {
+    return pick(false, [](double a, double b) { return a < b - 1e-9; });
+  }
+  std::size_t tightest_cluster() const {
+    return pick(true, [](double a, double b) { return a > b + 1e-9; });
+  }
 
  private:
   template <class Better>

@@ -31,7 +31,8 @@ struct TessellationCounters {
 };
 
 // The on-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow, in front of the
-// tessellator; all tile cores share it. Least recently used sub-patches leave first. Configured by tessellator.cache_bytes.
+// tessellator; all tile cores share it. Least recently used sub-patches leave first. Configured by
+// tessellator.cache_bytes.
 //
 //   request -> in the cache: nothing to do
 //           -> not: fetch the patch, shade its vertices, make triangles, keep the vertices
@@ -68,19 +69,21 @@ class TessellationCache {
 namespace tessera::hardware {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::TessellationCounters> = std::to_array<CounterField<tilecore::TessellationCounters>>({
-    {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
-     "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
-    {"tilecore.tessellation_cache_hits", &tilecore::TessellationCounters::cache_hits, Combine::kSum, "sub-patches",
-     "Of these, found tessellated in the on-chip cache (tessellator.cache_bytes).", "Apple and Adreno: parameter or vertex cache hits (of triangles, there)"},
-    {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
-     "Sub-patches tessellated; again for each time they had left the cache.", ""},
-    {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
-     "Vertices computed by the domain shader, repeated ones included; both keys of the shutter count once.",
-     "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
-    {"tilecore.triangles", &tilecore::TessellationCounters::triangles, Combine::kSum, "triangles",
-     "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},
-});
+inline constexpr auto kCounterFields<tilecore::TessellationCounters> =
+    std::to_array<CounterField<tilecore::TessellationCounters>>({
+        {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
+         "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
+        {"tilecore.tessellation_cache_hits", &tilecore::TessellationCounters::cache_hits, Combine::kSum, "sub-patches",
+         "Of these, found tessellated in the on-chip cache (tessellator.cache_bytes).",
+         "Apple and Adreno: parameter or vertex cache hits (of triangles, there)"},
+        {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
+         "Sub-patches tessellated; again for each time they had left the cache.", ""},
+        {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
+         "Vertices computed by the domain shader, repeated ones included; both keys of the shutter count once.",
+         "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
+        {"tilecore.triangles", &tilecore::TessellationCounters::triangles, Combine::kSum, "triangles",
+         "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},
+    });
 TESSERA_COUNTERS_COVER(tilecore::TessellationCounters);
 
 }  // namespace tessera::hardware

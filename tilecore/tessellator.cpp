@@ -47,7 +47,8 @@ void build_cluster_cells(const frontend::MeshClusters& clusters, const frontend:
 
 // Records fetched for a sub-patch: its own, and of each other patch that owns one of its boundary vertices when those
 // are displaced (plain edges are computed from the patch's own control points, which are the same).
-std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, const frontend::CellRange& range, bool displaced) {
+std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
+                            const frontend::CellRange& range, bool displaced) {
   std::uint64_t bytes = frontend::patch_record_bytes(frame, patch);
   if (drawable.drawable->kind != frontend::Primitive::Kind::kBezierPatches || !displaced) return bytes;
   const std::uint32_t first = drawable.drawable->first_patch;
@@ -58,7 +59,8 @@ std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& dra
   for (std::size_t e = 0; e < 4; ++e)
     if (touches[e]) others.insert(neighbours.edges[e].patch + first);
   for (std::size_t c = 0; c < 4; ++c)
-    if (touches[(c & 1) != 0 ? 3 : 2] && touches[(c & 2) != 0 ? 1 : 0]) others.insert(neighbours.corners[c].patch + first);
+    if (touches[(c & 1) != 0 ? 3 : 2] && touches[(c & 2) != 0 ? 1 : 0])
+      others.insert(neighbours.corners[c].patch + first);
   others.erase(patch);
   for (const std::uint32_t other : others) bytes += frontend::patch_record_bytes(frame, other);
   return bytes;
@@ -72,16 +74,19 @@ void Tessellator::resize(std::size_t vertices) {
   for (auto* v : {&u_, &v_, &offset_, &margin_}) v->resize(vertices + kVertexPadding);
 }
 
-Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key, bool displaced) {
+Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key,
+                                  bool displaced) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
   const TessellationPattern& pattern = frame.patterns[patch];
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
     const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
     const frontend::OwnedVertex owned = frontend::boundary_vertex(pattern, neighbours, i, j);
-    return frontend::domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key), displaced);
+    return frontend::domain_point(frame, drawable, owned.patch + first, owned.u, owned.v, static_cast<std::size_t>(key),
+                                  displaced);
   }
-  return frontend::domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key), displaced);
+  return frontend::domain_point(frame, drawable, patch, pattern.u(i, j), pattern.v(i, j), static_cast<std::size_t>(key),
+                                displaced);
 }
 
 template <bool kDisplaced>
@@ -95,7 +100,8 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
   // Rows through the inside of the grid, all lanes at once; boundary vertices are overwritten below.
   const int columns = range.i1 - range.i0 + 1;
   const auto count = static_cast<std::size_t>(columns);
-  for (int i = 0; i < columns; ++i) u_[static_cast<std::size_t>(i)] = static_cast<float>(range.i0 + i) / static_cast<float>(pattern.nu);
+  for (int i = 0; i < columns; ++i)
+    u_[static_cast<std::size_t>(i)] = static_cast<float>(range.i0 + i) / static_cast<float>(pattern.nu);
   for (int j = range.j0; j <= range.j1; ++j) {
     const std::size_t first = static_cast<std::size_t>(j - range.j0) * count;
     const PointArrays position = {&object_[key].x[first], &object_[key].y[first], &object_[key].z[first]};
@@ -137,10 +143,12 @@ void Tessellator::shade_procedure(const FrameGeometry& frame, std::uint32_t patc
       u_[n] = at.u(pattern.u(i, j));
       v_[n] = at.v(pattern.v(i, j));
     }
-  procedure_vertices(at.shape, at.piece->input, u_.data(), v_.data(), n, {object_[0].x.data(), object_[0].y.data(), object_[0].z.data()});
+  procedure_vertices(at.shape, at.piece->input, u_.data(), v_.data(), n,
+                     {object_[0].x.data(), object_[0].y.data(), object_[0].z.data()});
 }
 
-void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, std::size_t key) {
+void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
+                                std::size_t key) {
   const frontend::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   const frontend::Cluster& cluster = clusters.clusters[patch - drawable.drawable->first_patch];
   for (std::size_t v = 0; v < cluster.vertex_count; ++v) {
@@ -151,15 +159,21 @@ void Tessellator::shade_cluster(const FrameGeometry& frame, const PosedDrawable&
   }
 }
 
-Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects,
-                                          MicroMesh& mesh, bool displaced) {
+Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint32_t patch,
+                                          const frontend::CellRange& range, RayEffects effects, MicroMesh& mesh,
+                                          bool displaced) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
-  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches, grid = frontend::has_grid(*drawable.drawable);
+  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches,
+             grid = frontend::has_grid(*drawable.drawable);
   const bool moving = kGeneralEffects && effects.motion, lens = kGeneralEffects && effects.lens;
   const bool displaces = kGeneralEffects && displaced && bezier && drawable.material->displacement.has_value();
   std::size_t vertices;
-  if (grid) vertices = static_cast<std::size_t>(range.i1 - range.i0 + 1) * static_cast<std::size_t>(range.j1 - range.j0 + 1);
-  else vertices = frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch].vertex_count;
+  if (grid)
+    vertices = static_cast<std::size_t>(range.i1 - range.i0 + 1) * static_cast<std::size_t>(range.j1 - range.j0 + 1);
+  else
+    vertices = frame.assembly->clusters[drawable.drawable->geometry]
+                   .clusters[patch - drawable.drawable->first_patch]
+                   .vertex_count;
   resize(vertices);
   mesh.resize_vertices(vertices + kVertexPadding, moving);
   mesh.vertex_count = vertices;
@@ -169,15 +183,19 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
   for (std::size_t key = 0; key < shaded_keys; ++key) {
     if (bezier && displaces) {
       if constexpr (kGeneralEffects) shade_bezier<true>(frame, drawable, patch, range, key);
-    } else if (bezier) shade_bezier<false>(frame, drawable, patch, range, key);
-    else if (grid) shade_procedure(frame, patch, range);
-    else shade_cluster(frame, drawable, patch, key);
+    } else if (bezier)
+      shade_bezier<false>(frame, drawable, patch, range, key);
+    else if (grid)
+      shade_procedure(frame, patch, range);
+    else
+      shade_cluster(frame, drawable, patch, key);
   }
   const auto arrays = [](Points& p) { return PointArrays{p.x.data(), p.y.data(), p.z.data()}; };
   mesh.all_projected = project_vertices(
       vertices, {arrays(object_[0]), arrays(object_[shaded_keys - 1])}, drawable.to_raster, moving,
       {frame.projection.orthographic, static_cast<float>(frame.projection.near), frame.request.subpixels()},
-      {PointArrays{mesh.x0.data(), mesh.y0.data(), mesh.z0.data()}, PointArrays{mesh.x1.data(), mesh.y1.data(), mesh.z1.data()}},
+      {PointArrays{mesh.x0.data(), mesh.y0.data(), mesh.z0.data()},
+       PointArrays{mesh.x1.data(), mesh.y1.data(), mesh.z1.data()}},
       mesh.projected.data());
 
   mesh.clear_cells();
@@ -188,7 +206,8 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
     build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], mesh);
   }
   build_cells(mesh, {moving, lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
-                     lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_, lens ? frontend::sharp_factor(frame.projection) : 0.0f});
+                     lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_,
+                     lens ? frontend::sharp_factor(frame.projection) : 0.0f});
   return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range, displaces)};
 }
 

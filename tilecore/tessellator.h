@@ -9,9 +9,9 @@
 
 namespace tessera::tilecore {
 
-// Tessellates sub-patches on demand: domain shading at both keys, projection, cells, boxes. A vertex is computed from its base
-// patch alone, whichever sub-patch asks, and vertices on shared edges and corners by the patch that owns them: grids
-// meet without cracks, displaced or not.
+// Tessellates sub-patches on demand: domain shading at both keys, projection, cells, boxes. A vertex is computed from
+// its base patch alone, whichever sub-patch asks, and vertices on shared edges and corners by the patch that owns them:
+// grids meet without cracks, displaced or not.
 //
 // Keeps its scratch memory; one instance per thread.
 class Tessellator {
@@ -20,26 +20,28 @@ class Tessellator {
   struct Work {
     std::uint64_t domain_evaluations = 0;  // vertices shaded (both keys count once)
     std::uint64_t triangles = 0;
-    std::uint64_t patch_bytes = 0;         // records fetched: the patch, and owners of its shared displaced edges
+    std::uint64_t patch_bytes = 0;  // records fetched: the patch, and owners of its shared displaced edges
   };
 
   // Fills key 1 and moving boxes when `effects` has motion (which a sub-patch that moves requires), and leaves room for
   // the lens when it has one. Without `displaced` no displacement map is read; the caller knows that it is zero there.
-  Work tessellate(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range, RayEffects effects,
-                  MicroMesh& mesh, bool displaced = true);
+  Work tessellate(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range,
+                  RayEffects effects, MicroMesh& mesh, bool displaced = true);
 
   // Precision of the boxes of cells (see BoxSettings); 32 is single precision.
   void set_box_bits(int bits) { box_bits_ = bits; }
 
   // Position of one vertex in object space at a key, as all grids that share it compute it. For tests and bounds.
-  static Vec3 vertex_position(const frontend::FrameGeometry& frame, std::uint32_t patch, int i, int j, int key, bool displaced = true);
+  static Vec3 vertex_position(const frontend::FrameGeometry& frame, std::uint32_t patch, int i, int j, int key,
+                              bool displaced = true);
 
  private:
   template <bool kDisplaced>
   void shade_bezier(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, std::uint32_t patch,
                     const frontend::CellRange& range, std::size_t key);
   void shade_procedure(const frontend::FrameGeometry& frame, std::uint32_t patch, const frontend::CellRange& range);
-  void shade_cluster(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, std::uint32_t patch, std::size_t key);
+  void shade_cluster(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, std::uint32_t patch,
+                     std::size_t key);
   void resize(std::size_t vertices);
 
   int box_bits_ = 32;

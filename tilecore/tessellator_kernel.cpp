@@ -68,11 +68,13 @@ HWY_INLINE Homogeneous transform(const Mat4& m, const Vector3<Lanes>& p) {
   return {row(0), row(1), row(2), row(3)};
 }
 
-bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster, bool moving,
-                     const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster, std::uint8_t* projected) {
+bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster,
+                     bool moving, const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster,
+                     std::uint8_t* projected) {
   const D d;
   const auto grid = hn::Set(d, settings.subpixels), cell = hn::Set(d, 1.0f / settings.subpixels);
-  const auto cell_still = hn::Set(d, frontend::kStillPixels), guard = hn::Set(d, frontend::kGuardBandPixels), near = hn::Set(d, settings.near);
+  const auto cell_still = hn::Set(d, frontend::kStillPixels), guard = hn::Set(d, frontend::kGuardBandPixels),
+             near = hn::Set(d, settings.near);
   const std::size_t keys = moving ? 2 : 1;
   bool all = true;
   each_vector(count, [&](std::size_t i) HWY_ATTR {
@@ -90,9 +92,11 @@ bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object
     }
     if (moving) {
       // Vertices that stay where they are as far as anybody can tell.
-      const auto within = [&](hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> most) HWY_ATTR { return hn::Le(hn::Abs(hn::Sub(a, b)), most); };
+      const auto within = [&](hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> most)
+                              HWY_ATTR { return hn::Le(hn::Abs(hn::Sub(a, b)), most); };
       const auto still_depth = hn::Mul(h[0].depth.v, hn::Set(d, frontend::kStillDepth));
-      const auto still = hn::And(hn::And(good, within(h[1].depth.v, h[0].depth.v, still_depth)), hn::And(within(x[1], x[0], cell_still), within(y[1], y[0], cell_still)));
+      const auto still = hn::And(hn::And(good, within(h[1].depth.v, h[0].depth.v, still_depth)),
+                                 hn::And(within(x[1], x[0], cell_still), within(y[1], y[0], cell_still)));
       x[1] = hn::IfThenElse(still, x[0], x[1]);
       y[1] = hn::IfThenElse(still, y[0], y[1]);
       h[1].depth = Lanes(hn::IfThenElse(still, h[0].depth.v, h[1].depth.v));
@@ -121,15 +125,16 @@ HWY_EXPORT(EvaluateRow);
 HWY_EXPORT(Displace);
 HWY_EXPORT(ProjectVertices);
 
-void evaluate_row(const shaders::BicubicRow<float>& row, const float* u, std::size_t count, PointArrays position, PointArrays normal,
-                  float* normal_margin) {
+void evaluate_row(const shaders::BicubicRow<float>& row, const float* u, std::size_t count, PointArrays position,
+                  PointArrays normal, float* normal_margin) {
   HWY_DYNAMIC_DISPATCH(EvaluateRow)(row, u, count, position, normal, normal_margin);
 }
 void displace(std::size_t count, const float* offset, PointArrays normal, PointArrays position) {
   HWY_DYNAMIC_DISPATCH(Displace)(count, offset, normal, position);
 }
-bool project_vertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster, bool moving,
-                      const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster, std::uint8_t* projected) {
+bool project_vertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster,
+                      bool moving, const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster,
+                      std::uint8_t* projected) {
   return HWY_DYNAMIC_DISPATCH(ProjectVertices)(count, object, to_raster, moving, settings, raster, projected);
 }
 

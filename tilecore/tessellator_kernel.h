@@ -33,9 +33,9 @@ struct ProjectionSettings {
   float subpixels;  // steps of the vertices' grid along a pixel's side: a power of two up to 256
 };
 
-// Object space to raster space at one or two keys (`moving`); fills x, y, z per key and `projected`. A projected vertex that moves by
-// no more than frontend::kStillPixels and kStillDepth gets the same bits at both.
-// Returns whether every vertex is projected.
+// Object space to raster space at one or two keys (`moving`); fills x, y, z per key and `projected`. A projected vertex
+// that moves by no more than frontend::kStillPixels and kStillDepth gets the same bits at both. Returns whether every
+// vertex is projected.
 bool project_vertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster,
                       bool moving, const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster,
                       std::uint8_t* projected);

@@ -21,8 +21,11 @@ TextureMemory::TextureMemory(const frontend::Capture& capture, std::int64_t line
   width_log2_ = (texels_log2 + 1) / 2;
   height_log2_ = texels_log2 / 2;
   for (const frontend::Material& m : capture.materials)
-    for (const frontend::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.occlusion_texture, &m.emissive_texture}) add(*slot);
-  if (lines_ >= std::numeric_limits<std::uint32_t>::max()) throw LimitError("the textures have more cache lines than 32 bits can number");
+    for (const frontend::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
+                                              &m.occlusion_texture, &m.emissive_texture})
+      add(*slot);
+  if (lines_ >= std::numeric_limits<std::uint32_t>::max())
+    throw LimitError("the textures have more cache lines than 32 bits can number");
 }
 
 void TextureMemory::add(const frontend::TextureSlot& slot) {
@@ -30,8 +33,11 @@ void TextureMemory::add(const frontend::TextureSlot& slot) {
   const auto [found, fresh] = layouts_.try_emplace(slot.texture.get());
   if (!fresh) return;
   for (int level = 0; level < slot.texture->level_count(); ++level) {
-    const auto blocks = [](int texels, int log2) { return (static_cast<std::uint64_t>(texels) + (std::uint64_t{1} << log2) - 1) >> log2; };
-    const std::uint64_t across = blocks(slot.texture->width(level), width_log2_), down = blocks(slot.texture->height(level), height_log2_);
+    const auto blocks = [](int texels, int log2) {
+      return (static_cast<std::uint64_t>(texels) + (std::uint64_t{1} << log2) - 1) >> log2;
+    };
+    const std::uint64_t across = blocks(slot.texture->width(level), width_log2_),
+                        down = blocks(slot.texture->height(level), height_log2_);
     found->second.push_back({static_cast<std::uint32_t>(lines_), static_cast<std::uint32_t>(across)});
     lines_ += across * down;
   }
@@ -62,7 +68,8 @@ void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& f
     const auto& [level, s, t] = footprint.levels[k];
     const TextureMemory::Level& l = layout[static_cast<std::size_t>(level)];
     const auto column0 = static_cast<std::uint32_t>(s.first >> w), column1 = static_cast<std::uint32_t>(s.second >> w);
-    const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.blocks_across, row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.blocks_across;
+    const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.blocks_across,
+                        row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.blocks_across;
     need_line(row0 + column0);
     if (column1 != column0) need_line(row0 + column1);
     if (row1 == row0) continue;

@@ -13,9 +13,9 @@
 
 namespace tessera::tilecore {
 
-// Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the order of their
-// materials, level by level, each level in rows of square blocks of texels (4 bytes a texel, a block is a line of 64 bytes: 4x4; twice as
-// wide as high where the line is not a square). Made once for a capture.
+// Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
+// order of their materials, level by level, each level in rows of square blocks of texels (4 bytes a texel, a block is
+// a line of 64 bytes: 4x4; twice as wide as high where the line is not a square). Made once for a capture.
 class TextureMemory {
  public:
   TextureMemory(const frontend::Capture& capture, std::int64_t line_bytes);
@@ -46,10 +46,10 @@ struct TextureCounters {
   std::uint64_t cache_misses = 0;
 };
 
-// The texture unit of a tile core as memory sees it: which lines a look-up needs, which of them the core's cache holds, which have to
-// be asked of the L2. (Values are filtered by shaders::Texture.) The cache is emptied before every tile, so that what a tile asks for does not
-// depend on the tiles that its core had before. Configured by texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance
-// per thread.
+// The texture unit of a tile core as memory sees it: which lines a look-up needs, which of them the core's cache holds,
+// which have to be asked of the L2. (Values are filtered by shaders::Texture.) The cache is emptied before every tile,
+// so that what a tile asks for does not depend on the tiles that its core had before. Configured by
+// texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance per thread.
 //
 // Invariants (cited by the tests):
 //   X1  A look-up asks for each line of the texels that it weighs once.
@@ -103,14 +103,17 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::TextureCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::TextureCounters> = std::to_array<CounterField<tilecore::TextureCounters>>({
-    {"texture.texels", &tilecore::TextureCounters::texels, Combine::kSum, "texels",
-     "Bilinear or nearest look-ups in one level of a texture; a trilinear look-up is two.", "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
-    {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
-     "Lines that look-ups asked of the texture caches of the cores; each line of a look-up once.", ""},
-    {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
-     "Of these, not there. Caches are emptied before every tile.", "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},
-});
+inline constexpr auto kCounterFields<tilecore::TextureCounters> =
+    std::to_array<CounterField<tilecore::TextureCounters>>({
+        {"texture.texels", &tilecore::TextureCounters::texels, Combine::kSum, "texels",
+         "Bilinear or nearest look-ups in one level of a texture; a trilinear look-up is two.",
+         "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
+        {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
+         "Lines that look-ups asked of the texture caches of the cores; each line of a look-up once.", ""},
+        {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
+         "Of these, not there. Caches are emptied before every tile.",
+         "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},
+    });
 TESSERA_COUNTERS_COVER(tilecore::TextureCounters);
 
 }  // namespace tessera::hardware

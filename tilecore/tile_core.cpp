@@ -47,12 +47,19 @@ class OpaqueSink final : public HitSink {
 // Hits count only where the material's alpha reaches its cutoff.
 class MaskSink final : public HitSink {
  public:
-  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures, std::uint64_t& alpha_tests)
-      : frame_(frame), patch_(patch), cutoff_(frame.drawable_of(patch).material->alpha_cutoff), opaque_(patch, state), textures_(textures), alpha_tests_(alpha_tests) {}
+  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures,
+           std::uint64_t& alpha_tests)
+      : frame_(frame),
+        patch_(patch),
+        cutoff_(frame.drawable_of(patch).material->alpha_cutoff),
+        opaque_(patch, state),
+        textures_(textures),
+        alpha_tests_(alpha_tests) {}
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits) {
       ++alpha_tests_;
-      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}, &textures_) >= cutoff_) opaque_.take(std::span(&hit, 1));
+      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}, &textures_) >= cutoff_)
+        opaque_.take(std::span(&hit, 1));
     }
   }
 
@@ -103,8 +110,10 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
   return limits;
 }
 
-VisibilitySettings visibility_settings(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable, const float* depth) {
-  return {hit_limits(frame, drawable), frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
+VisibilitySettings visibility_settings(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable,
+                                       const float* depth) {
+  return {hit_limits(frame, drawable), frame.projection.orthographic,
+          static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
 }
 
 // One for each leaf and for each cell that is not clipped.
@@ -125,8 +134,10 @@ std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::Que
 
 CoreCounters TileCore::take_counters() {
   resolve_counters_.pixels_shaded += resolve_.take_pixels_shaded();
-  return {std::exchange(counters_, {}), visibility_.take_stencil_counters(), visibility_.take_ray_counters(), sampler_.take_counters(),
-          shader_.take_counters(), shader_.textures().take_counters(), resolve_.take_counters(), std::exchange(resolve_counters_, {})};
+  return {std::exchange(counters_, {}),    visibility_.take_stencil_counters(),
+          visibility_.take_ray_counters(), sampler_.take_counters(),
+          shader_.take_counters(),         shader_.textures().take_counters(),
+          resolve_.take_counters(),        std::exchange(resolve_counters_, {})};
 }
 hardware::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
@@ -138,9 +149,12 @@ TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::Qu
   using Flag = binner::QueueEntry::Flag;
   const frontend::PosedDrawable& drawable = job.frame->drawable_of(entry.base_patch);
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
-  EntryEffects effects{{(drawable.moving && needs(Flag::kMoving, false)) || job.force_motion, (job.frame->projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
-                       drawable.material->displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches && needs(Flag::kDisplaced, job.force_displacement),
-                       drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.force_alpha_test)};
+  EntryEffects effects{
+      {(drawable.moving && needs(Flag::kMoving, false)) || job.force_motion,
+       (job.frame->projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
+      drawable.material->displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches &&
+          needs(Flag::kDisplaced, job.force_displacement),
+      drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.force_alpha_test)};
   return effects;
 }
 
@@ -150,18 +164,22 @@ void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
 
 // ---- Visibility -------------------------------------------------------------------------------------------------
 
-void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries, TileState& state) {
+void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries,
+                              TileState& state) {
   counters_.entries_fetched += entries.size();
   shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
   const auto needs_lens = [&](const binner::QueueEntry& entry) { return effects_of(job, entry).ray.lens; };
-  prepare_samples(job, pixels, has_lens(job) && (job.procedures != nullptr || std::any_of(entries.begin(), entries.end(), needs_lens)));
+  prepare_samples(
+      job, pixels,
+      has_lens(job) && (job.procedures != nullptr || std::any_of(entries.begin(), entries.end(), needs_lens)));
   if (!state.started) {
     state.start(samples_.count);
     if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
   }
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
-    return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) < std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
+    return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) <
+           std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
   });
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
@@ -180,11 +198,15 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MeshStore::Item& item = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
+  const MeshStore::Item& item =
+      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
   const MicroMesh& mesh = item.mesh;
   const Tessellator::Work& work = item.work;
-  tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations), static_cast<std::uint32_t>(work.triangles),
-                            hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion, effects.displaced, effects.ray.lens, effects.alpha_tested, drawable.material->alpha_mode == AlphaMode::kBlend});
+  tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
+                            static_cast<std::uint32_t>(work.triangles),
+                            hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion,
+                            effects.displaced, effects.ray.lens, effects.alpha_tested,
+                            drawable.material->alpha_mode == AlphaMode::kBlend});
 
   const VisibilitySettings settings = visibility_settings(frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
@@ -192,12 +214,18 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
-    case AlphaMode::kOpaque: run(OpaqueSink(entry.base_patch, state)); break;
-    case AlphaMode::kMask:
-      if (!effects.alpha_tested) run(OpaqueSink(entry.base_patch, state));
-      else run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
+    case AlphaMode::kOpaque:
+      run(OpaqueSink(entry.base_patch, state));
       break;
-    case AlphaMode::kBlend: run(LayerSink(entry.base_patch, state)); break;
+    case AlphaMode::kMask:
+      if (!effects.alpha_tested)
+        run(OpaqueSink(entry.base_patch, state));
+      else
+        run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
+      break;
+    case AlphaMode::kBlend:
+      run(LayerSink(entry.base_patch, state));
+      break;
   }
 }
 
@@ -205,20 +233,24 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const frontend::FrameGeometry& frame = *job.frame;
   const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MicroMesh& mesh = meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
+  const MicroMesh& mesh =
+      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
   test_mesh(job, entry, mesh, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
   sink.flush();
 }
 
-void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects,
+                         const VisibilitySettings& settings, HitSink& sink) {
   const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
   if (!kGeneralEffects || (!effects.motion && !effects.lens)) {
-    TESSERA_CHECK(!effects.motion && !effects.lens, "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
+    TESSERA_CHECK(!effects.motion && !effects.lens,
+                  "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
     work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
   } else if (!job.visibility.by_class()) {
-    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility, sink, work);
+    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility,
+                     sink, work);
   } else {
     work.boxes_built += boxes_of(mesh);
     leaf_times_.resize(mesh.leaves.size());
@@ -229,7 +261,8 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
       if (!times.empty()) trace_leaf(mesh, l, samples_, times, effects, settings, sink, work);
     }
   }
-  if (!mesh.clipped_cells.empty()) test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
+  if (!mesh.clipped_cells.empty())
+    test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
   counters_.boxes_built += work.boxes_built;
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;
@@ -237,11 +270,13 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
 }
 
 void TileCore::store_state(const TileJob& job, const TileState& state) {
-  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
+  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState,
+                hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 void TileCore::load_state(const TileJob& job, const TileState& state) {
-  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState, hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
+  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState,
+               hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 // ---- Shading ----------------------------------------------------------------------------------------------------
@@ -254,7 +289,8 @@ void TileCore::finish_desampled(const TileJob& job, TileState& state, FrameTarge
   const double shaded = thread_seconds();
   const DeferredShader::Skipped skipped = shader_.take_skipped();
   resolve_.count_skipped(skipped.samples, skipped.invocations);
-  resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.charge_frame_buffer}, targets);
+  resolve_.complete(*job.resolve, shader_.color(), shader_.coverage(), {job.burst_bytes, job.charge_frame_buffer},
+                    targets);
   resolve_seconds_ += (planned - start) + (thread_seconds() - shaded);
 }
 
@@ -264,14 +300,17 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   resolve_seconds_ += thread_seconds() - start;
 }
 
-void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group) {
+void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
+                      bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
   if (job.resolve != nullptr) {
     finish_desampled(job, state, targets, first_of_group);
   } else {
     shader_.shade(job, samples_, state, first_of_group);
-    resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes, job.charge_frame_buffer}, targets.color, resolve_counters_, ledger_);
+    resolve_multisample({shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes,
+                         job.charge_frame_buffer},
+                        targets.color, resolve_counters_, ledger_);
   }
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state);

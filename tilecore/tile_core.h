@@ -12,11 +12,11 @@
 #include "hardware/ledger.h"
 #include "tilecore/deferred_shader.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/mesh_store.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/sample_pattern.h"
 #include "tilecore/sampling_controller.h"
-#include "tilecore/mesh_store.h"
 #include "tilecore/tessellation_cache.h"
 #include "tilecore/tile_frustum.h"
 #include "tilecore/tile_job.h"
@@ -66,19 +66,23 @@ inline void merge(CoreCounters& into, const CoreCounters& from) {
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
 //
-//   entries of the tile -> order by depth -> cull what is hidden -> tessellate -> moving boxes -> raster or ray path -> visible samples
-//   all entries done    -> shade what is visible -> blend -> resolve -> store pixels
+//   entries of the tile -> order by depth -> cull what is hidden -> tessellate -> moving boxes -> raster or ray path ->
+//   visible samples all entries done    -> shade what is visible -> blend -> resolve -> store pixels
 class TileCore {
  public:
   // Tests the sub-patches of `entries` against the tile's samples; `state` gathers what they see. May be called several
   // times for one tile (partial renders); the result does not depend on how the entries are divided or ordered.
-  void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries, TileState& state);
+  void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries,
+                      TileState& state);
 
-  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for. `first_of_group`
-  // false: this core finished another tile of the same group and frame right before; its shading cache is not emptied.
-  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets, bool first_of_group = true);
+  // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
+  // `first_of_group` false: this core finished another tile of the same group and frame right before; its shading cache
+  // is not emptied.
+  void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
+              bool first_of_group = true);
 
-  // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are finished.
+  // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are
+  // finished.
   void finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets);
 
   // Traffic of storing and loading an unfinished tile.
@@ -88,12 +92,15 @@ class TileCore {
   // Traffic on behalf of this core that another unit counted (its queue's bursts).
   void charge(const hardware::Ledger& ledger) { ledger_ += ledger; }
 
-  // All samples that single entries touch, hidden or not, for machines that draw in another order: begin_tile(), then entry by entry in
-  // any order. Alpha is not tested, nothing is kept.
-  void begin_tile(const TileJob& job, binner::TileIndex tile) { prepare_samples(job, job.grid->pixels(tile), has_lens(job)); }
+  // All samples that single entries touch, hidden or not, for machines that draw in another order: begin_tile(), then
+  // entry by entry in any order. Alpha is not tested, nothing is kept.
+  void begin_tile(const TileJob& job, binner::TileIndex tile) {
+    prepare_samples(job, job.grid->pixels(tile), has_lens(job));
+  }
   void find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink);
 
-  // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated order.
+  // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated
+  // order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   CoreCounters take_counters();
   TextureUnit& textures() { return shader_.textures(); }
@@ -120,7 +127,8 @@ class TileCore {
   void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
-  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects, const VisibilitySettings& settings, HitSink& sink);
+  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects,
+                 const VisibilitySettings& settings, HitSink& sink);
 
   MeshStore meshes_;
   MeshVisibility visibility_;
@@ -141,23 +149,28 @@ class TileCore {
 namespace tessera::hardware {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array<CounterField<tilecore::TileCoreCounters>>({
-    {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
-     "Queue entries read by tile cores.", "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
-    {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
-     "Entries dropped before tessellation because every sample of the tile sees something nearer.",
-     "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
-    {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
-     "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both keys; those that several tiles need count once for each.", ""},
-    {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
-     "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
-    {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
-     "Samples tested against triangles.", "MaliRTUTri"},
-    {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
-     "Triangle tests whose sample is inside, facing and depth range included.", "MaliFragRastQd (times the samples of a quad)"},
-    {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
-     "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
-});
+inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
+    std::to_array<CounterField<tilecore::TileCoreCounters>>({
+        {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
+         "Queue entries read by tile cores.",
+         "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
+        {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
+         "Entries dropped before tessellation because every sample of the tile sees something nearer.",
+         "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
+        {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
+         "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both keys; those "
+         "that several tiles need count once for each.",
+         ""},
+        {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
+         "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
+        {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
+         "Samples tested against triangles.", "MaliRTUTri"},
+        {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
+         "Triangle tests whose sample is inside, facing and depth range included.",
+         "MaliFragRastQd (times the samples of a quad)"},
+        {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
+         "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
+    });
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
 
 }  // namespace tessera::hardware

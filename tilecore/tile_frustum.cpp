@@ -19,15 +19,17 @@ struct LeafInterval {
       return;
     }
     const double crossing = open / (open - close);
-    if (open > 0) low = std::max(low, crossing);
-    else high = std::min(high, crossing);
+    if (open > 0)
+      low = std::max(low, crossing);
+    else
+      high = std::min(high, crossing);
   }
 
   // Columns or rows of pixels [begin, end) against faces that drift.
   void keep_touching(float face_low, float face_high, float drift, int begin, int end, double reach) {
     // 2^-20 of the coordinates is 16 roundings of single precision.
-    const double size = std::abs(static_cast<double>(face_low)) + std::abs(static_cast<double>(face_high)) + 2 * std::abs(static_cast<double>(drift)) +
-                        std::abs(static_cast<double>(end)) + reach;
+    const double size = std::abs(static_cast<double>(face_low)) + std::abs(static_cast<double>(face_high)) +
+                        2 * std::abs(static_cast<double>(drift)) + std::abs(static_cast<double>(end)) + reach;
     const double slack = reach + size * 0x1p-20;
     keep_below(static_cast<double>(face_low) - end, static_cast<double>(drift), slack);
     keep_below(begin - static_cast<double>(face_high), -static_cast<double>(drift), slack);
@@ -48,7 +50,8 @@ TimeRange touching_times(const MicroMesh::Leaf& leaf, const IntRect& pixels, boo
   // tau = t r / ((1-t) + t r), so t = tau / (tau + r (1 - tau)).
   const double rate = static_cast<double>(leaf.rate);
   const auto time = [&](double tau) { return tau / (tau + rate * (1 - tau)); };
-  return {std::max(0, static_cast<int>(std::floor(time(interval.low) * 256)) - 1), std::min(255, static_cast<int>(std::ceil(time(interval.high) * 256)) + 1)};
+  return {std::max(0, static_cast<int>(std::floor(time(interval.low) * 256)) - 1),
+          std::min(255, static_cast<int>(std::ceil(time(interval.high) * 256)) + 1)};
 }
 
 }  // namespace tessera::tilecore

@@ -38,7 +38,9 @@ struct LeafIntervals {
   HWY_INLINE void keep_touching(V face_low, V face_high, V drift, int begin, int end, V reach) {
     const D d;
     const V first = hn::Set(d, begin), last = hn::Set(d, end), two = hn::Set(d, 2.0);
-    const V size = hn::Add(hn::Add(hn::Add(hn::Add(hn::Abs(face_low), hn::Abs(face_high)), hn::Mul(two, hn::Abs(drift))), hn::Abs(last)), reach);
+    const V size = hn::Add(
+        hn::Add(hn::Add(hn::Add(hn::Abs(face_low), hn::Abs(face_high)), hn::Mul(two, hn::Abs(drift))), hn::Abs(last)),
+        reach);
     const V slack = hn::Add(reach, hn::Mul(size, hn::Set(d, 0x1p-20)));
     keep_below(hn::Sub(face_low, last), drift, slack);
     keep_below(hn::Sub(first, face_high), hn::Neg(drift), slack);
@@ -55,7 +57,8 @@ void TouchingTimes(std::span<const Leaf> leaves, const IntRect& pixels, bool mov
     alignas(64) float field[7][kMaxLanes] = {};
     for (std::size_t k = 0; k < count; ++k) {
       const Leaf& leaf = leaves[l + k];
-      const float values[7] = {leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, leaf.drift_x, leaf.drift_y, leaf.lens_factor};
+      const float values[7] = {leaf.x_low,   leaf.x_high,  leaf.y_low,      leaf.y_high,
+                               leaf.drift_x, leaf.drift_y, leaf.lens_factor};
       for (std::size_t f = 0; f < 7; ++f) field[f][k] = values[f];
     }
     alignas(64) float rates[kMaxLanes] = {};
@@ -70,9 +73,12 @@ void TouchingTimes(std::span<const Leaf> leaves, const IntRect& pixels, bool mov
     alignas(64) std::int32_t first[kMaxLanes], last[kMaxLanes];
     if (moving) {
       const V rate = get(rates), one = hn::Set(d, 1.0), codes = hn::Set(d, 256.0);
-      const auto time = [&](V tau) HWY_ATTR { return hn::Mul(hn::Div(tau, hn::Add(tau, hn::Mul(rate, hn::Sub(one, tau)))), codes); };
+      const auto time = [&](V tau) HWY_ATTR {
+        return hn::Mul(hn::Div(tau, hn::Add(tau, hn::Mul(rate, hn::Sub(one, tau)))), codes);
+      };
       // Lanes that are not touched hold anything; what they give is not looked at.
-      const V from = hn::IfThenElseZero(touched, hn::Floor(time(interval.low))), to = hn::IfThenElseZero(touched, hn::Ceil(time(interval.high)));
+      const V from = hn::IfThenElseZero(touched, hn::Floor(time(interval.low))),
+              to = hn::IfThenElseZero(touched, hn::Ceil(time(interval.high)));
       hn::Store(hn::DemoteTo(di, hn::Max(hn::Zero(d), hn::Sub(from, one))), di, first);
       hn::Store(hn::DemoteTo(di, hn::Min(hn::Set(d, 255.0), hn::Add(to, one))), di, last);
     } else {
@@ -81,7 +87,8 @@ void TouchingTimes(std::span<const Leaf> leaves, const IntRect& pixels, bool mov
     }
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(d, touched, bits);
-    for (std::size_t k = 0; k < count; ++k) out[l + k] = (bits[0] >> k & 1) != 0 ? TimeRange{first[k], last[k]} : TimeRange{1, 0};
+    for (std::size_t k = 0; k < count; ++k)
+      out[l + k] = (bits[0] >> k & 1) != 0 ? TimeRange{first[k], last[k]} : TimeRange{1, 0};
   }
 }
 
@@ -93,7 +100,8 @@ namespace tessera::tilecore {
 
 HWY_EXPORT(TouchingTimes);
 
-void touching_times(std::span<const MicroMesh::Leaf> leaves, const IntRect& pixels, bool moving, float lens_scale, std::span<TimeRange> out) {
+void touching_times(std::span<const MicroMesh::Leaf> leaves, const IntRect& pixels, bool moving, float lens_scale,
+                    std::span<TimeRange> out) {
   HWY_DYNAMIC_DISPATCH(TouchingTimes)(leaves, pixels, moving, lens_scale, out.data());
 }
 

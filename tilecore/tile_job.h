@@ -8,8 +8,8 @@
 #include "frontend/frame_geometry.h"
 #include "tilecore/pixel_shader.h"
 #include "tilecore/sample_pattern.h"
-#include "tilecore/visibility_method.h"
 #include "tilecore/texture_unit.h"
+#include "tilecore/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -44,7 +44,7 @@ struct TileJob {
   std::uint64_t burst_bytes = 64;
   TextureUnit::Settings textures;
   const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
-  int box_bits = 32;  // precision of the boxes of cells
+  int box_bits = 32;                          // precision of the boxes of cells
   bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later
   ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
 };

@@ -27,7 +27,10 @@ void TileState::drop_hidden_layers() {
 void TileState::make_room() {
   drop_hidden_layers();
   if (layers.size() >= most_layers)
-    throw LimitError(fmt::format("a tile sees more than {} blended surfaces, all samples together; fewer samples per pixel (--spp) or smaller tiles (tile.width, tile.height) need less", most_layers));
+    throw LimitError(
+        fmt::format("a tile sees more than {} blended surfaces, all samples together; fewer samples per pixel (--spp) "
+                    "or smaller tiles (tile.width, tile.height) need less",
+                    most_layers));
   // Twice what is visible now: the work of looking stays in proportion to the layers that came.
   next_drop_ = std::min(most_layers, std::max<std::size_t>(2 * layers.size(), 4096));
 }

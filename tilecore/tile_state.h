@@ -9,8 +9,8 @@ namespace tessera::tilecore {
 // What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
 struct TileState {
   static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;
-  static constexpr std::uint64_t kBytesPerSample = 20;   // z, patch, triangle, two weights
-  static constexpr std::uint64_t kBytesPerLayer = 24;    // the same and the sample's number
+  static constexpr std::uint64_t kBytesPerSample = 20;  // z, patch, triangle, two weights
+  static constexpr std::uint64_t kBytesPerLayer = 24;   // the same and the sample's number
   // Most layers that the emulator keeps of one tile: 256 MiB.
   static constexpr std::size_t kMostLayers = std::size_t{1} << 23;
 
@@ -31,7 +31,8 @@ struct TileState {
   bool started = false;
   void start(std::size_t samples);
 
-  // Keeps a layer, unless it is hidden already. Throws LimitError when more than most_layers are in front of what is opaque.
+  // Keeps a layer, unless it is hidden already. Throws LimitError when more than most_layers are in front of what is
+  // opaque.
   void add_layer(const Layer& layer) {
     if (layer.z >= z[layer.sample]) return;
     if (layers.size() >= next_drop_) make_room();

@@ -64,7 +64,8 @@ HWY_INLINE Vector compress(Vector v, M mask, Tag tag) {
 #if HWY_TARGET == HWY_AVX2
   // Highway 1.0 copies its table to the stack every time.
   const hn::Rebind<std::uint8_t, Tag> bytes;
-  return hn::TableLookupLanes(v, hn::IndicesFromVec(tag, hn::PromoteTo(DI(), hn::Load(bytes, kSetLanes.of[mask_bits(mask)]))));
+  return hn::TableLookupLanes(
+      v, hn::IndicesFromVec(tag, hn::PromoteTo(DI(), hn::Load(bytes, kSetLanes.of[mask_bits(mask)]))));
 #else
   return hn::Compress(v, hn::RebindMask(tag, mask));
 #endif
@@ -80,14 +81,16 @@ HWY_INLINE std::size_t compress_store(Vector v, M mask, Tag tag, hn::TFromD<Tag>
 // Calls body(lane) for every set lane, in order.
 template <class Body>
 HWY_INLINE void for_each_lane(M mask, const Body& body) {
-  for (std::uint32_t bits = mask_bits(mask); bits != 0; bits &= bits - 1) body(static_cast<std::size_t>(std::countr_zero(bits)));
+  for (std::uint32_t bits = mask_bits(mask); bits != 0; bits &= bits - 1)
+    body(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
 // What a kernel is compiled for. Without kDepthMoves no corner changes its depth; the formulas are the same, with the
 // divisions that follow from it done once per cell.
 template <bool kMotion_, bool kDepthMoves_, bool kLens_, bool kOrthographic_>
 struct Effects {
-  static constexpr bool kMotion = kMotion_, kDepthMoves = kMotion_ && kDepthMoves_, kLens = kLens_, kOrthographic = kOrthographic_;
+  static constexpr bool kMotion = kMotion_, kDepthMoves = kMotion_ && kDepthMoves_, kLens = kLens_,
+                        kOrthographic = kOrthographic_;
 };
 
 // ---- Triangles of a cell against samples ------------------------------------------------------------------------
@@ -124,7 +127,8 @@ template <class E>
 HWY_INLINE Cell load_cell(const MicroMesh& mesh, std::size_t cell) {
   const DI di;
   Cell c;
-  for (std::size_t k = 0; k < 4; ++k) c.corner[k] = load_corner<E>(mesh, static_cast<std::size_t>(mesh.corner[k][cell]));
+  for (std::size_t k = 0; k < 4; ++k)
+    c.corner[k] = load_corner<E>(mesh, static_cast<std::size_t>(mesh.corner[k][cell]));
   c.triangle = hn::Set(di, static_cast<std::int32_t>(mesh.triangle[cell]));
   c.second = hn::RebindMask(D(), hn::Ne(hn::Set(di, mesh.corner[2][cell]), hn::Set(di, mesh.corner[3][cell])));
   return c;
@@ -145,7 +149,8 @@ HWY_INLINE void load_cells(const MicroMesh& mesh, std::size_t first, LeafCells& 
     hn::Vec<decltype(di)> number[4];
     for (std::size_t k = 0; k < 4; ++k) {
       number[k] = hn::LoadU(di, mesh.corner[k].data() + first + i);
-      const auto put = [&](std::size_t what, hn::Vec<decltype(d)> v) HWY_ATTR { hn::Store(v, d, cells.corner[k][what] + i); };
+      const auto put = [&](std::size_t what, hn::Vec<decltype(d)> v)
+                           HWY_ATTR { hn::Store(v, d, cells.corner[k][what] + i); };
       const auto x0 = hn::GatherIndex(d, mesh.x0.data(), number[k]), y0 = hn::GatherIndex(d, mesh.y0.data(), number[k]);
       const auto z0 = hn::GatherIndex(d, mesh.z0.data(), number[k]);
       put(LeafCells::kX0, x0);
@@ -170,12 +175,16 @@ HWY_INLINE void load_cells(const MicroMesh& mesh, std::size_t first, LeafCells& 
 
 // Picks entries of a table of a leaf's cells: a permutation of one register where that holds all of them.
 HWY_INLINE V pick(const float* table, VI number) {
-  if constexpr (kMaxLanes == kLeafCells) return hn::TableLookupLanes(hn::Load(D(), table), hn::IndicesFromVec(D(), number));
-  else return hn::GatherIndex(D(), table, number);
+  if constexpr (kMaxLanes == kLeafCells)
+    return hn::TableLookupLanes(hn::Load(D(), table), hn::IndicesFromVec(D(), number));
+  else
+    return hn::GatherIndex(D(), table, number);
 }
 HWY_INLINE VI pick(const std::int32_t* table, VI number) {
-  if constexpr (kMaxLanes == kLeafCells) return hn::TableLookupLanes(hn::Load(DI(), table), hn::IndicesFromVec(DI(), number));
-  else return hn::GatherIndex(DI(), table, number);
+  if constexpr (kMaxLanes == kLeafCells)
+    return hn::TableLookupLanes(hn::Load(DI(), table), hn::IndicesFromVec(DI(), number));
+  else
+    return hn::GatherIndex(DI(), table, number);
 }
 
 // The cells that `number` names in each lane.
@@ -215,8 +224,10 @@ struct CornerLanes {
 
 template <class E>
 HWY_INLINE V corner_scale(const CornerLanes& c) {
-  if constexpr (E::kDepthMoves && !E::kLens && !E::kOrthographic) return hn::Div(hn::Set(D(), 1.0f), c.z);
-  else return c.scale;
+  if constexpr (E::kDepthMoves && !E::kLens && !E::kOrthographic)
+    return hn::Div(hn::Set(D(), 1.0f), c.z);
+  else
+    return c.scale;
 }
 
 template <class E>
@@ -236,7 +247,8 @@ HWY_INLINE CornerLanes place_corner(const CellCorner& v, const SampleLanes& s, V
     c.y = fma(lambda, v.d_y, c.y);
   }
   if constexpr (E::kLens) {
-    V factor = E::kOrthographic ? hn::Sub(hn::Set(d, 1.0f), hn::Mul(c.z, inverse_focus)) : hn::Sub(c.scale, inverse_focus);
+    V factor =
+        E::kOrthographic ? hn::Sub(hn::Set(d, 1.0f), hn::Mul(c.z, inverse_focus)) : hn::Sub(c.scale, inverse_focus);
     factor = hn::IfThenZeroElse(hn::Le(hn::Abs(factor), sharp_factor), factor);
     c.x = fma(hn::Neg(s.lens_u), factor, c.x);
     c.y = fma(hn::Neg(s.lens_v), factor, c.y);
@@ -257,12 +269,16 @@ struct Context {
 
 // A triangle's hits: `inside` lanes, edge functions and corners in the order of the weights.
 template <class E>
-HWY_INLINE void emit(const Context& to, M inside, const V (&e)[3], const CornerLanes* const (&p)[3], const CellCorner* const (&v)[3], VI id, VI triangle) {
+HWY_INLINE void emit(const Context& to, M inside, const V (&e)[3], const CornerLanes* const (&p)[3],
+                     const CellCorner* const (&v)[3], VI id, VI triangle) {
   const D d;
   const HitLimits& limits = to.settings.limits;
-  const V b0 = hn::Mul(e[0], corner_scale<E>(*p[0])), b1 = hn::Mul(e[1], corner_scale<E>(*p[1])), b2 = hn::Mul(e[2], corner_scale<E>(*p[2]));
+  const V b0 = hn::Mul(e[0], corner_scale<E>(*p[0])), b1 = hn::Mul(e[1], corner_scale<E>(*p[1])),
+          b2 = hn::Mul(e[2], corner_scale<E>(*p[2]));
   const V sum = hn::Add(hn::Add(b0, b1), b2);
-  const V numerator = E::kOrthographic ? hn::Add(hn::Add(hn::Mul(b0, p[0]->z), hn::Mul(b1, p[1]->z)), hn::Mul(b2, p[2]->z)) : hn::Add(hn::Add(e[0], e[1]), e[2]);
+  const V numerator = E::kOrthographic
+                          ? hn::Add(hn::Add(hn::Mul(b0, p[0]->z), hn::Mul(b1, p[1]->z)), hn::Mul(b2, p[2]->z))
+                          : hn::Add(hn::Add(e[0], e[1]), e[2]);
   const V z = hn::Div(numerator, sum);
   const M in_range = hn::And(hn::Ge(z, hn::Set(d, limits.near)), hn::Le(z, hn::Set(d, limits.far)));
   const M positive = hn::Gt(e[0], hn::Zero(d));
@@ -289,7 +305,8 @@ HWY_INLINE void emit(const Context& to, M inside, const V (&e)[3], const CornerL
   hn::Store(rest_y, d, lane_y);
   hn::Store(id, DI(), lane_id);
   for_each_lane(hit, [&](std::size_t lane) {
-    to.sink.add({static_cast<std::uint32_t>(lane_id[lane]), static_cast<std::uint32_t>(lane_triangle[lane]), lane_z[lane], lane_b1[lane], lane_b2[lane], lane_x[lane], lane_y[lane]});
+    to.sink.add({static_cast<std::uint32_t>(lane_id[lane]), static_cast<std::uint32_t>(lane_triangle[lane]),
+                 lane_z[lane], lane_b1[lane], lane_b2[lane], lane_x[lane], lane_y[lane]});
   });
 }
 
@@ -313,15 +330,21 @@ HWY_NOINLINE void test_ties(const Context& to, const Cell& cell, const CornerLan
   const HitLimits& limits = to.settings.limits;
   for_each_lane(ties, [&](std::size_t lane) {
     Corner c[4];
-    for (std::size_t k = 0; k < 4; ++k) c[k] = {store[k][0][lane], store[k][1][lane], store[k][2][lane], store[k][3][lane]};
+    for (std::size_t k = 0; k < 4; ++k)
+      c[k] = {store[k][0][lane], store[k][1][lane], store[k][2][lane], store[k][3][lane]};
     const auto test = [&](std::size_t i, std::size_t j, std::size_t k, std::uint32_t offset) {
       TriangleHit hit;
       if (!exact_triangle_test(c[i], c[j], c[k], E::kOrthographic, hit)) return;
-      if (!(hit.z >= limits.near && hit.z <= limits.far) || !(hit.positive ? limits.keep_positive : limits.keep_negative)) return;
+      if (!(hit.z >= limits.near && hit.z <= limits.far) ||
+          !(hit.positive ? limits.keep_positive : limits.keep_negative))
+        return;
       ++to.work.sample_hits;
       const float w0 = (1.0f - hit.b1) - hit.b2;
-      const auto rest = [&](std::size_t axis) { return (w0 * store[i][axis][lane] + hit.b1 * store[j][axis][lane]) + hit.b2 * store[k][axis][lane]; };
-      to.sink.add({static_cast<std::uint32_t>(lane_id[lane]), static_cast<std::uint32_t>(lane_triangle[lane]) + offset, hit.z, hit.b1, hit.b2, rest(4), rest(5)});
+      const auto rest = [&](std::size_t axis) {
+        return (w0 * store[i][axis][lane] + hit.b1 * store[j][axis][lane]) + hit.b2 * store[k][axis][lane];
+      };
+      to.sink.add({static_cast<std::uint32_t>(lane_id[lane]), static_cast<std::uint32_t>(lane_triangle[lane]) + offset,
+                   hit.z, hit.b1, hit.b2, rest(4), rest(5)});
     };
     test(0, 1, 2, 0);
     if (second >> lane & 1) test(0, 2, 3, 1);
@@ -332,13 +355,15 @@ HWY_NOINLINE void test_ties(const Context& to, const Cell& cell, const CornerLan
 template <class E>
 HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes& s, M valid) {
   const D d;
-  const V zero = hn::Zero(d), inverse_focus = hn::Set(d, to.settings.inverse_focus), sharp_factor = hn::Set(d, to.settings.sharp_factor);
+  const V zero = hn::Zero(d), inverse_focus = hn::Set(d, to.settings.inverse_focus),
+          sharp_factor = hn::Set(d, to.settings.sharp_factor);
   CornerLanes corner[4];
   for (std::size_t k = 0; k < 4; ++k) corner[k] = place_corner<E>(cell.corner[k], s, inverse_focus, sharp_factor);
   const auto& [a, b, c, e] = corner;
   const V e_ab = edge(a, b), e_bc = edge(b, c), e_ca = edge(c, a);
   const auto one_sign = [&](V x, V y, V z) HWY_ATTR {
-    const M all_positive = hn::Gt(hn::Min(hn::Min(x, y), z), zero), all_negative = hn::Lt(hn::Max(hn::Max(x, y), z), zero);
+    const M all_positive = hn::Gt(hn::Min(hn::Min(x, y), z), zero),
+            all_negative = hn::Lt(hn::Max(hn::Max(x, y), z), zero);
     return hn::Or(all_positive, all_negative);
   };
   M ties = hn::Or(hn::Or(hn::Eq(e_ab, zero), hn::Eq(e_bc, zero)), hn::Eq(e_ca, zero));
@@ -350,11 +375,14 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
   const M second = hn::AndNot(ties, hn::And(two, one_sign(e_ac, e_cd, e_da)));
   if (!hn::AllFalse(d, second)) {
     const VI next = hn::Add(cell.triangle, hn::Set(DI(), 1));
-    emit<E>(to, second, {e_cd, e_da, e_ac}, {&a, &c, &e}, {&cell.corner[0], &cell.corner[2], &cell.corner[3]}, s.id, next);
+    emit<E>(to, second, {e_cd, e_da, e_ac}, {&a, &c, &e}, {&cell.corner[0], &cell.corner[2], &cell.corner[3]}, s.id,
+            next);
   }
   ties = hn::And(valid, ties);
   first = hn::AndNot(ties, first);
-  if (!hn::AllFalse(d, first)) emit<E>(to, first, {e_bc, e_ca, e_ab}, {&a, &b, &c}, {&cell.corner[0], &cell.corner[1], &cell.corner[2]}, s.id, cell.triangle);
+  if (!hn::AllFalse(d, first))
+    emit<E>(to, first, {e_bc, e_ca, e_ab}, {&a, &b, &c}, {&cell.corner[0], &cell.corner[1], &cell.corner[2]}, s.id,
+            cell.triangle);
   if (!hn::AllFalse(d, ties)) test_ties<E>(to, cell, corner, ties, s.id);
 }
 
@@ -379,7 +407,8 @@ struct Pairs {
 
 // Survivors from `s` on against the boxes of all cells, until all are through or the list is full. Returns the first
 // that was not tested.
-HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, const Survivors& from, std::size_t s, Pairs& pairs) {
+HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, const Survivors& from, std::size_t s,
+                                  Pairs& pairs) {
   const D d;
   const DI di;
   static_assert(kLeafCells % kMaxLanes == 0);
@@ -387,7 +416,8 @@ HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, cons
   V x_low[kParts], x_high[kParts], y_low[kParts], y_high[kParts];
   VI number[kParts];
   for (std::size_t part = 0; part < kParts; ++part) {
-    const auto at = [&](const std::vector<float>& v) HWY_ATTR { return hn::LoadU(d, v.data() + first + part * kMaxLanes); };
+    const auto at = [&](const std::vector<float>& v)
+                        HWY_ATTR { return hn::LoadU(d, v.data() + first + part * kMaxLanes); };
     x_low[part] = at(mesh.box_x_low);
     x_high[part] = at(mesh.box_x_high);
     y_low[part] = at(mesh.box_y_low);
@@ -399,7 +429,8 @@ HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, cons
   for (; s < from.count && count < Pairs::kCapacity; ++s) {
     const V x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
     for (std::size_t part = 0; part < kParts; ++part) {
-      const M inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])), hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
+      const M inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])),
+                               hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
       count += compress_store(number[part], inside, di, pairs.number + count);
       number[part] = hn::Add(number[part], next);
     }
@@ -439,7 +470,8 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
       const M valid = hn::FirstN(d, pairs.count - i);
       const VI pair = hn::Load(di, pairs.number + i);
       const VI cell = hn::And(pair, hn::Set(di, static_cast<std::int32_t>(kLeafCells - 1)));
-      test_cell<E>(to, pick_cells<E>(cells, cell), gather_samples<E>(from, hn::ShiftRight<std::countr_zero(kLeafCells)>(pair)), valid);
+      test_cell<E>(to, pick_cells<E>(cells, cell),
+                   gather_samples<E>(from, hn::ShiftRight<std::countr_zero(kLeafCells)>(pair)), valid);
     }
     pairs.count = 0;
   }

@@ -29,7 +29,7 @@ class HitSink {
     std::uint32_t sample;    // natural order of the tile
     std::uint32_t triangle;  // of the base patch
     float z, b1, b2;
-    float rest_x, rest_y;    // where the surface point is on screen at shutter open, seen through the lens's middle
+    float rest_x, rest_y;  // where the surface point is on screen at shutter open, seen through the lens's middle
   };
   virtual void take(std::span<const Hit> hits) = 0;
 
@@ -58,26 +58,30 @@ struct VisibilitySettings {
   // Of the tile's samples, natural order, or null: what cannot be nearer is not looked for, and hits that are farther
   // are counted but not handed over. It may change while a sink takes hits.
   const float* depth = nullptr;
-  float sharp_factor = 0;  // a projected corner whose lens factor is no larger than this is seen as through the middle of the lens
+  float sharp_factor =
+      0;  // a projected corner whose lens factor is no larger than this is seen as through the middle of the lens
 };
 
-// Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels under a
-// leaf, each sample with the boxes of all cells at once. Vertices and samples lie on the sub-pixel grid and their
-// differences are exact, so the edge functions have the signs of exact fixed-point ones.
+// Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels
+// under a leaf, each sample with the boxes of all cells at once. Vertices and samples lie on the sub-pixel grid and
+// their differences are exact, so the edge functions have the signs of exact fixed-point ones.
 void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
                  VisibilityWork& work);
 
 // Motion and defocus: all samples whose stencil value lies in `times` against one leaf.
-//   1. Per class of the sample pattern, the leaf's box at the class's time and lens point gives the samples inside it, by
+//   1. Per class of the sample pattern, the leaf's box at the class's time and lens point gives the samples inside it,
+//   by
 //      division: no search, the same work for any blur. Those that already see something nearer drop out.
-//   2. They are brought to the leaf's rest frame and compared with the boxes of its cells, a sample with all boxes at once.
+//   2. They are brought to the leaf's rest frame and compared with the boxes of its cells, a sample with all boxes at
+//   once.
 //   3. The pairs of a sample and a cell that are left are tested, a vector of pairs with both triangles at once.
-void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times, RayEffects effects,
-                const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
+                RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 
-// The triangles of one cell, all corners projected, against given samples (natural order, each once). For visibility methods that find
-// their samples in another way: the same hits with the same bits as above.
-void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-                       RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+// The triangles of one cell, all corners projected, against given samples (natural order, each once). For visibility
+// methods that find their samples in another way: the same hits with the same bits as above.
+void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
+                       const TileSamples& samples, RayEffects effects, const VisibilitySettings& settings,
+                       HitSink& sink, VisibilityWork& work);
 
 }  // namespace tessera::tilecore

@@ -8,8 +8,9 @@ namespace tessera::tilecore {
 struct VisibilityKernels {
   void (*trace_leaf)(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                      const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
-  void (*test_cell_samples)(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list, const TileSamples& samples,
-                            const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+  void (*test_cell_samples)(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
+                            const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
+                            VisibilityWork& work);
 };
 
 // Those for the best SIMD target. Each set of effects has a file of its own, compiled for all targets; a build with

@@ -29,22 +29,24 @@ struct VisibilityMethodSettings {
   int interleaved_times = 16;  // N
   bool single_rays = false;    // patch-bvh: one ray at a time from the branch node, instead of by classes of samples
   BranchNode branch_node = BranchNode::kLeafMask;
-  int ray_segments = 1;        // parts of the shutter that have branch nodes of their own
+  int ray_segments = 1;  // parts of the shutter that have branch nodes of their own
 
   // Classes of the sample pattern against moving boxes: the kernels of visibility_kernel.h, without the units below.
   bool by_class() const { return method == VisibilityMethod::kPatchBvh && !single_rays; }
 };
-// From the keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node and .ray_segments.
+// From the keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node and
+// .ray_segments.
 VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu);
 
 // A tessellated sub-patch and the samples of the tile that it may touch.
 struct MeshInTile {
   const MicroMesh& mesh;
   const TileSamples& samples;
-  TimeRange times;                     // stencil values of samples that are tested at all
+  TimeRange times;  // stencil values of samples that are tested at all
   RayEffects effects;
-  const VisibilitySettings& settings;  // the depth of samples limits single rays; bounding polygons have a late depth test
-  std::size_t leaf_columns = 1;        // of the sub-patch's grid of leaves
+  const VisibilitySettings&
+      settings;                  // the depth of samples limits single rays; bounding polygons have a late depth test
+  std::size_t leaf_columns = 1;  // of the sub-patch's grid of leaves
 };
 
 // Finds the samples that a mesh covers by any method that is not by_class(); clipped cells are left to
@@ -61,7 +63,8 @@ class MeshVisibility {
   // Passes hits on and counts the samples among them, each once a round.
   class DistinctSamples final : public HitSink {
    public:
-    DistinctSamples(HitSink& next, std::vector<std::uint64_t>& last_round, std::uint64_t& round) : next_(next), last_round_(last_round), round_(round) {}
+    DistinctSamples(HitSink& next, std::vector<std::uint64_t>& last_round, std::uint64_t& round)
+        : next_(next), last_round_(last_round), round_(round) {}
     void take(std::span<const Hit> hits) override;
     // Samples since the last call.
     std::uint64_t end_round();
@@ -73,10 +76,12 @@ class MeshVisibility {
     std::uint64_t distinct_ = 0;
   };
 
-  void test_polygons(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work);
-  void test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink, VisibilityWork& work);
-  void test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space, const IntRect& pixels, std::uint32_t start,
-                      DistinctSamples& sink, VisibilityWork& work);
+  void test_polygons(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink,
+                     VisibilityWork& work);
+  void test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink,
+                 VisibilityWork& work);
+  void test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space,
+                      const IntRect& pixels, std::uint32_t start, DistinctSamples& sink, VisibilityWork& work);
 
   VisibilitySettings inside_settings_;  // of the mesh at hand, for the inside test
   StencilUnit stencil_;

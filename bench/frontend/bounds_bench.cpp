@@ -53,7 +53,8 @@ void BoundSubPatch(benchmark::State& state) {
   const Scene& s = scene();
   const auto method = static_cast<BoundMethod>(state.range(0));
   const bool on_screen = state.range(1) != 0;
-  state.SetLabel(std::string(kBoundMethodNames[static_cast<std::size_t>(method)]) + (on_screen ? ", on screen" : "") + ", " + simd_target_name());
+  state.SetLabel(std::string(kBoundMethodNames[static_cast<std::size_t>(method)]) + (on_screen ? ", on screen" : "") +
+                 ", " + simd_target_name());
   SubPatchBounder bounder(*s.frame, s.pyramids, method);
   const std::vector<Work> work = split_work(s);
   // Verify: what the front end kept is in sight with this method too.
@@ -62,7 +63,8 @@ void BoundSubPatch(benchmark::State& state) {
     bounder.begin(w.patch);
     for (const CellRange& range : w.ranges) {
       const SubPatchBody body = bounder.body(range);
-      if (!screen_bounds(body.corners, s.frame->projection, body.margin)) state.SkipWithError("a sub-patch in sight has no bound");
+      if (!screen_bounds(body.corners, s.frame->projection, body.margin))
+        state.SkipWithError("a sub-patch in sight has no bound");
       ++bounds;
     }
   }
@@ -79,7 +81,8 @@ void BoundSubPatch(benchmark::State& state) {
       }
     }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(bounds));
-  state.counters["ns_per_bound"] = benchmark::Counter(static_cast<double>(bounds) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["ns_per_bound"] = benchmark::Counter(
+      static_cast<double>(bounds) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(BoundSubPatch)->ArgsProduct({{0, 1, 2, 3, 4}, {0, 1}})->Unit(benchmark::kMillisecond);
 

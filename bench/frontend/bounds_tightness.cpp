@@ -32,10 +32,13 @@ constexpr int kLevels = 7;
 struct Sizes {
   double extent = 0, area = 0, volume = 0;
 };
-Sizes sizes_of(const std::array<double, 3>& s) { return {s[0] + s[1] + s[2], s[0] * s[1] + s[1] * s[2] + s[2] * s[0], s[0] * s[1] * s[2]}; }
+Sizes sizes_of(const std::array<double, 3>& s) {
+  return {s[0] + s[1] + s[2], s[0] * s[1] + s[1] * s[2] + s[2] * s[0], s[0] * s[1] * s[2]};
+}
 
 // Sides of the box of all vertices of the cells, along the axes.
-std::array<double, 3> truth(const FrameGeometry& frame, std::uint32_t patch, const CellRange& cells, const Frame& axes) {
+std::array<double, 3> truth(const FrameGeometry& frame, std::uint32_t patch, const CellRange& cells,
+                            const Frame& axes) {
   std::array<double, 3> low, high;
   low.fill(1e300);
   high.fill(-1e300);
@@ -58,7 +61,8 @@ std::vector<CellRange> parts(const CellRange& whole, int level) {
   for (int j = 0; j < up; ++j)
     for (int i = 0; i < across; ++i)
       out.push_back({static_cast<std::uint8_t>(whole.i1 * i / across), static_cast<std::uint8_t>(whole.j1 * j / up),
-                     static_cast<std::uint8_t>(whole.i1 * (i + 1) / across), static_cast<std::uint8_t>(whole.j1 * (j + 1) / up)});
+                     static_cast<std::uint8_t>(whole.i1 * (i + 1) / across),
+                     static_cast<std::uint8_t>(whole.j1 * (j + 1) / up)});
   return out;
 }
 
@@ -76,7 +80,8 @@ void measure(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMe
     for (const CellRange& cells : parts(patch_cells(frame, patch), level)) {
       const MovingBox box = bounder.box(cells);
       const Frame axes = corner_frame(bounder.nets()).axes;
-      const Sizes is = sizes_of({box.high[0][0] - box.low[0][0], box.high[0][1] - box.low[0][1], box.high[0][2] - box.low[0][2]});
+      const Sizes is =
+          sizes_of({box.high[0][0] - box.low[0][0], box.high[0][1] - box.low[0][1], box.high[0][2] - box.low[0][2]});
       const Sizes should = sizes_of(truth(frame, patch, cells, axes));
       if (!(should.volume > 0) || !std::isfinite(is.volume)) continue;
       ++out.count;
@@ -105,7 +110,10 @@ std::uint64_t touched_tiles(const FrameGeometry& frame, const BoundedSubPatch& p
   for (std::size_t key = 0; key < 2; ++key)
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < columns; ++i)
-        raster[key].push_back(DVec4(drawable.to_raster[key] * Vec4(tilecore::Tessellator::vertex_position(frame, piece.base_patch, piece.range.i0 + i, piece.range.j0 + j, static_cast<int>(key)), 1.0f)));
+        raster[key].push_back(DVec4(drawable.to_raster[key] * Vec4(tilecore::Tessellator::vertex_position(
+                                                                       frame, piece.base_patch, piece.range.i0 + i,
+                                                                       piece.range.j0 + j, static_cast<int>(key)),
+                                                                   1.0f)));
   std::set<binner::TileIndex> tiles;
   constexpr int kTimes = 17;
   for (int t = 0; t < (drawable.moving ? kTimes : 1); ++t)
@@ -137,7 +145,8 @@ void measure_overlap(const FrameGeometry& frame, const PyramidLibrary& pyramids,
       gpu.frontend_split_budget = 4096;
       gpu.frontend_split_depth = 12;
       gpu.binner_coverage = coverage;
-      const binner::TileGrid grid(frame.request.width, frame.request.height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height));
+      const binner::TileGrid grid(frame.request.width, frame.request.height, static_cast<int>(gpu.tile_width),
+                                  static_cast<int>(gpu.tile_height));
       binner::TileCoverageUnit unit(gpu);
       std::uint64_t overlaps = 0, touched = 0, pieces = 0;
       for (const BoundedSubPatch& piece : run_front_end(frame, pyramids, gpu).sub_patches) {
@@ -155,7 +164,8 @@ void measure_overlap(const FrameGeometry& frame, const PyramidLibrary& pyramids,
     }
   write_file_atomically(folder / "overlap.csv", csv);
   fmt::print("{}", csv);
-  bench::write_line_plot((folder / "overlap.svg").string(), {"Tiles in queues over tiles touched", "frontend.split_pixels", "ratio", false}, series);
+  bench::write_line_plot((folder / "overlap.svg").string(),
+                         {"Tiles in queues over tiles touched", "frontend.split_pixels", "ratio", false}, series);
 }
 
 void run(const std::string& capture_file, const std::filesystem::path& folder) {
@@ -165,7 +175,8 @@ void run(const std::string& capture_file, const std::filesystem::path& folder) {
   FrameRequest request;
   request.open_time = (capture.settings.first_frame + capture.settings.shutter_open) / capture.settings.frame_rate;
   request.close_time = (capture.settings.first_frame + capture.settings.shutter_close) / capture.settings.frame_rate;
-  const auto frame = pose_frame(assembly, choose_camera(capture, request.open_time, request.width, request.height), request);
+  const auto frame =
+      pose_frame(assembly, choose_camera(capture, request.open_time, request.width, request.height), request);
 
   std::string csv = "method,level,sub_patches,extent_ratio,area_ratio,volume_ratio\n";
   std::vector<bench::Series> extent, area, volume;
@@ -177,7 +188,8 @@ void run(const std::string& capture_file, const std::filesystem::path& folder) {
       measure(*frame, pyramids, static_cast<BoundMethod>(m), level, r);
       if (r.count == 0) continue;
       const double n = static_cast<double>(r.count);
-      csv += fmt::format("{},{},{},{:.4f},{:.4f},{:.4f}\n", name, level, r.count, r.mean.extent / n, r.mean.area / n, r.mean.volume / n);
+      csv += fmt::format("{},{},{},{:.4f},{:.4f},{:.4f}\n", name, level, r.count, r.mean.extent / n, r.mean.area / n,
+                         r.mean.volume / n);
       for (auto* series : {&extent, &area, &volume}) series->back().x.push_back(level);
       extent.back().y.push_back(r.mean.extent / n);
       area.back().y.push_back(r.mean.area / n);
@@ -186,9 +198,12 @@ void run(const std::string& capture_file, const std::filesystem::path& folder) {
   }
   write_file_atomically(folder / "tightness.csv", csv);
   fmt::print("{}", csv);
-  bench::write_line_plot((folder / "bounds_extent.svg").string(), {"Sum of sides against the truth's", "split levels", "ratio (log)", true}, extent);
-  bench::write_line_plot((folder / "bounds_area.svg").string(), {"Surface of the box against the truth's", "split levels", "ratio (log)", true}, area);
-  bench::write_line_plot((folder / "bounds_volume.svg").string(), {"Volume of the box against the truth's", "split levels", "ratio (log)", true}, volume);
+  bench::write_line_plot((folder / "bounds_extent.svg").string(),
+                         {"Sum of sides against the truth's", "split levels", "ratio (log)", true}, extent);
+  bench::write_line_plot((folder / "bounds_area.svg").string(),
+                         {"Surface of the box against the truth's", "split levels", "ratio (log)", true}, area);
+  bench::write_line_plot((folder / "bounds_volume.svg").string(),
+                         {"Volume of the box against the truth's", "split levels", "ratio (log)", true}, volume);
   measure_overlap(*frame, pyramids, folder);
 }
 

@@ -1,12 +1,16 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
-//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, pictures; default: all. Prints the
-//                                                 tables of docs/resolve.md and writes thresholds.csv, thresholds_*.svg, drift.csv, drift.svg, pictures
-//   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...   one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
-//   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
+//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, pictures;
+//   default: all. Prints the
+//                                                 tables of docs/resolve.md and writes thresholds.csv,
+//                                                 thresholds_*.svg, drift.csv, drift.svg, pictures
+//   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...   one row for each; SETTINGS:
+//   "KEY=VALUE,KEY=VALUE", keys of `resolve.` tessera_desampling_curves --check             a small replay: are the
+//   things that are compared the same things?
 //
-// The reference of every frame is the same frame with every pixel shaded. Saved: share of the reference's runs of the pixel shader. Errors are
-// of what a display shows: PSNR of every frame, mean SSIM and mean FLIP of every sixth; means over frames. Resolve: the unit's share of processor time.
+// The reference of every frame is the same frame with every pixel shaded. Saved: share of the reference's runs of the
+// pixel shader. Errors are of what a display shows: PSNR of every frame, mean SSIM and mean FLIP of every sixth; means
+// over frames. Resolve: the unit's share of processor time.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -36,11 +40,13 @@ using replay::FrameResult;
 const std::string kCheckerboard = "resolve.desampling=checkerboard";
 
 void print_head() {
-  fmt::print("\n| capture, frames | saved | PSNR | worst frame | MSSIM | FLIP | resolve, of tile cores | of the frame |\n|---|---:|---:|---:|---:|---:|---:|---:|\n");
+  fmt::print(
+      "\n| capture, frames | saved | PSNR | worst frame | MSSIM | FLIP | resolve, of tile cores | of the frame "
+      "|\n|---|---:|---:|---:|---:|---:|---:|---:|\n");
 }
 void print_row(const std::string& label, const Score& s) {
-  fmt::print("| {} | {:.1f} % | {:.2f} dB | {:.2f} dB | {:.4f} | {:.4f} | {:.1f} % | {:.1f} % |\n", label, 100 * s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip, 100 * s.resolve_of_tiles,
-             100 * s.resolve_of_frame);
+  fmt::print("| {} | {:.1f} % | {:.2f} dB | {:.2f} dB | {:.4f} | {:.4f} | {:.1f} % | {:.1f} % |\n", label,
+             100 * s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip, 100 * s.resolve_of_tiles, 100 * s.resolve_of_frame);
   std::fflush(stdout);
 }
 
@@ -48,14 +54,17 @@ void print_row(const std::string& label, const Score& s) {
 
 void headline(const fs::path&) {
   print_head();
-  for (const Shot& shot : {Shot{"stroll", 0, 60, 1280, 720}, Shot{"serpent", 0, 60, 1280, 720}, Shot{"eggs", 0, 12, 1280, 720}}) {
+  for (const Shot& shot :
+       {Shot{"stroll", 0, 60, 1280, 720}, Shot{"serpent", 0, 60, 1280, 720}, Shot{"eggs", 0, 12, 1280, 720}}) {
     const frontend::Capture capture = read_shipped(shot.name);
     const Reference reference = render_reference(capture, shot);
-    const Score ours = score(capture, shot, adaptive(), reference), board = score(capture, shot, {kCheckerboard}, reference);
+    const Score ours = score(capture, shot, adaptive(), reference),
+                board = score(capture, shot, {kCheckerboard}, reference);
     print_row(fmt::format("{}, {} frames, adaptive", shot.name, shot.last - shot.first), ours);
     print_row(fmt::format("{}, checkerboard", shot.name), board);
     double least = kIdenticalDecibel;
-    for (std::size_t f = 0; f < ours.frame_psnr.size(); ++f) least = std::min(least, ours.frame_psnr[f] - board.frame_psnr[f]);
+    for (std::size_t f = 0; f < ours.frame_psnr.size(); ++f)
+      least = std::min(least, ours.frame_psnr[f] - board.frame_psnr[f]);
     fmt::print("{}: at least {:.2f} dB above checkerboard in every frame\n", shot.name, least);
   }
 }
@@ -77,18 +86,21 @@ void score_settings(const std::string& name, int first, int last, std::span<char
 }
 
 // From careful to reckless: speeds in pixels per frame at 640x360.
-constexpr std::array kThresholds = {std::array{0.25, 4.0, 16.0}, std::array{0.5, 4.0, 16.0},  std::array{1.0, 2.0, 8.0}, std::array{2.0, 2.0, 8.0},
-                                    std::array{1.0, 1.0, 3.0},   std::array{0.5, 0.5, 2.0},  std::array{0.5, 0.5, 1.0}, std::array{0.25, 0.25, 0.5},
-                                    std::array{0.01, 0.01, 0.01}};
+constexpr std::array kThresholds = {
+    std::array{0.25, 4.0, 16.0}, std::array{0.5, 4.0, 16.0},  std::array{1.0, 2.0, 8.0},
+    std::array{2.0, 2.0, 8.0},   std::array{1.0, 1.0, 3.0},   std::array{0.5, 0.5, 2.0},
+    std::array{0.5, 0.5, 1.0},   std::array{0.25, 0.25, 0.5}, std::array{0.01, 0.01, 0.01}};
 constexpr const char* kStencils[] = {"cubic", "bilinear", "cubic_interpolating"};
 
-// Where the line from point to point, sorted by savings, saves `saved`; nothing where no two points have it between them.
+// Where the line from point to point, sorted by savings, saves `saved`; nothing where no two points have it between
+// them.
 std::optional<double> decibel_at(std::vector<std::pair<double, double>> points, double saved) {
   std::sort(points.begin(), points.end());
   for (std::size_t i = 1; i < points.size(); ++i) {
     const auto& [low, low_db] = points[i - 1];
     const auto& [high, high_db] = points[i];
-    if (low <= saved && saved <= high) return high > low ? low_db + (high_db - low_db) * (saved - low) / (high - low) : std::min(low_db, high_db);
+    if (low <= saved && saved <= high)
+      return high > low ? low_db + (high_db - low_db) * (saved - low) / (high - low) : std::min(low_db, high_db);
   }
   return std::nullopt;
 }
@@ -108,8 +120,11 @@ void print_equal_shading(const std::string& label, const std::vector<Score>& cur
     least = std::min(least, *there - board.frame_psnr[f]);
     ++frames;
   }
-  const auto decibel = [](const std::optional<double>& v) { return v ? fmt::format("{:.2f} dB", *v) : std::string("does not save as much"); };
-  fmt::print("| {} | {:.1f} % | {:.2f} dB | {} | {} | {} | {} of {} |\n", label, 100 * board.saved, board.psnr, decibel(mean), decibel(mean ? std::optional(*mean - board.psnr) : std::nullopt),
+  const auto decibel = [](const std::optional<double>& v) {
+    return v ? fmt::format("{:.2f} dB", *v) : std::string("does not save as much");
+  };
+  fmt::print("| {} | {:.1f} % | {:.2f} dB | {} | {} | {} | {} of {} |\n", label, 100 * board.saved, board.psnr,
+             decibel(mean), decibel(mean ? std::optional(*mean - board.psnr) : std::nullopt),
              decibel(frames > 0 ? std::optional(least) : std::nullopt), frames, board.frame_psnr.size());
 }
 
@@ -121,7 +136,8 @@ void thresholds(const fs::path& folder) {
     std::vector<Series> plot;
     const auto measure = [&](const std::string& label, const Sets& sets) {
       const Score s = score(capture, shot, sets, reference);
-      csv += fmt::format("{},{},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, label, s.saved, s.psnr, s.worst_psnr(), s.ssim, s.flip);
+      csv += fmt::format("{},{},{:.4f},{:.3f},{:.3f},{:.5f},{:.5f}\n", shot.name, label, s.saved, s.psnr,
+                         s.worst_psnr(), s.ssim, s.flip);
       plot.back().x.push_back(100 * s.saved), plot.back().y.push_back(s.psnr);
       return s;
     };
@@ -130,16 +146,22 @@ void thresholds(const fs::path& folder) {
       plot.push_back({stencil, {}, {}});
       auto& curve = curves.emplace_back();
       for (const auto& [still, fast1, fast2] : kThresholds)
-        curve.push_back(measure(fmt::format("{} {} / {} / {}", stencil, still, fast1, fast2),
-                                adaptive({fmt::format("resolve.reconstruction={}", stencil), fmt::format("resolve.k_stat={}", still), fmt::format("resolve.k_fast1={}", fast1),
-                                          fmt::format("resolve.k_fast2={}", fast2)})));
+        curve.push_back(measure(
+            fmt::format("{} {} / {} / {}", stencil, still, fast1, fast2),
+            adaptive({fmt::format("resolve.reconstruction={}", stencil), fmt::format("resolve.k_stat={}", still),
+                      fmt::format("resolve.k_fast1={}", fast1), fmt::format("resolve.k_fast2={}", fast2)})));
     }
     plot.push_back({"checkerboard", {}, {}});
     const Score board = measure("checkerboard", {kCheckerboard});
-    fmt::print("\n| capture, stencils | saved | checkerboard | adaptive, as much saved | difference | least difference in a frame | frames |\n|---|---:|---:|---:|---:|---:|---:|\n");
-    for (std::size_t k = 0; k < curves.size(); ++k) print_equal_shading(fmt::format("{}, {}", shot.name, kStencils[k]), curves[k], board);
+    fmt::print(
+        "\n| capture, stencils | saved | checkerboard | adaptive, as much saved | difference | least difference in a "
+        "frame | frames |\n|---|---:|---:|---:|---:|---:|---:|\n");
+    for (std::size_t k = 0; k < curves.size(); ++k)
+      print_equal_shading(fmt::format("{}, {}", shot.name, kStencils[k]), curves[k], board);
     write_line_plot((folder / fmt::format("thresholds_{}.svg", shot.name)).string(),
-                    {fmt::format("{}: error against savings, thresholds from careful to reckless", shot.name), "runs of the pixel shader saved, %", "mean PSNR, dB"}, plot);
+                    {fmt::format("{}: error against savings, thresholds from careful to reckless", shot.name),
+                     "runs of the pixel shader saved, %", "mean PSNR, dB"},
+                    plot);
   }
   fmt::print("\n{}", csv);
   write_file_atomically(folder / "thresholds.csv", csv);
@@ -148,7 +170,10 @@ void thresholds(const fs::path& folder) {
 void stencils(const fs::path&) {
   const char* kinds[] = {"nearest", "bilinear", "cubic_unscaled", "cubic", "cubic_interpolating"};
   for (const char* rate : {"fixed_8", "fixed_4"}) {
-    fmt::print("\n{}: RMSE of what is shown, x 1000\n\n| capture | nearest | bilinear | cubic, unscaled | cubic | interpolating | cubic / bilinear | interpolating / bilinear |\n|---|---:|---:|---:|---:|---:|---:|---:|\n", rate);
+    fmt::print(
+        "\n{}: RMSE of what is shown, x 1000\n\n| capture | nearest | bilinear | cubic, unscaled | cubic | "
+        "interpolating | cubic / bilinear | interpolating / bilinear |\n|---|---:|---:|---:|---:|---:|---:|---:|\n",
+        rate);
     for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"}) {
       const frontend::Capture capture = read_shipped(name);
       const int first = capture.settings.first_frame;
@@ -156,10 +181,13 @@ void stencils(const fs::path&) {
       const Image expected = shown(render_reference(capture, shot).display[0]);
       std::vector<double> errors;
       for (const char* kind : kinds) {
-        FrameRenderer r = renderer_of(capture, shot, {std::string("resolve.desampling=") + rate, std::string("resolve.reconstruction=") + kind});
-        errors.push_back(1000 * rmse(expected, shown(shaders::to_display(r.render(first).targets.color, capture.settings.exposure))));
+        FrameRenderer r = renderer_of(
+            capture, shot, {std::string("resolve.desampling=") + rate, std::string("resolve.reconstruction=") + kind});
+        errors.push_back(1000 * rmse(expected, shown(shaders::to_display(r.render(first).targets.color,
+                                                                         capture.settings.exposure))));
       }
-      fmt::print("| {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} |\n", name, errors[0], errors[1], errors[2], errors[3], errors[4], errors[3] / errors[1], errors[4] / errors[1]);
+      fmt::print("| {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} |\n", name, errors[0], errors[1],
+                 errors[2], errors[3], errors[4], errors[3] / errors[1], errors[4] / errors[1]);
     }
   }
 }
@@ -172,7 +200,9 @@ void drift(const fs::path& folder) {
   const Reference reference = render_reference(capture, shot, true);
   std::vector<Series> plot;
   std::string csv = "variant,frame,rmse\n";
-  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"both", {}}, {"no dither", {"resolve.dither=off"}}, {"no discrepancy", {"resolve.discrepancy=off"}},
+  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"both", {}},
+                                   {"no dither", {"resolve.dither=off"}},
+                                   {"no discrepancy", {"resolve.discrepancy=off"}},
                                    {"neither", {"resolve.dither=off", "resolve.discrepancy=off"}}}) {
     FrameRenderer r = renderer_of(capture, shot, adaptive(sets));
     Series series{name, {}, {}};
@@ -181,20 +211,27 @@ void drift(const fs::path& folder) {
       series.x.push_back(f - shot.first), series.y.push_back(error);
       csv += fmt::format("{},{},{:.7f}\n", name, f - shot.first, error);
     }
-    fmt::print("drift, {}: frame 10 {:.6f}, frame 120 {:.6f}, ratio {:.3f}\n", name, series.y[10], series.y[120], series.y[120] / series.y[10]);
+    fmt::print("drift, {}: frame 10 {:.6f}, frame 120 {:.6f}, ratio {:.3f}\n", name, series.y[10], series.y[120],
+               series.y[120] / series.y[10]);
     plot.push_back(series);
   }
   write_file_atomically(folder / "drift.csv", csv);
-  write_line_plot((folder / "drift.svg").string(), {"Error of advection over time", "frames of advection", "RMSE, linear light", false, true}, plot);
+  write_line_plot((folder / "drift.svg").string(),
+                  {"Error of advection over time", "frames of advection", "RMSE, linear light", false, true}, plot);
 }
 
 // Bytes over the memory interface, means over the frames that have a history.
 void traffic(const fs::path&) {
-  fmt::print("\n| stroll, KB a frame | frame buffer written | history read | history written | all traffic | runs of the pixel shader |\n|---|---:|---:|---:|---:|---:|\n");
+  fmt::print(
+      "\n| stroll, KB a frame | frame buffer written | history read | history written | all traffic | runs of the "
+      "pixel shader |\n|---|---:|---:|---:|---:|---:|\n");
   const frontend::Capture capture = read_shipped("stroll");
   const Shot shot{"stroll", 24, 33, 1280, 720};
-  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"off", {}}, {"off, compressed", {"frame_buffer.compression=lossless"}}, {"adaptive", adaptive()},
-                                   {"adaptive, compressed", adaptive({"frame_buffer.compression=lossless"})}, {"adaptive, without advection", adaptive({"resolve.advection=false"})},
+  for (const auto& [name, sets] : {std::pair<std::string, Sets>{"off", {}},
+                                   {"off, compressed", {"frame_buffer.compression=lossless"}},
+                                   {"adaptive", adaptive()},
+                                   {"adaptive, compressed", adaptive({"frame_buffer.compression=lossless"})},
+                                   {"adaptive, without advection", adaptive({"resolve.advection=false"})},
                                    {"checkerboard", {kCheckerboard}}}) {
     FrameRenderer r = renderer_of(capture, shot, sets);
     double frame_buffer = 0, read = 0, written = 0, all = 0, runs = 0;
@@ -202,37 +239,48 @@ void traffic(const fs::path&) {
     for (int f = shot.first + 1; f < shot.last; ++f) {
       const FrameResult frame = r.render(f);
       const hardware::Ledger& ledger = frame.counters.ledger;
-      const hardware::Traffic &history = ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory), total = ledger.total();
-      frame_buffer += static_cast<double>(ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
+      const hardware::Traffic &history = ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory),
+                              total = ledger.total();
+      frame_buffer +=
+          static_cast<double>(ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
       read += static_cast<double>(history.read_bytes), written += static_cast<double>(history.written_bytes);
       all += static_cast<double>(total.read_bytes + total.written_bytes);
       runs += static_cast<double>(frame.counters.shading.pixel_shader_invocations);
     }
     const double n = shot.last - shot.first - 1;
-    fmt::print("| {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} |\n", name, frame_buffer / n / 1e3, read / n / 1e3, written / n / 1e3, all / n / 1e3, runs / n);
+    fmt::print("| {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.0f} |\n", name, frame_buffer / n / 1e3, read / n / 1e3,
+               written / n / 1e3, all / n / 1e3, runs / n);
   }
 }
 
 // Foveation and stereo: one frame each.
 void eyes(const fs::path&) {
   fmt::print("\n| capture, frame | | runs, full | runs | saved | PSNR |\n|---|---|---:|---:|---:|---:|\n");
-  const auto row = [](const std::string& label, const char* what, const FrameResult& full, const FrameResult& got, bool right, float exposure) {
+  const auto row = [](const std::string& label, const char* what, const FrameResult& full, const FrameResult& got,
+                      bool right, float exposure) {
     const auto& counters_full = right ? full.right->counters : full.counters;
     const auto& counters = right ? got.right->counters : got.counters;
-    const auto display = [&](const FrameResult& r) { return shown(shaders::to_display(right ? r.right->targets.color : r.targets.color, exposure)); };
-    const auto all = static_cast<double>(counters_full.shading.pixel_shader_invocations), runs = static_cast<double>(counters.shading.pixel_shader_invocations);
-    fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.1f} % | {:.2f} dB |\n", label, what, all, runs, 100 * (1 - runs / all), std::min(kIdenticalDecibel, psnr(display(full), display(got))));
+    const auto display = [&](const FrameResult& r) {
+      return shown(shaders::to_display(right ? r.right->targets.color : r.targets.color, exposure));
+    };
+    const auto all = static_cast<double>(counters_full.shading.pixel_shader_invocations),
+               runs = static_cast<double>(counters.shading.pixel_shader_invocations);
+    fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.1f} % | {:.2f} dB |\n", label, what, all, runs, 100 * (1 - runs / all),
+               std::min(kIdenticalDecibel, psnr(display(full), display(got))));
   };
   const Sets fovea = {"resolve.foveation_r0=150", "resolve.foveation_r1=350"};
-  for (const Shot& shot : {Shot{"eggs", 14, 15, 1280, 720}, Shot{"vases", 0, 1, 1280, 720}, Shot{"stroll", 36, 37, 1280, 720}}) {
+  for (const Shot& shot :
+       {Shot{"eggs", 14, 15, 1280, 720}, Shot{"vases", 0, 1, 1280, 720}, Shot{"stroll", 36, 37, 1280, 720}}) {
     const frontend::Capture capture = read_shipped(shot.name);
     const auto render = [&](const Sets& sets) { return renderer_of(capture, shot, sets).render(shot.first); };
     const std::string label = fmt::format("{}, {}", shot.name, shot.first);
     row(label, "foveation 150, 350 px", render({}), render(adaptive(fovea)), false, capture.settings.exposure);
     const FrameResult both = render({"stereo.eye_separation=0.06"});
     for (const char* depth : {"0", "3", "10"}) {
-      const FrameResult got = render(adaptive({"stereo.eye_separation=0.06", std::string("stereo.far_depth=") + depth}));
-      row(label, fmt::format("right eye from the left beyond {}", depth).c_str(), both, got, true, capture.settings.exposure);
+      const FrameResult got =
+          render(adaptive({"stereo.eye_separation=0.06", std::string("stereo.far_depth=") + depth}));
+      row(label, fmt::format("right eye from the left beyond {}", depth).c_str(), both, got, true,
+          capture.settings.exposure);
     }
   }
 }
@@ -245,8 +293,10 @@ int check() {
   const frontend::Capture capture = read_shipped(shot.name);
   const Reference reference = render_reference(capture, shot);
   const Score full = score(capture, shot, {}, reference);
-  const Score half = score(capture, shot, adaptive({"resolve.k_stat=4", "resolve.k_fast1=4", "resolve.k_fast2=16"}), reference);
-  laws.expect("every pixel shaded is the reference", full.saved == 0 && full.psnr == kIdenticalDecibel && full.ssim > 0.999999 && full.flip == 0);
+  const Score half =
+      score(capture, shot, adaptive({"resolve.k_stat=4", "resolve.k_fast1=4", "resolve.k_fast2=16"}), reference);
+  laws.expect("every pixel shaded is the reference",
+              full.saved == 0 && full.psnr == kIdenticalDecibel && full.ssim > 0.999999 && full.flip == 0);
   laws.expect("adaptive saves and differs", half.saved > 0.2 && half.psnr < kIdenticalDecibel && half.psnr > 30);
   return laws.all_hold() ? 0 : 1;
 }
@@ -259,7 +309,9 @@ int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "", part = argc > 2 ? argv[2] : "all";
   const bool scores = part == "score";
   if (argc < 2 || (scores ? argc < 7 : argc > 3)) {
-    fmt::print(stderr, "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|stencils|drift|traffic|eyes|pictures | score CAPTURE FIRST LAST SETTINGS...] | --check\n");
+    fmt::print(stderr,
+               "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|stencils|drift|traffic|eyes|pictures "
+               "| score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
   try {
@@ -270,7 +322,12 @@ int main(int argc, char** argv) {
       return 0;
     }
     using Part = void (*)(const std::filesystem::path&);
-    for (const auto& [name, run] : {std::pair<std::string, Part>{"headline", headline}, {"thresholds", thresholds}, {"stencils", stencils}, {"drift", drift}, {"traffic", traffic}, {"eyes", eyes},
+    for (const auto& [name, run] : {std::pair<std::string, Part>{"headline", headline},
+                                    {"thresholds", thresholds},
+                                    {"stencils", stencils},
+                                    {"drift", drift},
+                                    {"traffic", traffic},
+                                    {"eyes", eyes},
                                     {"pictures", desampling_pictures}})
       if (part == "all" || part == name) run(first);
     return 0;

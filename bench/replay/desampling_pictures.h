@@ -4,8 +4,8 @@
 
 namespace tessera::bench {
 
-// Pictures of what desampling does to frames of stroll and serpent, with eight frames before them as history: rates and edges; for one
-// of them where pixels come from, before, after and their difference.
+// Pictures of what desampling does to frames of stroll and serpent, with eight frames before them as history: rates and
+// edges; for one of them where pixels come from, before, after and their difference.
 void desampling_pictures(const std::filesystem::path& folder);
 
 }  // namespace tessera::bench

@@ -23,7 +23,9 @@ double process_seconds() {
 
 }  // namespace
 
-frontend::Capture read_shipped(const std::string& name) { return frontend::read_capture(std::filesystem::path(TESSERA_SOURCE_DIR) / "captures" / (name + ".glb")); }
+frontend::Capture read_shipped(const std::string& name) {
+  return frontend::read_capture(std::filesystem::path(TESSERA_SOURCE_DIR) / "captures" / (name + ".glb"));
+}
 
 FrameRenderer renderer_of(const frontend::Capture& capture, const Shot& shot, const Sets& sets, bool pictures) {
   replay::RunSettings settings;
@@ -38,13 +40,15 @@ FrameRenderer renderer_of(const frontend::Capture& capture, const Shot& shot, co
 
 Image shown(const Image8& display) {
   Image out(display.width, display.height, 3);
-  std::transform(display.values.begin(), display.values.end(), out.values.begin(), [](std::uint8_t v) { return static_cast<float>(v) / 255.0f; });
+  std::transform(display.values.begin(), display.values.end(), out.values.begin(),
+                 [](std::uint8_t v) { return static_cast<float>(v) / 255.0f; });
   return out;
 }
 
 double rmse(const Image& a, const Image& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i) sum += (double{a.values[i]} - double{b.values[i]}) * (double{a.values[i]} - double{b.values[i]});
+  for (std::size_t i = 0; i < a.values.size(); ++i)
+    sum += (double{a.values[i]} - double{b.values[i]}) * (double{a.values[i]} - double{b.values[i]});
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 
@@ -71,11 +75,13 @@ Score score(const frontend::Capture& capture, const Shot& shot, const Sets& sets
     const double begin = process_seconds();
     FrameResult frame = r.render(f);
     frames += process_seconds() - begin;
-    const auto runs = static_cast<double>(frame.counters.shading.pixel_shader_invocations), all = static_cast<double>(reference.invocations[i]);
+    const auto runs = static_cast<double>(frame.counters.shading.pixel_shader_invocations),
+               all = static_cast<double>(reference.invocations[i]);
     shaded += runs, full += all;
     s.frame_saved.push_back(1 - runs / all);
     resolve += frame.stage_seconds["resolve_threads"], tiles += frame.stage_seconds["tile_threads"];
-    const Image a = shown(reference.display[i]), b = shown(shaders::to_display(frame.targets.color, capture.settings.exposure));
+    const Image a = shown(reference.display[i]),
+                b = shown(shaders::to_display(frame.targets.color, capture.settings.exposure));
     s.frame_psnr.push_back(std::min(kIdenticalDecibel, psnr(a, b)));
     s.psnr += s.frame_psnr.back();
     if (i % 6 != 5) continue;

@@ -23,7 +23,8 @@ struct Shot {
 
 frontend::Capture read_shipped(const std::string& name);
 // `pictures`: with those of the resolve unit, and of its error.
-replay::FrameRenderer renderer_of(const frontend::Capture& capture, const Shot& shot, const Sets& sets, bool pictures = false);
+replay::FrameRenderer renderer_of(const frontend::Capture& capture, const Shot& shot, const Sets& sets,
+                                  bool pictures = false);
 
 // What a display shows, between 0 and 1.
 Image shown(const Image8& display);
@@ -42,10 +43,12 @@ inline constexpr double kIdenticalDecibel = 60;
 
 struct Score {
   std::vector<double> frame_psnr, frame_saved;
-  double saved = 0;                   // share of the reference's runs of the pixel shader, over all frames
-  double psnr = 0;                    // mean over frames
-  double ssim = 0, flip = 0;          // means over every sixth frame: they take longer than rendering
-  double resolve_of_tiles = 0, resolve_of_frame = 0;  // the resolve unit's share of the processor time of tile cores; of all that rendering takes
+  double saved = 0;           // share of the reference's runs of the pixel shader, over all frames
+  double psnr = 0;            // mean over frames
+  double ssim = 0, flip = 0;  // means over every sixth frame: they take longer than rendering
+  double resolve_of_tiles = 0,
+         resolve_of_frame =
+             0;  // the resolve unit's share of the processor time of tile cores; of all that rendering takes
 
   double worst_psnr() const;
 };

@@ -1,4 +1,5 @@
-// Loading, posing and rendering the shipped captures at 640x360; with model:0 without texture caches, cycles and energy.
+// Loading, posing and rendering the shipped captures at 640x360; with model:0 without texture caches, cycles and
+// energy.
 #include <benchmark/benchmark.h>
 
 #include "frontend/capture_reader.h"
@@ -29,9 +30,17 @@ void Frame(benchmark::State& state, const std::string& name) {
 
 const bool kRegistered = [] {
   for (const char* name : {"eggs", "vases", "serpent", "flyby"}) {
-    benchmark::RegisterBenchmark((std::string("Load/") + name).c_str(), [name](benchmark::State& s) { Load(s, name); })->Unit(benchmark::kMillisecond);
-    benchmark::RegisterBenchmark((std::string("Frame/") + name).c_str(), [name](benchmark::State& s) { Frame(s, name); })
-        ->Unit(benchmark::kMillisecond)->ArgNames({"spp", "model"})->Args({1, 1})->Args({4, 1})->Args({4, 0})->UseRealTime();
+    benchmark::RegisterBenchmark((std::string("Load/") + name).c_str(), [name](benchmark::State& s) {
+      Load(s, name);
+    })->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark((std::string("Frame/") + name).c_str(),
+                                 [name](benchmark::State& s) { Frame(s, name); })
+        ->Unit(benchmark::kMillisecond)
+        ->ArgNames({"spp", "model"})
+        ->Args({1, 1})
+        ->Args({4, 1})
+        ->Args({4, 0})
+        ->UseRealTime();
   }
   return true;
 }();

@@ -20,10 +20,12 @@ struct Range {
 
 // Steps of 1, 2 or 5 times a power of ten, about five of them.
 std::vector<double> linear_ticks(const Range& range) {
-  const double rough = (range.high - range.low) / 5, power = std::pow(10, std::floor(std::log10(rough))), digit = rough / power;
+  const double rough = (range.high - range.low) / 5, power = std::pow(10, std::floor(std::log10(rough))),
+               digit = rough / power;
   const double step = power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
   std::vector<double> ticks;
-  for (double t = std::ceil(range.low / step - 1e-9) * step; t <= range.high + 1e-9 * step; t += step) ticks.push_back(t + 0.0);
+  for (double t = std::ceil(range.low / step - 1e-9) * step; t <= range.high + 1e-9 * step; t += step)
+    ticks.push_back(t + 0.0);
   return ticks;
 }
 
@@ -45,18 +47,25 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 700 400\" font-family=\"sans-serif\" font-size=\"12\">\n"
       "<rect width=\"700\" height=\"400\" fill=\"white\"/>\n<text x=\"{}\" y=\"22\" font-size=\"14\">{}</text>\n",
       kLeft, labels.title);
-  svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#888\"/>\n", kLeft, kTop, kWidth, kHeight);
+  svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#888\"/>\n", kLeft,
+                     kTop, kWidth, kHeight);
   for (const double t : linear_ticks(xs))
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:g}</text>\n", px(t), kTop + kHeight + 18, t);
+    svg +=
+        fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:g}</text>\n", px(t), kTop + kHeight + 18, t);
   std::vector<double> ticks = linear_ticks(ys);
   for (const double t : ticks) {
     const double value = labels.logarithmic_y ? std::pow(10, t) : t;
     const double at = kTop + kHeight - (t - ys.low) / (ys.high - ys.low) * kHeight;
-    svg += fmt::format("<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", kLeft, at,
-                       kLeft + kWidth, at, kLeft - 6, at + 4, value >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value));
+    svg += fmt::format(
+        "<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{:.1f}\" "
+        "text-anchor=\"end\">{}</text>\n",
+        kLeft, at, kLeft + kWidth, at, kLeft - 6, at + 4,
+        value >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value));
   }
-  svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", kLeft + kWidth / 2, kTop + kHeight + 40, labels.x);
-  svg += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", kTop + kHeight / 2, labels.y);
+  svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", kLeft + kWidth / 2,
+                     kTop + kHeight + 40, labels.x);
+  svg += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                     kTop + kHeight / 2, labels.y);
   for (std::size_t s = 0; s < series.size(); ++s) {
     const char* color = kColors[s % std::size(kColors)];
     std::string points;
@@ -67,8 +76,9 @@ void write_line_plot(const std::string& file, const PlotLabels& labels, const st
     }
     svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", points, color);
     const double y = kTop + 14 + 20 * static_cast<double>(s);
-    svg += fmt::format("<rect x=\"{}\" y=\"{:.1f}\" width=\"12\" height=\"4\" fill=\"{}\"/><text x=\"{}\" y=\"{:.1f}\">{}</text>\n", kLeft + kWidth + 16, y - 6, color,
-                       kLeft + kWidth + 34, y, series[s].name);
+    svg += fmt::format(
+        "<rect x=\"{}\" y=\"{:.1f}\" width=\"12\" height=\"4\" fill=\"{}\"/><text x=\"{}\" y=\"{:.1f}\">{}</text>\n",
+        kLeft + kWidth + 16, y - 6, color, kLeft + kWidth + 34, y, series[s].name);
   }
   write_file_atomically(file, svg + "</svg>\n");
 }

@@ -95,7 +95,8 @@ GLuint vertex_array(const std::vector<Vertex>& vertices, GLuint indices, GLuint 
   glBindVertexArray(array);
   glGenBuffers(1, &buffer);
   glBindBuffer(GL_ARRAY_BUFFER, buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(), GL_STATIC_DRAW);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(),
+               GL_STATIC_DRAW);
   const auto offset = [](GLuint vector) { return reinterpret_cast<const void*>(vector * 3 * sizeof(float)); };
   for (GLuint v = 0; v < vectors; ++v) {
     glVertexAttribPointer(v, 3, GL_FLOAT, GL_FALSE, sizeof(Vertex), offset(v));
@@ -130,7 +131,8 @@ GLuint framebuffer() {
 }
 
 void expect_complete(int samples) {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) throw std::runtime_error("llvmpipe refuses a render target");
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    throw std::runtime_error("llvmpipe refuses a render target");
   GLint got = 0;
   glGetIntegerv(GL_SAMPLES, &got);
   if (got != samples) throw std::runtime_error(fmt::format("llvmpipe gives {} samples instead of {}", got, samples));
@@ -144,23 +146,39 @@ void clear() {
 }
 
 void expect_no_error() {
-  if (const GLenum error = glGetError(); error != GL_NO_ERROR) throw std::runtime_error(fmt::format("OpenGL error {:#x}", error));
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR)
+    throw std::runtime_error(fmt::format("OpenGL error {:#x}", error));
 }
 
 }  // namespace
 
-Llvmpipe::Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers) : width_(width), height_(height) {
+Llvmpipe::Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers)
+    : width_(width), height_(height) {
   // Mesa reads these when it makes its first context. A driver that the user names stays, and is refused below.
   setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 1);
   setenv("GALLIUM_DRIVER", "llvmpipe", 0);
-  const int attributes[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 0, OSMESA_STENCIL_BITS, 0, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
-                            OSMESA_CONTEXT_MAJOR_VERSION, 4, OSMESA_CONTEXT_MINOR_VERSION, 5, 0};
+  const int attributes[] = {OSMESA_FORMAT,
+                            OSMESA_RGBA,
+                            OSMESA_DEPTH_BITS,
+                            0,
+                            OSMESA_STENCIL_BITS,
+                            0,
+                            OSMESA_PROFILE,
+                            OSMESA_CORE_PROFILE,
+                            OSMESA_CONTEXT_MAJOR_VERSION,
+                            4,
+                            OSMESA_CONTEXT_MINOR_VERSION,
+                            5,
+                            0};
   const OSMesaContext context = OSMesaCreateContextAttribs(attributes, nullptr);
   if (context == nullptr || OSMesaMakeCurrent(context, front_buffer_.data(), GL_UNSIGNED_BYTE, 1, 1) == GL_FALSE)
-    throw std::runtime_error("OSMesa gives no context of OpenGL 4.5 (GALLIUM_DRIVER must not name another driver than llvmpipe)");
+    throw std::runtime_error(
+        "OSMesa gives no context of OpenGL 4.5 (GALLIUM_DRIVER must not name another driver than llvmpipe)");
   context_ = context;
-  renderer_ = fmt::format("{}, {}", reinterpret_cast<const char*>(glGetString(GL_RENDERER)), reinterpret_cast<const char*>(glGetString(GL_VERSION)));
-  if (renderer_.find("llvmpipe") == std::string::npos) throw std::runtime_error(fmt::format("the renderer is not llvmpipe: {}", renderer_));
+  renderer_ = fmt::format("{}, {}", reinterpret_cast<const char*>(glGetString(GL_RENDERER)),
+                          reinterpret_cast<const char*>(glGetString(GL_VERSION)));
+  if (renderer_.find("llvmpipe") == std::string::npos)
+    throw std::runtime_error(fmt::format("the renderer is not llvmpipe: {}", renderer_));
 
   // A little room, so that nothing is clipped by rounding.
   const float near = 0.9f * triangles.near_depth, far = 1.1f * triangles.far_depth;
@@ -199,10 +217,13 @@ void Llvmpipe::make_buffers(const TriangleList& triangles) {
     moving[v].number = number;
     for (std::size_t key = 0; key < 2; ++key) {
       const TriangleList::Vertex& from = triangles.keys[key][v];
-      const double x = 2.0 * static_cast<double>(from.x) / width_ - 1.0, y = 2.0 * static_cast<double>(from.y) / height_ - 1.0, z = static_cast<double>(from.z);
+      const double x = 2.0 * static_cast<double>(from.x) / width_ - 1.0,
+                   y = 2.0 * static_cast<double>(from.y) / height_ - 1.0, z = static_cast<double>(from.z);
       float* to = key == 0 ? moving[v].open : moving[v].close;
       to[0] = static_cast<float>(x * z), to[1] = static_cast<float>(y * z), to[2] = from.z;
-      if (key == 0) still[v] = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(static_cast<double>(depth_a_) + static_cast<double>(depth_b_) / z), number};
+      if (key == 0)
+        still[v] = {static_cast<float>(x), static_cast<float>(y),
+                    static_cast<float>(static_cast<double>(depth_a_) + static_cast<double>(depth_b_) / z), number};
     }
   }
   GLuint indices = 0;
@@ -210,7 +231,8 @@ void Llvmpipe::make_buffers(const TriangleList& triangles) {
   glGenVertexArrays(1, &no_vertices_);
   glBindVertexArray(no_vertices_);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles.indices.size() * sizeof(std::uint32_t)), triangles.indices.data(), GL_STATIC_DRAW);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(triangles.indices.size() * sizeof(std::uint32_t)),
+               triangles.indices.data(), GL_STATIC_DRAW);
   index_count_ = static_cast<int>(triangles.indices.size());
   still_vertices_ = vertex_array(still, indices, 1);
   moving_vertices_ = vertex_array(moving, indices, 2);
@@ -221,12 +243,14 @@ void Llvmpipe::make_targets(int layers) {
   multisample_texture_ = texture(GL_TEXTURE_2D_MULTISAMPLE);
   glTexStorage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, kMultisamples, GL_R32UI, width_, height_, GL_TRUE);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D_MULTISAMPLE, multisample_texture_, 0);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, renderbuffer(kMultisamples, GL_DEPTH_COMPONENT32F, width_, height_));
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
+                            renderbuffer(kMultisamples, GL_DEPTH_COMPONENT32F, width_, height_));
   expect_complete(kMultisamples);
 
   layer_texture_ = texture(GL_TEXTURE_2D_ARRAY);
   glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_R32UI, width_, height_, layers);
-  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) glTexParameteri(GL_TEXTURE_2D_ARRAY, filter, GL_NEAREST);
+  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, filter, GL_NEAREST);
   const GLuint depth = renderbuffer(0, GL_DEPTH_COMPONENT32F, width_, height_);
   for (int layer = 0; layer < layers; ++layer) {
     layer_targets_.push_back(framebuffer());
@@ -236,10 +260,12 @@ void Llvmpipe::make_targets(int layers) {
   }
 
   accumulate_target_ = framebuffer();
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, renderbuffer(0, GL_RGBA16F, width_, height_));
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                            renderbuffer(0, GL_RGBA16F, width_, height_));
   expect_complete(0);
   pick_target_ = framebuffer();
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, renderbuffer(0, GL_R32UI, width_, height_));
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                            renderbuffer(0, GL_R32UI, width_, height_));
   expect_complete(0);
 }
 

@@ -12,16 +12,17 @@ namespace tessera::bench {
 // A list of triangles in the hands of llvmpipe, Mesa's software rasterizer, drawn offscreen (OSMesa).
 //
 // Vertices, indices and targets exist when the constructor is done; draws find them in place. A picture holds, for each
-// sample, the patch number + 1, 0 where nothing is seen, written by a fragment shader that does nothing else; back faces are
-// culled. Positions are Tessera's snapped ones, so llvmpipe's own snap to 1/256 pixel changes nothing at shutter open and close.
+// sample, the patch number + 1, 0 where nothing is seen, written by a fragment shader that does nothing else; back
+// faces are culled. Positions are Tessera's snapped ones, so llvmpipe's own snap to 1/256 pixel changes nothing at
+// shutter open and close.
 //
 // Pixel rows run downwards, as Tessera's.
 class Llvmpipe {
  public:
   static constexpr int kMultisamples = 4;
 
-  // `threads` rasterize, beside the caller's, which transforms and bins. `layers`: single-sample pictures that exist at once.
-  // Throws std::runtime_error when Mesa gives another renderer. One instance per process at a time.
+  // `threads` rasterize, beside the caller's, which transforms and bins. `layers`: single-sample pictures that exist at
+  // once. Throws std::runtime_error when Mesa gives another renderer. One instance per process at a time.
   Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers);
   Llvmpipe(const Llvmpipe&) = delete;
   Llvmpipe& operator=(const Llvmpipe&) = delete;
@@ -32,7 +33,8 @@ class Llvmpipe {
   // Draws return before the picture is there; finish() waits.
   void finish();
 
-  // The frame at shutter open with four samples per pixel. A vertex is a position in clip space with w = 1, and a number.
+  // The frame at shutter open with four samples per pixel. A vertex is a position in clip space with w = 1, and a
+  // number.
   void draw_multisampled();
   // Where those samples are inside their pixel.
   struct Offset {
@@ -40,8 +42,8 @@ class Llvmpipe {
   };
   std::array<Offset, kMultisamples> multisample_offsets();
 
-  // The frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex is both keys' positions times
-  // their depths, which move linearly, and a number; the vertex shader interpolates.
+  // The frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex is both keys'
+  // positions times their depths, which move linearly, and a number; the vertex shader interpolates.
   void draw_single(int layer, Offset offset, float time);
   // The mean over the first `count` layers of a colour made from the number, in half floats.
   void accumulate(int count);
@@ -62,7 +64,8 @@ class Llvmpipe {
   // Names of OpenGL objects.
   unsigned still_program_ = 0, moving_program_ = 0, accumulate_program_ = 0, pick_program_ = 0;
   unsigned still_vertices_ = 0, moving_vertices_ = 0, no_vertices_ = 0;
-  unsigned multisample_target_ = 0, multisample_texture_ = 0, layer_texture_ = 0, accumulate_target_ = 0, pick_target_ = 0;
+  unsigned multisample_target_ = 0, multisample_texture_ = 0, layer_texture_ = 0, accumulate_target_ = 0,
+           pick_target_ = 0;
   std::vector<unsigned> layer_targets_;
 };
 

@@ -16,18 +16,21 @@ namespace {
 
 constexpr double kFocalPixels = 720;  // one unit is one pixel at this depth
 constexpr float kWallDepth = 900;
-constexpr float kMargin = 160;        // pixels of wall beyond the frame, so that it fills the frame at all times
+constexpr float kMargin = 160;  // pixels of wall beyond the frame, so that it fills the frame at all times
 
 std::vector<Vec3> wall(int width, int height) {
   constexpr float kPatchPixels = 32, kUnit = kWallDepth / static_cast<float>(kFocalPixels);
-  const int columns = static_cast<int>((static_cast<float>(width) + 2 * kMargin) / kPatchPixels), rows = static_cast<int>((static_cast<float>(height) + 2 * kMargin) / kPatchPixels) + 1;
+  const int columns = static_cast<int>((static_cast<float>(width) + 2 * kMargin) / kPatchPixels),
+            rows = static_cast<int>((static_cast<float>(height) + 2 * kMargin) / kPatchPixels) + 1;
   std::vector<Vec3> points;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column)
       for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {
-          const float x = static_cast<float>(3 * column + i) / 3.0f - static_cast<float>(columns) / 2, y = static_cast<float>(3 * row + j) / 3.0f - static_cast<float>(rows) / 2;
-          points.push_back({x * kPatchPixels * kUnit, y * kPatchPixels * kUnit, 12.0f * std::sin(1.3f * x) * std::cos(1.1f * y)});
+          const float x = static_cast<float>(3 * column + i) / 3.0f - static_cast<float>(columns) / 2,
+                      y = static_cast<float>(3 * row + j) / 3.0f - static_cast<float>(rows) / 2;
+          points.push_back(
+              {x * kPatchPixels * kUnit, y * kPatchPixels * kUnit, 12.0f * std::sin(1.3f * x) * std::cos(1.1f * y)});
         }
   return points;
 }
@@ -44,7 +47,8 @@ frontend::Capture make_capture(int width, int height, const SceneSettings& setti
   const auto add = [&](const std::vector<Vec3>& points, double x_pixels, double y_pixels, double depth) {
     const double unit = depth / kFocalPixels, angle = static_cast<double>(random.uniform(0, 6.2831853f));
     const int node = test::add_node(capture, test::patches(points), {x_pixels * unit, y_pixels * unit, -depth});
-    if (settings.blur > 0) test::add_motion(capture, node, DVec3(std::cos(angle), std::sin(angle), 0) * (settings.blur * unit));
+    if (settings.blur > 0)
+      test::add_motion(capture, node, DVec3(std::cos(angle), std::sin(angle), 0) * (settings.blur * unit));
   };
   add(wall(width, height), 0, 0, static_cast<double>(kWallDepth));
   for (int y = 50; y < height; y += 100)
@@ -70,7 +74,8 @@ struct Piece {
   std::vector<std::uint32_t> indices;
 };
 
-Piece list_patch(const frontend::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
+Piece list_patch(const frontend::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator,
+                 tilecore::MicroMesh& mesh) {
   const frontend::PosedDrawable& drawable = frame.drawable_of(patch);
   if (drawable.material->double_sided) throw std::runtime_error("a list of triangles knows no double-sided material");
   tessellator.tessellate(frame, patch, frontend::patch_cells(frame, patch), {drawable.moving, false}, mesh);
@@ -78,10 +83,12 @@ Piece list_patch(const frontend::FrameGeometry& frame, std::uint32_t patch, tile
   for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
     if (!mesh.projected[v]) throw std::runtime_error("a list of triangles holds no vertex that is not projected");
     piece.keys[0].push_back({mesh.x0[v], mesh.y0[v], mesh.z0[v]});
-    piece.keys[1].push_back(drawable.moving ? TriangleList::Vertex{mesh.x1[v], mesh.y1[v], mesh.z1[v]} : piece.keys[0].back());
+    piece.keys[1].push_back(drawable.moving ? TriangleList::Vertex{mesh.x1[v], mesh.y1[v], mesh.z1[v]}
+                                            : piece.keys[0].back());
   }
   test::for_each_triangle(mesh, [&](const std::array<std::int32_t, 3>& corners, std::uint32_t) {
-    for (const std::size_t c : {0, 1, 2}) piece.indices.push_back(static_cast<std::uint32_t>(corners[drawable.mirrored ? 2 - c : c]));
+    for (const std::size_t c : {0, 1, 2})
+      piece.indices.push_back(static_cast<std::uint32_t>(corners[drawable.mirrored ? 2 - c : c]));
   });
   return piece;
 }
@@ -112,7 +119,8 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
 }
 
 double TriangleList::front_area(std::size_t triangle) const {
-  const Vertex &a = keys[0][indices[3 * triangle]], &b = keys[0][indices[3 * triangle + 1]], &c = keys[0][indices[3 * triangle + 2]];
+  const Vertex &a = keys[0][indices[3 * triangle]], &b = keys[0][indices[3 * triangle + 1]],
+               &c = keys[0][indices[3 * triangle + 2]];
   const auto difference = [](float p, float q) { return static_cast<double>(p) - static_cast<double>(q); };
   // Rows run downwards, so what winds counter-clockwise with y up has a negative determinant.
   return 0.5 * (difference(b.y, a.y) * difference(c.x, a.x) - difference(b.x, a.x) * difference(c.y, a.y));
@@ -128,7 +136,8 @@ TriangleList list_triangles(const frontend::FrameGeometry& frame, const std::vec
   std::vector<Piece> pieces(patches.size());
   PerThread<tilecore::Tessellator> tessellators;
   PerThread<tilecore::MicroMesh> meshes;
-  parallel_for(patches.size(), [&](std::size_t p) { pieces[p] = list_patch(frame, patches[p], tessellators.local(), meshes.local()); });
+  parallel_for(patches.size(),
+               [&](std::size_t p) { pieces[p] = list_patch(frame, patches[p], tessellators.local(), meshes.local()); });
 
   TriangleList list;
   list.near_depth = std::numeric_limits<float>::infinity();

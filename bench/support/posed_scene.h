@@ -55,8 +55,8 @@ struct TriangleList {
   double mean_area() const;
 };
 
-// Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the picture,
-// and for a double-sided material: the list can say neither.
+// Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the
+// picture, and for a double-sided material: the list can say neither.
 TriangleList list_triangles(const frontend::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
 
 }  // namespace tessera::bench

@@ -7,7 +7,9 @@
 namespace tessera::bench {
 
 // Seconds of a clock that never goes back.
-inline double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+inline double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 // The upper one of an even number of values; 0 of none.
 inline double median(std::vector<double> values) {

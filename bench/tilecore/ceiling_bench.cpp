@@ -1,9 +1,9 @@
 // How many boxes and triangles this machine can test at most: the arithmetic of visibility alone, for comparison with
-// what the kernels of tilecore/visibility_kernel.cpp reach. Data lie in the first cache with unit stride; results are masks; nothing
-// is gathered, nothing is done with a hit. The ceiling of a test is the better of its two arrangements.
+// what the kernels of tilecore/visibility_kernel.cpp reach. Data lie in the first cache with unit stride; results are
+// masks; nothing is gathered, nothing is done with a hit. The ceiling of a test is the better of its two arrangements.
 //
-// Rates are per second of a thread's processor time, so that other programs do not lower them; threads:2 says what each of two
-// threads reaches while the other runs, and the machine's ceiling is twice that.
+// Rates are per second of a thread's processor time, so that other programs do not lower them; threads:2 says what each
+// of two threads reaches while the other runs, and the machine's ceiling is twice that.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -26,8 +26,8 @@ static_assert(kPrimitives <= kSamples);
 // How lanes are filled: a primitive in registers against samples, or a sample in registers against primitives.
 enum class Arrangement { kOnePrimitive, kOneSample };
 
-// Raster-space samples at time t; boxes [low + t d_low, high + t d_high]; cells of four corners at (x, y, z) and, a shutter
-// later, (x1, y1, z1).
+// Raster-space samples at time t; boxes [low + t d_low, high + t d_high]; cells of four corners at (x, y, z) and, a
+// shutter later, (x1, y1, z1).
 template <std::size_t kCount>
 struct alignas(64) Column : std::array<float, kCount> {};
 
@@ -42,8 +42,8 @@ struct Input {
   std::array<Corner, 4> corner;
 };
 
-// Bits of the tests, lane by lane, vector by vector: for every primitive all samples, or for every sample all primitives. Cells
-// have two masks in a row, of their triangles (a, b, c) and (a, c, d).
+// Bits of the tests, lane by lane, vector by vector: for every primitive all samples, or for every sample all
+// primitives. Cells have two masks in a row, of their triangles (a, b, c) and (a, c, d).
 using Masks = std::vector<std::uint8_t>;
 
 #endif
@@ -106,7 +106,8 @@ HWY_INLINE SampleLanes load_samples(const Input& in, From from) {
 template <class From>
 HWY_INLINE BoxLanes load_boxes(const Input& in, From from) {
   const Input::Box& b = in.box;
-  return {from(b.x_low), from(b.x_d_low), from(b.x_high), from(b.x_d_high), from(b.y_low), from(b.y_d_low), from(b.y_high), from(b.y_d_high)};
+  return {from(b.x_low), from(b.x_d_low), from(b.x_high), from(b.x_d_high),
+          from(b.y_low), from(b.y_d_low), from(b.y_high), from(b.y_d_high)};
 }
 template <class From>
 HWY_INLINE std::array<CornerLanes, 4> load_cells(const Input& in, From from) {
@@ -152,7 +153,8 @@ struct CellTest {
       x[k] = fma(rate, c.dx, hn::Sub(c.x, s.x));
       y[k] = fma(rate, c.dy, hn::Sub(c.y, s.y));
     }
-    const auto edge = [&](std::size_t a, std::size_t b) HWY_ATTR { return hn::Sub(hn::Mul(x[a], y[b]), hn::Mul(y[a], x[b])); };
+    const auto edge = [&](std::size_t a, std::size_t b)
+                          HWY_ATTR { return hn::Sub(hn::Mul(x[a], y[b]), hn::Mul(y[a], x[b])); };
     // Inside: all three signs are the same.
     const auto store = [&](V e0, V e1, V e2, std::uint8_t* to) HWY_ATTR {
       const hn::RebindToSigned<D> di;
@@ -172,19 +174,25 @@ void test_all(const Input& in, Arrangement arrangement, Masks& masks) {
   if (arrangement == Arrangement::kOnePrimitive) {
     for (std::size_t p = 0; p < kPrimitives; ++p) {
       const typename Test::Lanes primitive = Test::load(in, Broadcast{p});
-      for (std::size_t s = 0; s < kSamples; s += lanes, out += Test::kMasks * kMaskBytes) Test::run(primitive, load_samples(in, Consecutive{s}), out);
+      for (std::size_t s = 0; s < kSamples; s += lanes, out += Test::kMasks * kMaskBytes)
+        Test::run(primitive, load_samples(in, Consecutive{s}), out);
     }
   } else {
     for (std::size_t s = 0; s < kSamples; ++s) {
       const SampleLanes sample = load_samples(in, Broadcast{s});
-      for (std::size_t p = 0; p < kPrimitives; p += lanes, out += Test::kMasks * kMaskBytes) Test::run(Test::load(in, Consecutive{p}), sample, out);
+      for (std::size_t p = 0; p < kPrimitives; p += lanes, out += Test::kMasks * kMaskBytes)
+        Test::run(Test::load(in, Consecutive{p}), sample, out);
     }
   }
 }
 
 void TestBoxes(const Input& in, Arrangement arrangement, Masks& masks) { test_all<BoxTest>(in, arrangement, masks); }
-void TestLinearCells(const Input& in, Arrangement arrangement, Masks& masks) { test_all<CellTest<false>>(in, arrangement, masks); }
-void TestPerspectiveCells(const Input& in, Arrangement arrangement, Masks& masks) { test_all<CellTest<true>>(in, arrangement, masks); }
+void TestLinearCells(const Input& in, Arrangement arrangement, Masks& masks) {
+  test_all<CellTest<false>>(in, arrangement, masks);
+}
+void TestPerspectiveCells(const Input& in, Arrangement arrangement, Masks& masks) {
+  test_all<CellTest<true>>(in, arrangement, masks);
+}
 std::size_t LaneCount() { return hn::Lanes(D()); }
 
 }  // namespace tessera::bench::HWY_NAMESPACE
@@ -202,15 +210,20 @@ HWY_EXPORT(LaneCount);
 enum class Test { kBoxes, kLinearTriangles, kPerspectiveTriangles };
 
 void test_all(Test test, const Input& in, Arrangement arrangement, Masks& masks) {
-  if (test == Test::kBoxes) HWY_DYNAMIC_DISPATCH(TestBoxes)(in, arrangement, masks);
-  else if (test == Test::kLinearTriangles) HWY_DYNAMIC_DISPATCH(TestLinearCells)(in, arrangement, masks);
-  else HWY_DYNAMIC_DISPATCH(TestPerspectiveCells)(in, arrangement, masks);
+  if (test == Test::kBoxes)
+    HWY_DYNAMIC_DISPATCH(TestBoxes)(in, arrangement, masks);
+  else if (test == Test::kLinearTriangles)
+    HWY_DYNAMIC_DISPATCH(TestLinearCells)(in, arrangement, masks);
+  else
+    HWY_DYNAMIC_DISPATCH(TestPerspectiveCells)(in, arrangement, masks);
 }
 
 // Primitives of about a pixel in an 8x8 block, which move by up to four pixels.
 Input make_input() {
   std::mt19937 engine(1);
-  const auto uniform = [&](float low, float high) { return low + (high - low) * static_cast<float>(engine() >> 8) * 0x1p-24f; };
+  const auto uniform = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(engine() >> 8) * 0x1p-24f;
+  };
   Input in;
   for (std::size_t s = 0; s < kSamples; ++s) in.x[s] = uniform(0, 8), in.y[s] = uniform(0, 8), in.t[s] = uniform(0, 1);
   for (std::size_t p = 0; p < kPrimitives; ++p) {
@@ -235,7 +248,8 @@ Input make_input() {
 bool in_box(const Input& in, std::size_t p, std::size_t s) {
   const Input::Box& b = in.box;
   const auto face = [&](std::span<const float> at, std::span<const float> d) { return std::fma(in.t[s], d[p], at[p]); };
-  return in.x[s] >= face(b.x_low, b.x_d_low) && in.x[s] <= face(b.x_high, b.x_d_high) && in.y[s] >= face(b.y_low, b.y_d_low) && in.y[s] <= face(b.y_high, b.y_d_high);
+  return in.x[s] >= face(b.x_low, b.x_d_low) && in.x[s] <= face(b.x_high, b.x_d_high) &&
+         in.y[s] >= face(b.y_low, b.y_d_low) && in.y[s] <= face(b.y_high, b.y_d_high);
 }
 
 bool in_triangle(const Input& in, std::size_t p, std::size_t s, bool second, bool perspective) {
@@ -255,13 +269,15 @@ bool in_triangle(const Input& in, std::size_t p, std::size_t s, bool second, boo
 
 // Number of masks' bits that are not what the scalar tests say; `hits` counts theirs.
 std::size_t wrong_bits(Test test, const Input& in, Arrangement arrangement, const Masks& masks, std::size_t& hits) {
-  const std::size_t lanes = HWY_DYNAMIC_DISPATCH(LaneCount)(), mask_bytes = (lanes + 7) / 8, results = test == Test::kBoxes ? 1 : 2;
+  const std::size_t lanes = HWY_DYNAMIC_DISPATCH(LaneCount)(), mask_bytes = (lanes + 7) / 8,
+                    results = test == Test::kBoxes ? 1 : 2;
   std::size_t wrong = 0;
   for (std::size_t p = 0; p < kPrimitives; ++p)
     for (std::size_t s = 0; s < kSamples; ++s) {
       const std::size_t pair = arrangement == Arrangement::kOnePrimitive ? p * kSamples + s : s * kPrimitives + p;
       for (std::size_t r = 0; r < results; ++r) {
-        const bool expected = test == Test::kBoxes ? in_box(in, p, s) : in_triangle(in, p, s, r == 1, test == Test::kPerspectiveTriangles);
+        const bool expected = test == Test::kBoxes ? in_box(in, p, s)
+                                                   : in_triangle(in, p, s, r == 1, test == Test::kPerspectiveTriangles);
         const std::size_t lane = pair % lanes, byte = (pair / lanes * results + r) * mask_bytes + lane / 8;
         wrong += (masks[byte] >> lane % 8 & 1) != (expected ? 1 : 0);
         hits += expected;
@@ -279,7 +295,8 @@ void Ceiling(benchmark::State& state, Test test, Arrangement arrangement, const 
   if (state.thread_index() == 0) {
     std::size_t hits = 0;
     test_all(test, in, arrangement, masks);
-    if (wrong_bits(test, in, arrangement, masks, hits) != 0 || hits == 0) state.SkipWithError("a mask is not what the scalar test says");
+    if (wrong_bits(test, in, arrangement, masks, hits) != 0 || hits == 0)
+      state.SkipWithError("a mask is not what the scalar test says");
   }
   for (auto _ : state) {
     test_all(test, in, arrangement, masks);
@@ -296,8 +313,10 @@ const bool kRegistered = [] {
   for (const std::string& target : simd_target_names())
     for (const Test test : {Test::kBoxes, Test::kLinearTriangles, Test::kPerspectiveTriangles})
       for (const Arrangement arrangement : {Arrangement::kOnePrimitive, Arrangement::kOneSample}) {
-        const std::string name = std::string("Ceiling") + kTests[static_cast<int>(test)] + "/" + kArrangements[static_cast<int>(arrangement)] + "/" + target;
-        auto* b = benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) { Ceiling(s, test, arrangement, target); });
+        const std::string name = std::string("Ceiling") + kTests[static_cast<int>(test)] + "/" +
+                                 kArrangements[static_cast<int>(arrangement)] + "/" + target;
+        auto* b = benchmark::RegisterBenchmark(name.c_str(),
+                                               [=](benchmark::State& s) { Ceiling(s, test, arrangement, target); });
         b->Threads(1);
         if (target == simd_target_names().front()) b->Threads(2);
       }

@@ -1,14 +1,14 @@
 // Visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
 //
-//   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes rival.csv and the plots area.svg, blur.svg
-//   tessera_embree_rival --check                   a small picture, no times: do both see the same?
+//   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes rival.csv and the plots area.svg,
+//   blur.svg tessera_embree_rival --check                   a small picture, no times: do both see the same?
 //   tessera_embree_rival --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
 //
-// Tessera: front end, binner and tile cores without shading, all counters on; it makes its samples inside the time. Embree: the
-// patches that Tessera's front end does not cull, tessellated whole by Tessera's tessellator, then built, then traced; its
-// samples are there before. Rounds interleave all of them; figures are medians over the rounds.
+// Tessera: front end, binner and tile cores without shading, all counters on; it makes its samples inside the time.
+// Embree: the patches that Tessera's front end does not cull, tessellated whole by Tessera's tessellator, then built,
+// then traced; its samples are there before. Rounds interleave all of them; figures are medians over the rounds.
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -54,18 +54,21 @@ std::vector<std::uint32_t> block_order(const tilecore::TileSamples& samples) {
   };
   std::vector<std::uint32_t> order(samples.count);
   std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return block_of(a) < block_of(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return block_of(a) < block_of(b); });
   return order;
 }
 
-void trace_single(const EmbreeScene& scene, const tilecore::TileSamples& samples, const std::vector<std::uint32_t>& order, TileHits& out) {
+void trace_single(const EmbreeScene& scene, const tilecore::TileSamples& samples,
+                  const std::vector<std::uint32_t>& order, TileHits& out) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   for (const std::uint32_t s : order) {
     const test::EmbreeRay r = scene.ray(samples, s);
     RTCRayHit hit;
-    hit.ray = {r.origin_x, r.origin_y, 0, scene.near(), r.direction_x, r.direction_y, 1, r.time, scene.far(), ~0u, 0, 0};
+    hit.ray = {r.origin_x, r.origin_y, 0, scene.near(), r.direction_x, r.direction_y, 1, r.time, scene.far(),
+               ~0u,        0,          0};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene.scene(), &context, &hit);
     out.geometry[s] = hit.hit.geomID, out.primitive[s] = hit.hit.primID;
@@ -73,7 +76,8 @@ void trace_single(const EmbreeScene& scene, const tilecore::TileSamples& samples
   }
 }
 
-void trace_packets(const EmbreeScene& scene, const tilecore::TileSamples& samples, const std::vector<std::uint32_t>& order, TileHits& out) {
+void trace_packets(const EmbreeScene& scene, const tilecore::TileSamples& samples,
+                   const std::vector<std::uint32_t>& order, TileHits& out) {
   constexpr std::size_t kPacket = 8;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -125,7 +129,8 @@ struct Bench : PosedScene {
     samples.resize(grid.tile_count());
     order.resize(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
-      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)), static_cast<float>(frame->projection.lens_scale), lens);
+      samples[t].fill(pattern, grid.pixels(static_cast<binner::TileIndex>(t)),
+                      static_cast<float>(frame->projection.lens_scale), lens);
       order[t] = block_order(samples[t]);
     });
   }
@@ -139,7 +144,9 @@ struct Bench : PosedScene {
   }
 
   void trace(const EmbreeScene& scene, bool packets, std::vector<TileHits>& hits) const {
-    parallel_for(grid.tile_count(), [&](std::size_t t) { (packets ? trace_packets : trace_single)(scene, samples[t], order[t], hits[t]); });
+    parallel_for(grid.tile_count(), [&](std::size_t t) {
+      (packets ? trace_packets : trace_single)(scene, samples[t], order[t], hits[t]);
+    });
   }
 
   std::vector<TileHits> room_for_hits() const {
@@ -148,15 +155,19 @@ struct Bench : PosedScene {
     return hits;
   }
 
-  test::Agreement compare(const EmbreeScene& scene, const std::vector<tilecore::TileState>& seen, const std::vector<TileHits>& hits) const {
+  test::Agreement compare(const EmbreeScene& scene, const std::vector<tilecore::TileState>& seen,
+                          const std::vector<TileHits>& hits) const {
     // 16 times the tests': coordinates are 8 times as large, and these intersectors are not watertight.
     const test::Tolerance tolerance{0x1p-10, 1e-5};
     std::vector<test::Agreement> parts(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
       const tilecore::TileState& state = seen[t];
       for (std::size_t s = 0; s < samples[t].count; ++s) {
-        const test::Claim tessera = state.patch[s] == tilecore::TileState::kNoPatch ? test::Claim{} : test::Claim{state.patch[s], state.triangle[s], state.z[s]};
-        const test::Claim embree = scene.claim(hits[t].geometry[s], hits[t].primitive[s], hits[t].u[s], hits[t].v[s], hits[t].z[s]);
+        const test::Claim tessera = state.patch[s] == tilecore::TileState::kNoPatch
+                                        ? test::Claim{}
+                                        : test::Claim{state.patch[s], state.triangle[s], state.z[s]};
+        const test::Claim embree =
+            scene.claim(hits[t].geometry[s], hits[t].primitive[s], hits[t].u[s], hits[t].v[s], hits[t].z[s]);
         scene.compare(scene.ray(samples[t], s), tessera, embree, tolerance, parts[t]);
       }
     });
@@ -229,7 +240,8 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
   std::vector<RivalTimes> rivals = rivals_of(bench, row, first.tiles);
   for (const RivalTimes& r : rivals)
     if (r.agreement.wrong + r.agreement.wrong_depth > 0)
-      fmt::print("  {}: {} of {} samples see another triangle, {} another depth\n", r.rival->name, r.agreement.wrong, r.agreement.samples, r.agreement.wrong_depth);
+      fmt::print("  {}: {} of {} samples see another triangle, {} another depth\n", r.rival->name, r.agreement.wrong,
+                 r.agreement.samples, r.agreement.wrong_depth);
 
   std::vector<double> total, bound, bin, tiles;
   std::vector<TileHits> hits = bench.room_for_hits();
@@ -250,10 +262,13 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
   const auto ms = [](double seconds) { return 1e3 * seconds; };
   for (const RivalTimes& r : rivals) {
     const std::string line = fmt::format(
-        "{:g},{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.3f},{},{},{:.4f}\n", row.area, row.blur, row.lens ? 32 : 0,
-        bench.mean_area, bench.patches.size(), first.tessellation.triangles, ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name,
-        r.packets ? "/8" : "/1", ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)), ms(median(r.total)), out.tessera / median(r.total),
-        out.tessera / median(r.trace), r.agreement.wrong, r.agreement.wrong_depth, 100.0 * static_cast<double>(r.agreement.ties) / static_cast<double>(r.agreement.samples));
+        "{:g},{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.3f},{},{},{:."
+        "4f}\n",
+        row.area, row.blur, row.lens ? 32 : 0, bench.mean_area, bench.patches.size(), first.tessellation.triangles,
+        ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name, r.packets ? "/8" : "/1",
+        ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)), ms(median(r.total)),
+        out.tessera / median(r.total), out.tessera / median(r.trace), r.agreement.wrong, r.agreement.wrong_depth,
+        100.0 * static_cast<double>(r.agreement.ties) / static_cast<double>(r.agreement.samples));
     csv += line;
     fmt::print("{}", line);
   }
@@ -261,8 +276,10 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
   return out;
 }
 
-void plot(const std::filesystem::path& file, const PlotLabels& labels, const std::vector<Measured>& rows, double Row::* axis, const std::function<bool(const Row&)>& wanted) {
-  std::vector<Series> series = {{"Tessera", {}, {}}, {"Embree, best sum", {}, {}}, {"Embree, best trace alone", {}, {}}};
+void plot(const std::filesystem::path& file, const PlotLabels& labels, const std::vector<Measured>& rows,
+          double Row::*axis, const std::function<bool(const Row&)>& wanted) {
+  std::vector<Series> series = {
+      {"Tessera", {}, {}}, {"Embree, best sum", {}, {}}, {"Embree, best trace alone", {}, {}}};
   for (const Measured& m : rows) {
     if (!wanted(m.row)) continue;
     for (Series& s : series) s.x.push_back(m.row.*axis);
@@ -275,7 +292,8 @@ void plot(const std::filesystem::path& file, const PlotLabels& labels, const std
 
 void measure_all(const std::filesystem::path& folder, int rounds) {
   std::string csv =
-      "area,blur,lens,mean_area,patches,tessera_triangles,tessera_bound_ms,tessera_bin_ms,tessera_tiles_ms,tessera_ms,embree,embree_tessellate_ms,embree_build_ms,"
+      "area,blur,lens,mean_area,patches,tessera_triangles,tessera_bound_ms,tessera_bin_ms,tessera_tiles_ms,tessera_ms,"
+      "embree,embree_tessellate_ms,embree_build_ms,"
       "embree_trace_ms,embree_ms,tessera_over_embree,tessera_over_embree_trace,wrong,wrong_depth,tied_percent\n";
   fmt::print("{}", csv);
   std::vector<Measured> rows;
@@ -284,10 +302,11 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
       for (const bool lens : {false, true})
         if (!lens || blur == 0 || blur == 32) rows.push_back(measure({area, blur, lens}, rounds, csv));
   write_file_atomically(folder / "rival.csv", csv);
-  plot(folder / "area.svg", {"Every object moves 32 pixels, pinhole", "mean triangle area, pixels^2", "ms (log), 2 threads", true}, rows, &Row::area,
-       [](const Row& r) { return r.blur == 32 && !r.lens; });
-  plot(folder / "blur.svg", {"Triangles of 1 pixel^2, pinhole", "blur, pixels", "ms (log), 2 threads", true}, rows, &Row::blur,
-       [](const Row& r) { return r.area == 1 && !r.lens; });
+  plot(folder / "area.svg",
+       {"Every object moves 32 pixels, pinhole", "mean triangle area, pixels^2", "ms (log), 2 threads", true}, rows,
+       &Row::area, [](const Row& r) { return r.blur == 32 && !r.lens; });
+  plot(folder / "blur.svg", {"Triangles of 1 pixel^2, pinhole", "blur, pixels", "ms (log), 2 threads", true}, rows,
+       &Row::blur, [](const Row& r) { return r.area == 1 && !r.lens; });
 }
 
 int check() {
@@ -297,8 +316,9 @@ int check() {
     const auto seen = bench.machine.run(*bench.frame, bench.pyramids, true);
     for (const RivalTimes& r : rivals_of(bench, row, seen.tiles)) {
       const test::Agreement& a = r.agreement;
-      fmt::print("blur {} lens {} {}: {} samples, {} visible, {} tied, {} of these differ, {} wrong, {} at another depth\n", row.blur, row.lens, r.rival->name, a.samples,
-                 a.visible, a.ties, a.different_ties, a.wrong, a.wrong_depth);
+      fmt::print(
+          "blur {} lens {} {}: {} samples, {} visible, {} tied, {} of these differ, {} wrong, {} at another depth\n",
+          row.blur, row.lens, r.rival->name, a.samples, a.visible, a.ties, a.different_ties, a.wrong, a.wrong_depth);
       if (a.wrong + a.wrong_depth > 0 || a.visible != a.samples || a.ties * 50 > a.samples) ++bad;
     }
   }
@@ -313,10 +333,12 @@ void profile(const Row& row) {
   const double processor = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   const auto result = bench.machine.run(*bench.frame, bench.pyramids, false);
   const tilecore::TileCoreCounters& c = result.counters;
-  fmt::print("bound {:.1f} bin {:.1f} tiles {:.1f} ms\n", 1e3 * result.stages.bound_seconds, 1e3 * result.stages.bin_seconds, 1e3 * result.stages.tile_seconds);
-  fmt::print("{} requests, {} tessellated; {} box tests, {} triangle tests, {} hits\n", result.tessellation.requests, result.tessellation.sub_patches, c.box_tests,
-             c.triangle_tests, c.sample_hits);
-  fmt::print("{:.1f} ms, {:.1f} ms of processor time, mean area {:.2f}, {} patches\n", 1e2 * seconds, 1e2 * processor, bench.mean_area, bench.patches.size());
+  fmt::print("bound {:.1f} bin {:.1f} tiles {:.1f} ms\n", 1e3 * result.stages.bound_seconds,
+             1e3 * result.stages.bin_seconds, 1e3 * result.stages.tile_seconds);
+  fmt::print("{} requests, {} tessellated; {} box tests, {} triangle tests, {} hits\n", result.tessellation.requests,
+             result.tessellation.sub_patches, c.box_tests, c.triangle_tests, c.sample_hits);
+  fmt::print("{:.1f} ms, {:.1f} ms of processor time, mean area {:.2f}, {} patches\n", 1e2 * seconds, 1e2 * processor,
+             bench.mean_area, bench.patches.size());
 }
 
 }  // namespace
@@ -331,8 +353,10 @@ int main(int argc, char** argv) {
   try {
     const tessera::ThreadLimit limit(tessera::bench::kThreads);
     if (first == "--check") return tessera::bench::check();
-    if (first == "--profile") tessera::bench::profile({std::stod(argv[2]), std::stod(argv[3]), std::stoi(argv[4]) != 0});
-    else tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 3);
+    if (first == "--profile")
+      tessera::bench::profile({std::stod(argv[2]), std::stod(argv[3]), std::stoi(argv[4]) != 0});
+    else
+      tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 3);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "tessera_embree_rival: {}\n", error.what());

@@ -3,13 +3,14 @@
 //   tessera_llvmpipe_rival OUT_FOLDER [ROUNDS]  measures every row; writes llvmpipe.csv
 //   tessera_llvmpipe_rival --check              small pictures, no times: do both see the same?
 //
-// Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one frame with 4x
-// MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an offset and a time of
-// its own, and adds them up.
+// Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one
+// frame with 4x MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an
+// offset and a time of its own, and adds them up.
 //
-// Tessera: front end, binner and tile cores without shading, all counters on, two threads. llvmpipe: clear, draw, wait until
-// it is done; its vertices are there before, tessellated and projected, those of static rows divided by their depths, too. Two
-// threads rasterize, beside the one that transforms and bins. Rounds interleave the two; figures are medians over the rounds.
+// Tessera: front end, binner and tile cores without shading, all counters on, two threads. llvmpipe: clear, draw, wait
+// until it is done; its vertices are there before, tessellated and projected, those of static rows divided by their
+// depths, too. Two threads rasterize, beside the one that transforms and bins. Rounds interleave the two; figures are
+// medians over the rounds.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -36,12 +37,17 @@ using Picture = std::vector<std::uint32_t>;  // patch + 1 per pixel; 0: nothing
 // Samples whose patches are compared. Inside: all nine pixels around see the same patch in llvmpipe's picture.
 struct Agreement {
   std::uint64_t samples = 0, same = 0, inside = 0, inside_same = 0;
-  void add(const Agreement& o) { samples += o.samples, same += o.same, inside += o.inside, inside_same += o.inside_same; }
+  void add(const Agreement& o) {
+    samples += o.samples, same += o.same, inside += o.inside, inside_same += o.inside_same;
+  }
 };
 
-// What is left may differ at edges: llvmpipe snaps what moves to 1/256 pixel at every time, Tessera at the keys alone; the two
-// decide differently where a sample lies on an edge; and depths round differently where surfaces meet. One in a thousand may.
-bool agrees(const Agreement& a) { return a.inside_same == a.inside && 1000 * (a.samples - a.same) <= a.samples && 10 * a.inside >= a.samples; }
+// What is left may differ at edges: llvmpipe snaps what moves to 1/256 pixel at every time, Tessera at the keys alone;
+// the two decide differently where a sample lies on an edge; and depths round differently where surfaces meet. One in a
+// thousand may.
+bool agrees(const Agreement& a) {
+  return a.inside_same == a.inside && 1000 * (a.samples - a.same) <= a.samples && 10 * a.inside >= a.samples;
+}
 
 bool inside(const Picture& picture, int width, int height, int x, int y) {
   const auto at = [&](int column, int row) { return picture[static_cast<std::size_t>(row * width + column)]; };
@@ -52,8 +58,10 @@ bool inside(const Picture& picture, int width, int height, int x, int y) {
 }
 
 // Tessera's sample `sample` of every pixel, where its time is `time_code`, or at any time when that is negative.
-Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState>& tiles, int sample, int time_code, const Picture& picture) {
-  const int width = scene.frame->request.width, height = scene.frame->request.height, spp = scene.pattern.samples_per_pixel();
+Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState>& tiles, int sample, int time_code,
+                  const Picture& picture) {
+  const int width = scene.frame->request.width, height = scene.frame->request.height,
+            spp = scene.pattern.samples_per_pixel();
   Agreement agreement;
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     const IntRect pixels = scene.grid.pixels(static_cast<binner::TileIndex>(t));
@@ -61,7 +69,10 @@ Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState
       for (int x = pixels.x0; x < pixels.x1; ++x) {
         if (time_code >= 0 && scene.pattern.time(x, y, sample) != time_code) continue;
         const std::uint32_t theirs = picture[static_cast<std::size_t>(y * width + x)];
-        const std::uint32_t ours = tiles[t].patch[static_cast<std::size_t>(((y - pixels.y0) * pixels.width() + x - pixels.x0) * spp + sample)] + 1;
+        const std::uint32_t ours =
+            tiles[t]
+                .patch[static_cast<std::size_t>(((y - pixels.y0) * pixels.width() + x - pixels.x0) * spp + sample)] +
+            1;
         static_assert(tilecore::TileState::kNoPatch + 1 == 0);
         const bool within = inside(picture, width, height, x, y);
         agreement.add({1, ours == theirs, within, within && ours == theirs});
@@ -75,8 +86,8 @@ Llvmpipe::Offset offset_of(const PosedScene& scene, int sample) {
   return {at.x, at.y};
 }
 
-// Tessera beside single-sample frames at its own offsets and, where the scene moves, at every `time_step`-th of its times.
-// `wrong_offset` is added to the offsets: for twins that must not agree.
+// Tessera beside single-sample frames at its own offsets and, where the scene moves, at every `time_step`-th of its
+// times. `wrong_offset` is added to the offsets: for twins that must not agree.
 Agreement compare_samples(PosedScene& scene, Llvmpipe& llvmpipe, int time_step, float wrong_offset = 0) {
   const auto tiles = scene.machine.run(*scene.frame, scene.pyramids, true).tiles;
   Agreement agreement;
@@ -89,8 +100,8 @@ Agreement compare_samples(PosedScene& scene, Llvmpipe& llvmpipe, int time_step, 
   return agreement;
 }
 
-// The frame with 4x MSAA beside single-sample frames at the same offsets. With the comparison above this says that Tessera and
-// the frame that is timed see the same.
+// The frame with 4x MSAA beside single-sample frames at the same offsets. With the comparison above this says that
+// Tessera and the frame that is timed see the same.
 std::uint64_t differing_multisamples(Llvmpipe& llvmpipe) {
   const auto offsets = llvmpipe.multisample_offsets();
   std::uint64_t different = 0;
@@ -120,7 +131,11 @@ struct Row {
   SceneSettings scene;
   double goal;  // of Tessera's time over llvmpipe's; 0: none
 };
-constexpr Row kRows[] = {{{0.5, 0, false, 4}, 0.3}, {{1, 0, false, 4}, 0.3}, {{4, 0, false, 4}, 0.6}, {{16, 0, false, 4}, 0}, {{1, 32, false, 16}, 0.25}};
+constexpr Row kRows[] = {{{0.5, 0, false, 4}, 0.3},
+                         {{1, 0, false, 4}, 0.3},
+                         {{4, 0, false, 4}, 0.6},
+                         {{16, 0, false, 4}, 0},
+                         {{1, 32, false, 16}, 0.25}};
 
 void measure(const Row& row, int rounds, std::string& csv) {
   PosedScene scene(1280, 720, row.scene);
@@ -147,7 +162,8 @@ void measure(const Row& row, int rounds, std::string& csv) {
     const double start = now();
     if (moves)
       for (int k = 0; k < spp; ++k) llvmpipe.draw_single(k, offset_of(scene, k), frame_time(k, spp));
-    else llvmpipe.draw_multisampled();
+    else
+      llvmpipe.draw_multisampled();
     llvmpipe.finish();
     const double drawn = now();
     if (moves) llvmpipe.accumulate(spp);
@@ -158,10 +174,14 @@ void measure(const Row& row, int rounds, std::string& csv) {
     theirs.push_back(done - start);
   }
   const auto ms = [](const std::vector<double>& seconds) { return 1e3 * median(seconds); };
-  const std::string line = fmt::format("{:g},{:g},{},{:.2f},{},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{},{},{},{},{},{},\"{}\",\"{}\"\n", row.scene.area,
-                                       row.scene.blur, spp, scene.mean_area, scene.patches.size(), made, triangles.triangle_count(), ms(bound), ms(bin), ms(tiles), ms(total),
-                                       ms(draw), moves ? ms(add) : 0.0, ms(theirs), median(total) / median(theirs), row.goal > 0 ? fmt::format("{:g}", row.goal) : "", agreement.samples,
-                                       agreement.samples - agreement.same, agreement.inside, agreement.inside - agreement.inside_same, different, processor(), llvmpipe.renderer());
+  const std::string line = fmt::format(
+      "{:g},{:g},{},{:.2f},{},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{},{},{},{},{},{},\"{}\","
+      "\"{}\"\n",
+      row.scene.area, row.scene.blur, spp, scene.mean_area, scene.patches.size(), made, triangles.triangle_count(),
+      ms(bound), ms(bin), ms(tiles), ms(total), ms(draw), moves ? ms(add) : 0.0, ms(theirs),
+      median(total) / median(theirs), row.goal > 0 ? fmt::format("{:g}", row.goal) : "", agreement.samples,
+      agreement.samples - agreement.same, agreement.inside, agreement.inside - agreement.inside_same, different,
+      processor(), llvmpipe.renderer());
   csv += line;
   fmt::print("{}", line);
   std::fflush(stdout);
@@ -169,8 +189,10 @@ void measure(const Row& row, int rounds, std::string& csv) {
 
 void measure_all(const std::filesystem::path& folder, int rounds) {
   std::string csv =
-      "area,blur,samples_per_pixel,mean_area,patches,tessera_triangles,llvmpipe_triangles,tessera_bound_ms,tessera_bin_ms,tessera_tiles_ms,tessera_ms,llvmpipe_draw_ms,"
-      "llvmpipe_accumulate_ms,llvmpipe_ms,tessera_over_llvmpipe,goal,compared,different,inside,inside_different,multisamples_different,host,renderer\n";
+      "area,blur,samples_per_pixel,mean_area,patches,tessera_triangles,llvmpipe_triangles,tessera_bound_ms,tessera_bin_"
+      "ms,tessera_tiles_ms,tessera_ms,llvmpipe_draw_ms,"
+      "llvmpipe_accumulate_ms,llvmpipe_ms,tessera_over_llvmpipe,goal,compared,different,inside,inside_different,"
+      "multisamples_different,host,renderer\n";
   fmt::print("{}", csv);
   for (const Row& row : kRows) measure(row, rounds, csv);
   write_file_atomically(folder / "llvmpipe.csv", csv);
@@ -179,13 +201,15 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
 // ---- Checking ---------------------------------------------------------------------------------------------------
 
 bool report(const std::string& what, bool good, const Agreement& a) {
-  fmt::print("{}: {} samples, {} differ; {} inside, {} of these differ{}\n", what, a.samples, a.samples - a.same, a.inside, a.inside - a.inside_same, good ? "" : "  <- wrong");
+  fmt::print("{}: {} samples, {} differ; {} inside, {} of these differ{}\n", what, a.samples, a.samples - a.same,
+             a.inside, a.inside - a.inside_same, good ? "" : "  <- wrong");
   return good;
 }
 
 bool check() {
   bool good = true;
-  for (const SceneSettings& settings : {SceneSettings{4, 0, false, 4}, SceneSettings{0.5, 0, false, 4}, SceneSettings{4, 32, false, 4}}) {
+  for (const SceneSettings& settings :
+       {SceneSettings{4, 0, false, 4}, SceneSettings{0.5, 0, false, 4}, SceneSettings{4, 32, false, 4}}) {
     PosedScene scene(320, 180, settings);
     const std::string name = fmt::format("area {:g} blur {:g}", settings.area, settings.blur);
     TriangleList triangles = list_triangles(*scene.frame, scene.patches);
@@ -206,7 +230,8 @@ bool check() {
       const Picture frame = llvmpipe.read_layer(0);
       std::size_t wrong_sums = 0;
       for (std::size_t p = 0; p < frame.size(); ++p)
-        for (std::size_t c = 0; c < 4; ++c) wrong_sums += std::abs(sum[4 * p + c] - static_cast<float>(frame[p] >> 8 * c & 255) / 255.0f) > 0x1p-11f;
+        for (std::size_t c = 0; c < 4; ++c)
+          wrong_sums += std::abs(sum[4 * p + c] - static_cast<float>(frame[p] >> 8 * c & 255) / 255.0f) > 0x1p-11f;
       fmt::print("{}: {} wrong sums\n", name, wrong_sums);
       good = wrong_sums == 0 && good;
     }
@@ -226,5 +251,6 @@ bool check() {
 
 int main(int argc, char** argv) {
   const tessera::ThreadLimit limit(tessera::bench::kThreads);
-  return tessera::bench::run_program({"tessera_llvmpipe_rival", 7, tessera::bench::measure_all, tessera::bench::check}, argc, argv);
+  return tessera::bench::run_program({"tessera_llvmpipe_rival", 7, tessera::bench::measure_all, tessera::bench::check},
+                                     argc, argv);
 }

@@ -40,7 +40,8 @@ struct Scene {
 
 // Flat patches at `corners` (pixels from the frame's lower left corner) with sides of `side`, cut into quads of
 // `quad`, that move by (way_x, way_y).
-std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& corners, double side, double quad, double way_x, double way_y) {
+std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& corners, double side, double quad,
+                                  double way_x, double way_y) {
   auto scene = std::make_unique<Scene>();
   frontend::Material material;
   material.double_sided = true;
@@ -48,10 +49,13 @@ std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& 
   std::vector<Vec3> points;
   for (const auto& [x, y] : corners) {
     const auto f = [](double v) { return static_cast<float>(v); };
-    for (const Vec3& p : test::flat_patch({f(x - kFrameSide / 2), f(y - kFrameSide / 2), 0}, {f(side), 0, 0}, {0, f(side), 0})) points.push_back(p);
+    for (const Vec3& p :
+         test::flat_patch({f(x - kFrameSide / 2), f(y - kFrameSide / 2), 0}, {f(side), 0, 0}, {0, f(side), 0}))
+      points.push_back(p);
     // Raster space has y down. A pixel more on each side: vertices are put on the sub-pixel grid.
     const auto pixel = [](double v) { return static_cast<int>(std::floor(v)); };
-    scene->pixels.push_back({pixel(x) - 1, pixel(kFrameSide - y - side - way_y) - 1, pixel(x + side + way_x) + 2, pixel(kFrameSide - y) + 2});
+    scene->pixels.push_back({pixel(x) - 1, pixel(kFrameSide - y - side - way_y) - 1, pixel(x + side + way_x) + 2,
+                             pixel(kFrameSide - y) + 2});
   }
   const int node = test::add_node(scene->capture, test::patches(points, m));
   if (way_x != 0 || way_y != 0) test::add_motion(scene->capture, node, {way_x, way_y, 0});
@@ -64,14 +68,17 @@ std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& 
   request.width = request.height = kFrameSide;
   request.close_time = 1;
   request.tessellation.target_edge_pixels = quad * 1.001;  // rounding must not add a quad
-  scene->frame = frontend::pose_frame(scene->assembly, frontend::choose_camera(scene->capture, 0, kFrameSide, kFrameSide), request);
+  scene->frame = frontend::pose_frame(scene->assembly,
+                                      frontend::choose_camera(scene->capture, 0, kFrameSide, kFrameSide), request);
   return scene;
 }
 
 // Patches of 8x8 quads anywhere in the middle of the frame, at any sub-pixel position; motion along the diagonal.
 std::unique_ptr<Scene> make_toy(double quad, double motion) {
   std::mt19937 random(1);
-  const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(random() >> 8) * 0x1p-24; };
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 8) * 0x1p-24;
+  };
   const double way = motion / std::sqrt(2.0), side = 8 * quad, start = kFrameSide / 2 - way / 2 - side / 2;
   std::vector<std::pair<double, double>> corners;
   for (int k = 0; k < kPatches; ++k) {
@@ -88,7 +95,8 @@ class HashSink final : public HitSink {
   void take(std::span<const Hit> hits) override {
     for (const Hit& h : hits) {
       std::uint64_t mixed = h.sample;
-      for (const std::uint32_t bits : {h.triangle, std::bit_cast<std::uint32_t>(h.z), std::bit_cast<std::uint32_t>(h.b1), std::bit_cast<std::uint32_t>(h.b2)})
+      for (const std::uint32_t bits : {h.triangle, std::bit_cast<std::uint32_t>(h.z),
+                                       std::bit_cast<std::uint32_t>(h.b1), std::bit_cast<std::uint32_t>(h.b2)})
         mixed = (mixed ^ bits) * 0x9E3779B97F4A7C15u, mixed ^= mixed >> 29;
       hash += mixed;
     }
@@ -104,7 +112,9 @@ struct Result {
   double efficiency() const { return static_cast<double>(core.sample_hits) / static_cast<double>(core.triangle_tests); }
 };
 
-double ratio(std::uint64_t a, std::uint64_t b) { return b == 0 ? 0.0 : static_cast<double>(a) / static_cast<double>(b); }
+double ratio(std::uint64_t a, std::uint64_t b) {
+  return b == 0 ? 0.0 : static_cast<double>(a) / static_cast<double>(b);
+}
 
 // Every patch in every tile that the rectangle of its motion touches, whatever is in front.
 Result run(const Scene& scene, const VisibilityMethodSettings& method, int samples_per_pixel = 4) {
@@ -145,24 +155,33 @@ struct NamedMethod {
 
 std::vector<NamedMethod> methods() {
   using M = VisibilityMethod;
-  return {{"patch-bvh", {}}, {"patch-bvh-rays", {M::kPatchBvh, 0, 16, true}}, {"brute", {M::kBrute}}, {"segments", {M::kSegments}}, {"partition", {M::kPartition}},
-          {"clusters", {M::kClusters}}, {"interleaved", {M::kInterleaved}}};
+  return {{"patch-bvh", {}},
+          {"patch-bvh-rays", {M::kPatchBvh, 0, 16, true}},
+          {"brute", {M::kBrute}},
+          {"segments", {M::kSegments}},
+          {"partition", {M::kPartition}},
+          {"clusters", {M::kClusters}},
+          {"interleaved", {M::kInterleaved}}};
 }
 
-Result checked(const Scene& scene, const VisibilityMethodSettings& method, const Result& expected, const std::string& name, int samples_per_pixel = 4) {
+Result checked(const Scene& scene, const VisibilityMethodSettings& method, const Result& expected,
+               const std::string& name, int samples_per_pixel = 4) {
   const Result result = run(scene, method, samples_per_pixel);
-  if (result.hash != expected.hash || result.core.sample_hits != expected.core.sample_hits) throw UsageError(name + " finds other hits than patch-bvh");
+  if (result.hash != expected.hash || result.core.sample_hits != expected.core.sample_hits)
+    throw UsageError(name + " finds other hits than patch-bvh");
   return result;
 }
 
 constexpr const char* kTableHead =
-    "quad_px,motion_px,method,hits,box_tests_per_hit,triangle_tests_per_hit,efficiency_percent,stencil_tests_per_hit,valid_percent,occupancy_percent,"
+    "quad_px,motion_px,method,hits,box_tests_per_hit,triangle_tests_per_hit,efficiency_percent,stencil_tests_per_hit,"
+    "valid_percent,occupancy_percent,"
     "node_visits_per_ray,ray_hit_percent\n";
 
 // The columns from the method's name on.
 std::string counted(const char* name, const Result& r) {
   const std::uint64_t hits = r.core.sample_hits;
-  std::string row = fmt::format("{},{},{:.2f},{:.2f},{:.2f}", name, hits, ratio(r.core.box_tests, hits), ratio(r.core.triangle_tests, hits), 100 * r.efficiency());
+  std::string row = fmt::format("{},{},{:.2f},{:.2f},{:.2f}", name, hits, ratio(r.core.box_tests, hits),
+                                ratio(r.core.triangle_tests, hits), 100 * r.efficiency());
   // What a unit that did not run would have counted stays empty.
   const auto add = [&](bool there, double value) { row += there ? fmt::format(",{:.2f}", value) : std::string(","); };
   const bool stencil = r.stencil.tests > 0, rays = r.rays.rays_cast > 0;
@@ -200,36 +219,52 @@ void measure_methods(const std::vector<Toy>& toys, const X& x, std::string& csv,
 void write_method_table(const std::filesystem::path& folder) {
   std::string csv = kTableHead, curves = kTableHead;
   std::vector<Series> ignored, blur, size;
-  measure_methods({{1, 0}, {1, 5}, {1, 20}, {1, 80}, {3, 0}, {3, 5}, {3, 20}, {3, 80}}, [](const Toy& t) { return t.motion; }, csv, ignored);
+  measure_methods(
+      {{1, 0}, {1, 5}, {1, 20}, {1, 80}, {3, 0}, {3, 5}, {3, 20}, {3, 80}}, [](const Toy& t) { return t.motion; }, csv,
+      ignored);
   write_file_atomically(folder / "method_table.csv", csv);
   fmt::print("{}", csv);
-  measure_methods({{1, 0}, {1, 2}, {1, 5}, {1, 10}, {1, 20}, {1, 40}, {1, 80}}, [](const Toy& t) { return t.motion; }, curves, blur);
-  measure_methods({{0.5, 20}, {0.75, 20}, {1, 20}, {1.5, 20}, {2, 20}, {3, 20}, {5, 20}}, [](const Toy& t) { return t.quad; }, curves, size);
+  measure_methods(
+      {{1, 0}, {1, 2}, {1, 5}, {1, 10}, {1, 20}, {1, 40}, {1, 80}}, [](const Toy& t) { return t.motion; }, curves,
+      blur);
+  measure_methods(
+      {{0.5, 20}, {0.75, 20}, {1, 20}, {1.5, 20}, {2, 20}, {3, 20}, {5, 20}}, [](const Toy& t) { return t.quad; },
+      curves, size);
   write_file_atomically(folder / "curves.csv", curves);
-  write_line_plot((folder / "efficiency_blur.svg").string(), {"Hits over triangle tests, quads of 1 pixel", "motion, pixels", "% (log)", true}, blur);
-  write_line_plot((folder / "efficiency_size.svg").string(), {"Hits over triangle tests, 20 pixels of motion", "side of a quad, pixels", "% (log)", true}, size);
+  write_line_plot((folder / "efficiency_blur.svg").string(),
+                  {"Hits over triangle tests, quads of 1 pixel", "motion, pixels", "% (log)", true}, blur);
+  write_line_plot((folder / "efficiency_size.svg").string(),
+                  {"Hits over triangle tests, 20 pixels of motion", "side of a quad, pixels", "% (log)", true}, size);
 }
 
 void write_branch_nodes(const std::filesystem::path& folder) {
-  std::string csv = "quad_px,motion_px,branch_node,rays_per_hit,frustum_node_tests_per_hit,node_visits_per_hit,ray_hit_percent,stencil_tests_per_hit,visits_saved_percent,"
+  std::string csv =
+      "quad_px,motion_px,branch_node,rays_per_hit,frustum_node_tests_per_hit,node_visits_per_hit,ray_hit_percent,"
+      "stencil_tests_per_hit,visits_saved_percent,"
       "visits_and_tests_saved_percent\n";
   std::vector<Series> series;
   for (const double quad : {1.0, 3.0})
-    for (const char* node : {"both_children", "leaf_mask", "16 masks"}) series.push_back({fmt::format("{}, {} px", node, quad), {}, {}});
+    for (const char* node : {"both_children", "leaf_mask", "16 masks"})
+      series.push_back({fmt::format("{}, {} px", node, quad), {}, {}});
   for (const double quad : {1.0, 3.0})
     for (const double motion : {0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 80.0}) {
       const auto scene = make_toy(quad, motion);
       const Result expected = run(*scene, {});
       Result root;
       std::size_t k = quad == 1.0 ? 0 : 3;
-      for (const auto& [name, node, segments] : {std::tuple{"root", BranchNode::kRoot, 1}, {"both_children", BranchNode::kBothChildren, 1}, {"leaf_mask", BranchNode::kLeafMask, 1},
+      for (const auto& [name, node, segments] : {std::tuple{"root", BranchNode::kRoot, 1},
+                                                 {"both_children", BranchNode::kBothChildren, 1},
+                                                 {"leaf_mask", BranchNode::kLeafMask, 1},
                                                  {"leaf_mask in 16 segments", BranchNode::kLeafMask, 16}}) {
         const Result r = checked(*scene, {VisibilityMethod::kPatchBvh, 0, 16, true, node, segments}, expected, name);
         if (node == BranchNode::kRoot) root = r;
         const double saved = 100 * (1 - ratio(r.rays.node_visits, root.rays.node_visits));
-        const double both = 100 * (1 - ratio(r.rays.node_visits + r.rays.frustum_node_tests, root.rays.node_visits + root.rays.frustum_node_tests));
-        csv += fmt::format("{},{},{},{:.2f},{:.2f},{:.2f},{:.1f},{:.2f},{:.1f},{:.1f}\n", quad, motion, name, ratio(r.rays.rays_cast, r.rays.rays_hit), ratio(r.rays.frustum_node_tests, r.rays.rays_hit),
-                           ratio(r.rays.node_visits, r.rays.rays_hit), 100 * ratio(r.rays.rays_hit, r.rays.rays_cast), ratio(r.stencil.tests, r.rays.rays_hit), saved, both);
+        const double both = 100 * (1 - ratio(r.rays.node_visits + r.rays.frustum_node_tests,
+                                             root.rays.node_visits + root.rays.frustum_node_tests));
+        csv += fmt::format("{},{},{},{:.2f},{:.2f},{:.2f},{:.1f},{:.2f},{:.1f},{:.1f}\n", quad, motion, name,
+                           ratio(r.rays.rays_cast, r.rays.rays_hit), ratio(r.rays.frustum_node_tests, r.rays.rays_hit),
+                           ratio(r.rays.node_visits, r.rays.rays_hit), 100 * ratio(r.rays.rays_hit, r.rays.rays_cast),
+                           ratio(r.stencil.tests, r.rays.rays_hit), saved, both);
         if (node == BranchNode::kRoot) continue;
         Series& s = series[k++];
         s.x.push_back(motion);
@@ -238,53 +273,64 @@ void write_branch_nodes(const std::filesystem::path& folder) {
     }
   write_file_atomically(folder / "branch_nodes.csv", csv);
   fmt::print("{}", csv);
-  write_line_plot((folder / "branch_nodes.svg").string(), {"Node visits saved by the branch node", "motion, pixels", "%", false}, series);
+  write_line_plot((folder / "branch_nodes.svg").string(),
+                  {"Node visits saved by the branch node", "motion, pixels", "%", false}, series);
 }
 
 void write_valid_rate(const std::filesystem::path& folder) {
-  // A square of one quad that moves along x. A sub-pixel smaller than 8 pixels, so that its rectangles are whole pixels.
+  // A square of one quad that moves along x. A sub-pixel smaller than 8 pixels, so that its rectangles are whole
+  // pixels.
   constexpr double kSide = 8, kWay = 64, kEdge = 1.0 / 128;
   const auto scene = make_scene({{32 + kEdge, 64 + kEdge}}, kSide - 2 * kEdge, kSide, kWay, 0);
   // Enough samples that a 64th of the shutter has some in every pixel.
   constexpr int kSamplesPerPixel = 64;
   const Result expected = run(*scene, {}, kSamplesPerPixel);
-  std::string csv = "segments,stencil_tests,tests_against_one_segment,valid_percent,formula_percent,occupancy_percent\n";
+  std::string csv =
+      "segments,stencil_tests,tests_against_one_segment,valid_percent,formula_percent,occupancy_percent\n";
   std::vector<Series> series = {{"measured", {}, {}}, {"s / (s + L/k)", {}, {}}};
   std::uint64_t one = 0;
   for (const int k : {1, 2, 4, 8, 16, 32, 64}) {
     const Result r = checked(*scene, {VisibilityMethod::kSegments, k}, expected, "segments", kSamplesPerPixel);
     if (k == 1) one = r.stencil.tests;
     const double valid = 100 * ratio(r.stencil.hits, r.stencil.kept), formula = 100 * kSide / (kSide + kWay / k);
-    csv += fmt::format("{},{},{:.2f},{:.1f},{:.1f},{:.1f}\n", k, r.stencil.tests, ratio(r.stencil.tests, one), valid, formula, 100 * ratio(r.stencil.kept, r.stencil.lanes_issued));
+    csv += fmt::format("{},{},{:.2f},{:.1f},{:.1f},{:.1f}\n", k, r.stencil.tests, ratio(r.stencil.tests, one), valid,
+                       formula, 100 * ratio(r.stencil.kept, r.stencil.lanes_issued));
     series[0].x.push_back(k), series[1].x.push_back(k);
     series[0].y.push_back(valid), series[1].y.push_back(formula);
   }
   write_file_atomically(folder / "valid_rate.csv", csv);
   fmt::print("{}", csv);
-  write_line_plot((folder / "valid_rate.svg").string(), {"Valid rate of a square of 8 pixels that moves 64", "segments", "%", false}, series);
+  write_line_plot((folder / "valid_rate.svg").string(),
+                  {"Valid rate of a square of 8 pixels that moves 64", "segments", "%", false}, series);
 }
 
 // Frames of shipped captures through the whole machine, what lies in front taken into account.
 void write_captures(const std::filesystem::path& folder) {
   std::string csv =
-      "capture,frame,method,hits,box_tests_per_hit,triangle_tests_per_hit,efficiency_percent,stencil_tests_per_hit,valid_percent,occupancy_percent,"
+      "capture,frame,method,hits,box_tests_per_hit,triangle_tests_per_hit,efficiency_percent,stencil_tests_per_hit,"
+      "valid_percent,occupancy_percent,"
       "node_visits_per_ray,ray_hit_percent\n";
   for (const auto& [name, number] : {std::pair{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
     const frontend::Capture capture = frontend::read_capture(test::shipped_capture(name));
     std::vector<NamedMethod> all = methods();
-    all.push_back({"patch-bvh-rays-16-segments", {VisibilityMethod::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 16}});
+    all.push_back(
+        {"patch-bvh-rays-16-segments", {VisibilityMethod::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 16}});
     std::vector<float> picture;
     for (const NamedMethod& method : all) {
       hardware::GpuConfiguration gpu;
       const std::string key = method.name;
-      if (key.starts_with("patch-bvh-rays")) gpu.tilecore_traversal = "ray";
-      else gpu.tilecore_visibility_method = key;
+      if (key.starts_with("patch-bvh-rays"))
+        gpu.tilecore_traversal = "ray";
+      else
+        gpu.tilecore_visibility_method = key;
       gpu.tilecore_ray_segments = method.settings.ray_segments;
       replay::FrameRenderer renderer(capture, gpu, {}, {640, 360, {0, 0, 640, 360}});
       const replay::FrameResult frame = renderer.render(number);
       if (picture.empty()) picture = frame.targets.color.values;
       if (picture != frame.targets.color.values) throw UsageError(key + " renders another picture than patch-bvh");
-      csv += fmt::format("{},{},{}", name, number, counted(method.name, {frame.counters.tilecore, frame.counters.stencil, frame.counters.rays, 0}));
+      csv +=
+          fmt::format("{},{},{}", name, number,
+                      counted(method.name, {frame.counters.tilecore, frame.counters.stencil, frame.counters.rays, 0}));
     }
   }
   write_file_atomically(folder / "captures.csv", csv);
@@ -294,7 +340,8 @@ void write_captures(const std::filesystem::path& folder) {
 void check() {
   std::string csv;
   std::vector<Series> series;
-  measure_methods({{1, 20}}, [](const Toy& t) { return t.motion; }, csv, series);
+  measure_methods(
+      {{1, 20}}, [](const Toy& t) { return t.motion; }, csv, series);
   fmt::print("{}{}", kTableHead, csv);
 }
 

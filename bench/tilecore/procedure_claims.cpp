@@ -1,6 +1,6 @@
-// The claims of the published procedural architecture, measured on a capture of procedures against the conventional pipeline,
-// in one run:  tessera_procedure_claims CAPTURE WxH [SPP] [--plots DIR]
-// Prints a table in Markdown; with --plots also cost against the number of objects and of tiles. Times are of this host.
+// The claims of the published procedural architecture, measured on a capture of procedures against the conventional
+// pipeline, in one run:  tessera_procedure_claims CAPTURE WxH [SPP] [--plots DIR] Prints a table in Markdown; with
+// --plots also cost against the number of objects and of tiles. Times are of this host.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -28,7 +28,8 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-FrameResult render(const frontend::Capture& capture, int width, int height, int spp, const std::string& path, const std::string& maps, double edge, bool baselines, int tile = 64,
+FrameResult render(const frontend::Capture& capture, int width, int height, int spp, const std::string& path,
+                   const std::string& maps, double edge, bool baselines, int tile = 64,
                    const std::string& rate = "pixel") {
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = tile;  // the published tile buffer
@@ -45,7 +46,8 @@ FrameResult render(const frontend::Capture& capture, int width, int height, int 
 Image display(const Image& linear, float exposure) {
   const Image8 shown = shaders::to_display(linear, exposure);
   Image out(shown.width, shown.height, 3);
-  for (std::size_t i = 0; i < out.values.size(); ++i) out.values[i] = static_cast<float>(shown.values[i / 3 * static_cast<std::size_t>(shown.channels) + i % 3]) / 255.0f;
+  for (std::size_t i = 0; i < out.values.size(); ++i)
+    out.values[i] = static_cast<float>(shown.values[i / 3 * static_cast<std::size_t>(shown.channels) + i % 3]) / 255.0f;
   return out;
 }
 
@@ -78,8 +80,10 @@ StageCosts mean_costs(const frontend::FrameGeometry& frame, const std::vector<do
     shaders::SurfaceProgram surface = tilecore::surface_program(frame, drawable, piece);
     // The array cannot run the machine's own pixel shader: Phong's cost stands for it.
     if (surface.shading == shaders::ShadingId::kMaterial) surface.shading = shaders::ShadingId::kPhong;
-    out.position += share[d] * static_cast<double>(shaders::count_position(drawable.procedure->shape, piece.input).total());
-    out.geometry += share[d] * static_cast<double>(shaders::count_geometry(drawable.procedure->shape, piece.input).total());
+    out.position +=
+        share[d] * static_cast<double>(shaders::count_position(drawable.procedure->shape, piece.input).total());
+    out.geometry +=
+        share[d] * static_cast<double>(shaders::count_geometry(drawable.procedure->shape, piece.input).total());
     out.surface += share[d] * static_cast<double>(shaders::count_surface(surface).total());
     sum += share[d];
   }
@@ -92,7 +96,8 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t
   std::vector<std::vector<std::uint32_t>> of_piece;  // all cells of the piece that cell c belongs to
   std::vector<std::uint32_t> piece_of(maps.cells().size());
   for (std::uint32_t c = 0; c < maps.cells().size(); ++c) {
-    const bool fresh = c == 0 || maps.cells()[c].drawable != maps.cells()[c - 1].drawable || maps.cells()[c].piece != maps.cells()[c - 1].piece;
+    const bool fresh = c == 0 || maps.cells()[c].drawable != maps.cells()[c - 1].drawable ||
+                       maps.cells()[c].piece != maps.cells()[c - 1].piece;
     if (fresh) of_piece.emplace_back();
     piece_of[c] = static_cast<std::uint32_t>(of_piece.size() - 1);
     of_piece.back().push_back(c);
@@ -107,16 +112,18 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t
       }
       for (const std::uint32_t c : of_piece[piece_of[cells[begin]]]) {
         const tilecore::ParameterCell& cell = maps.cells()[c];
-        if (cell.u0 < u1 && cell.u1 > u0 && cell.v0 < v1 && cell.v1 > v0) samples += std::uint64_t{cell.steps_u} * cell.steps_v;
+        if (cell.u0 < u1 && cell.u1 > u0 && cell.v0 < v1 && cell.v1 > v0)
+          samples += std::uint64_t{cell.steps_u} * cell.steps_v;
       }
     }
   }
   return samples;
 }
 
-// Missed (tile, object) pairs of the published maps: those that the interval maps' sampling shows to be needed are found by sampling
-// every cell densely.
-std::uint64_t missed_tiles(const frontend::FrameGeometry& frame, const binner::TileGrid& grid, const tilecore::ParameterMaps& maps) {
+// Missed (tile, object) pairs of the published maps: those that the interval maps' sampling shows to be needed are
+// found by sampling every cell densely.
+std::uint64_t missed_tiles(const frontend::FrameGeometry& frame, const binner::TileGrid& grid,
+                           const tilecore::ParameterMaps& maps) {
   std::uint64_t missed = 0;
   for (std::uint32_t d = 0; d < frame.drawables.size(); ++d) {
     const frontend::PosedDrawable& drawable = frame.drawables[d];
@@ -127,16 +134,22 @@ std::uint64_t missed_tiles(const frontend::FrameGeometry& frame, const binner::T
     constexpr int kSide = 512;
     for (const auto& piece : drawable.procedure->pieces)
       for (int k = 0; k < kSide * kSide; ++k) {
-        const float u = (static_cast<float>(k % kSide) + 0.5f) / kSide, v = (static_cast<float>(k / kSide) + 0.5f) / kSide;
+        const float u = (static_cast<float>(k % kSide) + 0.5f) / kSide,
+                    v = (static_cast<float>(k / kSide) + 0.5f) / kSide;
         shaders::ShapePoint<float> p;
-        shaders::with_shape(drawable.procedure->shape, [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(piece.input, u, v); });
-        const auto raster = [&](const Vector3<float>& a, float w) { return drawable.to_raster[0] * Vec4(a.x, a.y, a.z, w); };
+        shaders::with_shape(drawable.procedure->shape,
+                            [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(piece.input, u, v); });
+        const auto raster = [&](const Vector3<float>& a, float w) {
+          return drawable.to_raster[0] * Vec4(a.x, a.y, a.z, w);
+        };
         const Vec4 r = raster(p.position, 1), ru = raster(p.by_u, 0), rv = raster(p.by_v, 0);
         if (!(r.z > static_cast<float>(frame.projection.near))) continue;
         const float x = r.x / r.w, y = r.y / r.w;
         const float area = (ru.x - x * ru.w) * (rv.y - y * rv.w) - (ru.y - y * ru.w) * (rv.x - x * rv.w);
         if (!drawable.material->double_sided && (drawable.mirrored ? area <= 0 : area >= 0)) continue;
-        if (x < 0 || y < 0 || x >= static_cast<float>(frame.request.width) || y >= static_cast<float>(frame.request.height)) continue;
+        if (x < 0 || y < 0 || x >= static_cast<float>(frame.request.width) ||
+            y >= static_cast<float>(frame.request.height))
+          continue;
         needed[grid.index(static_cast<int>(x) / grid.tile_width(), static_cast<int>(y) / grid.tile_height())] = true;
       }
     for (std::uint32_t t = 0; t < grid.tile_count(); ++t) missed += needed[t] && !tagged[t] ? 1 : 0;
@@ -155,46 +168,78 @@ void print_claims(const frontend::Capture& capture, int width, int height, int s
   const auto& post = (*sampled.baselines)[binner::Scheme::kPostTessellation];
   const auto& post3 = (*coarse.baselines)[binner::Scheme::kPostTessellation];
   const auto& immediate = (*sampled.baselines)[binner::Scheme::kImmediate];
-  const double frame_bytes = static_cast<double>(sampled.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
-  const double own = static_cast<double>(sampled.counters.ledger.total().read_bytes + sampled.counters.ledger.total().written_bytes) - frame_bytes;
-  // Vertex buffers: position, normal, texture coordinates; two new triangles of three 32-bit indices per vertex of a grid.
-  const auto conventional = [&](const binner::BaselineCounters& b) { return static_cast<double>(b.dram_bytes) - frame_bytes + static_cast<double>(b.domain_evaluations) * (32 + 24); };
+  const double frame_bytes = static_cast<double>(
+      sampled.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
+  const double own =
+      static_cast<double>(sampled.counters.ledger.total().read_bytes + sampled.counters.ledger.total().written_bytes) -
+      frame_bytes;
+  // Vertex buffers: position, normal, texture coordinates; two new triangles of three 32-bit indices per vertex of a
+  // grid.
+  const auto conventional = [&](const binner::BaselineCounters& b) {
+    return static_cast<double>(b.dram_bytes) - frame_bytes + static_cast<double>(b.domain_evaluations) * (32 + 24);
+  };
   std::vector<double> share(posed.frame->drawables.size(), 0);
   const tilecore::ParameterMaps maps(*posed.frame, grid, {}, tilecore::SamplingController::sub_pixels(spp), 64);
   for (const auto& cell : maps.cells()) share[cell.drawable] += static_cast<double>(cell.steps_u) * cell.steps_v;
   const StageCosts cost = mean_costs(*posed.frame, share);
   const double view = static_cast<double>(shaders::count_view().total());
-  const double samples = static_cast<double>(s.samples), shaded = static_cast<double>(sampled.counters.shading.pixel_shader_invocations);
+  const double samples = static_cast<double>(s.samples),
+               shaded = static_cast<double>(sampled.counters.shading.pixel_shader_invocations);
   const double vertices = static_cast<double>(post3.domain_evaluations), kInterpolation = 30;
-  const double pipeline_operations = vertices * (cost.geometry + view) + static_cast<double>(coarse.counters.shading.pixel_shader_invocations) * (cost.surface + kInterpolation);
-  const double in_tile = samples - static_cast<double>(s.samples_outside_tile), wasted = static_cast<double>(s.samples_outside_tile);
+  const double pipeline_operations =
+      vertices * (cost.geometry + view) +
+      static_cast<double>(coarse.counters.shading.pixel_shader_invocations) * (cost.surface + kInterpolation);
+  const double in_tile = samples - static_cast<double>(s.samples_outside_tile),
+               wasted = static_cast<double>(s.samples_outside_tile);
   const double min_max = static_cast<double>(min_max_samples(maps, grid.tile_count()));
-  const auto time_share = [](const FrameResult& r) { return r.stage_seconds.at("sparse") / (r.stage_seconds.at("sparse") + r.stage_seconds.at("tiles")); };
+  const auto time_share = [](const FrameResult& r) {
+    return r.stage_seconds.at("sparse") / (r.stage_seconds.at("sparse") + r.stage_seconds.at("tiles"));
+  };
   const auto& ps = published.counters.sampling;
   tilecore::ProcedureSettings published_settings;
   published_settings.maps = tilecore::ProcedureSettings::Maps::kPublished;
   published_settings.padding = 0;
-  const tilecore::ParameterMaps bare(*posed.frame, grid, published_settings, tilecore::SamplingController::sub_pixels(spp), 64);
+  const tilecore::ParameterMaps bare(*posed.frame, grid, published_settings,
+                                     tilecore::SamplingController::sub_pixels(spp), 64);
   published_settings.sparse_spacing = 64;
-  const tilecore::ParameterMaps sparse(*posed.frame, grid, published_settings, tilecore::SamplingController::sub_pixels(spp), 64);
+  const tilecore::ParameterMaps sparse(*posed.frame, grid, published_settings,
+                                       tilecore::SamplingController::sub_pixels(spp), 64);
 
-  fmt::print("| {} {}x{}, {} samples a pixel, tiles of 64x64 | published | measured |\n|---|---:|---:|\n", capture.file.filename().string(), width, height, spp);
-  fmt::print("| external bytes, finished frame apart, over post-tessellation with vertex buffers, sides of 1 pixel | about 1/10 | 1/{:.0f} ({:.2f} of {:.1f} MB) |\n", conventional(post) / own, own / 1e6, conventional(post) / 1e6);
-  fmt::print("| the same, sides of 3 pixels | | 1/{:.1f} (of {:.2f} MB) |\n", conventional(post3) / own, conventional(post3) / 1e6);
-  fmt::print("| the same with the frame ({:.1f} MB), sides of 1 pixel | | 1/{:.1f} |\n", frame_bytes / 1e6, (conventional(post) + frame_bytes) / (own + frame_bytes));
-  fmt::print("| with the frame, over drawing immediately with caches of 256 KiB | | 1/{:.1f} |\n", (static_cast<double>(immediate.dram_bytes) + static_cast<double>(immediate.domain_evaluations) * 56) / (own + frame_bytes));
+  fmt::print("| {} {}x{}, {} samples a pixel, tiles of 64x64 | published | measured |\n|---|---:|---:|\n",
+             capture.file.filename().string(), width, height, spp);
+  fmt::print(
+      "| external bytes, finished frame apart, over post-tessellation with vertex buffers, sides of 1 pixel | about "
+      "1/10 | 1/{:.0f} ({:.2f} of {:.1f} MB) |\n",
+      conventional(post) / own, own / 1e6, conventional(post) / 1e6);
+  fmt::print("| the same, sides of 3 pixels | | 1/{:.1f} (of {:.2f} MB) |\n", conventional(post3) / own,
+             conventional(post3) / 1e6);
+  fmt::print("| the same with the frame ({:.1f} MB), sides of 1 pixel | | 1/{:.1f} |\n", frame_bytes / 1e6,
+             (conventional(post) + frame_bytes) / (own + frame_bytes));
+  fmt::print("| with the frame, over drawing immediately with caches of 256 KiB | | 1/{:.1f} |\n",
+             (static_cast<double>(immediate.dram_bytes) + static_cast<double>(immediate.domain_evaluations) * 56) /
+                 (own + frame_bytes));
   fmt::print("| geometry evaluations over vertices (sides of 3 pixels) | | {:.0f} |\n", samples / vertices);
-  fmt::print("| operations, all stages per sample, over the pipeline | 10 to 100 | {:.1f} |\n", samples * (cost.geometry + view + cost.surface) / pipeline_operations);
-  fmt::print("| operations as built, shading what is visible | | {:.1f} |\n", (samples * (cost.geometry + view) + shaded * cost.surface) / pipeline_operations);
-  fmt::print("| sparse pass, share of samples: published maps / interval cells | 25 % | {:.1f} % / {:.2f} % |\n", 100.0 * static_cast<double>(ps.sparse_evaluations) / static_cast<double>(ps.samples),
+  fmt::print("| operations, all stages per sample, over the pipeline | 10 to 100 | {:.1f} |\n",
+             samples * (cost.geometry + view + cost.surface) / pipeline_operations);
+  fmt::print("| operations as built, shading what is visible | | {:.1f} |\n",
+             (samples * (cost.geometry + view) + shaded * cost.surface) / pipeline_operations);
+  fmt::print("| sparse pass, share of samples: published maps / interval cells | 25 % | {:.1f} % / {:.2f} % |\n",
+             100.0 * static_cast<double>(ps.sparse_evaluations) / static_cast<double>(ps.samples),
              100.0 * static_cast<double>(s.interval_evaluations) / samples);
-  fmt::print("| sparse pass, share of time: published maps / interval cells | 14 % | {:.1f} % / {:.1f} % |\n", 100 * time_share(published), 100 * time_share(sampled));
+  fmt::print("| sparse pass, share of time: published maps / interval cells | 14 % | {:.1f} % / {:.1f} % |\n",
+             100 * time_share(published), 100 * time_share(sampled));
   fmt::print("| wasted samples, min-max range over parameter map | 2.5 | {:.1f} |\n", (min_max - in_tile) / wasted);
-  fmt::print("| samples that fell outside their tile: interval / published | | {:.1f} % / {:.1f} % |\n", 100 * wasted / samples, 100.0 * static_cast<double>(ps.samples_outside_tile) / static_cast<double>(ps.samples));
-  fmt::print("| missed tiles: interval / published, no padding / published, no padding, tuples 64 sub-pixels apart | 0 wanted | {} / {} / {} |\n", missed_tiles(*posed.frame, grid, maps), missed_tiles(*posed.frame, grid, bare),
-             missed_tiles(*posed.frame, grid, sparse));
+  fmt::print("| samples that fell outside their tile: interval / published | | {:.1f} % / {:.1f} % |\n",
+             100 * wasted / samples,
+             100.0 * static_cast<double>(ps.samples_outside_tile) / static_cast<double>(ps.samples));
+  fmt::print(
+      "| missed tiles: interval / published, no padding / published, no padding, tuples 64 sub-pixels apart | 0 wanted "
+      "| {} / {} / {} |\n",
+      missed_tiles(*posed.frame, grid, maps), missed_tiles(*posed.frame, grid, bare),
+      missed_tiles(*posed.frame, grid, sparse));
   const float exposure = capture.settings.exposure;
-  fmt::print("| picture against the tessellated path, sides of 1 pixel | | {:.1f} dB |\n", psnr(display(sampled.targets.color, exposure), display(tessellated.targets.color, exposure)));
+  fmt::print("| picture against the tessellated path, sides of 1 pixel | | {:.1f} dB |\n",
+             psnr(display(sampled.targets.color, exposure), display(tessellated.targets.color, exposure)));
   fmt::print("| samples not finite, rates clamped | | {}, {} |\n\n", s.samples_not_finite, s.rates_clamped);
 }
 
@@ -235,35 +280,49 @@ frontend::Capture spheres(int n) {
   test::add_camera(capture, DVec3(0, 0, 6), {});
   shaders::ShapeInput in;
   in.p[0] = 1.8f / static_cast<float>(n);
-  for (int k = 0; k < n * n; ++k) test::add_procedure(capture, shaders::ShapeId::kSphere, in, DVec3((k % n + 0.5) * 4 / n - 2, (k / n + 0.5) * 4 / n - 2, 0));
+  for (int k = 0; k < n * n; ++k)
+    test::add_procedure(capture, shaders::ShapeId::kSphere, in,
+                        DVec3((k % n + 0.5) * 4 / n - 2, (k / n + 0.5) * 4 / n - 2, 0));
   return capture;
 }
 
 void print_costs(const std::string& folder) {
-  Series objects{"all objects together cover the same", {}, {}}, sparse{"its sparse pass", {}, {}}, tiles{"16 spheres", {}, {}}, tile_samples{"samples", {}, {}};
+  Series objects{"all objects together cover the same", {}, {}}, sparse{"its sparse pass", {}, {}},
+      tiles{"16 spheres", {}, {}}, tile_samples{"samples", {}, {}};
   fmt::print("| objects | samples | sparse pass ms | whole ms |\n|---:|---:|---:|---:|\n");
   for (const int n : {1, 2, 4, 8, 16, 32}) {
     const frontend::Capture capture = spheres(n);
     FrameResult best = render(capture, 512, 512, 16, "sampled", "interval", 3, false);
     for (int repeat = 0; repeat < 2; ++repeat)
-      if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false); again.seconds < best.seconds) best = std::move(again);
+      if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false);
+          again.seconds < best.seconds)
+        best = std::move(again);
     objects.x.push_back(n * n), objects.y.push_back(best.seconds * 1e3);
     sparse.x.push_back(n * n), sparse.y.push_back(best.stage_seconds.at("sparse") * 1e3);
-    fmt::print("| {} | {} | {:.1f} | {:.1f} |\n", n * n, best.counters.sampling.samples, best.stage_seconds.at("sparse") * 1e3, best.seconds * 1e3);
+    fmt::print("| {} | {} | {:.1f} | {:.1f} |\n", n * n, best.counters.sampling.samples,
+               best.stage_seconds.at("sparse") * 1e3, best.seconds * 1e3);
   }
   fmt::print("\n| tiles (side) | samples | outside their tile | whole ms |\n|---:|---:|---:|---:|\n");
   const frontend::Capture capture = spheres(4);
   for (const int tile : {128, 64, 32, 16, 8}) {
     FrameResult best = render(capture, 512, 512, 16, "sampled", "interval", 3, false, tile);
     for (int repeat = 0; repeat < 2; ++repeat)
-      if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false, tile); again.seconds < best.seconds) best = std::move(again);
+      if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false, tile);
+          again.seconds < best.seconds)
+        best = std::move(again);
     const auto& s = best.counters.sampling;
     tiles.x.push_back(512.0 / tile * 512 / tile), tiles.y.push_back(best.seconds * 1e3);
     tile_samples.x.push_back(tiles.x.back()), tile_samples.y.push_back(static_cast<double>(s.samples) * 1e-6);
-    fmt::print("| {} ({}) | {} | {:.1f} % | {:.1f} |\n", 512 / tile * (512 / tile), tile, s.samples, 100.0 * static_cast<double>(s.samples_outside_tile) / static_cast<double>(s.samples), best.seconds * 1e3);
+    fmt::print("| {} ({}) | {} | {:.1f} % | {:.1f} |\n", 512 / tile * (512 / tile), tile, s.samples,
+               100.0 * static_cast<double>(s.samples_outside_tile) / static_cast<double>(s.samples),
+               best.seconds * 1e3);
   }
-  write_line_plot(folder + "/procedure-cost-objects.svg", {"Cost against the number of objects, 512x512, 16 samples", "objects", "ms", false, true}, {objects, sparse});
-  write_line_plot(folder + "/procedure-cost-tiles.svg", {"Samples against the number of tiles, 512x512, 16 samples", "tiles", "million samples", false, true}, {tile_samples});
+  write_line_plot(folder + "/procedure-cost-objects.svg",
+                  {"Cost against the number of objects, 512x512, 16 samples", "objects", "ms", false, true},
+                  {objects, sparse});
+  write_line_plot(folder + "/procedure-cost-tiles.svg",
+                  {"Samples against the number of tiles, 512x512, 16 samples", "tiles", "million samples", false, true},
+                  {tile_samples});
 }
 
 int run(int argc, char** argv) {
@@ -275,7 +334,10 @@ int run(int argc, char** argv) {
   if (argc > 3 && argv[3][0] != '-') spp = std::atoi(argv[3]);
   print_claims(frontend::read_capture(argv[1]), width, height, spp);
   std::fflush(stdout);
-  fmt::print("SIMD array, sphere: {:.0f} million samples a second of geometry, view and shading; {:.0f} of geometry and view alone\n\n", array_rate(true) * 1e-6, array_rate(false) * 1e-6);
+  fmt::print(
+      "SIMD array, sphere: {:.0f} million samples a second of geometry, view and shading; {:.0f} of geometry and view "
+      "alone\n\n",
+      array_rate(true) * 1e-6, array_rate(false) * 1e-6);
   for (int a = 3; a + 1 < argc; ++a)
     if (std::strcmp(argv[a], "--plots") == 0) print_costs(argv[a + 1]);
   return 0;

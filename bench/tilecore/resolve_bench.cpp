@@ -1,4 +1,5 @@
-// The resolve stage's units: filling missing pixels by each kernel beside bilinear, advection, frame-buffer compression.
+// The resolve stage's units: filling missing pixels by each kernel beside bilinear, advection, frame-buffer
+// compression.
 //
 // Fill* time a kernel and bilinear by turns, so that the ratio `over_bilinear` holds whatever else the machine does.
 #include <benchmark/benchmark.h>
@@ -16,7 +17,10 @@
 namespace tessera::tilecore {
 namespace {
 
-float smooth(int x, int y, int channel) { return 0.5f + 0.5f * std::sin(0.21f * static_cast<float>(x) + 0.13f * static_cast<float>(y) + static_cast<float>(channel)); }
+float smooth(int x, int y, int channel) {
+  return 0.5f +
+         0.5f * std::sin(0.21f * static_cast<float>(x) + 0.13f * static_cast<float>(y) + static_cast<float>(channel));
+}
 
 // A picture with three pixels around it, all blocks rendered by one pattern.
 struct Picture {
@@ -25,23 +29,33 @@ struct Picture {
   std::vector<Vec4> color, out;
   std::array<std::uint16_t, kWindowSide> usable{};
 
-  Picture(int w, int h, int rate) : width(w), height(h), pattern(dither_mask(rate, 0, {}, 0, 0)), color(static_cast<std::size_t>((w + 6) * (h + 6))), out(static_cast<std::size_t>(w * h)) {
+  Picture(int w, int h, int rate)
+      : width(w),
+        height(h),
+        pattern(dither_mask(rate, 0, {}, 0, 0)),
+        color(static_cast<std::size_t>((w + 6) * (h + 6))),
+        out(static_cast<std::size_t>(w * h)) {
     for (int y = 0; y < h + 6; ++y)
-      for (int x = 0; x < w + 6; ++x) color[static_cast<std::size_t>(y * (w + 6) + x)] = {smooth(x, y, 0), smooth(x, y, 1), smooth(x, y, 2), 1};
+      for (int x = 0; x < w + 6; ++x)
+        color[static_cast<std::size_t>(y * (w + 6) + x)] = {smooth(x, y, 0), smooth(x, y, 1), smooth(x, y, 2), 1};
     for (int y = 0; y < kWindowSide; ++y)
       for (int x = 0; x < kWindowSide; ++x)
-        if (pattern >> (4 * ((y + 1) & 3) + ((x + 1) & 3)) & 1) usable[static_cast<std::size_t>(y)] |= static_cast<std::uint16_t>(1u << x);
+        if (pattern >> (4 * ((y + 1) & 3) + ((x + 1) & 3)) & 1)
+          usable[static_cast<std::size_t>(y)] |= static_cast<std::uint16_t>(1u << x);
   }
   BlockMask missing() const { return static_cast<BlockMask>(~pattern); }
   template <class Body>
   void each_block(const Body& body) {
     Vec4* block = out.data();
     for (int y = 0; y < height; y += 4)
-      for (int x = 0; x < width; x += 4, block += 16) body(BlockWindow{&color[static_cast<std::size_t>(y * (width + 6) + x)], width + 6, usable}, block);
+      for (int x = 0; x < width; x += 4, block += 16)
+        body(BlockWindow{&color[static_cast<std::size_t>(y * (width + 6) + x)], width + 6, usable}, block);
   }
   ReconstructionWork fill(Reconstruction kernel, bool packed, bool clamp) {
     ReconstructionWork work;
-    each_block([&](const BlockWindow& window, Vec4* block) { benchmark::DoNotOptimize(reconstruct_block(kernel, packed, clamp, window, missing(), block, work)); });
+    each_block([&](const BlockWindow& window, Vec4* block) {
+      benchmark::DoNotOptimize(reconstruct_block(kernel, packed, clamp, window, missing(), block, work));
+    });
     return work;
   }
   // Largest error of the filled pixels of a smooth picture.
@@ -51,7 +65,8 @@ struct Picture {
     for (int y = 0; y < height; y += 4)
       for (int x = 0; x < width; x += 4)
         for (int p = 0; p < 16; ++p, ++i)
-          if (missing() >> p & 1) worst = std::max(worst, static_cast<double>(std::abs(out[i].x - smooth(x + p % 4 + 3, y + p / 4 + 3, 0))));
+          if (missing() >> p & 1)
+            worst = std::max(worst, static_cast<double>(std::abs(out[i].x - smooth(x + p % 4 + 3, y + p / 4 + 3, 0))));
     return worst;
   }
 };
@@ -81,7 +96,8 @@ void Fill(benchmark::State& state, Reconstruction kernel, int rate, Weights weig
   state.counters["over_bilinear"] = bench::median(own) / bench::median(bilinear);
   state.counters["taps_per_pixel"] = static_cast<double>(work.taps) / pixels;
 }
-#define TESSERA_FILL(name, ...) BENCHMARK_CAPTURE(Fill, name, __VA_ARGS__)->UseManualTime()->Args({32, 32})->Args({1280, 720})
+#define TESSERA_FILL(name, ...) \
+  BENCHMARK_CAPTURE(Fill, name, __VA_ARGS__)->UseManualTime()->Args({32, 32})->Args({1280, 720})
 TESSERA_FILL(Cubic8, Reconstruction::kCubic, 8, Weights::kPacked, false);
 TESSERA_FILL(Cubic4, Reconstruction::kCubic, 4, Weights::kPacked, false);
 TESSERA_FILL(Interpolating8, Reconstruction::kCubicInterpolating, 8, Weights::kPacked, false);
@@ -95,7 +111,9 @@ void FillCheckerboard(benchmark::State& state) {
   Picture picture(32, 32, 8);
   CheckerboardWork work;
   const auto fill = [&] {
-    picture.each_block([&](const BlockWindow& window, Vec4* block) { benchmark::DoNotOptimize(reconstruct_checkerboard(window, picture.missing(), {}, block, work)); });
+    picture.each_block([&](const BlockWindow& window, Vec4* block) {
+      benchmark::DoNotOptimize(reconstruct_checkerboard(window, picture.missing(), {}, block, work));
+    });
   };
   fill();
   if (picture.error() > 0.03) state.SkipWithError("the picture is not the smooth one");
@@ -120,7 +138,8 @@ void Advect(benchmark::State& state, Fetch fetch, bool bfecc) {
   const auto advect = [&](int x, int y) { return advect_pixel(x, y, 1.0f, 1, history, field, {fetch, bfecc}, work); };
   // Verify: the smooth picture, moved.
   const float expected = 0.5f + 0.5f * std::sin(0.21f * (20 - 0.3f) + 0.13f * (30 + 0.7f));
-  if (advect(20, 30).outcome != Advection::kTaken || std::abs(advect(20, 30).color.x - expected) > 0.01f) state.SkipWithError("not the moved picture");
+  if (advect(20, 30).outcome != Advection::kTaken || std::abs(advect(20, 30).color.x - expected) > 0.01f)
+    state.SkipWithError("not the moved picture");
   work = {};
   int next = 0;
   for (auto _ : state) {
@@ -140,7 +159,11 @@ void Compress(benchmark::State& state, bool noise) {
   std::vector<std::uint16_t> halves;
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < width; ++x)
-      for (int c = 0; c < 4; ++c) halves.push_back(noise ? static_cast<std::uint16_t>(hash32(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(c))) : half_bits(c == 3 ? 1.0f : smooth(x, y, c)));
+      for (int c = 0; c < 4; ++c)
+        halves.push_back(
+            noise ? static_cast<std::uint16_t>(hash32(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                                                      static_cast<std::uint32_t>(c)))
+                  : half_bits(c == 3 ? 1.0f : smooth(x, y, c)));
   const CompressedBlock block = compress_block(halves, width, 4, 32);
   std::vector<std::uint16_t> back(halves.size());
   decompress_block(block, width, 4, back);

@@ -114,8 +114,10 @@ void RasterPath(benchmark::State& state, const std::string& target) {
 
 const bool kRegistered = [] {
   for (const std::string& target : simd_target_names()) {
-    auto* ray = benchmark::RegisterBenchmark(("RayPath/" + target).c_str(), [target](benchmark::State& s) { RayPath(s, target); });
-    auto* raster = benchmark::RegisterBenchmark(("RasterPath/" + target).c_str(), [target](benchmark::State& s) { RasterPath(s, target); });
+    auto* ray = benchmark::RegisterBenchmark(("RayPath/" + target).c_str(),
+                                             [target](benchmark::State& s) { RayPath(s, target); });
+    auto* raster = benchmark::RegisterBenchmark(("RasterPath/" + target).c_str(),
+                                                [target](benchmark::State& s) { RasterPath(s, target); });
     ray->ArgNames({"quad", "blur"});
     raster->ArgNames({"quad"});
     const bool reference = target == simd_target_names().back();

@@ -16,7 +16,8 @@ enum class Scheme : std::uint8_t {
   kImmediate,         // every triangle is made, culled and drawn through a colour and depth cache
 };
 inline constexpr std::size_t kSchemeCount = 4;
-inline constexpr std::array<std::string_view, kSchemeCount> kSchemeNames = {"pre-tessellation", "patch-whole", "post-tessellation", "immediate"};
+inline constexpr std::array<std::string_view, kSchemeCount> kSchemeNames = {"pre-tessellation", "patch-whole",
+                                                                            "post-tessellation", "immediate"};
 
 // What one scheme did for one frame. A primitive is what the scheme sorts: a sub-patch, a base patch, or a triangle.
 struct BaselineCounters {
@@ -50,47 +51,64 @@ namespace tessera::hardware {
 template <>
 inline constexpr auto kCounterFields<binner::BaselineCounters> = std::to_array<CounterField<binner::BaselineCounters>>({
     {"baseline.primitives", &binner::BaselineCounters::primitives, Combine::kSum, "primitives",
-     "What is left after culling and is sorted or drawn: sub-patches, base patches or triangles, by scheme.", "MaliGeomVisiblePrim"},
+     "What is left after culling and is sorted or drawn: sub-patches, base patches or triangles, by scheme.",
+     "MaliGeomVisiblePrim"},
     {"baseline.culled_frustum", &binner::BaselineCounters::culled_frustum, Combine::kSum, "primitives",
-     "Dropped because they lie outside the view or its depth range at all times.", "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim"},
+     "Dropped because they lie outside the view or its depth range at all times.",
+     "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim"},
     {"baseline.culled_backface", &binner::BaselineCounters::culled_backface, Combine::kSum, "primitives",
      "Dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim"},
     {"baseline.culled_zero_area", &binner::BaselineCounters::culled_zero_area, Combine::kSum, "primitives",
      "Triangles without area at any time.", "MaliGeomSampleCullPrim"},
     {"baseline.culled_occlusion", &binner::BaselineCounters::culled_occlusion, Combine::kSum, "entries",
-     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees.", "PowerVR HSR Efficiency; Adreno LRZ"},
+     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees.",
+     "PowerVR HSR Efficiency; Adreno LRZ"},
     {"baseline.bounding_operations", &binner::BaselineCounters::bounding_operations, Combine::kSum, "bounds",
      "Bounding volumes of patches and sub-patches computed; triangles are their own bounds.", ""},
     {"baseline.tile_overlaps", &binner::BaselineCounters::tile_overlaps, Combine::kSum, "tiles",
-     "Pairs of a primitive and a tile that it may touch, by exact coverage.", "PowerVR Tiles per Triangle (times primitives)"},
+     "Pairs of a primitive and a tile that it may touch, by exact coverage.",
+     "PowerVR Tiles per Triangle (times primitives)"},
     {"baseline.entries", &binner::BaselineCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile queues; with post-tessellation one per tile and block of up to 126 triangles.", "MaliFragRdPrim"},
+     "Entries written to tile queues; with post-tessellation one per tile and block of up to 126 triangles.",
+     "MaliFragRdPrim"},
     {"baseline.vertices_stored", &binner::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
-     "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.", "PowerVR Parameter Buffer"},
+     "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.",
+     "PowerVR Parameter Buffer"},
     {"baseline.queue_bytes_written", &binner::BaselineCounters::queue_bytes_written, Combine::kSum, "bytes",
-     "Bytes of list heads, links, entries and blocks of triangles written to the parameter buffer, before rounding to bursts.", "MaliTilerWrBt"},
+     "Bytes of list heads, links, entries and blocks of triangles written to the parameter buffer, before rounding to "
+     "bursts.",
+     "MaliTilerWrBt"},
     {"baseline.queue_bytes_read", &binner::BaselineCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes of the parameter buffer that tile cores read: queues before rounding to bursts; blocks of triangles in bursts, as far as the "
-     "cache of post_tessellation.cache_bytes misses.", "MaliTilerRdBt"},
+     "Bytes of the parameter buffer that tile cores read: queues before rounding to bursts; blocks of triangles in "
+     "bursts, as far as the "
+     "cache of post_tessellation.cache_bytes misses.",
+     "MaliTilerRdBt"},
     {"baseline.queue_bytes_peak", &binner::BaselineCounters::queue_bytes_peak, Combine::kPeak, "bytes",
      "Most parameter-buffer memory in use at any time.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
     {"baseline.buffer_overflows", &binner::BaselineCounters::buffer_overflows, Combine::kSum, "buffers",
-     "Times that the parameter buffer ran full. Post-tessellation then takes as much again and goes on, which is in its favour: no tile is "
-     "stored and reloaded.", "PowerVR SPM; Apple partial render"},
+     "Times that the parameter buffer ran full. Post-tessellation then takes as much again and goes on, which is in "
+     "its favour: no tile is "
+     "stored and reloaded.",
+     "PowerVR SPM; Apple partial render"},
     {"baseline.domain_evaluations", &binner::BaselineCounters::domain_evaluations, Combine::kSum, "vertices",
-     "Vertices computed by the domain shader when no tessellated sub-patch is kept on chip.", "Vulkan tessellation evaluation invocations"},
-    {"baseline.domain_evaluations_cached", &binner::BaselineCounters::domain_evaluations_cached, Combine::kSum, "vertices",
-     "The same with the cache of tessellator.cache_bytes.", "Vulkan tessellation evaluation invocations"},
+     "Vertices computed by the domain shader when no tessellated sub-patch is kept on chip.",
+     "Vulkan tessellation evaluation invocations"},
+    {"baseline.domain_evaluations_cached", &binner::BaselineCounters::domain_evaluations_cached, Combine::kSum,
+     "vertices", "The same with the cache of tessellator.cache_bytes.", "Vulkan tessellation evaluation invocations"},
     {"baseline.patch_bytes", &binner::BaselineCounters::patch_bytes, Combine::kSum, "bytes",
      "Bytes of patch records fetched, in bursts, when no tessellated sub-patch is kept on chip.", ""},
     {"baseline.patch_bytes_cached", &binner::BaselineCounters::patch_bytes_cached, Combine::kSum, "bytes",
      "The same with the cache of tessellator.cache_bytes: patches whose vertices are on chip are not fetched.", ""},
     {"baseline.frame_bytes_read", &binner::BaselineCounters::frame_bytes_read, Combine::kSum, "bytes",
-     "Colour and depth read from memory: by tiles reloaded, or through the cache of immediate.cache_bytes and for the resolve.", "MaliSCBusTileWrBt"},
+     "Colour and depth read from memory: by tiles reloaded, or through the cache of immediate.cache_bytes and for the "
+     "resolve.",
+     "MaliSCBusTileWrBt"},
     {"baseline.frame_bytes_written", &binner::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",
      "Colour and depth written to memory, the finished frame included.", "MaliSCBusTileWrBt"},
     {"baseline.dram_bytes", &binner::BaselineCounters::dram_bytes, Combine::kSum, "bytes",
-     "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes. Textures are left out.", "MaliExtBusRdBy + MaliExtBusWrBy"},
+     "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes. Textures "
+     "are left out.",
+     "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.dram_bytes_uncached", &binner::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
 });

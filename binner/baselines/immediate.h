@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "base/rect.h"
-#include "hardware/recency_cache.h"
 #include "hardware/configuration.h"
+#include "hardware/recency_cache.h"
 
 namespace tessera::binner {
 
-// Where the samples of a frame are in the memory of an immediate-mode machine: 4 bytes of depth and 4 of colour each, in surfaces of lines of one
-// burst that hold a rectangle of pixels as square as may be (64 bytes, 4 samples: 2x2 pixels). Pixels with more samples than a line holds have several.
+// Where the samples of a frame are in the memory of an immediate-mode machine: 4 bytes of depth and 4 of colour each,
+// in surfaces of lines of one burst that hold a rectangle of pixels as square as may be (64 bytes, 4 samples: 2x2
+// pixels). Pixels with more samples than a line holds have several.
 class SampleLayout {
  public:
   SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes);
@@ -28,17 +29,22 @@ class SampleLayout {
   std::uint32_t line_count_;
 };
 
-// The memory of an immediate-mode machine behind a colour and depth cache (LRU, lines of one burst). Depth is read before it is
-// tested; colour is read only to blend, as lines have a mask of the bytes that changed; a line that was never written back is known to be clear and
-// is not read. At the end samples are resolved, which reads all colour that was drawn.
+// The memory of an immediate-mode machine behind a colour and depth cache (LRU, lines of one burst). Depth is read
+// before it is tested; colour is read only to blend, as lines have a mask of the bytes that changed; a line that was
+// never written back is known to be clear and is not read. At the end samples are resolved, which reads all colour that
+// was drawn.
 //
 // Configured by immediate.cache_bytes, memory.burst_bytes.
 class ImmediateMemory {
  public:
   ImmediateMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, std::uint32_t line_count)
-      : burst_bytes_(burst_bytes), cache_(cache_bytes), in_memory_(std::size_t{2} * line_count, false), drawn_(line_count, false) {}
+      : burst_bytes_(burst_bytes),
+        cache_(cache_bytes),
+        in_memory_(std::size_t{2} * line_count, false),
+        drawn_(line_count, false) {}
 
-  // A triangle touches samples of a line; `passes`: some are in front of what was drawn before. Blended ones change no depth.
+  // A triangle touches samples of a line; `passes`: some are in front of what was drawn before. Blended ones change no
+  // depth.
   void draw(std::uint32_t line, bool passes, bool blends) {
     use(2 * line, true, passes && !blends);
     if (!passes) return;

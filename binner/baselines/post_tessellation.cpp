@@ -22,13 +22,14 @@ BlockHead head_at(std::span<const std::uint8_t> memory, std::uint64_t address) {
   std::uint16_t strip = 0;
   std::memcpy(&strip, &memory[address + 6], sizeof strip);
   const std::size_t bytes = strip & ~kMovingBit;
-  return {memory[address + 4], memory[address + 5], bytes, kVertexBytes + ((strip & kMovingBit) != 0 ? kSecondPositionBytes : 0),
-          kBlockHeadBytes + (bytes + 3) / 4 * 4};
+  return {memory[address + 4], memory[address + 5], bytes,
+          kVertexBytes + ((strip & kMovingBit) != 0 ? kSecondPositionBytes : 0), kBlockHeadBytes + (bytes + 3) / 4 * 4};
 }
 
 }  // namespace
 
-PostTessellationBinner::PostTessellationBinner(const hardware::GpuConfiguration& gpu, const TileGrid& grid, const frontend::Projection& projection)
+PostTessellationBinner::PostTessellationBinner(const hardware::GpuConfiguration& gpu, const TileGrid& grid,
+                                               const frontend::Projection& projection)
     : grid_(grid),
       setup_(grid_, projection),
       buffer_(gpu, grid.tile_count()),
@@ -38,7 +39,8 @@ PostTessellationBinner::PostTessellationBinner(const hardware::GpuConfiguration&
 
 void PostTessellationBinner::begin_numbering(std::size_t vertices) { number_.assign(vertices, kNoNumber); }
 
-bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleList& list, std::size_t first, std::size_t end) const {
+bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleList& list, std::size_t first,
+                                  std::size_t end) const {
   if (triangles_.empty()) return true;
   if (patch.state != state_ || triangles_.size() + (end - first) > kBlockTriangles) return false;
   std::vector<std::uint32_t> fresh;
@@ -50,7 +52,8 @@ bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleL
   return vertex_count_ + distinct <= kBlockVertices;
 }
 
-void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const TriangleList& list, std::size_t triangle) {
+void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const TriangleList& list,
+                                          std::size_t triangle) {
   const TriangleList::Triangle& t = list.triangles[triangle];
   BlockTriangle numbers;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -72,7 +75,8 @@ void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const T
   TESSERA_CHECK(triangles_.size() < kBlockTriangles, "a group fits a block");
   const auto number = static_cast<std::uint8_t>(triangles_.size());
   triangles_.push_back(numbers);
-  for (std::uint32_t k = triangle == 0 ? 0 : list.triangles[triangle - 1].tiles_end; k < t.tiles_end; ++k) tile_triangles_.push_back({list.tiles[k], number});
+  for (std::uint32_t k = triangle == 0 ? 0 : list.triangles[triangle - 1].tiles_end; k < t.tiles_end; ++k)
+    tile_triangles_.push_back({list.tiles[k], number});
 }
 
 void PostTessellationBinner::add(const TessellatedPatch& patch, const TriangleList& list) {
@@ -111,7 +115,8 @@ void PostTessellationBinner::close_block() {
   for (std::size_t k = 0; k < tile_triangles_.size();) {
     const TileIndex tile = tile_triangles_[k].tile;
     TileReference reference{address, {}};
-    for (; k < tile_triangles_.size() && tile_triangles_[k].tile == tile; ++k) reference.triangles.set(tile_triangles_[k].triangle);
+    for (; k < tile_triangles_.size() && tile_triangles_[k].tile == tile; ++k)
+      reference.triangles.set(tile_triangles_[k].triangle);
     bytes.clear();
     encode_reference(reference, triangles_.size(), last_address_[tile], bytes);
     last_address_[tile] = address;
@@ -125,13 +130,16 @@ void PostTessellationBinner::close_block() {
 }
 
 // Returns the bytes of blocks that would be read without the cache.
-std::uint64_t PostTessellationBinner::read_tile(TileIndex tile, hardware::RecencyCache& cache, hardware::Ledger& ledger) {
+std::uint64_t PostTessellationBinner::read_tile(TileIndex tile, hardware::RecencyCache& cache,
+                                                hardware::Ledger& ledger) {
   const std::vector<std::uint8_t> list = buffer_.read_list(tile, ledger, counters_.queue_bytes_read);
   const std::span<const std::uint8_t> memory = buffer_.memory();
   std::uint64_t uncached = 0;
-  for (const TileReference& reference : decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; })) {
+  for (const TileReference& reference :
+       decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; })) {
     const BlockHead head = head_at(memory, reference.address);
-    const auto triangles = decode_strip(memory.subspan(reference.address + kBlockHeadBytes, head.strip_bytes), head.triangles);
+    const auto triangles =
+        decode_strip(memory.subspan(reference.address + kBlockHeadBytes, head.strip_bytes), head.triangles);
     std::bitset<kBlockVertices> used;
     for (std::size_t t = 0; t < triangles.size(); ++t)
       if (reference.triangles[t])
@@ -139,7 +147,8 @@ std::uint64_t PostTessellationBinner::read_tile(TileIndex tile, hardware::Recenc
     // Bursts in rising order, each once per reference.
     std::uint64_t next = 0;
     const auto read = [&](std::uint64_t address, std::uint64_t bytes) {
-      for (std::uint64_t line = std::max(next, address / burst_bytes_); line <= (address + bytes - 1) / burst_bytes_; ++line) {
+      for (std::uint64_t line = std::max(next, address / burst_bytes_); line <= (address + bytes - 1) / burst_bytes_;
+           ++line) {
         next = line + 1;
         uncached += burst_bytes_;
         if (cache.use(static_cast<std::uint32_t>(line), burst_bytes_)) continue;

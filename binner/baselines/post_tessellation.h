@@ -3,24 +3,25 @@
 #include <cstdint>
 #include <vector>
 
-#include "hardware/recency_cache.h"
 #include "binner/baselines/strip_code.h"
 #include "binner/baselines/triangle_buffer.h"
 #include "binner/baselines/triangle_setup.h"
+#include "hardware/recency_cache.h"
 
 namespace tessera::binner {
 
-// Bytes of a vertex in a block: position at shutter open (x, y, depth: 12), then what the pixel shader needs (normal 4, tangent 4, texture
-// coordinate 8, colour 4); moving ones have a second position.
+// Bytes of a vertex in a block: position at shutter open (x, y, depth: 12), then what the pixel shader needs (normal 4,
+// tangent 4, texture coordinate 8, colour 4); moving ones have a second position.
 inline constexpr std::uint64_t kVertexBytes = 32, kSecondPositionBytes = 12;
 
-// Head of a block: state (4), vertices (1), triangles (1), bytes of the strip and in the top bit whether it moves (2). Then the strip, filled up to a
-// multiple of 4, then the vertices.
+// Head of a block: state (4), vertices (1), triangles (1), bytes of the strip and in the top bit whether it moves (2).
+// Then the strip, filled up to a multiple of 4, then the vertices.
 inline constexpr std::uint64_t kBlockHeadBytes = 8;
 
-// The binner of a conventional tile-based machine, behind its domain shader: packs what culling leaves into blocks of up to 64 vertices and 126
-// triangles, writes them to the parameter buffer and each tile a reference to every block that it needs. Groups of triangles (7x7 cells,
-// a cluster) are never divided, and joined while they fit. Then the tile cores' reads of all that, tile by tile, through a cache of bursts.
+// The binner of a conventional tile-based machine, behind its domain shader: packs what culling leaves into blocks of
+// up to 64 vertices and 126 triangles, writes them to the parameter buffer and each tile a reference to every block
+// that it needs. Groups of triangles (7x7 cells, a cluster) are never divided, and joined while they fit. Then the tile
+// cores' reads of all that, tile by tile, through a cache of bursts.
 //
 // Only positions are stored as they are; bytes of other attributes are zero, as their values change no count.
 //
@@ -31,7 +32,8 @@ inline constexpr std::uint64_t kBlockHeadBytes = 8;
 //   B3  What tile cores read was written.
 class PostTessellationBinner {
  public:
-  PostTessellationBinner(const hardware::GpuConfiguration& gpu, const TileGrid& grid, const frontend::Projection& projection);
+  PostTessellationBinner(const hardware::GpuConfiguration& gpu, const TileGrid& grid,
+                         const frontend::Projection& projection);
 
   const TriangleSetup& setup() const { return setup_; }
 
@@ -73,7 +75,7 @@ class PostTessellationBinner {
   std::vector<TileTriangle> tile_triangles_;
   std::vector<std::uint8_t> vertex_bytes_;
   std::uint8_t vertex_count_ = 0;
-  std::vector<std::uint8_t> number_;  // of a vertex of the patch in the block, kNoNumber
+  std::vector<std::uint8_t> number_;         // of a vertex of the patch in the block, kNoNumber
   std::vector<std::uint64_t> last_address_;  // per tile
 };
 

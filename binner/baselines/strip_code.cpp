@@ -27,7 +27,8 @@ struct BitReader {
   std::uint32_t get(std::uint32_t bits) {
     const std::size_t byte = at / 8;
     TESSERA_CHECK(at + bits <= bytes.size() * 8, "a strip ends within its bytes");
-    const std::uint32_t two = bytes[byte] | (byte + 1 < bytes.size() ? static_cast<std::uint32_t>(bytes[byte + 1]) << 8 : 0u);
+    const std::uint32_t two =
+        bytes[byte] | (byte + 1 < bytes.size() ? static_cast<std::uint32_t>(bytes[byte + 1]) << 8 : 0u);
     const std::uint32_t value = two >> (at % 8) & ((1u << bits) - 1u);
     at += bits;
     return value;
@@ -55,8 +56,10 @@ std::vector<std::uint8_t> encode_strip(std::span<const BlockTriangle> triangles)
   const auto put_vertex = [&](std::uint32_t vertex) {
     TESSERA_CHECK(vertex <= used && used <= kBlockVertices, "vertices are numbered by first use");
     out.put(vertex == used ? 1 : 0, 1);
-    if (vertex == used) ++used;
-    else out.put(used - 1 - vertex, kDeltaBits);
+    if (vertex == used)
+      ++used;
+    else
+      out.put(used - 1 - vertex, kDeltaBits);
   };
   BlockTriangle before{};
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -88,7 +91,8 @@ std::vector<BlockTriangle> decode_strip(std::span<const std::uint8_t> bytes, std
     const std::uint32_t edge = in.get(2);
     if (edge == kFresh)
       for (std::uint8_t& vertex : before) vertex = get_vertex();
-    else before = {before[(edge + 1) % 3], before[edge], get_vertex()};
+    else
+      before = {before[(edge + 1) % 3], before[edge], get_vertex()};
     triangles.push_back(before);
   }
   return triangles;

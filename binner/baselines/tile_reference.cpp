@@ -22,19 +22,23 @@ std::vector<std::uint8_t> runs_of(const std::bitset<kBlockTriangles>& triangles,
 
 }  // namespace
 
-void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before, std::vector<std::uint8_t>& out) {
+void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
+                      std::vector<std::uint8_t>& out) {
   TESSERA_CHECK(reference.address >= before && reference.address % kBlockAlignment == 0, "references of a tile rise");
   std::uint64_t delta = (reference.address - before) / kBlockAlignment;
   for (; delta >= 128; delta >>= 7) out.push_back(static_cast<std::uint8_t>(delta | 128u));
   out.push_back(static_cast<std::uint8_t>(delta));
   const std::size_t taken = reference.triangles.count(), mask_bytes = (count + 7) / 8;
-  TESSERA_CHECK(taken > 0 && taken <= count && count <= kBlockTriangles, "a reference is to some triangles of its block");
+  TESSERA_CHECK(taken > 0 && taken <= count && count <= kBlockTriangles,
+                "a reference is to some triangles of its block");
   if (taken == count) {
     out.push_back(0);
     return;
   }
   const std::vector<std::uint8_t> runs = runs_of(reference.triangles, count);
-  const auto form = [&](unsigned kind, std::size_t n) { out.push_back(static_cast<std::uint8_t>(kind << 6 | (n - 1))); };
+  const auto form = [&](unsigned kind, std::size_t n) {
+    out.push_back(static_cast<std::uint8_t>(kind << 6 | (n - 1)));
+  };
   if (taken <= kMost && taken <= mask_bytes && taken <= runs.size()) {
     form(2, taken);
     std::size_t next = 0;
@@ -50,7 +54,8 @@ void encode_reference(const TileReference& reference, std::size_t count, std::ui
     form(1, 1);
     for (std::size_t byte = 0; byte < mask_bytes; ++byte) {
       unsigned bits = 0;
-      for (std::size_t b = 0; b < 8 && byte * 8 + b < count; ++b) bits |= (reference.triangles[byte * 8 + b] ? 1u : 0u) << b;
+      for (std::size_t b = 0; b < 8 && byte * 8 + b < count; ++b)
+        bits |= (reference.triangles[byte * 8 + b] ? 1u : 0u) << b;
       out.push_back(static_cast<std::uint8_t>(bits));
     }
   }

@@ -12,8 +12,9 @@ namespace tessera::binner {
 
 // What a tile's list says of a block: where it is, and which of its triangles touch the tile.
 //
-//   address in units of kBlockAlignment, less that of the tile's reference before: 7 bits a byte, lowest first, the top bit set on all but the last
-//   a byte: bits 0..5 n, bits 6..7 the form of what follows, whichever takes the fewest bytes
+//   address in units of kBlockAlignment, less that of the tile's reference before: 7 bits a byte, lowest first, the top
+//   bit set on all but the last a byte: bits 0..5 n, bits 6..7 the form of what follows, whichever takes the fewest
+//   bytes
 //     0  all triangles: nothing
 //     1  a mask: one bit per triangle of the block, in whole bytes
 //     2  a list: n+1 bytes, each the distance from the number before, less one
@@ -25,9 +26,10 @@ struct TileReference {
 
 inline constexpr std::uint64_t kBlockAlignment = 16;
 
-// Appends the bytes of a reference to a block of `count` triangles. `before`: address of the tile's reference before, 0 for the first;
-// references of a tile come in rising addresses. At least one triangle is set.
-void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before, std::vector<std::uint8_t>& out);
+// Appends the bytes of a reference to a block of `count` triangles. `before`: address of the tile's reference before, 0
+// for the first; references of a tile come in rising addresses. At least one triangle is set.
+void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
+                      std::vector<std::uint8_t>& out);
 
 // Reads a tile's list. `triangles_at(address)` gives the number of triangles of the block there.
 template <class TrianglesAt>
@@ -48,7 +50,8 @@ std::vector<TileReference> decode_references(std::span<const std::uint8_t> bytes
     if (form == 0) {
       for (; triangle < count; ++triangle) reference.triangles.set(triangle);
     } else if (form == 1) {
-      for (; triangle < count; ++triangle) reference.triangles.set(triangle, (bytes[at + triangle / 8] >> (triangle % 8) & 1u) != 0);
+      for (; triangle < count; ++triangle)
+        reference.triangles.set(triangle, (bytes[at + triangle / 8] >> (triangle % 8) & 1u) != 0);
       at += (count + 7) / 8;
     } else if (form == 2) {
       for (std::size_t k = 0; k < n; ++k) {

@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::uint64_t kHeadBytes = 16, kLinkBytes = 8;
 
-std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) {
+  return (value + multiple - 1) / multiple * multiple;
+}
 
 }  // namespace
 
@@ -51,14 +53,17 @@ void TriangleBuffer::add_chunk(Head& head) {
 void TriangleBuffer::append(TileIndex tile, std::span<const std::uint8_t> bytes) {
   Head head;
   std::memcpy(&head, &memory_[tile * kHeadBytes], sizeof head);
-  if (head.bytes > 0) combiner_.read(tile * kHeadBytes, kHeadBytes);
-  else bytes_written_ += kHeadBytes;
+  if (head.bytes > 0)
+    combiner_.read(tile * kHeadBytes, kHeadBytes);
+  else
+    bytes_written_ += kHeadBytes;
   bytes_written_ += bytes.size();
   const std::uint64_t room = chunk_bytes_ - kLinkBytes;
   while (!bytes.empty()) {
     const std::uint64_t slot = head.bytes % room;
     if (slot == 0) add_chunk(head);
-    const std::uint64_t address = chunk_address_[head.last_chunk] + kLinkBytes + slot, here = std::min<std::uint64_t>(room - slot, bytes.size());
+    const std::uint64_t address = chunk_address_[head.last_chunk] + kLinkBytes + slot,
+                        here = std::min<std::uint64_t>(room - slot, bytes.size());
     std::memcpy(&memory_[address], bytes.data(), here);
     combiner_.write(address, here);
     TESSERA_CHECK(here <= std::numeric_limits<std::uint32_t>::max() - head.bytes, "a list's length fits 32 bits");
@@ -69,9 +74,11 @@ void TriangleBuffer::append(TileIndex tile, std::span<const std::uint8_t> bytes)
   combiner_.write(tile * kHeadBytes, kHeadBytes);
 }
 
-std::vector<std::uint8_t> TriangleBuffer::read_list(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const {
+std::vector<std::uint8_t> TriangleBuffer::read_list(TileIndex tile, hardware::Ledger& ledger,
+                                                    std::uint64_t& bytes_read) const {
   const auto charge = [&](std::uint64_t address, std::uint64_t bytes) {
-    ledger.read(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue, hardware::burst_bytes(address, bytes, burst_bytes_));
+    ledger.read(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue,
+                hardware::burst_bytes(address, bytes, burst_bytes_));
     bytes_read += bytes;
   };
   Head head;
@@ -81,7 +88,8 @@ std::vector<std::uint8_t> TriangleBuffer::read_list(TileIndex tile, hardware::Le
   list.reserve(head.bytes);
   std::uint32_t chunk = head.first_chunk;
   while (list.size() < head.bytes) {
-    const std::uint64_t here = std::min<std::uint64_t>(chunk_bytes_ - kLinkBytes, head.bytes - list.size()), address = chunk_address_[chunk];
+    const std::uint64_t here = std::min<std::uint64_t>(chunk_bytes_ - kLinkBytes, head.bytes - list.size()),
+                        address = chunk_address_[chunk];
     charge(address, kLinkBytes + here);
     const auto* first = &memory_[address + kLinkBytes];
     list.insert(list.end(), first, first + here);

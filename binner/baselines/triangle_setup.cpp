@@ -18,8 +18,10 @@ struct TriangleSetup::Corners {
 
 namespace {
 
-// The hull of `count` points against a rectangle: separated by an edge of the hull or not. The rectangle's own sides were tested before.
-bool hull_touches(const std::array<double, 6>& x, const std::array<double, 6>& y, std::size_t count, double x0, double y0, double x1, double y1) {
+// The hull of `count` points against a rectangle: separated by an edge of the hull or not. The rectangle's own sides
+// were tested before.
+bool hull_touches(const std::array<double, 6>& x, const std::array<double, 6>& y, std::size_t count, double x0,
+                  double y0, double x1, double y1) {
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < count; ++j) {
       // Outward normal of an edge from i to j that has all points on its inner side.
@@ -35,7 +37,8 @@ bool hull_touches(const std::array<double, 6>& x, const std::array<double, 6>& y
 
 }  // namespace
 
-TriangleSetup::Corners TriangleSetup::corners_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) const {
+TriangleSetup::Corners TriangleSetup::corners_of(const TessellatedPatch& patch,
+                                                 const std::array<std::uint32_t, 3>& vertex) const {
   Corners c;
   c.count = patch.moving ? 6 : 3;
   for (std::size_t k = 0; k < c.count; ++k) {
@@ -45,8 +48,10 @@ TriangleSetup::Corners TriangleSetup::corners_of(const TessellatedPatch& patch, 
     c.y[k] = static_cast<double>(open ? patch.y0[v] : patch.y1[v]);
     c.z[k] = static_cast<double>(open ? patch.z0[v] : patch.z1[v]);
     if (projection_.lens_scale == 0) continue;
-    // Signed circle of confusion; 1/z runs linearly with the vertex's progress on screen, so its extremes are at the keys.
-    c.coc[k] = projection_.lens_scale * (projection_.orthographic ? 1 - c.z[k] * projection_.inverse_focus : 1 / c.z[k] - projection_.inverse_focus);
+    // Signed circle of confusion; 1/z runs linearly with the vertex's progress on screen, so its extremes are at the
+    // keys.
+    c.coc[k] = projection_.lens_scale * (projection_.orthographic ? 1 - c.z[k] * projection_.inverse_focus
+                                                                  : 1 / c.z[k] - projection_.inverse_focus);
     c.grow = std::max(c.grow, std::abs(c.coc[k]));
   }
   const auto [low, high] = std::minmax_element(c.coc.begin(), c.coc.begin() + static_cast<std::ptrdiff_t>(c.count));
@@ -84,16 +89,18 @@ void TriangleSetup::cover(const Corners& c, std::vector<TileIndex>& tiles) const
   const bool one = rect.width() * rect.height() == 1;
   for (int row = rect.y0; row < rect.y1; ++row)
     for (int column = rect.x0; column < rect.x1; ++column)
-      if (one || hull_touches(c.x, c.y, c.count, grid_.column_edge(column) - c.grow, grid_.row_edge(row) - c.grow, grid_.column_edge(column + 1) + c.grow,
-                              grid_.row_edge(row + 1) + c.grow))
+      if (one || hull_touches(c.x, c.y, c.count, grid_.column_edge(column) - c.grow, grid_.row_edge(row) - c.grow,
+                              grid_.column_edge(column + 1) + c.grow, grid_.row_edge(row + 1) + c.grow))
         tiles.push_back(grid_.index(column, row));
 }
 
-bool TriangleSetup::covers_clipped(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, std::vector<TileIndex>& tiles) const {
+bool TriangleSetup::covers_clipped(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex,
+                                   std::vector<TileIndex>& tiles) const {
   std::vector<DVec4> points;
   for (std::size_t k = 0; k < (patch.moving ? 6u : 3u); ++k) {
     const std::uint32_t v = vertex[k % 3];
-    const double x = static_cast<double>(k < 3 ? patch.x0[v] : patch.x1[v]), y = static_cast<double>(k < 3 ? patch.y0[v] : patch.y1[v]);
+    const double x = static_cast<double>(k < 3 ? patch.x0[v] : patch.x1[v]),
+                 y = static_cast<double>(k < 3 ? patch.y0[v] : patch.y1[v]);
     const double z = static_cast<double>(k < 3 ? patch.z0[v] : patch.z1[v]), w = projection_.orthographic ? 1.0 : z;
     const double scale = patch.projected[v] != 0 ? w : 1.0;
     points.emplace_back(x * scale, y * scale, z, w);
@@ -112,7 +119,8 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
   TriangleList list;
   std::size_t group = 0;
   for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
-    for (; group < patch.group_ends.size() && patch.group_ends[group] == t; ++group) list.group_ends.push_back(static_cast<std::uint32_t>(list.triangles.size()));
+    for (; group < patch.group_ends.size() && patch.group_ends[group] == t; ++group)
+      list.group_ends.push_back(static_cast<std::uint32_t>(list.triangles.size()));
     const std::array<std::uint32_t, 3>& v = patch.triangles[t];
     const std::size_t first = list.tiles.size();
     if (patch.projected[v[0]] != 0 && patch.projected[v[1]] != 0 && patch.projected[v[2]] != 0) {
@@ -126,7 +134,10 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
         ++counters.culled_backface;
         continue;
       }
-      const bool beyond = projection_.far > 0 && *std::min_element(corners.z.begin(), corners.z.begin() + static_cast<std::ptrdiff_t>(corners.count)) > projection_.far;
+      const bool beyond =
+          projection_.far > 0 &&
+          *std::min_element(corners.z.begin(), corners.z.begin() + static_cast<std::ptrdiff_t>(corners.count)) >
+              projection_.far;
       if (!beyond) cover(corners, list.tiles);
     } else {
       covers_clipped(patch, v, list.tiles);

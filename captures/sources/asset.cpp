@@ -58,15 +58,25 @@ int Asset::add_texture(std::string file, std::string bytes) {
   return static_cast<int>(document_["textures"].size()) - 1;
 }
 
-int Asset::add_color_texture(const Image8& image, const std::string& file) { return add_texture(file + ".jpg", encode_jpeg(image, 88)); }
-int Asset::add_data_texture(const Image8& image, const std::string& file) { return add_texture(file + ".png", encode_png(image)); }
-int Asset::add_height_texture(const Image16& image, const std::string& file) { return add_texture(file + ".png", encode_png(image)); }
+int Asset::add_color_texture(const Image8& image, const std::string& file) {
+  return add_texture(file + ".jpg", encode_jpeg(image, 88));
+}
+int Asset::add_data_texture(const Image8& image, const std::string& file) {
+  return add_texture(file + ".png", encode_png(image));
+}
+int Asset::add_height_texture(const Image16& image, const std::string& file) {
+  return add_texture(file + ".png", encode_png(image));
+}
 
-int Asset::add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type, json more) {
+int Asset::add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type,
+                        json more) {
   binary_.resize((binary_.size() + 3) / 4 * 4);
   document_["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", bytes.size()}});
   binary_.insert(binary_.end(), bytes.begin(), bytes.end());
-  json accessor = {{"bufferView", document_["bufferViews"].size() - 1}, {"componentType", component_type}, {"count", count}, {"type", type}};
+  json accessor = {{"bufferView", document_["bufferViews"].size() - 1},
+                   {"componentType", component_type},
+                   {"count", count},
+                   {"type", type}};
   if (more.is_object()) accessor.update(more);
   document_["accessors"].push_back(std::move(accessor));
   return static_cast<int>(document_["accessors"].size()) - 1;
@@ -87,12 +97,15 @@ int Asset::add_mesh(const Geometry& g, int material) {
     high = glm::max(high, p);
   }
   const std::size_t count = g.positions.size();
-  json attributes = {{"POSITION", add_accessor(bytes_of(g.positions), kFloat, count, "VEC3", {{"min", array_of(low)}, {"max", array_of(high)}})}};
+  json attributes = {{"POSITION", add_accessor(bytes_of(g.positions), kFloat, count, "VEC3",
+                                               {{"min", array_of(low)}, {"max", array_of(high)}})}};
   if (!g.normals.empty()) attributes["NORMAL"] = add_accessor(bytes_of(g.normals), kFloat, count, "VEC3");
   if (!g.texcoords.empty()) attributes["TEXCOORD_0"] = add_accessor(bytes_of(g.texcoords), kFloat, count, "VEC2");
   if (!g.joints.empty()) attributes["JOINTS_0"] = add_accessor(bytes_of(g.joints), kUnsignedShort, count, "VEC4");
   if (!g.weights.empty()) attributes["WEIGHTS_0"] = add_accessor(bytes_of(g.weights), kFloat, count, "VEC4");
-  json primitive = {{"attributes", attributes}, {"material", material}, {"indices", add_accessor(bytes_of(g.indices), kUnsignedInt, g.indices.size(), "SCALAR")}};
+  json primitive = {{"attributes", attributes},
+                    {"material", material},
+                    {"indices", add_accessor(bytes_of(g.indices), kUnsignedInt, g.indices.size(), "SCALAR")}};
   if (g.bezier) {
     primitive["extensions"]["TESSERA_bezier_patches"] = {{"count", count / 16}};
     use_extension("TESSERA_bezier_patches");
@@ -101,10 +114,13 @@ int Asset::add_mesh(const Geometry& g, int material) {
   return static_cast<int>(document_["meshes"].size()) - 1;
 }
 
-int Asset::add_points(const std::vector<Vec3>& points) { return add_accessor(bytes_of(points), kFloat, points.size(), "VEC3"); }
+int Asset::add_points(const std::vector<Vec3>& points) {
+  return add_accessor(bytes_of(points), kFloat, points.size(), "VEC3");
+}
 
 int Asset::add_node(json node) {
-  if (node.contains("extensions") && node["extensions"].contains("TESSERA_procedure")) use_extension("TESSERA_procedure");
+  if (node.contains("extensions") && node["extensions"].contains("TESSERA_procedure"))
+    use_extension("TESSERA_procedure");
   document_["nodes"].push_back(std::move(node));
   return static_cast<int>(document_["nodes"].size()) - 1;
 }
@@ -123,11 +139,14 @@ int Asset::add_light(json light) {
 }
 
 int Asset::add_skin(const std::vector<int>& joints, const std::vector<Mat4>& inverse_bind) {
-  document_["skins"].push_back({{"joints", joints}, {"inverseBindMatrices", add_accessor(bytes_of(inverse_bind), kFloat, joints.size(), "MAT4")}});
+  document_["skins"].push_back(
+      {{"joints", joints},
+       {"inverseBindMatrices", add_accessor(bytes_of(inverse_bind), kFloat, joints.size(), "MAT4")}});
   return static_cast<int>(document_["skins"].size()) - 1;
 }
 
-void Asset::animate_values(int node, const std::string& path, const std::vector<float>& times, std::span<const float> values, const char* type) {
+void Asset::animate_values(int node, const std::string& path, const std::vector<float>& times,
+                           std::span<const float> values, const char* type) {
   json& animations = document_["animations"];
   if (!animations.is_array()) animations = json::array({{{"channels", json::array()}, {"samplers", json::array()}}});
   json& animation = animations[0];
@@ -136,21 +155,25 @@ void Asset::animate_values(int node, const std::string& path, const std::vector<
   const std::vector<float> copy(values.begin(), values.end());
   const int output = add_accessor(bytes_of(copy), kFloat, times.size(), type);
   animation["samplers"].push_back({{"input", input}, {"output", output}});
-  animation["channels"].push_back({{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
+  animation["channels"].push_back(
+      {{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
 }
 
-void Asset::animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<Vec3>& values) {
+void Asset::animate(int node, const std::string& path, const std::vector<float>& times,
+                    const std::vector<Vec3>& values) {
   animate_values(node, path, times, {&values[0].x, 3 * values.size()}, "VEC3");
 }
 
-void Asset::animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<glm::quat>& values) {
+void Asset::animate(int node, const std::string& path, const std::vector<float>& times,
+                    const std::vector<glm::quat>& values) {
   std::vector<float> scalars;
   for (const glm::quat& q : values) scalars.insert(scalars.end(), {q.x, q.y, q.z, q.w});
   animate_values(node, path, times, scalars, "VEC4");
 }
 
 void Asset::write(const std::filesystem::path& folder) {
-  if (document_.contains("extensions") && document_["extensions"].contains("TESSERA_capture")) use_extension("TESSERA_capture");
+  if (document_.contains("extensions") && document_["extensions"].contains("TESSERA_capture"))
+    use_extension("TESSERA_capture");
   // Nodes that nobody claims as a child are the scene's roots.
   std::vector<bool> claimed(document_["nodes"].size(), false);
   for (const json& node : document_["nodes"])

@@ -37,14 +37,15 @@ class Asset {
   int add_material(nlohmann::json material);
   int add_mesh(const Geometry& geometry, int material);
   int add_points(const std::vector<Vec3>& points);  // an accessor of its own
-  int add_node(nlohmann::json node);  // a root of the scene unless `child` later claims it
+  int add_node(nlohmann::json node);                // a root of the scene unless `child` later claims it
   int add_camera(nlohmann::json camera);
   int add_light(nlohmann::json light);
   int add_skin(const std::vector<int>& joints, const std::vector<Mat4>& inverse_bind);
 
   // Linear keys for one path of a node: 3 or 4 numbers each.
   void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<Vec3>& values);
-  void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<glm::quat>& values);
+  void animate(int node, const std::string& path, const std::vector<float>& times,
+               const std::vector<glm::quat>& values);
 
   nlohmann::json& node(int index) { return document_["nodes"][static_cast<std::size_t>(index)]; }
   nlohmann::json& capture_settings() { return document_["extensions"]["TESSERA_capture"]; }
@@ -56,8 +57,10 @@ class Asset {
     std::string file, bytes;
   };
   int add_texture(std::string file, std::string bytes);
-  int add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type, nlohmann::json more = {});
-  void animate_values(int node, const std::string& path, const std::vector<float>& times, std::span<const float> values, const char* type);
+  int add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type,
+                   nlohmann::json more = {});
+  void animate_values(int node, const std::string& path, const std::vector<float>& times, std::span<const float> values,
+                      const char* type);
   void use_extension(const std::string& name);
 
   std::string name_;

@@ -13,18 +13,21 @@ using nlohmann::json;
 constexpr float kPi = 3.14159265f;
 
 json displaced(json material, int heights, Vec2 repeat, float scale, float bias) {
-  material["extensions"]["TESSERA_displacement"] = {{"texture", texture_info(heights, repeat)}, {"scale", scale}, {"bias", bias}};
+  material["extensions"]["TESSERA_displacement"] = {
+      {"texture", texture_info(heights, repeat)}, {"scale", scale}, {"bias", bias}};
   return material;
 }
 
 // Dragon's eggs: a lathe of four segments, scales all over.
 Geometry egg() {
-  return revolve(smooth_profile({{0.0f, 0.0f}, {0.43f, 0.16f}, {0.57f, 0.60f}, {0.40f, 1.12f}, {0.0f, 1.42f}}, true, true));
+  return revolve(
+      smooth_profile({{0.0f, 0.0f}, {0.43f, 0.16f}, {0.57f, 0.60f}, {0.40f, 1.12f}, {0.0f, 1.42f}}, true, true));
 }
 
 Geometry orb() {
   std::vector<Vec2> arc;
-  for (int i = 0; i <= 4; ++i) arc.emplace_back(std::sin(kPi * static_cast<float>(i) / 4.0f), -std::cos(kPi * static_cast<float>(i) / 4.0f));
+  for (int i = 0; i <= 4; ++i)
+    arc.emplace_back(std::sin(kPi * static_cast<float>(i) / 4.0f), -std::cos(kPi * static_cast<float>(i) / 4.0f));
   arc.front().x = arc.back().x = 0.0f;
   std::vector<ProfileSegment> profile = smooth_profile(arc, true, true);
   // Exact quarter tangents of a circle.
@@ -67,7 +70,9 @@ Image8 cobble_colors() {
     const Cell c = cells(u, v, 5, 4, 0.7f, 11);
     const float dome = smooth_step(0.02f, 0.16f, c.second - c.nearest);
     const float shade = 0.75f + 0.25f * static_cast<float>(c.number * 7u % 11u) / 11.0f;
-    const Vec3 stone = mix(Vec3(0.42f, 0.40f, 0.38f), Vec3(0.55f, 0.47f, 0.40f), static_cast<float>(c.number * 5u % 7u) / 7.0f) * shade;
+    const Vec3 stone =
+        mix(Vec3(0.42f, 0.40f, 0.38f), Vec3(0.55f, 0.47f, 0.40f), static_cast<float>(c.number * 5u % 7u) / 7.0f) *
+        shade;
     return mix(Vec3(0.16f, 0.19f, 0.11f), stone, dome) * (0.75f + 0.4f * noise(u, v, 32, 3, 21));
   });
 }
@@ -75,7 +80,9 @@ Image8 cobble_colors() {
 Image16 crater_heights() {
   return height_picture(128, 128, [](float u, float v) {
     const Cell c = cells(u, v, 6, 6, 0.8f, 31);
-    return 0.55f - 0.5f * smooth_step(0.45f, 0.1f, c.nearest) + 0.25f * smooth_step(0.30f, 0.42f, c.nearest) * smooth_step(0.58f, 0.45f, c.nearest) + 0.15f * noise(u, v, 16, 3, 9);
+    return 0.55f - 0.5f * smooth_step(0.45f, 0.1f, c.nearest) +
+           0.25f * smooth_step(0.30f, 0.42f, c.nearest) * smooth_step(0.58f, 0.45f, c.nearest) +
+           0.15f * noise(u, v, 16, 3, 9);
   });
 }
 
@@ -92,9 +99,10 @@ struct Place {
   Vec3 at;
   float size, lean;
 };
-const Place kPlaces[] = {{0, {0.05f, -0.03f, 0.35f}, 1.30f, 0.0f},   {1, {-1.75f, 0.0f, -0.55f}, 1.12f, 0.14f}, {2, {1.75f, 0.0f, -0.75f}, 1.05f, -0.16f},
-                        {3, {0.95f, 0.0f, 1.55f}, 0.62f, 0.30f},  {3, {-3.6f, 0.0f, -3.2f}, 1.05f, 0.05f},   {1, {3.9f, 0.0f, -3.4f}, 1.15f, -0.08f},
-                        {2, {-0.9f, 0.0f, -3.9f}, 0.95f, 0.12f},  {0, {-1.75f, 0.0f, 2.75f}, 0.55f, -0.25f}};
+const Place kPlaces[] = {{0, {0.05f, -0.03f, 0.35f}, 1.30f, 0.0f},  {1, {-1.75f, 0.0f, -0.55f}, 1.12f, 0.14f},
+                         {2, {1.75f, 0.0f, -0.75f}, 1.05f, -0.16f}, {3, {0.95f, 0.0f, 1.55f}, 0.62f, 0.30f},
+                         {3, {-3.6f, 0.0f, -3.2f}, 1.05f, 0.05f},   {1, {3.9f, 0.0f, -3.4f}, 1.15f, -0.08f},
+                         {2, {-0.9f, 0.0f, -3.9f}, 0.95f, 0.12f},   {0, {-1.75f, 0.0f, 2.75f}, 0.55f, -0.25f}};
 
 // One mesh for each look.
 std::vector<int> add_shells(Asset& asset, int scale_heights) {
@@ -105,10 +113,13 @@ std::vector<int> add_shells(Asset& asset, int scale_heights) {
                            {{0.62f, 0.40f, 0.10f}, {1.00f, 0.83f, 0.42f}, 0.90f, 0.28f}};
   std::vector<int> meshes;
   for (std::size_t l = 0; l < 4; ++l) {
-    const int colors = asset.add_color_texture(egg_colors(looks[l], static_cast<std::uint32_t>(100 + 10 * l)), "eggs_shell_" + std::to_string(l));
+    const int colors = asset.add_color_texture(egg_colors(looks[l], static_cast<std::uint32_t>(100 + 10 * l)),
+                                               "eggs_shell_" + std::to_string(l));
     meshes.push_back(asset.add_mesh(shape, asset.add_material(displaced({{"name", "shell " + std::to_string(l)},
-                                                                         {"pbrMetallicRoughness", {{"baseColorTexture", texture_info(colors)},
-                                                                                                   {"metallicFactor", looks[l].metallic}, {"roughnessFactor", looks[l].roughness}}}},
+                                                                         {"pbrMetallicRoughness",
+                                                                          {{"baseColorTexture", texture_info(colors)},
+                                                                           {"metallicFactor", looks[l].metallic},
+                                                                           {"roughnessFactor", looks[l].roughness}}}},
                                                                         scale_heights, Vec2(9, 6), 0.075f, -0.01f))));
   }
   return meshes;
@@ -119,10 +130,16 @@ void add_ground(Asset& asset, int cobbles) {
   std::vector<Blob> blobs;
   for (const Place& p : kPlaces) blobs.push_back({{p.at.x, -p.at.z}, 0.62f * p.size});
   json occlusion = texture_info(asset.add_data_texture(contact_shade(blobs, low, high), "eggs_shade"));
-  json stone = {{"name", "cobbles"},
-                {"pbrMetallicRoughness", {{"baseColorTexture", texture_info(asset.add_color_texture(cobble_colors(), "eggs_stone"), Vec2(5, 4))}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.62}}},
-                {"occlusionTexture", occlusion}};
-  asset.add_node({{"name", "ground"}, {"mesh", asset.add_mesh(ground(low, high, 20, 15), asset.add_material(displaced(stone, cobbles, Vec2(5, 4), 0.20f, -0.12f)))}});
+  json stone = {
+      {"name", "cobbles"},
+      {"pbrMetallicRoughness",
+       {{"baseColorTexture", texture_info(asset.add_color_texture(cobble_colors(), "eggs_stone"), Vec2(5, 4))},
+        {"metallicFactor", 0.0},
+        {"roughnessFactor", 0.62}}},
+      {"occlusionTexture", occlusion}};
+  asset.add_node({{"name", "ground"},
+                  {"mesh", asset.add_mesh(ground(low, high, 20, 15),
+                                          asset.add_material(displaced(stone, cobbles, Vec2(5, 4), 0.20f, -0.12f)))}});
 }
 
 // The node of the one in the middle.
@@ -130,7 +147,11 @@ int add_eggs(Asset& asset, const std::vector<int>& meshes) {
   int first_egg = -1;
   for (const Place& p : kPlaces) {
     const glm::quat lean = glm::angleAxis(p.lean, Vec3(0, 0, 1)) * glm::angleAxis(p.at.x * 1.7f, Vec3(0, 1, 0));
-    const int node = asset.add_node({{"name", "egg"}, {"mesh", meshes[p.look]}, {"translation", array_of(p.at)}, {"rotation", array_of(lean)}, {"scale", {p.size, p.size, p.size}}});
+    const int node = asset.add_node({{"name", "egg"},
+                                     {"mesh", meshes[p.look]},
+                                     {"translation", array_of(p.at)},
+                                     {"rotation", array_of(lean)},
+                                     {"scale", {p.size, p.size, p.size}}});
     if (first_egg < 0) first_egg = node;
   }
   return first_egg;
@@ -156,10 +177,15 @@ Motions motions() {
 }
 
 void add_comet(Asset& asset, int craters, const Motions& m) {
-  const int ember = asset.add_material(displaced({{"name", "ember"}, {"emissiveTexture", texture_info(asset.add_color_texture(ember_glow(), "eggs_ember"), Vec2(2, 1))}, {"emissiveFactor", {1.0, 1.0, 1.0}},
-                                                  {"pbrMetallicRoughness", {{"baseColorFactor", {0.20, 0.17, 0.16, 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.8}}}},
-                                                 craters, Vec2(2, 1), 0.22f, -0.1f));
-  const int comet = asset.add_node({{"name", "ember"}, {"mesh", asset.add_mesh(orb(), ember)}, {"scale", {0.3, 0.3, 0.3}}});
+  const int ember = asset.add_material(
+      displaced({{"name", "ember"},
+                 {"emissiveTexture", texture_info(asset.add_color_texture(ember_glow(), "eggs_ember"), Vec2(2, 1))},
+                 {"emissiveFactor", {1.0, 1.0, 1.0}},
+                 {"pbrMetallicRoughness",
+                  {{"baseColorFactor", {0.20, 0.17, 0.16, 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.8}}}},
+                craters, Vec2(2, 1), 0.22f, -0.1f));
+  const int comet =
+      asset.add_node({{"name", "ember"}, {"mesh", asset.add_mesh(orb(), ember)}, {"scale", {0.3, 0.3, 0.3}}});
   asset.animate(comet, "translation", m.times, m.flight);
   asset.animate(comet, "rotation", m.times, m.spin);
 }
@@ -170,27 +196,32 @@ void add_lights(Asset& asset, const Motions& m) {
   key["extensions"]["KHR_lights_punctual"]["light"] = sun;
   asset.add_node(key);
   const int fire = asset.add_light({{"type", "point"}, {"color", {1.0, 0.5, 0.2}}, {"intensity", 6.0}, {"range", 6.0}});
-  json flame = {{"extensions", {{"KHR_lights_punctual", {{"light", fire}}}}}, {"translation", array_of(m.flight.front())}};
+  json flame = {{"extensions", {{"KHR_lights_punctual", {{"light", fire}}}}},
+                {"translation", array_of(m.flight.front())}};
   asset.animate(asset.add_node(flame), "translation", m.times, m.flight);
 }
 
 void add_view(Asset& asset) {
   const Vec3 eye(0.75f, 2.35f, 6.1f), target(0.02f, 0.78f, 0.0f);
-  const int camera = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.60}, {"znear", 0.3}, {"zfar", 60.0}}},
-                                       {"extensions", {{"TESSERA_lens", {{"apertureRadius", 0.085}, {"focusDistance", 5.75}}}}}});
+  const int camera =
+      asset.add_camera({{"type", "perspective"},
+                        {"perspective", {{"yfov", 0.60}, {"znear", 0.3}, {"zfar", 60.0}}},
+                        {"extensions", {{"TESSERA_lens", {{"apertureRadius", 0.085}, {"focusDistance", 5.75}}}}}});
   json view = look_at(eye, target);
   view["camera"] = camera;
   view["name"] = "camera";
   asset.add_node(view);
-  asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 24}, {"shutter", {0.0, 0.5}}, {"frames", {{"first", 14}, {"count", 1}}},
-                              {"environment", 0.85}, {"exposure", 0.95}};
+  asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 24},
+                              {"shutter", {0.0, 0.5}},     {"frames", {{"first", 14}, {"count", 1}}},
+                              {"environment", 0.85},       {"exposure", 0.95}};
 }
 
 }  // namespace
 
 void make_eggs(const std::filesystem::path& folder) {
   Asset asset("eggs");
-  const int scale_heights = asset.add_height_texture(height_picture(128, 128, [](float u, float v) { return scales(u, v); }), "eggs_scales");
+  const int scale_heights =
+      asset.add_height_texture(height_picture(128, 128, [](float u, float v) { return scales(u, v); }), "eggs_scales");
   const int cobbles = asset.add_height_texture(cobble_heights(), "eggs_cobbles");
   const int craters = asset.add_height_texture(crater_heights(), "eggs_craters");
   const std::vector<int> shells = add_shells(asset, scale_heights);

@@ -12,10 +12,13 @@ namespace {
 template <class Put>
 void each_texel(int width, int height, const Put& put) {
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) put(x, y, static_cast<float>(x) / static_cast<float>(width), static_cast<float>(y) / static_cast<float>(height));
+    for (int x = 0; x < width; ++x)
+      put(x, y, static_cast<float>(x) / static_cast<float>(width), static_cast<float>(y) / static_cast<float>(height));
 }
 
-float unit_hash(std::uint32_t a, std::uint32_t b, std::uint32_t c) { return static_cast<float>(hash32(a, b, c) >> 8) * 0x1p-24f; }
+float unit_hash(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  return static_cast<float>(hash32(a, b, c) >> 8) * 0x1p-24f;
+}
 
 std::uint32_t wrapped(int i, int n) { return static_cast<std::uint32_t>(((i % n) + n) % n); }
 
@@ -30,7 +33,9 @@ Image8 color_picture(int width, int height, const std::function<Vec3(float, floa
   return out;
 }
 
-Image8 data_picture(int width, int height, const std::function<Vec3(float, float)>& value) { return color_picture(width, height, value); }
+Image8 data_picture(int width, int height, const std::function<Vec3(float, float)>& value) {
+  return color_picture(width, height, value);
+}
 
 Image8 grey_picture(int width, int height, const std::function<float(float, float)>& value) {
   Image8 out(width, height, 1);
@@ -42,7 +47,8 @@ Image16 height_picture(int width, int height, const std::function<float(float, f
   Image16 out(width, height, 1);
   each_texel(width, height, [&](int x, int y, float u, float v) {
     // 12 significant bits: finer than any displacement here, and the file stays small.
-    out.at(x, y)[0] = static_cast<std::uint16_t>(static_cast<int>(std::clamp(value(u, v), 0.0f, 1.0f) * 4095.0f + 0.5f) << 4);
+    out.at(x, y)[0] =
+        static_cast<std::uint16_t>(static_cast<int>(std::clamp(value(u, v), 0.0f, 1.0f) * 4095.0f + 0.5f) << 4);
   });
   return out;
 }
@@ -60,7 +66,10 @@ float noise(float u, float v, int cell_count, int octaves, std::uint32_t seed) {
     const float x = u * static_cast<float>(cell_count), y = v * static_cast<float>(cell_count);
     const int ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
     const float fx = smooth_step(0, 1, x - static_cast<float>(ix)), fy = smooth_step(0, 1, y - static_cast<float>(iy));
-    const auto at = [&](int dx, int dy) { return unit_hash(seed + static_cast<std::uint32_t>(octave), wrapped(ix + dx, cell_count), wrapped(iy + dy, cell_count)); };
+    const auto at = [&](int dx, int dy) {
+      return unit_hash(seed + static_cast<std::uint32_t>(octave), wrapped(ix + dx, cell_count),
+                       wrapped(iy + dy, cell_count));
+    };
     sum += weight * ((at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy);
     total += weight;
   }
@@ -77,8 +86,10 @@ Cell cells(float u, float v, int count_u, int count_v, float jitter, std::uint32
       const float px = static_cast<float>(ix + dx) + 0.5f + jitter * (unit_hash(seed, cx, cy) - 0.5f);
       const float py = static_cast<float>(iy + dy) + 0.5f + jitter * (unit_hash(seed + 1, cx, cy) - 0.5f);
       const float distance = std::hypot(px - x, py - y);
-      if (distance < best.nearest) best = {distance, best.nearest, cy * static_cast<std::uint32_t>(count_u) + cx};
-      else best.second = std::min(best.second, distance);
+      if (distance < best.nearest)
+        best = {distance, best.nearest, cy * static_cast<std::uint32_t>(count_u) + cx};
+      else
+        best.second = std::min(best.second, distance);
     }
   return best;
 }
@@ -88,13 +99,15 @@ float scales(float u, float v) {
   float best = 0.0f;
   for (int row = -1; row <= 3; ++row)
     for (int column = -1; column <= 1; ++column) {
-      const float cx = static_cast<float>(column) + (row & 1 ? 0.5f : 0.0f) + 0.25f, cy = static_cast<float>(row) * 0.5f;
+      const float cx = static_cast<float>(column) + (row & 1 ? 0.5f : 0.0f) + 0.25f,
+                  cy = static_cast<float>(row) * 0.5f;
       const float dx = (u - cx) * 2.0f, dy = (v - cy) * 1.15f;  // dy grows downwards: the tip
       const float reach = dx * dx + dy * dy * 1.6f;
       if (dy < -0.35f || reach > 1.0f) continue;
       // Rises towards the tip, with a rounded rim and a ridge.
       const float rim = smooth_step(1.0f, 0.72f, reach);
-      const float body = 0.35f + 0.55f * smooth_step(-0.4f, 0.75f, dy) + 0.10f * (1.0f - smooth_step(0.0f, 0.25f, std::abs(dx)));
+      const float body =
+          0.35f + 0.55f * smooth_step(-0.4f, 0.75f, dy) + 0.10f * (1.0f - smooth_step(0.0f, 0.25f, std::abs(dx)));
       best = std::max(best, rim * body);
     }
   return best;

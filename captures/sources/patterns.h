@@ -28,8 +28,8 @@ Cell cells(float u, float v, int count_u, int count_v, float jitter, std::uint32
 // Overlapping scales: height in [0, 1], two rows of one scale each per period, offset by half.
 float scales(float u, float v);
 
-// Occlusion map of a flat ground [low, high] (x and -z) for things that stand on it: a soft blob at each, drawn out away
-// from the brightest light of the built-in environment.
+// Occlusion map of a flat ground [low, high] (x and -z) for things that stand on it: a soft blob at each, drawn out
+// away from the brightest light of the built-in environment.
 struct Blob {
   Vec2 at;
   float radius;

@@ -5,11 +5,11 @@
 namespace tessera::captures {
 
 // Each writes the source of one shipped capture: NAME.gltf and what belongs to it.
-void make_eggs(const std::filesystem::path& folder);     // displaced Bezier patches, moving and defocused
-void make_vases(const std::filesystem::path& folder);    // static, pinhole, undisplaced
-void make_serpent(const std::filesystem::path& folder);  // a skinned mesh with a morph target
-void make_workshop(const std::filesystem::path& folder); // procedures only: a still life
-void make_flyby(const std::filesystem::path& folder);    // fast motion across the whole screen
-void make_stroll(const std::filesystem::path& folder);   // the same with a moving camera, 60 frames
+void make_eggs(const std::filesystem::path& folder);      // displaced Bezier patches, moving and defocused
+void make_vases(const std::filesystem::path& folder);     // static, pinhole, undisplaced
+void make_serpent(const std::filesystem::path& folder);   // a skinned mesh with a morph target
+void make_workshop(const std::filesystem::path& folder);  // procedures only: a still life
+void make_flyby(const std::filesystem::path& folder);     // fast motion across the whole screen
+void make_stroll(const std::filesystem::path& folder);    // the same with a moving camera, 60 frames
 
 }  // namespace tessera::captures

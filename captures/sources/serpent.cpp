@@ -14,16 +14,20 @@ constexpr int kJoints = 14;
 
 float radius_at(float s) {  // s from the snout to the tail
   const float head = 0.20f + 0.16f * smooth_step(0.0f, 0.05f, s) - 0.05f * smooth_step(0.07f, 0.14f, s);
-  return head * (s < 0.012f ? smooth_step(-0.004f, 0.012f, s) : 1.0f) * (1.0f - 0.9f * smooth_step(0.35f, 1.0f, s)) + 0.004f;
+  return head * (s < 0.012f ? smooth_step(-0.004f, 0.012f, s) : 1.0f) * (1.0f - 0.9f * smooth_step(0.35f, 1.0f, s)) +
+         0.004f;
 }
 
 // A tube along -x, a little flattened, a fin along its back.
 Geometry body() {
-  Geometry g = mesh_of([](float u, float v) {
-    const float s = std::min(std::max(v, 0.0f), 1.0f), a = u * 2.0f * kPi, r = radius_at(s);
-    const float fin = 1.0f + 1.1f * smooth_step(0.94f, 1.0f, std::cos(a)) * smooth_step(0.12f, 0.3f, s) * smooth_step(1.0f, 0.7f, s);
-    return Vec3(-s * kLength, std::cos(a) * r * fin, std::sin(a) * r * 0.85f);
-  }, 40, 120);
+  Geometry g = mesh_of(
+      [](float u, float v) {
+        const float s = std::min(std::max(v, 0.0f), 1.0f), a = u * 2.0f * kPi, r = radius_at(s);
+        const float fin = 1.0f + 1.1f * smooth_step(0.94f, 1.0f, std::cos(a)) * smooth_step(0.12f, 0.3f, s) *
+                                     smooth_step(1.0f, 0.7f, s);
+        return Vec3(-s * kLength, std::cos(a) * r * fin, std::sin(a) * r * 0.85f);
+      },
+      40, 120);
   for (const Vec3& p : g.positions) {
     const float along = -p.x / kLength * (kJoints - 1);
     const int first = std::min(static_cast<int>(along), kJoints - 2);
@@ -41,7 +45,8 @@ Image8 skin_colors() {
     const Vec3 belly(0.93f, 0.88f, 0.70f), green(0.06f, 0.38f, 0.34f), gold(0.93f, 0.66f, 0.16f);
     Vec3 color = mix(belly, mix(green, gold, smooth_step(0.62f, 0.75f, wave)), smooth_step(0.12f, 0.34f, back));
     // Eyes.
-    const float du = std::min(std::abs(u - 0.17f), std::abs(u - 0.83f)), eye = std::hypot(du * 1.6f, (v - 0.048f) * 6.0f);
+    const float du = std::min(std::abs(u - 0.17f), std::abs(u - 0.83f)),
+                eye = std::hypot(du * 1.6f, (v - 0.048f) * 6.0f);
     if (eye < 0.085f) color = eye < 0.045f ? Vec3(0.02f) : Vec3(0.97f, 0.93f, 0.62f);
     return color * (0.8f + 0.3f * noise(u, v, 48, 2, 8));
   });
@@ -58,8 +63,11 @@ Image8 sand() {
 
 void make_serpent(const std::filesystem::path& folder) {
   Asset asset("serpent");
-  const int skin_material = asset.add_material({{"pbrMetallicRoughness", {{"baseColorTexture", texture_info(asset.add_color_texture(skin_colors(), "serpent_skin"))},
-                                                                          {"metallicFactor", 0.0}, {"roughnessFactor", 0.34}}}});
+  const int skin_material =
+      asset.add_material({{"pbrMetallicRoughness",
+                           {{"baseColorTexture", texture_info(asset.add_color_texture(skin_colors(), "serpent_skin"))},
+                            {"metallicFactor", 0.0},
+                            {"roughnessFactor", 0.34}}}});
   // Joints in a chain from the head; each a step along -x from the one before.
   const float step = kLength / (kJoints - 1);
   std::vector<int> joints;
@@ -93,25 +101,38 @@ void make_serpent(const std::filesystem::path& folder) {
     if (j == 0) asset.animate(joints[0], "translation", times, places);
   }
 
-  const int sand_material = asset.add_material({{"pbrMetallicRoughness", {{"baseColorTexture", texture_info(asset.add_color_texture(sand(), "serpent_sand"), Vec2(4, 3))},
-                                                                          {"metallicFactor", 0.0}, {"roughnessFactor", 0.9}}}});
-  asset.add_node({{"mesh", asset.add_mesh(mesh_of([](float u, float v) {
-    const float x = (u - 0.5f) * 22.0f, z = (0.45f - v) * 16.0f;
-    return Vec3(x, 0.35f * (noise(u, v, 6, 3, 15) - 0.5f), z);
-  }, 72, 56), sand_material)}});
+  const int sand_material = asset.add_material(
+      {{"pbrMetallicRoughness",
+        {{"baseColorTexture", texture_info(asset.add_color_texture(sand(), "serpent_sand"), Vec2(4, 3))},
+         {"metallicFactor", 0.0},
+         {"roughnessFactor", 0.9}}}});
+  asset.add_node({{"mesh", asset.add_mesh(mesh_of(
+                                              [](float u, float v) {
+                                                const float x = (u - 0.5f) * 22.0f, z = (0.45f - v) * 16.0f;
+                                                return Vec3(x, 0.35f * (noise(u, v, 6, 3, 15) - 0.5f), z);
+                                              },
+                                              72, 56),
+                                          sand_material)}});
   // Corals: bent tubes.
-  const int coral = asset.add_material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.85, 0.28, 0.24, 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
-  const Geometry branch = mesh_of([](float u, float v) {
-    const float a = u * 2.0f * kPi, r = 0.12f * (1.0f - 0.65f * v) + 0.015f * std::sin(v * 40.0f);
-    return Vec3(std::cos(a) * r + 0.35f * v * v, v * 1.5f, -std::sin(a) * r);
-  }, 16, 24);
+  const int coral = asset.add_material(
+      {{"pbrMetallicRoughness",
+        {{"baseColorFactor", {0.85, 0.28, 0.24, 1.0}}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.6}}}});
+  const Geometry branch = mesh_of(
+      [](float u, float v) {
+        const float a = u * 2.0f * kPi, r = 0.12f * (1.0f - 0.65f * v) + 0.015f * std::sin(v * 40.0f);
+        return Vec3(std::cos(a) * r + 0.35f * v * v, v * 1.5f, -std::sin(a) * r);
+      },
+      16, 24);
   const int branch_mesh = asset.add_mesh(branch, coral);
   for (int k = 0; k < 9; ++k) {
     const float angle = 0.9f * static_cast<float>(k);
     const Vec3 at = k < 5 ? Vec3(-2.6f, -0.32f, -1.6f) : Vec3(3.4f, -0.30f, -2.4f);
     const glm::quat turn = glm::angleAxis(angle, Vec3(0, 1, 0)) * glm::angleAxis(-0.30f, Vec3(0, 0, 1));
     const float size = 0.75f + 0.09f * static_cast<float>(k % 5);
-    asset.add_node({{"mesh", branch_mesh}, {"translation", array_of(at)}, {"rotation", array_of(turn)}, {"scale", {size, size, size}}});
+    asset.add_node({{"mesh", branch_mesh},
+                    {"translation", array_of(at)},
+                    {"rotation", array_of(turn)},
+                    {"scale", {size, size, size}}});
   }
 
   const int sun = asset.add_light({{"type", "directional"}, {"color", {0.80, 0.95, 1.0}}, {"intensity", 3.0}});
@@ -119,10 +140,12 @@ void make_serpent(const std::filesystem::path& folder) {
   key["extensions"]["KHR_lights_punctual"]["light"] = sun;
   asset.add_node(key);
   json view = look_at({0.6f, 2.5f, 6.6f}, {0.0f, 0.65f, 0.0f});
-  view["camera"] = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.66}, {"znear", 0.2}, {"zfar", 60.0}}}});
+  view["camera"] =
+      asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.66}, {"znear", 0.2}, {"zfar", 60.0}}}});
   asset.add_node(view);
-  asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 24}, {"shutter", {0.0, 0.5}}, {"frames", {{"first", 12}, {"count", 1}}},
-                              {"environment", 0.6}, {"background", {0.055, 0.17, 0.23}}};
+  asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 24},
+                              {"shutter", {0.0, 0.5}},     {"frames", {{"first", 12}, {"count", 1}}},
+                              {"environment", 0.6},        {"background", {0.055, 0.17, 0.23}}};
   asset.write(folder);
 }
 

@@ -46,8 +46,9 @@ Geometry revolve(const std::vector<ProfileSegment>& profile) {
           const Vec2& point = profile[s][j];
           // u runs clockwise seen from above: dp/du x dp/dv then points outwards.
           g.positions.emplace_back(arc[i].x * point.x, point.y, -arc[i].y * point.x);
-          g.texcoords.emplace_back((static_cast<float>(quarter) + static_cast<float>(i) / 3.0f) / 4.0f,
-                                   1.0f - (static_cast<float>(s) + static_cast<float>(j) / 3.0f) / static_cast<float>(profile.size()));
+          g.texcoords.emplace_back(
+              (static_cast<float>(quarter) + static_cast<float>(i) / 3.0f) / 4.0f,
+              1.0f - (static_cast<float>(s) + static_cast<float>(j) / 3.0f) / static_cast<float>(profile.size()));
         }
       add_cage(g, first);
     }
@@ -62,7 +63,8 @@ Geometry ground(Vec2 low, Vec2 high, int nx, int nz) {
       const auto first = static_cast<std::uint32_t>(g.positions.size());
       for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {
-          const Vec2 s(static_cast<float>(3 * x + i) / static_cast<float>(3 * nx), static_cast<float>(3 * z + j) / static_cast<float>(3 * nz));
+          const Vec2 s(static_cast<float>(3 * x + i) / static_cast<float>(3 * nx),
+                       static_cast<float>(3 * z + j) / static_cast<float>(3 * nz));
           const Vec2 p = low + (high - low) * s;
           // v runs towards -z, so that the normal is +y.
           g.positions.emplace_back(p.x, 0.0f, -p.y);
@@ -77,7 +79,8 @@ Geometry mesh_of(const std::function<Vec3(float, float)>& surface, int nu, int n
   Geometry g;
   for (int j = 0; j <= nv; ++j)
     for (int i = 0; i <= nu; ++i) {
-      const float u = static_cast<float>(i) / static_cast<float>(nu), v = static_cast<float>(j) / static_cast<float>(nv);
+      const float u = static_cast<float>(i) / static_cast<float>(nu),
+                  v = static_cast<float>(j) / static_cast<float>(nv);
       constexpr float kStep = 1e-3f;
       const Vec3 du = surface(u + kStep, v) - surface(u - kStep, v), dv = surface(u, v + kStep) - surface(u, v - kStep);
       const Vec3 n = glm::cross(du, dv);

@@ -24,8 +24,8 @@ Geometry revolve(const std::vector<ProfileSegment>& profile);
 // Flat rectangle in the xz plane, facing +y, of nx x nz bilinear patches; texture coordinates 0..1.
 Geometry ground(Vec2 low, Vec2 high, int nx, int nz);
 
-// Triangle mesh of a function over [0,1]^2, (nu+1) x (nv+1) vertices with normals from differences; at poles, where those
-// vanish, the direction from the origin.
+// Triangle mesh of a function over [0,1]^2, (nu+1) x (nv+1) vertices with normals from differences; at poles, where
+// those vanish, the direction from the origin.
 Geometry mesh_of(const std::function<Vec3(float, float)>& surface, int nu, int nv);
 
 // A box with flat faces.

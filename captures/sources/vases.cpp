@@ -10,7 +10,10 @@ namespace {
 using nlohmann::json;
 
 json plain(Vec3 color, float metallic, float roughness) {
-  return {{"pbrMetallicRoughness", {{"baseColorFactor", {color.x, color.y, color.z, 1.0}}, {"metallicFactor", metallic}, {"roughnessFactor", roughness}}}};
+  return {{"pbrMetallicRoughness",
+           {{"baseColorFactor", {color.x, color.y, color.z, 1.0}},
+            {"metallicFactor", metallic},
+            {"roughnessFactor", roughness}}}};
 }
 
 // Painted bands with a meander between them.
@@ -21,7 +24,8 @@ Image8 glaze() {
     bool dark = (band > 0.10f && band < 0.115f) || (band > 0.125f && band < 0.13f) || v < 0.12f || v > 0.9f;
     if (band < 0.085f) {
       // A Greek key on a 7 x 7 grid.
-      static constexpr const char* kKey[7] = {"#######", "#......", "#.####.", "#.#..#.", "#.##.#.", "#....#.", "######."};
+      static constexpr const char* kKey[7] = {"#######", "#......", "#.####.", "#.#..#.",
+                                              "#.##.#.", "#....#.", "######."};
       const int x = static_cast<int>(u * 24.0f * 7.0f) % 7, y = static_cast<int>((v - 0.335f) / 0.17f * 7.0f);
       dark = kKey[std::min(std::max(y, 0), 6)][x] == '#';
     }
@@ -35,7 +39,8 @@ Image8 planks() {
   return color_picture(512, 512, [](float u, float v) {
     const float across = v * 6.0f;
     const auto plank = static_cast<std::uint32_t>(across);
-    const float seam = smooth_step(0.0f, 0.02f, across - std::floor(across)) * smooth_step(1.0f, 0.98f, across - std::floor(across));
+    const float seam =
+        smooth_step(0.0f, 0.02f, across - std::floor(across)) * smooth_step(1.0f, 0.98f, across - std::floor(across));
     const float grain = noise(u, v * 8.0f - std::floor(v * 8.0f), 3, 2, 50 + plank), fine = noise(u, v, 64, 2, 91);
     const Vec3 wood = mix(Vec3(0.36f, 0.22f, 0.13f), Vec3(0.58f, 0.39f, 0.24f), 0.55f * grain + 0.45f * fine);
     return wood * (0.35f + 0.65f * seam) * (0.85f + 0.1f * static_cast<float>(plank % 3u));
@@ -46,38 +51,61 @@ Image8 planks() {
 void add_table(Asset& asset) {
   const auto add = [&](const Geometry& g, json material, Vec3 at, float size, float turn = 0) {
     const glm::quat rotation = glm::angleAxis(turn, Vec3(0, 1, 0));
-    asset.add_node({{"mesh", asset.add_mesh(g, asset.add_material(std::move(material)))}, {"translation", array_of(at)}, {"rotation", array_of(rotation)}, {"scale", {size, size, size}}});
+    asset.add_node({{"mesh", asset.add_mesh(g, asset.add_material(std::move(material)))},
+                    {"translation", array_of(at)},
+                    {"rotation", array_of(rotation)},
+                    {"scale", {size, size, size}}});
   };
   json table = plain(Vec3(1.0f), 0.0f, 0.45f);
-  table["pbrMetallicRoughness"]["baseColorTexture"] = texture_info(asset.add_color_texture(planks(), "vases_planks"), Vec2(2, 1));
+  table["pbrMetallicRoughness"]["baseColorTexture"] =
+      texture_info(asset.add_color_texture(planks(), "vases_planks"), Vec2(2, 1));
   const Vec2 low(-5, -3.2f), high(5, 3.6f);
-  const std::vector<Blob> blobs = {{{-0.15f, -0.1f}, 0.48f}, {{-2.0f, -0.35f}, 0.6f}, {{1.75f, 0.25f}, 0.6f}, {{0.95f, -1.35f}, 0.24f}, {{-0.95f, -1.55f}, 0.5f}, {{2.55f, -0.95f}, 0.55f}};
+  const std::vector<Blob> blobs = {{{-0.15f, -0.1f}, 0.48f}, {{-2.0f, -0.35f}, 0.6f},  {{1.75f, 0.25f}, 0.6f},
+                                   {{0.95f, -1.35f}, 0.24f}, {{-0.95f, -1.55f}, 0.5f}, {{2.55f, -0.95f}, 0.55f}};
   table["occlusionTexture"] = texture_info(asset.add_data_texture(contact_shade(blobs, low, high), "vases_shade"));
   add(ground(low, high, 10, 7), table, {0, 0, 0}, 1.0f);
 
   json painted = plain(Vec3(1.0f), 0.0f, 0.32f);
   painted["pbrMetallicRoughness"]["baseColorTexture"] = texture_info(asset.add_color_texture(glaze(), "vases_glaze"));
   painted["doubleSided"] = true;
-  add(revolve(smooth_profile({{0.0f, 0.0f}, {0.34f, 0.02f}, {0.26f, 0.12f}, {0.66f, 0.75f}, {0.55f, 1.30f}, {0.20f, 1.62f}, {0.19f, 1.85f}, {0.34f, 1.98f}}, false, false)),
+  add(revolve(smooth_profile({{0.0f, 0.0f},
+                              {0.34f, 0.02f},
+                              {0.26f, 0.12f},
+                              {0.66f, 0.75f},
+                              {0.55f, 1.30f},
+                              {0.20f, 1.62f},
+                              {0.19f, 1.85f},
+                              {0.34f, 1.98f}},
+                             false, false)),
       painted, {-0.15f, 0, 0.1f}, 1.25f, 0.4f);
   json bronze = plain({0.86f, 0.58f, 0.30f}, 1.0f, 0.26f);
   bronze["doubleSided"] = true;
-  add(revolve(smooth_profile({{0.0f, 0.0f}, {0.42f, 0.03f}, {0.52f, 0.20f}, {0.30f, 0.55f}, {0.42f, 0.95f}, {0.62f, 1.08f}}, false, false)), bronze, {-2.0f, 0, 0.35f}, 1.1f);
+  add(revolve(
+          smooth_profile({{0.0f, 0.0f}, {0.42f, 0.03f}, {0.52f, 0.20f}, {0.30f, 0.55f}, {0.42f, 0.95f}, {0.62f, 1.08f}},
+                         false, false)),
+      bronze, {-2.0f, 0, 0.35f}, 1.1f);
   json jade = plain({0.07f, 0.32f, 0.20f}, 0.0f, 0.18f);
   jade["doubleSided"] = true;
-  add(revolve(smooth_profile({{0.0f, 0.0f}, {0.30f, 0.0f}, {0.62f, 0.34f}, {0.50f, 0.72f}, {0.13f, 0.98f}, {0.11f, 1.45f}, {0.22f, 1.62f}}, false, false)), jade, {1.75f, 0, -0.25f}, 1.2f);
+  add(revolve(smooth_profile(
+          {{0.0f, 0.0f}, {0.30f, 0.0f}, {0.62f, 0.34f}, {0.50f, 0.72f}, {0.13f, 0.98f}, {0.11f, 1.45f}, {0.22f, 1.62f}},
+          false, false)),
+      jade, {1.75f, 0, -0.25f}, 1.2f);
 
   // Triangle meshes beside the patches: a pearl, a ring and a block.
   const float two_pi = 6.2831853f;
-  const Geometry pearl = mesh_of([&](float u, float v) {
-    const float a = u * two_pi, b = (v - 0.5f) * two_pi * 0.5f;
-    return Vec3(std::cos(a) * std::cos(b), std::sin(b), -std::sin(a) * std::cos(b));
-  }, 48, 24);
+  const Geometry pearl = mesh_of(
+      [&](float u, float v) {
+        const float a = u * two_pi, b = (v - 0.5f) * two_pi * 0.5f;
+        return Vec3(std::cos(a) * std::cos(b), std::sin(b), -std::sin(a) * std::cos(b));
+      },
+      48, 24);
   add(pearl, plain({0.93f, 0.89f, 0.84f}, 0.0f, 0.12f), {0.95f, 0.26f, 1.35f}, 0.26f);
-  const Geometry ring = mesh_of([&](float u, float v) {
-    const float a = u * two_pi, b = v * two_pi, r = 1.0f + 0.3f * std::cos(b);
-    return Vec3(std::cos(a) * r, 0.3f * std::sin(b), -std::sin(a) * r);
-  }, 64, 24);
+  const Geometry ring = mesh_of(
+      [&](float u, float v) {
+        const float a = u * two_pi, b = v * two_pi, r = 1.0f + 0.3f * std::cos(b);
+        return Vec3(std::cos(a) * r, 0.3f * std::sin(b), -std::sin(a) * r);
+      },
+      64, 24);
   add(ring, plain({1.0f, 0.80f, 0.38f}, 1.0f, 0.22f), {-0.95f, 0.125f, 1.55f}, 0.40f);
   add(box({0.5f, 0.22f, 0.34f}), plain({0.30f, 0.02f, 0.03f}, 0.0f, 0.5f), {2.55f, 0.22f, 0.95f}, 1.0f, 0.5f);
 
@@ -89,7 +117,8 @@ void add_table(Asset& asset) {
 
 json camera_at(Vec3 eye, Vec3 target, Asset& asset) {
   json view = look_at(eye, target);
-  view["camera"] = asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.62}, {"znear", 0.2}, {"zfar", 50.0}}}});
+  view["camera"] =
+      asset.add_camera({{"type", "perspective"}, {"perspective", {{"yfov", 0.62}, {"znear", 0.2}, {"zfar", 50.0}}}});
   return view;
 }
 
@@ -123,7 +152,8 @@ void make_stroll(const std::filesystem::path& folder) {
   }
   asset.animate(camera, "translation", times, places);
   asset.animate(camera, "rotation", times, turns);
-  asset.capture_settings() = {{"resolution", {1280, 720}}, {"frameRate", 30}, {"frames", {{"first", 0}, {"count", 60}}}, {"environment", 0.75}};
+  asset.capture_settings() = {
+      {"resolution", {1280, 720}}, {"frameRate", 30}, {"frames", {{"first", 0}, {"count", 60}}}, {"environment", 0.75}};
   asset.write(folder);
 }
 

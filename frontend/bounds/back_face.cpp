@@ -11,7 +11,8 @@ namespace {
 double largest_stretch(const DMat4& m) {
   const DMat3 l(m), square = glm::transpose(l) * l;
   double largest = 0;
-  for (int r = 0; r < 3; ++r) largest = std::max(largest, std::abs(square[0][r]) + std::abs(square[1][r]) + std::abs(square[2][r]));
+  for (int r = 0; r < 3; ++r)
+    largest = std::max(largest, std::abs(square[0][r]) + std::abs(square[1][r]) + std::abs(square[2][r]));
   return std::sqrt(largest);
 }
 
@@ -40,7 +41,8 @@ SecondLengths second_lengths(const PatchNet& net) {
       out.vv = std::max(out.vv, 6 * length(4 * (i + 2) + j, 4 * (i + 1) + j, 4 * (i + 1) + j, 4 * i + j));
     }
   for (std::size_t j = 0; j < 3; ++j)
-    for (std::size_t i = 0; i < 3; ++i) out.uv = std::max(out.uv, 9 * length(4 * j + i + 5, 4 * j + i + 4, 4 * j + i + 1, 4 * j + i));
+    for (std::size_t i = 0; i < 3; ++i)
+      out.uv = std::max(out.uv, 9 * length(4 * j + i + 5, 4 * j + i + 4, 4 * j + i + 1, 4 * j + i));
   return out;
 }
 
@@ -48,7 +50,8 @@ SecondLengths second_lengths(const PatchNet& net) {
 struct Slopes {
   double u = 0, v = 0;
 };
-Slopes displacement_slopes(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SubPatchBounder& bounder, std::uint32_t patch) {
+Slopes displacement_slopes(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SubPatchBounder& bounder,
+                           std::uint32_t patch) {
   const PatchDisplacement d = patch_displacement(frame, bounder.drawable(), patch);
   const PatchDisplacement::Footprint f = d.footprint(bounder.range());
   const Vec2 texel = pyramids.slopes_of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
@@ -56,7 +59,8 @@ Slopes displacement_slopes(const FrameGeometry& frame, const PyramidLibrary& pyr
   const Vec2 along_u = largest(d.corner[1] - d.corner[0], d.corner[3] - d.corner[2]);
   const Vec2 along_v = largest(d.corner[2] - d.corner[0], d.corner[3] - d.corner[1]);
   const double scale = std::abs(static_cast<double>(d.material->scale)) * (1 + 0x1p-20);
-  return {scale * static_cast<double>(along_u.x * texel.x + along_u.y * texel.y), scale * static_cast<double>(along_v.x * texel.x + along_v.y * texel.y)};
+  return {scale * static_cast<double>(along_u.x * texel.x + along_u.y * texel.y),
+          scale * static_cast<double>(along_v.x * texel.x + along_v.y * texel.y)};
 }
 
 // What the filtered heights' rounding (their mip levels' included, see MinMaxPyramid) may move a vertex by.
@@ -67,7 +71,8 @@ double height_rounding(const PyramidLibrary& pyramids, const Displacement& d) {
 }
 
 TangentSpread join(const TangentSpread& a, const TangentSpread& b) {
-  return {std::min(a.min_dot, b.min_dot), std::min(a.min_cosine2, b.min_cosine2), std::max(a.max_length2, b.max_length2)};
+  return {std::min(a.min_dot, b.min_dot), std::min(a.min_cosine2, b.min_cosine2),
+          std::max(a.max_length2, b.max_length2)};
 }
 
 }  // namespace
@@ -75,9 +80,9 @@ TangentSpread join(const TangentSpread& a, const TangentSpread& b) {
 // Cross products of chords over one cell of the grid, in camera space.
 struct BackFaceTest::Spread {
   DVec3 axis;
-  double sine, cosine;       // of the cone about the axis
-  double least;              // length of a cross product
-  double chord_u, chord_v;   // longest
+  double sine, cosine;      // of the cone about the axis
+  double least;             // length of a cross product
+  double chord_u, chord_v;  // longest
 };
 
 void BackFaceTest::begin(std::uint32_t patch) {
@@ -85,19 +90,23 @@ void BackFaceTest::begin(std::uint32_t patch) {
   const PosedDrawable& drawable = frame_.drawable_of(patch);
   applies_ = drawable.drawable->kind == Primitive::Kind::kBezierPatches && !drawable.material->double_sided;
   if (!applies_) return;
-  for (std::size_t key = 0; key < 2; ++key) to_camera_[key] = frame_.views[key].world_to_camera * DMat4(drawable.to_world[key]);
+  for (std::size_t key = 0; key < 2; ++key)
+    to_camera_[key] = frame_.views[key].world_to_camera * DMat4(drawable.to_world[key]);
   stretch_ = std::max(largest_stretch(to_camera_[0]), largest_stretch(to_camera_[1]));
 }
 
 // What displacement and rounding add to a chord, per unit of the base patch's parameter, in object space.
-std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bounder, const PyramidLibrary& pyramids) const {
+std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bounder,
+                                                       const PyramidLibrary& pyramids) const {
   const ParameterRange& r = bounder.range();
-  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0), dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
+  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
+               dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   // A vertex is off by fewer than 72 roundings of the largest coordinate; a displaced one also by the error of its
   // normal and of its height.
   Extra out{0, 0, 72 * 0x1p-24 * std::sqrt(3.0) * bounder.largest_coordinate()};
   if (!bounder.displaced()) return out;
-  const double reach = std::max(std::abs(static_cast<double>(bounder.offsets().low)), std::abs(static_cast<double>(bounder.offsets().high)));
+  const double reach = std::max(std::abs(static_cast<double>(bounder.offsets().low)),
+                                std::abs(static_cast<double>(bounder.offsets().high)));
   const auto object = bounder.nets();
   const CornerFrame frame = corner_frame(object);
   double turn_u = 0, turn_v = 0, normal_error = 0;  // turn of the normal
@@ -116,16 +125,20 @@ std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bo
   const Slopes slope = displacement_slopes(frame_, pyramids, bounder, patch_);
   out.u = slope.u + reach * turn_u;
   out.v = slope.v + reach * turn_v;
-  out.vertex_error += reach * (normal_error + 0x1p-20) + height_rounding(pyramids, *bounder.drawable().material->displacement);
+  out.vertex_error +=
+      reach * (normal_error + 0x1p-20) + height_rounding(pyramids, *bounder.drawable().material->displacement);
   return out;
 }
 
-bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells, Spread& out) const {
+bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+                          Spread& out) const {
   const auto object = bounder.nets();
   std::array<PatchNet, 2> nets;
-  for (std::size_t key = 0; key < 2; ++key) nets[key] = transformed(object[std::min(key, object.size() - 1)], to_camera_[key]);
+  for (std::size_t key = 0; key < 2; ++key)
+    nets[key] = transformed(object[std::min(key, object.size() - 1)], to_camera_[key]);
   const CornerFrame frame = corner_frame(nets);
-  const NetMeasure m0 = measure_net(nets[0], frame.axes, frame.tangent_u, frame.tangent_v), m1 = measure_net(nets[1], frame.axes, frame.tangent_u, frame.tangent_v);
+  const NetMeasure m0 = measure_net(nets[0], frame.axes, frame.tangent_u, frame.tangent_v),
+                   m1 = measure_net(nets[1], frame.axes, frame.tangent_u, frame.tangent_v);
   const auto tangents = tangent_cones({m0.extents, join(m0.u, m1.u), join(m0.v, m1.v)}, frame);
   const auto extra = this->extra(bounder, pyramids);
   if (!tangents || !extra) return false;
@@ -133,18 +146,23 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   // Chords per unit of the base patch's parameters, and steps of the grid.
   const ParameterRange& r = bounder.range();
   const TessellationPattern& pattern = frame_.patterns[patch_];
-  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0), dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
+  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
+               dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;
   const double least_u = 3 * tangents->min_length_u / du, least_v = 3 * tangents->min_length_v / dv;
-  const double most_u = 3 * std::sqrt(tangents->max_length2_u) / du, most_v = 3 * std::sqrt(tangents->max_length2_v) / dv;
-  const double extra_u = stretch_ * (extra->u + 2 * extra->vertex_error / step_u), extra_v = stretch_ * (extra->v + 2 * extra->vertex_error / step_v);
+  const double most_u = 3 * std::sqrt(tangents->max_length2_u) / du,
+               most_v = 3 * std::sqrt(tangents->max_length2_v) / dv;
+  const double extra_u = stretch_ * (extra->u + 2 * extra->vertex_error / step_u),
+               extra_v = stretch_ * (extra->v + 2 * extra->vertex_error / step_v);
 
   // Sizes of what tilts a cross product, relative to the least one.
   double tilt = extra_u / least_u + extra_v / least_v + extra_u * extra_v / (least_u * least_v);
   // A stitched vertex is at most half an edge's step off its place in the grid.
   const auto stitched = [&](bool touches, int factor, int n) { return touches && factor != n ? 0.5 / factor : 0.0; };
-  const double shift_u = std::max(stitched(cells.j0 == 0, pattern.edge[0], pattern.nu), stitched(cells.j1 == pattern.nv, pattern.edge[1], pattern.nu));
-  const double shift_v = std::max(stitched(cells.i0 == 0, pattern.edge[2], pattern.nv), stitched(cells.i1 == pattern.nu, pattern.edge[3], pattern.nv));
+  const double shift_u = std::max(stitched(cells.j0 == 0, pattern.edge[0], pattern.nu),
+                                  stitched(cells.j1 == pattern.nv, pattern.edge[1], pattern.nu));
+  const double shift_v = std::max(stitched(cells.i0 == 0, pattern.edge[2], pattern.nv),
+                                  stitched(cells.i1 == pattern.nu, pattern.edge[3], pattern.nv));
   tilt += shift_u * (2 * tangents->sine_u * most_u + 2 * extra_u) / (step_v * least_v);
   tilt += shift_v * (2 * tangents->sine_v * most_v + 2 * extra_v) / (step_u * least_u);
   tilt /= tangents->min_sine;
@@ -161,7 +179,8 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   return out.cosine > 0;
 }
 
-bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells, const MovingCorners& corners) const {
+bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+                         const MovingCorners& corners) const {
   if (!applies_ || (bounder.displaced() && bounder.foreign_boundary())) return false;
   const Projection& p = frame_.projection;
   const double turned = bounder.drawable().mirrored ? -1 : 1;
@@ -171,7 +190,8 @@ bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& p
   for (std::size_t k = 0; k < 16; ++k) {
     const DVec4& r = corners[k];
     if (!(r.z >= p.near)) return false;
-    at[k] = p.orthographic ? DVec3(0, 0, -1) : DVec3((r.x - p.center_x * r.z) / p.scale, (p.center_y * r.z - r.y) / p.scale, -r.z);
+    at[k] = p.orthographic ? DVec3(0, 0, -1)
+                           : DVec3((r.x - p.center_x * r.z) / p.scale, (p.center_y * r.z - r.y) / p.scale, -r.z);
     near_w = std::min(near_w, r.w);
     far_w = std::max(far_w, r.w);
     longest = std::max(longest, glm::length(at[k]));
@@ -189,11 +209,13 @@ bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& p
   double least_incidence = 1e300;  // over distance
   for (const DVec3& c : at) {
     const double along = turned * glm::dot(c, s.axis), side = glm::length(c - s.axis * glm::dot(c, s.axis));
-    least_incidence = std::min(least_incidence, ((along - aperture) * s.cosine - (side + aperture) * s.sine) * (1 - 1e-12));
+    least_incidence =
+        std::min(least_incidence, ((along - aperture) * s.cosine - (side + aperture) * s.sine) * (1 - 1e-12));
   }
   if (!(least_incidence > 0)) return false;
-  // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of screen
-  // positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each vertex.
+  // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of
+  // screen positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each
+  // vertex.
   const double snap = 2.0 / static_cast<double>(frame_.request.subpixels());
   const double area = p.scale * p.scale * s.least * least_incidence / (far_w * far_w * far_w);
   const double edges = 2 * p.scale * longest * (s.chord_u + s.chord_v) / (near_w * near_w);

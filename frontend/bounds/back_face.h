@@ -14,8 +14,8 @@ namespace tessera::frontend {
 // cone so widened must see the back from the whole lens, at every corner of the moving box and hence everywhere in it,
 // steeply enough that snapping vertices to the sub-pixel grid cannot turn a triangle over.
 //
-// Not decided, and so kept: double-sided materials, clusters, boxes that cross the near plane, and displaced sub-patches
-// with vertices that other patches evaluate.
+// Not decided, and so kept: double-sided materials, clusters, boxes that cross the near plane, and displaced
+// sub-patches with vertices that other patches evaluate.
 class BackFaceTest {
  public:
   explicit BackFaceTest(const FrameGeometry& frame) : frame_(frame) {}
@@ -23,7 +23,8 @@ class BackFaceTest {
   void begin(std::uint32_t patch);
 
   // For the cells whose box() the bounder made last; `corners` are those of that box.
-  bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells, const MovingCorners& corners) const;
+  bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+             const MovingCorners& corners) const;
 
  private:
   struct Spread;  // of the chords' cross products
@@ -32,7 +33,8 @@ class BackFaceTest {
     double vertex_error;  // of any vertex
   };
   std::optional<Extra> extra(const SubPatchBounder& bounder, const PyramidLibrary& pyramids) const;
-  bool spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells, Spread& out) const;
+  bool spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+              Spread& out) const;
 
   const FrameGeometry& frame_;
   std::uint32_t patch_ = 0;

@@ -17,7 +17,9 @@ struct CoarseDepth {
   Projection projection;
   View view;
 
-  float at(int column, int row) const { return farthest[static_cast<std::size_t>((row - blocks.y0) * blocks.width() + (column - blocks.x0))]; }
+  float at(int column, int row) const {
+    return farthest[static_cast<std::size_t>((row - blocks.y0) * blocks.width() + (column - blocks.x0))];
+  }
 };
 
 // Guesses from the previous frame what will be hidden: its coarse depth, re-projected into the view at hand. Each block

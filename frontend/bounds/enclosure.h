@@ -22,13 +22,21 @@ class Enclosure {
   Enclosure(float value) : Enclosure(static_cast<double>(value)) {}  // NOLINT
   Enclosure(int value) : Enclosure(static_cast<double>(value)) {}    // NOLINT
   Enclosure(const Interval& range, const Interval& middle, const Interval& by_s, const Interval& by_t, double error)
-      : range_(both(range, middle + by_s * Interval(-1, 1) + by_t * Interval(-1, 1))), middle_(middle), by_s_(by_s), by_t_(by_t), error_(error) {
+      : range_(both(range, middle + by_s * Interval(-1, 1) + by_t * Interval(-1, 1))),
+        middle_(middle),
+        by_s_(by_s),
+        by_t_(by_t),
+        error_(error) {
     if (!(range_.low() <= range_.high())) range_ = range;  // both are sound; NaN and rounding must not make it empty
   }
 
   // The first or second parameter, anywhere in [low, high].
-  static Enclosure first_parameter(double low, double high) { return {Interval(low, high), (low + high) / 2, (high - low) / 2, 0.0, 0}; }
-  static Enclosure second_parameter(double low, double high) { return {Interval(low, high), (low + high) / 2, 0.0, (high - low) / 2, 0}; }
+  static Enclosure first_parameter(double low, double high) {
+    return {Interval(low, high), (low + high) / 2, (high - low) / 2, 0.0, 0};
+  }
+  static Enclosure second_parameter(double low, double high) {
+    return {Interval(low, high), (low + high) / 2, 0.0, (high - low) / 2, 0};
+  }
   // A value of which nothing but its range is known, and that does not vary with the parameters in a known way.
   static Enclosure anything_in(double low, double high) {
     const double half = (high - low) / 2;
@@ -69,15 +77,16 @@ inline Enclosure operator-(const Enclosure& a, const Enclosure& b) {
 inline Enclosure operator*(const Enclosure& a, const Enclosure& b) {
   const Interval range = a.range() * b.range();
   const double error = a.range().magnitude() * b.error() + b.range().magnitude() * a.error() + a.error() * b.error();
-  return {range, a.middle() * b.middle(), a.by_s() * b.range() + a.range() * b.by_s(), a.by_t() * b.range() + a.range() * b.by_t(),
-          error * 1.001 + rounding_of(range)};
+  return {range, a.middle() * b.middle(), a.by_s() * b.range() + a.range() * b.by_s(),
+          a.by_t() * b.range() + a.range() * b.by_t(), error * 1.001 + rounding_of(range)};
 }
 inline Enclosure operator/(const Enclosure& a, const Enclosure& b) {
   const Interval range = a.range() / b.range();
   const double least = absolute(b.range()).low() - b.error();
-  const double error = least > 0 ? (a.error() + range.magnitude() * b.error()) / least : std::numeric_limits<double>::infinity();
-  return {range, a.middle() / b.middle(), (a.by_s() - range * b.by_s()) / b.range(), (a.by_t() - range * b.by_t()) / b.range(),
-          error * 1.001 + rounding_of(range)};
+  const double error =
+      least > 0 ? (a.error() + range.magnitude() * b.error()) / least : std::numeric_limits<double>::infinity();
+  return {range, a.middle() / b.middle(), (a.by_s() - range * b.by_s()) / b.range(),
+          (a.by_t() - range * b.by_t()) / b.range(), error * 1.001 + rounding_of(range)};
 }
 inline Enclosure real_sqrt(const Enclosure& a) {
   const Interval range = square_root(a.range()), twice = range * Interval(2.0);
@@ -89,8 +98,11 @@ inline Enclosure real_sqrt(const Enclosure& a) {
 inline Enclosure real_max(const Enclosure& a, const Enclosure& b) {
   if (a.low() >= b.high()) return a;
   if (b.low() >= a.high()) return b;
-  const auto larger = [](const Interval& x, const Interval& y) { return Interval(std::max(x.low(), y.low()), std::max(x.high(), y.high())); };
-  return {larger(a.range(), b.range()), larger(a.middle(), b.middle()), hull(a.by_s(), b.by_s()), hull(a.by_t(), b.by_t()), std::max(a.error(), b.error())};
+  const auto larger = [](const Interval& x, const Interval& y) {
+    return Interval(std::max(x.low(), y.low()), std::max(x.high(), y.high()));
+  };
+  return {larger(a.range(), b.range()), larger(a.middle(), b.middle()), hull(a.by_s(), b.by_s()),
+          hull(a.by_t(), b.by_t()), std::max(a.error(), b.error())};
 }
 inline Enclosure negated(const Enclosure& a) {
   const auto turn = [](const Interval& x) { return Interval(-x.high(), -x.low()); };

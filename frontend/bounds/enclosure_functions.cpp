@@ -21,13 +21,15 @@ Interval noise_fade_slope(const Interval& t) {
 namespace {
 
 constexpr double kTurn = 6.283185307179586;
-constexpr double kSeriesError = 0x1p-21;   // sincos_by_series
-constexpr double kNoiseError = 0x1p-17;    // roundings of noise_in_cell: fewer than 100 of numbers below 4
-constexpr double kNoiseSlope = 12;         // |slopes| of noise: 1.875 * (largest difference of dot products) + 1, and to spare
+constexpr double kSeriesError = 0x1p-21;  // sincos_by_series
+constexpr double kNoiseError = 0x1p-17;   // roundings of noise_in_cell: fewer than 100 of numbers below 4
+constexpr double kNoiseSlope = 12;  // |slopes| of noise: 1.875 * (largest difference of dot products) + 1, and to spare
 constexpr double kMostLatticeCells = 16;
 
 // Join of two ranges of one function on neighbouring parts.
-NoiseRange join(const NoiseRange& a, const NoiseRange& b) { return {hull(a.value, b.value), hull(a.by_x, b.by_x), hull(a.by_y, b.by_y)}; }
+NoiseRange join(const NoiseRange& a, const NoiseRange& b) {
+  return {hull(a.value, b.value), hull(a.by_x, b.by_x), hull(a.by_y, b.by_y)};
+}
 
 NoiseRange noise_in_lattice_cell(double column, double row, const Interval& x, const Interval& y) {
   const auto i = static_cast<std::int32_t>(column), j = static_cast<std::int32_t>(row);
@@ -37,16 +39,19 @@ NoiseRange noise_in_lattice_cell(double column, double row, const Interval& x, c
     gx[k] = static_cast<double>(g.x);
     gy[k] = static_cast<double>(g.y);
   }
-  const Interval fx(std::max(x.low() - column, 0.0), std::min(x.high() - column, 1.0)), fy(std::max(y.low() - row, 0.0), std::min(y.high() - row, 1.0));
+  const Interval fx(std::max(x.low() - column, 0.0), std::min(x.high() - column, 1.0)),
+      fy(std::max(y.low() - row, 0.0), std::min(y.high() - row, 1.0));
   const shaders::PlaneNoise<Interval> n = shaders::noise_in_cell<Interval>(fx, fy, gx, gy);
   const Interval slope(-kNoiseSlope, kNoiseSlope);
   return {both(n.value, Interval(-1.001, 1.001)), both(n.by_x, slope), both(n.by_y, slope)};
 }
 
 // What the value may be around a point of the parameters' box.
-Enclosure composed(const NoiseRange& whole, const Interval& middle, const Enclosure& x, const Enclosure& y, double own_error) {
+Enclosure composed(const NoiseRange& whole, const Interval& middle, const Enclosure& x, const Enclosure& y,
+                   double own_error) {
   const double error = whole.by_x.magnitude() * x.error() + whole.by_y.magnitude() * y.error() + own_error;
-  return {whole.value, middle, whole.by_x * x.by_s() + whole.by_y * y.by_s(), whole.by_x * x.by_t() + whole.by_y * y.by_t(), error * 1.001};
+  return {whole.value, middle, whole.by_x * x.by_s() + whole.by_y * y.by_s(),
+          whole.by_x * x.by_t() + whole.by_y * y.by_t(), error * 1.001};
 }
 
 Interval widened(const Interval& a, double by) { return {a.low() - by, a.high() + by}; }
@@ -58,8 +63,11 @@ Interval sine_of_turns(const Interval& turns) {
   if (!(high - low < 1 && std::abs(low) < 1e6)) return {-1, 1};
   const double a = std::sin((low - std::floor(low)) * kTurn), b = std::sin((high - std::floor(high)) * kTurn);
   constexpr double kSlack = 1e-9;  // an extremum that is nearly inside counts
-  const auto inside = [&](double extremum) { return std::floor(high - extremum + kSlack) >= std::ceil(low - extremum - kSlack); };
-  return {inside(0.75) ? -1 : std::max(-1.0, std::min(a, b) - 1e-9), inside(0.25) ? 1 : std::min(1.0, std::max(a, b) + 1e-9)};
+  const auto inside = [&](double extremum) {
+    return std::floor(high - extremum + kSlack) >= std::ceil(low - extremum - kSlack);
+  };
+  return {inside(0.75) ? -1 : std::max(-1.0, std::min(a, b) - 1e-9),
+          inside(0.25) ? 1 : std::min(1.0, std::max(a, b) + 1e-9)};
 }
 
 void real_sincos_turns(const Enclosure& turns, Enclosure& sine, Enclosure& cosine) {
@@ -98,8 +106,11 @@ Enclosure image_value(const float* values, int width, int height, const Enclosur
   };
   const auto [c0, c1] = texels(u, su);
   const auto [r0, r1] = texels(v, sv);
-  const auto at = [&](int column, int row) { return static_cast<double>(values[static_cast<std::ptrdiff_t>(row) * width + column]); };
-  NoiseRange whole{Interval(at(c0, r0)), Interval((at(c0 + 1, r0) - at(c0, r0)) * su), Interval((at(c0, r0 + 1) - at(c0, r0)) * sv)};
+  const auto at = [&](int column, int row) {
+    return static_cast<double>(values[static_cast<std::ptrdiff_t>(row) * width + column]);
+  };
+  NoiseRange whole{Interval(at(c0, r0)), Interval((at(c0 + 1, r0) - at(c0, r0)) * su),
+                   Interval((at(c0, r0 + 1) - at(c0, r0)) * sv)};
   double largest = 0;
   for (int row = r0; row <= r1 + 1; ++row)
     for (int column = c0; column <= c1 + 1; ++column) {
@@ -113,7 +124,8 @@ Enclosure image_value(const float* values, int width, int height, const Enclosur
   whole.by_y = hull(Interval::rounded(whole.by_y.low(), whole.by_y.high()), Interval(0.0));
   const Interval &mu = u.middle(), &mv = v.middle();
   const double x = (mu.low() + mu.high()) / 2, y = (mv.low() + mv.high()) / 2;
-  const double reach = whole.by_x.magnitude() * (mu.high() - mu.low()) + whole.by_y.magnitude() * (mv.high() - mv.low()) + 1e-12 * largest;
+  const double reach = whole.by_x.magnitude() * (mu.high() - mu.low()) +
+                       whole.by_y.magnitude() * (mv.high() - mv.low()) + 1e-12 * largest;
   const double middle = shaders::image_value(values, width, height, x, y);
   // Positions in texels round by 2^-24 of the image's size, and weights and products a few times more.
   const double own_error = (whole.by_x.magnitude() + whole.by_y.magnitude()) * 0x1p-22 + largest * 0x1p-20;

@@ -4,8 +4,8 @@
 
 namespace tessera::frontend {
 
-// What shapes of procedures (shaders_cpp/procedures) ask of Enclosure besides arithmetic. Each holds the float function's
-// result for all float arguments inside the argument's bounds.
+// What shapes of procedures (shaders_cpp/procedures) ask of Enclosure besides arithmetic. Each holds the float
+// function's result for all float arguments inside the argument's bounds.
 
 // Within 2^-21 of the truth, as sincos_by_series is, besides what the argument's error does.
 void real_sincos_turns(const Enclosure& turns, Enclosure& sine, Enclosure& cosine);

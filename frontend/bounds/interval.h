@@ -11,7 +11,7 @@ namespace tessera::frontend {
 class Interval {
  public:
   Interval() = default;
-  Interval(double value) : low_(value), high_(value) {}  // NOLINT: a number is an interval
+  Interval(double value) : low_(value), high_(value) {}            // NOLINT: a number is an interval
   Interval(float value) : Interval(static_cast<double>(value)) {}  // NOLINT
   Interval(double low, double high) : low_(low), high_(high) {}
 
@@ -19,8 +19,11 @@ class Interval {
   double high() const { return high_; }
   double magnitude() const { return std::max(std::abs(low_), std::abs(high_)); }
 
-  static Interval everything() { return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}; }
-  // The exact range of an operation, widened by its rounding; by no less than what products of it keep away from denormals.
+  static Interval everything() {
+    return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  }
+  // The exact range of an operation, widened by its rounding; by no less than what products of it keep away from
+  // denormals.
   static Interval rounded(double low, double high) {
     if (std::isnan(low) || std::isnan(high)) return everything();
     return {low - std::abs(low) * 0x1p-51 - 1e-80, high + std::abs(high) * 0x1p-51 + 1e-80};
@@ -30,8 +33,12 @@ class Interval {
   double low_ = 0, high_ = 0;
 };
 
-inline Interval operator+(const Interval& a, const Interval& b) { return Interval::rounded(a.low() + b.low(), a.high() + b.high()); }
-inline Interval operator-(const Interval& a, const Interval& b) { return Interval::rounded(a.low() - b.high(), a.high() - b.low()); }
+inline Interval operator+(const Interval& a, const Interval& b) {
+  return Interval::rounded(a.low() + b.low(), a.high() + b.high());
+}
+inline Interval operator-(const Interval& a, const Interval& b) {
+  return Interval::rounded(a.low() - b.high(), a.high() - b.low());
+}
 inline Interval operator*(const Interval& a, const Interval& b) {
   const double p = a.low() * b.low(), q = a.low() * b.high(), r = a.high() * b.low(), s = a.high() * b.high();
   // std::min would drop a NaN of 0 * infinity.
@@ -52,8 +59,12 @@ inline Interval absolute(const Interval& a) {
   if (a.high() <= 0) return {-a.high(), -a.low()};
   return {0, a.magnitude()};
 }
-inline Interval hull(const Interval& a, const Interval& b) { return {std::min(a.low(), b.low()), std::max(a.high(), b.high())}; }
+inline Interval hull(const Interval& a, const Interval& b) {
+  return {std::min(a.low(), b.low()), std::max(a.high(), b.high())};
+}
 // Of two intervals that both hold the value.
-inline Interval both(const Interval& a, const Interval& b) { return {std::max(a.low(), b.low()), std::min(a.high(), b.high())}; }
+inline Interval both(const Interval& a, const Interval& b) {
+  return {std::max(a.low(), b.low()), std::min(a.high(), b.high())};
+}
 
 }  // namespace tessera::frontend

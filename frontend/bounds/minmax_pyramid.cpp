@@ -72,7 +72,9 @@ Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
 
 // What the rounding of a coordinate's own float arithmetic may add, in texels: a few units in the last place of it and
 // of its products.
-double coordinate_slack(double from, double to, int size) { return 0x1p-20 * size * (1 + std::abs(from) + std::abs(to)) + 0x1p-10; }
+double coordinate_slack(double from, double to, int size) {
+  return 0x1p-20 * size * (1 + std::abs(from) + std::abs(to)) + 0x1p-10;
+}
 
 // The common case: all texels that bilinear lookups in [a, b] read, in one piece that does not leave the texture, or
 // only after whole periods of a repeating one.
@@ -112,7 +114,8 @@ shaders::ScalarTexture differences(const shaders::ScalarTexture& texture, int st
   for (int y = 0; y < base.height; ++y)
     for (int x = 0; x < base.width; ++x) {
       const int next_x = (x + step_x) % base.width, next_y = (y + step_y) % base.height;
-      values.push_back(std::abs(base.values[static_cast<std::size_t>(next_y * base.width + next_x)] - base.values[static_cast<std::size_t>(y * base.width + x)]));
+      values.push_back(std::abs(base.values[static_cast<std::size_t>(next_y * base.width + next_x)] -
+                                base.values[static_cast<std::size_t>(y * base.width + x)]));
     }
   return shaders::ScalarTexture(base.width, base.height, std::move(values));
 }
@@ -150,11 +153,14 @@ ValueRange MinMaxPyramid::texels(const Steps& steps, int x0, int y0, int x1, int
   std::size_t step = static_cast<std::size_t>(std::bit_width(longer)) - 1;
   step += static_cast<std::size_t>(((x1 >> step) - (x0 >> step) > 1) | ((y1 >> step) - (y0 >> step) > 1));
   const Step& s = steps[step];
-  const auto at = [&](int x, int y) { return s.entries[static_cast<std::size_t>((y >> step) * s.width + (x >> step))]; };
+  const auto at = [&](int x, int y) {
+    return s.entries[static_cast<std::size_t>((y >> step) * s.width + (x >> step))];
+  };
   return at(x0, y0).hull(at(x1, y0)).hull(at(x0, y1)).hull(at(x1, y1));
 }
 
-ValueRange MinMaxPyramid::footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width, int height) {
+ValueRange MinMaxPyramid::footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width,
+                                    int height) {
   const Step& all = steps.front();
   int x0, x1, y0, y1;
   if (all.width == width && all.height == height && inner_texels(sampler.wrap_s, low.x, high.x, width, x0, x1) &&
@@ -164,11 +170,13 @@ ValueRange MinMaxPyramid::footprint(const Steps& steps, const shaders::Sampler& 
   const auto pieces = [&](shaders::Wrap wrap, float a, float b, int size, int level_size) {
     // A coordinate outside a clamped texture reads the edge texel of its level, which covers several of level 0.
     if (wrap == shaders::Wrap::kClampToEdge) a = clamp_finite(a), b = clamp_finite(b);
-    const double from = static_cast<double>(a), to = static_cast<double>(b), ratio = static_cast<double>(size) / level_size;
+    const double from = static_cast<double>(a), to = static_cast<double>(b),
+                 ratio = static_cast<double>(size) / level_size;
     const double slack = coordinate_slack(from, to, level_size);
     const double first = from * level_size - 0.5 - slack, last = to * level_size + 0.5 + slack;
     if (!(std::abs(first) < 1e15 && std::abs(last) < 1e15)) return wrapped_pieces(wrap, -1e300, 1e300, size);
-    return wrapped_pieces(wrap, static_cast<double>(floor_to_integer(first)) * ratio, static_cast<double>(floor_to_integer(last) + 1) * ratio - 0x1p-10, size);
+    return wrapped_pieces(wrap, static_cast<double>(floor_to_integer(first)) * ratio,
+                          static_cast<double>(floor_to_integer(last) + 1) * ratio - 0x1p-10, size);
   };
   const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, all.width, width);
   const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, all.height, height);
@@ -184,11 +192,14 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
   const float level = lod > 0.0f ? std::min(lod, static_cast<float>(levels_.size() - 1)) : 0.0f;
   const auto below = static_cast<std::size_t>(level);
   const float weight = level - static_cast<float>(below);
-  const auto own_footprint = [&](const Steps& steps) { return footprint(steps, sampler, low, high, steps.front().width, steps.front().height); };
+  const auto own_footprint = [&](const Steps& steps) {
+    return footprint(steps, sampler, low, high, steps.front().width, steps.front().height);
+  };
   const ValueRange fine = own_footprint(levels_[below]);
   if (weight == 0.0f) return widen(fine, kFilterSlack);
   const ValueRange coarse = own_footprint(levels_[below + 1]);
-  const ValueRange mixed = {fine.low * (1.0f - weight) + coarse.low * weight, fine.high * (1.0f - weight) + coarse.high * weight};
+  const ValueRange mixed = {fine.low * (1.0f - weight) + coarse.low * weight,
+                            fine.high * (1.0f - weight) + coarse.high * weight};
   // Slack by the largest value that enters: the mixed one may have cancelled.
   const ValueRange all = widen(fine.hull(coarse), 2 * kFilterSlack);
   const float grow = std::max(fine.hull(coarse).low - all.low, all.high - fine.hull(coarse).high);
@@ -196,7 +207,8 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
 }
 
 ValueRange MinMaxPyramid::query_base(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
-  const auto level = static_cast<std::size_t>(std::clamp(std::ceil(max_lod), 0.0f, static_cast<float>(levels_.size() - 1)));
+  const auto level =
+      static_cast<std::size_t>(std::clamp(std::ceil(max_lod), 0.0f, static_cast<float>(levels_.size() - 1)));
   const Step& coarsest = levels_[level].front();
   return widen(footprint(levels_.front(), sampler, low, high, coarsest.width, coarsest.height), kMipSlack);
 }
@@ -210,7 +222,8 @@ Vec2 SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, f
   // A difference of a level's texels spans two of its cells: the footprint of one level more holds both. Mirroring
   // turns a texel's difference to its other side, one texel off, which that covers too.
   const float lod = std::ceil(std::max(max_lod, 0.0f)) + 1.0f;
-  return size_ * Vec2(along_s_.query_base(sampler, low, high, lod).high, along_t_.query_base(sampler, low, high, lod).high);
+  return size_ *
+         Vec2(along_s_.query_base(sampler, low, high, lod).high, along_t_.query_base(sampler, low, high, lod).high);
 }
 
 }  // namespace tessera::frontend

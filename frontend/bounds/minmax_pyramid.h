@@ -14,9 +14,9 @@ struct ValueRange {
   ValueRange hull(const ValueRange& o) const { return {std::min(low, o.low), std::max(high, o.high)}; }
 };
 
-// Smallest and largest value of a scalar texture over any footprint. Each mip level of the texture has a pyramid pair of
-// its own: entry (x, y) of step s holds the minimum and maximum over a block of 2^s x 2^s of its texels. A query reads
-// at most 2x2 entries of one step per wrapped piece and mip level.
+// Smallest and largest value of a scalar texture over any footprint. Each mip level of the texture has a pyramid pair
+// of its own: entry (x, y) of step s holds the minimum and maximum over a block of 2^s x 2^s of its texels. A query
+// reads at most 2x2 entries of one step per wrapped piece and mip level.
 //
 // One pair over level 0 would serve every level (coarser texels are means of finer ones), but what the coarser level
 // averaged away would stay in the bound.
@@ -42,7 +42,8 @@ class MinMaxPyramid {
 
   static ValueRange texels(const Steps& steps, int x0, int y0, int x1, int y1);  // inclusive, inside the level
   // Over the footprint that a lookup in a level of width x height texels has, in the steps of a level at least as fine.
-  static ValueRange footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width, int height);
+  static ValueRange footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width,
+                              int height);
 
   std::vector<Steps> levels_;  // per mip level of the texture
 };

@@ -52,8 +52,10 @@ std::optional<TangentCones> tangent_cones(const NetMeasure& m, const CornerFrame
   out.cosine_between = std::abs(glm::dot(frame.tangent_u, frame.tangent_v));
   out.sine_between = frame.sine_between;
   // sin(beta' - (alpha_u + alpha_v)) with beta' = min(beta, pi - beta) <= 90 degrees and both alphas below 90.
-  const double cosine_u = std::sqrt(std::max(0.0, m.u.min_cosine2 - kSlack)), cosine_v = std::sqrt(std::max(0.0, m.v.min_cosine2 - kSlack));
-  const double sine_sum = out.sine_u * cosine_v + cosine_u * out.sine_v, cosine_sum = cosine_u * cosine_v - out.sine_u * out.sine_v;
+  const double cosine_u = std::sqrt(std::max(0.0, m.u.min_cosine2 - kSlack)),
+               cosine_v = std::sqrt(std::max(0.0, m.v.min_cosine2 - kSlack));
+  const double sine_sum = out.sine_u * cosine_v + cosine_u * out.sine_v,
+               cosine_sum = cosine_u * cosine_v - out.sine_u * out.sine_v;
   out.min_sine = out.sine_between * cosine_sum - out.cosine_between * sine_sum - kSlack;
   if (!(out.min_sine > kLeastSine)) return std::nullopt;
   out.min_length_u = m.u.min_dot * (1 - kSlack);
@@ -69,7 +71,8 @@ double tpatch_sine(const TangentCones& c) {
 }
 
 std::optional<NormalCone> tpatch_cone(const TangentCones& c, const DerivativeError& error) {
-  return checked(tpatch_sine(c), normal_error(error.absolute, 3 * c.min_length_u / error.scale_u, 3 * c.min_length_v / error.scale_v, c.min_sine));
+  return checked(tpatch_sine(c), normal_error(error.absolute, 3 * c.min_length_u / error.scale_u,
+                                              3 * c.min_length_v / error.scale_v, c.min_sine));
 }
 
 std::optional<NormalCone> npatch_cone(const PatchNet& net, const NetMeasure& measure, const CornerFrame& frame,
@@ -82,14 +85,15 @@ std::optional<NormalCone> npatch_cone(const PatchNet& net, const NetMeasure& mea
   const double least_sine = spread.min_dot / (max_u * max_v);
   if (!(least_sine > kLeastSine)) return tpatch;
   const double length_u = spread.min_dot / max_v, length_v = spread.min_dot / max_u;
-  const auto cone = checked(widened_sine(spread.min_cosine2),
-                            normal_error(error.absolute, 3 * length_u / error.scale_u, 3 * length_v / error.scale_v, least_sine));
+  const auto cone = checked(widened_sine(spread.min_cosine2), normal_error(error.absolute, 3 * length_u / error.scale_u,
+                                                                           3 * length_v / error.scale_v, least_sine));
   if (!cone || !tpatch) return cone ? cone : tpatch;
-  return NormalCone{std::min(cone->sine, tpatch->sine), std::max(cone->cosine, tpatch->cosine), std::min(cone->error, tpatch->error)};
+  return NormalCone{std::min(cone->sine, tpatch->sine), std::max(cone->cosine, tpatch->cosine),
+                    std::min(cone->error, tpatch->error)};
 }
 
-std::optional<NormalCone> edge_cone(const std::array<DVec3, 3>& along, const std::array<DVec3, 4>& across, bool across_first,
-                                    const DVec3& z, double absolute_error, double scale) {
+std::optional<NormalCone> edge_cone(const std::array<DVec3, 3>& along, const std::array<DVec3, 4>& across,
+                                    bool across_first, const DVec3& z, double absolute_error, double scale) {
   double min_dot = 1e300, min_cosine2 = 1, max_along2 = 0, max_across2 = 0;
   for (const DVec3& a : along) max_along2 = std::max(max_along2, glm::dot(a, a));
   for (const DVec3& b : across) max_across2 = std::max(max_across2, glm::dot(b, b));
@@ -101,7 +105,8 @@ std::optional<NormalCone> edge_cone(const std::array<DVec3, 3>& along, const std
       if (length2 > 0) min_cosine2 = std::min(min_cosine2, dot * dot / length2);
     }
   if (!(min_dot > 0)) return std::nullopt;
-  const double max_along = std::sqrt(max_along2), max_across = std::sqrt(max_across2), least_sine = min_dot / (max_along * max_across);
+  const double max_along = std::sqrt(max_along2), max_across = std::sqrt(max_across2),
+               least_sine = min_dot / (max_along * max_across);
   if (!(least_sine > kLeastSine)) return std::nullopt;
   return checked(widened_sine(min_cosine2),
                  normal_error(absolute_error, 3 * min_dot / max_across / scale, 3 * min_dot / max_along, least_sine));

@@ -23,7 +23,7 @@ NormalRange normal_range(const std::optional<NormalCone>& cone);
 
 // How exactly the domain shader works on the patch at hand.
 struct DerivativeError {
-  double absolute;  // of a float derivative by the base patch's parameter, in units of the control points
+  double absolute;          // of a float derivative by the base patch's parameter, in units of the control points
   double scale_u, scale_v;  // extent of the part in the base patch's parameters
 };
 // For a base net: 256 roundings of its largest coordinate (the shader does fewer than 128 operations on values no
@@ -33,11 +33,12 @@ double derivative_rounding(const PatchNet& net);
 // Cones about the tangents' axes, and what follows for every cross product of a vector of one with a vector of the
 // other.
 struct TangentCones {
-  double sine_u, sine_v;         // half angles, widened
-  double sine_between;           // of the axes
-  double cosine_between;         // magnitude
-  double min_sine;               // least sine of the angle between two tangents
-  double min_length_u, min_length_v, max_length2_u, max_length2_v;  // of the derivatives by the part's parameters, a third; squared
+  double sine_u, sine_v;  // half angles, widened
+  double sine_between;    // of the axes
+  double cosine_between;  // magnitude
+  double min_sine;        // least sine of the angle between two tangents
+  double min_length_u, min_length_v, max_length2_u,
+      max_length2_v;  // of the derivatives by the part's parameters, a third; squared
 };
 
 // TPATCH (Munkberg et al. 2010), made conservative. Published, the cosine between the tangents enters the cone's angle
@@ -57,7 +58,7 @@ std::optional<NormalCone> npatch_cone(const PatchNet& net, const NetMeasure& mea
 // Normals along one edge of a patch: all cross products of the edge's three control vectors with the four of the
 // derivative across it (in the order that gives the patch's normal), against axis z. For edges whose vertices another
 // patch evaluates.
-std::optional<NormalCone> edge_cone(const std::array<DVec3, 3>& along, const std::array<DVec3, 4>& across, bool across_first,
-                                    const DVec3& z, double absolute_error, double scale);
+std::optional<NormalCone> edge_cone(const std::array<DVec3, 3>& along, const std::array<DVec3, 4>& across,
+                                    bool across_first, const DVec3& z, double absolute_error, double scale);
 
 }  // namespace tessera::frontend

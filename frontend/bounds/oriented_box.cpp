@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-
 namespace tessera::frontend {
 namespace {
 
@@ -63,7 +62,8 @@ MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_ra
   return corners;
 }
 
-RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point, const std::array<Mat4, 2>& to_raster, double subpixels) {
+RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
+                                      const std::array<Mat4, 2>& to_raster, double subpixels) {
   constexpr double kUnit = 0x1p-24, kRoundings = 64 + 8;
   const double reach = std::max(largest_coordinate(box), largest_control_point * std::sqrt(3.0));
   std::array<double, 4> row{};  // largest sum of the terms of xh, yh, depth and w

@@ -10,7 +10,7 @@ namespace tessera::frontend {
 
 // A box in an orthonormal frame, one extent per key: a linearly moving box in one frame.
 struct MovingBox {
-  std::array<DVec3, 3> axes;                // unit
+  std::array<DVec3, 3> axes;                       // unit
   std::array<std::array<double, 3>, 2> low, high;  // [key][axis]
 };
 
@@ -27,6 +27,7 @@ MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_ra
 // (bicubic form, normal, displacement: below 64 roundings of terms no larger than the largest coordinate of the box or
 // of the control points), its product with the matrix (4 terms), the perspective division, and the snap to the
 // sub-pixel grid, of `subpixels` steps a pixel.
-RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point, const std::array<Mat4, 2>& to_raster, double subpixels);
+RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
+                                      const std::array<Mat4, 2>& to_raster, double subpixels);
 
 }  // namespace tessera::frontend

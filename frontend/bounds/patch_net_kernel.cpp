@@ -32,8 +32,8 @@ HWY_INLINE double highest(V v) { return hn::GetLane(hn::MaxOfLanes(kD, v)); }
 // Smallest length that is not taken for zero; squares of floats' differences are far above it.
 constexpr double kTiny = 1e-290;
 
-void RestrictNet(const PatchNet& net, const std::array<std::array<double, 4>, 4>& along_u, const std::array<std::array<double, 4>, 4>& along_v,
-                 PatchNet& out) {
+void RestrictNet(const PatchNet& net, const std::array<std::array<double, 4>, 4>& along_u,
+                 const std::array<std::array<double, 4>, 4>& along_v, PatchNet& out) {
   const std::size_t lanes = hn::Lanes(kD);
   // Weights along u, one column of them per control point.
   alignas(64) double column[4][4];
@@ -45,14 +45,17 @@ void RestrictNet(const PatchNet& net, const std::array<std::array<double, 4>, 4>
     for (std::size_t j = 0; j < 4; ++j) {
       const auto& w = along_v[j];
       for (std::size_t i = 0; i < 4; i += lanes) {
-        const V low = hn::Add(hn::Mul(hn::LoadU(kD, c + i), hn::Set(kD, w[0])), hn::Mul(hn::LoadU(kD, c + 4 + i), hn::Set(kD, w[1])));
-        const V high = hn::Add(hn::Mul(hn::LoadU(kD, c + 8 + i), hn::Set(kD, w[2])), hn::Mul(hn::LoadU(kD, c + 12 + i), hn::Set(kD, w[3])));
+        const V low = hn::Add(hn::Mul(hn::LoadU(kD, c + i), hn::Set(kD, w[0])),
+                              hn::Mul(hn::LoadU(kD, c + 4 + i), hn::Set(kD, w[1])));
+        const V high = hn::Add(hn::Mul(hn::LoadU(kD, c + 8 + i), hn::Set(kD, w[2])),
+                               hn::Mul(hn::LoadU(kD, c + 12 + i), hn::Set(kD, w[3])));
         hn::StoreU(hn::Add(low, high), kD, rows + 4 * j + i);
       }
     }
     for (std::size_t j = 0; j < 4; ++j)
       for (std::size_t k = 0; k < 4; k += lanes) {
-        const auto term = [&](std::size_t i) HWY_ATTR { return hn::Mul(hn::Set(kD, rows[4 * j + i]), hn::LoadU(kD, column[i] + k)); };
+        const auto term = [&](std::size_t i)
+                              HWY_ATTR { return hn::Mul(hn::Set(kD, rows[4 * j + i]), hn::LoadU(kD, column[i] + k)); };
         hn::StoreU(hn::Add(hn::Add(term(0), term(1)), hn::Add(term(2), term(3))), kD, &out.c[axis][4 * j + k]);
       }
   }
@@ -129,7 +132,8 @@ NormalSpread MeasureNormals(const PatchNet& net, const DVec3& z) {
       for (std::size_t first = 0; first < 4; first += lanes) {
         Vectors sum = splat(DVec3(0.0));
         for (std::size_t j = q > 2 ? q - 2 : 0; j <= std::min<std::size_t>(q, 3); ++j) {
-          const Vectors a = splat({u[0][3 * j + i], u[1][3 * j + i], u[2][3 * j + i]}), b = load(v[0], v[1], v[2], 4 * (q - j) + first);
+          const Vectors a = splat({u[0][3 * j + i], u[1][3 * j + i], u[2][3 * j + i]}),
+                        b = load(v[0], v[1], v[2], 4 * (q - j) + first);
           sum.x = hn::Add(sum.x, hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)));
           sum.y = hn::Add(sum.y, hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)));
           sum.z = hn::Add(sum.z, hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x)));
@@ -142,7 +146,8 @@ NormalSpread MeasureNormals(const PatchNet& net, const DVec3& z) {
     for (std::size_t p = 0; p < 6; p += lanes) {
       const std::size_t at = std::min(p, 6 - lanes);  // the last vector may look at some twice
       const auto joined = [&](std::size_t axis) HWY_ATTR {
-        return hn::Add(hn::Add(hn::LoadU(kD, row[0][axis] + at), hn::LoadU(kD, row[1][axis] + at)), hn::LoadU(kD, row[2][axis] + at));
+        return hn::Add(hn::Add(hn::LoadU(kD, row[0][axis] + at), hn::LoadU(kD, row[1][axis] + at)),
+                       hn::LoadU(kD, row[2][axis] + at));
       };
       const Vectors n = {joined(0), joined(1), joined(2)};
       const V along = dot(n, direction), length2 = dot(n, n);
@@ -171,11 +176,15 @@ PatchNet restrict_net(const PatchNet& net, const ParameterRange& range) {
    cubic_restriction(static_cast<double>(range.v0), static_cast<double>(range.v1)), out);
   return out;
 }
-Extents measure_extents(const PatchNet& net, const Frame& axes) { return HWY_DYNAMIC_DISPATCH(MeasureExtents)(net, axes); }
+Extents measure_extents(const PatchNet& net, const Frame& axes) {
+  return HWY_DYNAMIC_DISPATCH(MeasureExtents)(net, axes);
+}
 NetMeasure measure_net(const PatchNet& net, const Frame& axes, const DVec3& tangent_u, const DVec3& tangent_v) {
   return HWY_DYNAMIC_DISPATCH(MeasureNet)(net, axes, tangent_u, tangent_v);
 }
-NormalSpread measure_normals(const PatchNet& net, const DVec3& z) { return HWY_DYNAMIC_DISPATCH(MeasureNormals)(net, z); }
+NormalSpread measure_normals(const PatchNet& net, const DVec3& z) {
+  return HWY_DYNAMIC_DISPATCH(MeasureNormals)(net, z);
+}
 
 }  // namespace tessera::frontend
 #endif

@@ -12,13 +12,16 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vector3<Enclosure> enclose(shaders::ShapeId shape, const Procedure::Piece& piece, double u0, double v0, double u1, double v1) {
-  return shaders::shape_point(shape, piece.input, Enclosure::first_parameter(u0, u1), Enclosure::second_parameter(v0, v1));
+Vector3<Enclosure> enclose(shaders::ShapeId shape, const Procedure::Piece& piece, double u0, double v0, double u1,
+                           double v1) {
+  return shaders::shape_point(shape, piece.input, Enclosure::first_parameter(u0, u1),
+                              Enclosure::second_parameter(v0, v1));
 }
 
 // A row of the matrix times the point, as the SIMD array computes it.
 Enclosure transformed(const Mat4& m, int row, const Vector3<Enclosure>& p) {
-  return (Enclosure(m[0][row]) * p.x + Enclosure(m[1][row]) * p.y) + (Enclosure(m[2][row]) * p.z + Enclosure(m[3][row]));
+  return (Enclosure(m[0][row]) * p.x + Enclosure(m[1][row]) * p.y) +
+         (Enclosure(m[2][row]) * p.z + Enclosure(m[3][row]));
 }
 
 // Homogeneous raster coordinates at one key; `z` is the depth and, in perspective, what x and y are divided by.
@@ -33,8 +36,8 @@ struct ScreenCoordinate {
   Interval value, by_s, by_t;
 };
 
-// Where all depths lie in front of the near plane the quotient keeps how numerator and depth vary together; elsewhere only the
-// part in front counts, by ranges alone.
+// Where all depths lie in front of the near plane the quotient keeps how numerator and depth vary together; elsewhere
+// only the part in front counts, by ranges alone.
 ScreenCoordinate projected(const Enclosure& x, const Enclosure& z, double near) {
   if (z.low() >= near) {
     const Enclosure q = x / z;
@@ -48,23 +51,30 @@ ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const Project
   return p.orthographic ? ScreenCoordinate{with_error(x), x.by_s(), x.by_t()} : projected(x, z, p.near);
 }
 
-ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) { return {hull(a.value, b.value), hull(a.by_s, b.by_s), hull(a.by_t, b.by_t)}; }
+ScreenCoordinate join(const ScreenCoordinate& a, const ScreenCoordinate& b) {
+  return {hull(a.value, b.value), hull(a.by_s, b.by_s), hull(a.by_t, b.by_t)};
+}
 
 // The same at every time between the keys. A point's position is a mean of its positions at the keys, weighted with its
 // depths; its derivative is one of quotients whose parts are linear in time.
 ScreenCoordinate moving(const std::array<RasterEnclosure, 2>& r, Enclosure RasterEnclosure::*axis, double near) {
   const Enclosure &x0 = r[0].*axis, &x1 = r[1].*axis, &z0 = r[0].z, &z1 = r[1].z;
-  const Interval depth = hull(with_error(z0), with_error(z1)), front(std::max(near, depth.low()), std::max(near, depth.high()));
+  const Interval depth = hull(with_error(z0), with_error(z1)),
+                 front(std::max(near, depth.low()), std::max(near, depth.high()));
   Interval value = hull(with_error(x0), with_error(x1)) / front;
   if (z0.low() >= near && z1.low() >= near) value = hull(projected(x0, z0, near).value, projected(x1, z1, near).value);
-  return {value, (hull(x0.by_s(), x1.by_s()) - value * hull(z0.by_s(), z1.by_s())) / front, (hull(x0.by_t(), x1.by_t()) - value * hull(z0.by_t(), z1.by_t())) / front};
+  return {value, (hull(x0.by_s(), x1.by_s()) - value * hull(z0.by_s(), z1.by_s())) / front,
+          (hull(x0.by_t(), x1.by_t()) - value * hull(z0.by_t(), z1.by_t())) / front};
 }
 
 // What the lens adds: a shift by up to lens_scale * |coc(z)|, and its derivative.
-void add_lens(const Projection& p, const Interval& depth, const std::array<RasterEnclosure, 2>& r, ScreenCoordinate& c) {
+void add_lens(const Projection& p, const Interval& depth, const std::array<RasterEnclosure, 2>& r,
+              ScreenCoordinate& c) {
   if (p.lens_scale == 0) return;
-  const Interval z(std::max(depth.low(), p.near), std::max(depth.high(), p.near)), focus(p.inverse_focus), one(1.0), lens(-p.lens_scale, p.lens_scale);
-  const Interval coc = p.orthographic ? one - z * focus : one / z - focus, slope = p.orthographic ? focus : one / (z * z);
+  const Interval z(std::max(depth.low(), p.near), std::max(depth.high(), p.near)), focus(p.inverse_focus), one(1.0),
+      lens(-p.lens_scale, p.lens_scale);
+  const Interval coc = p.orthographic ? one - z * focus : one / z - focus,
+                 slope = p.orthographic ? focus : one / (z * z);
   c.value = c.value + lens * coc;
   c.by_s = c.by_s + lens * slope * hull(r[0].z.by_s(), r[1].z.by_s());
   c.by_t = c.by_t + lens * slope * hull(r[0].z.by_t(), r[1].z.by_t());
@@ -75,8 +85,9 @@ double known(double value) { return std::isnan(value) ? kInfinity : value; }
 }  // namespace
 
 MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range) {
-  const Vector3<Enclosure> p = enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
-                                       static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
+  const Vector3<Enclosure> p =
+      enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
+              static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
   MovingBox box;
   box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
   box.low[0] = box.low[1] = {p.x.low(), p.y.low(), p.z.low()};
@@ -84,13 +95,17 @@ MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range
   return box;
 }
 
-ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable, const Procedure::Piece& piece, const ParameterBox& box) {
+ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable,
+                                         const Procedure::Piece& piece, const ParameterBox& box) {
   const Projection& projection = frame.projection;
   const Vector3<Enclosure> p = enclose(drawable.procedure->shape, piece, box.u0, box.v0, box.u1, box.v1);
   std::array<RasterEnclosure, 2> r;
   for (std::size_t key = 0; key < 2; ++key) {
-    if (key == 1 && !drawable.moving) r[1] = r[0];
-    else r[key] = {transformed(drawable.to_raster[key], 0, p), transformed(drawable.to_raster[key], 1, p), transformed(drawable.to_raster[key], 2, p)};
+    if (key == 1 && !drawable.moving)
+      r[1] = r[0];
+    else
+      r[key] = {transformed(drawable.to_raster[key], 0, p), transformed(drawable.to_raster[key], 1, p),
+                transformed(drawable.to_raster[key], 2, p)};
   }
   ProcedureCellBounds out;
   const Interval depth = hull(with_error(r[0].z), with_error(r[1].z));

@@ -6,8 +6,8 @@
 
 namespace tessera::frontend {
 
-// Object-space box of a part of a procedure's base patch, its evaluation's rounding included: the shape instantiated with
-// Enclosure. Parameters are those of the patch.
+// Object-space box of a part of a procedure's base patch, its evaluation's rounding included: the shape instantiated
+// with Enclosure. Parameters are those of the patch.
 MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range);
 
 // A box of a piece's parameters.
@@ -15,24 +15,26 @@ struct ParameterBox {
   double u0, v0, u1, v1;
 };
 
-// Where a box of parameters may be seen during the whole shutter, through the whole lens, and how fast its image changes.
+// Where a box of parameters may be seen during the whole shutter, through the whole lens, and how fast its image
+// changes.
 struct ProcedureCellBounds {
-  bool outside = false;           // no point of it lies in the depth range; nothing else is set then
-  bool faces_away = false;        // all of it shows its back (still drawables without lens only)
-  bool crosses_near = false;      // some of it may lie in front of the near plane
-  double x0, y0, x1, y1;          // pixels, closed
+  bool outside = false;       // no point of it lies in the depth range; nothing else is set then
+  bool faces_away = false;    // all of it shows its back (still drawables without lens only)
+  bool crosses_near = false;  // some of it may lie in front of the near plane
+  double x0, y0, x1, y1;      // pixels, closed
   double near_z, far_z;
   // Largest change of x or of y on screen, in pixels, from the middle of the box to its side along each parameter.
   // Infinite where the shape or the projection has no bounded derivative.
   double reach_u = 0, reach_v = 0;
-  // Largest difference, along x or y, of two of these changes at one key through the middle of the lens: how far from a straight
-  // line its image may bend.
+  // Largest difference, along x or y, of two of these changes at one key through the middle of the lens: how far from a
+  // straight line its image may bend.
   double bend_u = 0, bend_v = 0;
 };
 
-// Bounds hold for every (u, v) of the box, every time and every point of the lens for which the point lies in front of the
-// near plane, rounding included; so does the reach for derivatives of the exact image. Points move linearly between the
-// keys in raster space (see FrameGeometry).
-ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable, const Procedure::Piece& piece, const ParameterBox& box);
+// Bounds hold for every (u, v) of the box, every time and every point of the lens for which the point lies in front of
+// the near plane, rounding included; so does the reach for derivatives of the exact image. Points move linearly between
+// the keys in raster space (see FrameGeometry).
+ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable,
+                                         const Procedure::Piece& piece, const ParameterBox& box);
 
 }  // namespace tessera::frontend

@@ -39,11 +39,13 @@ float round_up(double value) { return -round_down(-value); }
 
 double defocus_radius(const Projection& projection, double depth) {
   if (projection.lens_scale == 0) return 0;
-  const double coc = projection.orthographic ? 1.0 - depth * projection.inverse_focus : 1.0 / depth - projection.inverse_focus;
+  const double coc =
+      projection.orthographic ? 1.0 - depth * projection.inverse_focus : 1.0 / depth - projection.inverse_focus;
   return projection.lens_scale * std::abs(coc);
 }
 
-std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection, const RoundingMargin& margin) {
+std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection,
+                                          const RoundingMargin& margin) {
   Hull hull;
   // What rounding might lift over the near plane counts as drawn; w stays positive.
   const double near = projection.orthographic ? projection.near - margin.depth
@@ -52,8 +54,10 @@ std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const P
   bool crosses = false, any_nan = false;
   for (const DVec4& r : points) {
     any_nan = any_nan || !(((r.x - r.x) + (r.y - r.y)) + ((r.z - r.z) + (r.w - r.w)) == 0);
-    if (behind(r)) crosses = true;
-    else hull.add(r);
+    if (behind(r))
+      crosses = true;
+    else
+      hull.add(r);
   }
   if (crosses && !any_nan)
     for (const DVec4& nearer : points)
@@ -80,7 +84,8 @@ std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const P
   // X = xh / w is off by the error of xh over w and by X times the relative error of w; what lies more than a frame
   // outside stays outside, so X counts up to two frames.
   const double frame = 4 * std::max(projection.center_x, projection.center_y);
-  const double grow = defocus * (1 + 0x1p-20) + margin.position / hull.near_w + frame * w_error + margin.pixels + size * 0x1p-40;
+  const double grow =
+      defocus * (1 + 0x1p-20) + margin.position / hull.near_w + frame * w_error + margin.pixels + size * 0x1p-40;
   ScreenBounds bounds{};
   bounds.x0 = round_down(hull.x0 - grow);
   bounds.y0 = round_down(hull.y0 - grow);

@@ -11,10 +11,10 @@ namespace tessera::frontend {
 
 // Where a moving, defocused convex body may appear on screen, over the whole shutter and the whole lens.
 struct ScreenBounds {
-  float x0, y0, x1, y1;     // pixels, closed
-  float grow;               // pixels by which they exceed the hull of the projected points: lens and rounding
-  float near_z, far_z;      // depth range of the part that is drawn
-  bool crosses_near;        // some of it lies nearer than the near plane at some time
+  float x0, y0, x1, y1;  // pixels, closed
+  float grow;            // pixels by which they exceed the hull of the projected points: lens and rounding
+  float near_z, far_z;   // depth range of the part that is drawn
+  bool crosses_near;     // some of it lies nearer than the near plane at some time
 };
 
 // Corners of a linearly moving box in raster space (xh, yh, depth, w): eight at key 0, then eight at key 1.
@@ -31,7 +31,8 @@ using MovingCorners = std::array<DVec4, 16>;
 struct RoundingMargin {
   double position = 0, w = 0, depth = 0, pixels = 0;
 };
-std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection, const RoundingMargin& margin);
+std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection,
+                                          const RoundingMargin& margin);
 
 // Circle-of-confusion radius in pixels of a point at `depth` (> 0 unless orthographic).
 double defocus_radius(const Projection& projection, double depth);

@@ -16,7 +16,8 @@
 namespace tessera::frontend {
 namespace {
 
-constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {{{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
+constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {
+    {{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
 // Step from a control point of the edge's inner neighbour row to the derivative across it: point k + step - point k.
 struct AcrossStep {
   std::ptrdiff_t from, step;  // from: offset of the first of the pair against the edge's point
@@ -38,7 +39,8 @@ std::pair<double, double> product(const ValueRange& offset, double low, double h
   return std::minmax({a * low, a * high, b * low, b * high});
 }
 
-void extend_displaced(MovingBox& box, std::size_t key, const Extents& base, const ValueRange& offset, const NormalRange& normals) {
+void extend_displaced(MovingBox& box, std::size_t key, const Extents& base, const ValueRange& offset,
+                      const NormalRange& normals) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto [low, high] = product(offset, normals.low[axis], normals.high[axis]);
     extend(box, key, axis, base.low[axis] + low, base.high[axis] + high);
@@ -48,15 +50,16 @@ void extend_displaced(MovingBox& box, std::size_t key, const Extents& base, cons
 Extents extents_of(const std::array<DVec3, 4>& points, const Frame& axes) {
   Extents e;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double a = glm::dot(points[0], axes[axis]), b = glm::dot(points[1], axes[axis]), c = glm::dot(points[2], axes[axis]),
-                 d = glm::dot(points[3], axes[axis]);
+    const double a = glm::dot(points[0], axes[axis]), b = glm::dot(points[1], axes[axis]),
+                 c = glm::dot(points[2], axes[axis]), d = glm::dot(points[3], axes[axis]);
     e.low[axis] = std::min(std::min(a, b), std::min(c, d));
     e.high[axis] = std::max(std::max(a, b), std::max(c, d));
   }
   return e;
 }
 
-std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points, const std::array<std::array<double, 4>, 4>& rows) {
+std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points,
+                                    const std::array<std::array<double, 4>, 4>& rows) {
   std::array<DVec3, 4> out;
   for (std::size_t k = 0; k < 4; ++k)
     out[k] = (points[0] * rows[k][0] + points[1] * rows[k][1]) + (points[2] * rows[k][2] + points[3] * rows[k][3]);
@@ -66,10 +69,11 @@ std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points, const st
 // The domain shader over a box of parameters. The normal of a point where the derivatives may be parallel or vanish is
 // any unit vector, up to the rounding of its normalisation.
 //
-// Control points are taken relative to the first: their common part would be multiplied by weights whose sum is 1, which
-// enclosures do not see. The float rounding that it brings back is `rounding` in the derivatives, and the vertex margin
-// in the position.
-Vector3<Enclosure> domain_box(const PatchNet& net, const ParameterRange& r, bool displaced, const ValueRange& offset, double rounding) {
+// Control points are taken relative to the first: their common part would be multiplied by weights whose sum is 1,
+// which enclosures do not see. The float rounding that it brings back is `rounding` in the derivatives, and the vertex
+// margin in the position.
+Vector3<Enclosure> domain_box(const PatchNet& net, const ParameterRange& r, bool displaced, const ValueRange& offset,
+                              double rounding) {
   const DVec3 origin = net.point(0);
   shaders::ControlPoints<Enclosure> c;
   for (std::size_t k = 0; k < 16; ++k) c[k] = {net.c[0][k] - origin.x, net.c[1][k] - origin.y, net.c[2][k] - origin.z};
@@ -85,7 +89,9 @@ Vector3<Enclosure> domain_box(const PatchNet& net, const ParameterRange& r, bool
   constexpr double kUnit = 1 + 0x1p-20;
   const auto unit = Enclosure::anything_in(-kUnit, kUnit);
   Vector3<Enclosure> n = {unit, unit, unit};
-  const auto within = [&](const Enclosure& x) { return Enclosure::anything_in(std::max(x.low(), -kUnit), std::min(x.high(), kUnit)); };
+  const auto within = [&](const Enclosure& x) {
+    return Enclosure::anything_in(std::max(x.low(), -kUnit), std::min(x.high(), kUnit));
+  };
   if (regular.margin.low() > 0) n = {within(regular.normal.x), within(regular.normal.y), within(regular.normal.z)};
   return position + n * Enclosure::anything_in(static_cast<double>(offset.low), static_cast<double>(offset.high));
 }
@@ -128,7 +134,8 @@ PyramidLibrary::PyramidLibrary(const Assembly& assembly) {
     alpha.reserve(static_cast<std::size_t>(texture->width()) * static_cast<std::size_t>(texture->height()));
     for (int y = 0; y < texture->height(); ++y)
       for (int x = 0; x < texture->width(); ++x) alpha.push_back(texture->texel(0, x, y).w);
-    slot = std::make_unique<MinMaxPyramid>(shaders::ScalarTexture(texture->width(), texture->height(), std::move(alpha)));
+    slot =
+        std::make_unique<MinMaxPyramid>(shaders::ScalarTexture(texture->width(), texture->height(), std::move(alpha)));
   }
 }
 
@@ -196,7 +203,8 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
 ValueRange SubPatchBounder::offset_range(const PatchDisplacement& d, const ParameterRange& r) const {
   const PatchDisplacement::Footprint f = d.footprint(r);
   const ValueRange heights = pyramids_.of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
-  const float a = d.material->scale * heights.low + d.material->bias, b = d.material->scale * heights.high + d.material->bias;
+  const float a = d.material->scale * heights.low + d.material->bias,
+              b = d.material->scale * heights.high + d.material->bias;
   return {std::min(a, b), std::max(a, b)};
 }
 
@@ -218,7 +226,8 @@ void SubPatchBounder::bound_interior(const CornerFrame& frame, MovingBox& box) {
 }
 
 void SubPatchBounder::bound_interval(MovingBox& box) {
-  for (std::size_t key = 0; key < keys_; ++key) extend(box, key, domain_box(base_[key], range_, displaced_, offsets_, rounding_));
+  for (std::size_t key = 0; key < keys_; ++key)
+    extend(box, key, domain_box(base_[key], range_, displaced_, offsets_, rounding_));
 }
 
 void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box) {
@@ -238,7 +247,8 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
     NormalRange normals;
     if (cones) {
       const std::array<DVec3, 3> along = {points[1] - points[0], points[2] - points[1], points[3] - points[2]};
-      normals = normal_range(edge_cone(along, restrict_cubic(edge.across[key], rows), !owner_along_u, box.axes[2], edge.rounding, scale));
+      normals = normal_range(
+          edge_cone(along, restrict_cubic(edge.across[key], rows), !owner_along_u, box.axes[2], edge.rounding, scale));
     }
     extend_displaced(box, key, extents_of(points, box.axes), offset, normals);
   }
@@ -249,12 +259,15 @@ void SubPatchBounder::bound_foreign_vertices(const CellRange& cells, MovingBox& 
   const std::array<bool, 4> touches = {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
   std::array<bool, 4> corner{};
   for (std::size_t c = 0; c < 4; ++c)
-    corner[c] = ((c & 1) != 0 ? range_.u1 >= 1.0f : range_.u0 <= 0.0f) && ((c & 2) != 0 ? range_.v1 >= 1.0f : range_.v0 <= 0.0f);
+    corner[c] = ((c & 1) != 0 ? range_.u1 >= 1.0f : range_.u0 <= 0.0f) &&
+                ((c & 2) != 0 ? range_.v1 >= 1.0f : range_.v0 <= 0.0f);
   for (std::size_t e = 0; e < 4; ++e) {
     if (!touches[e] || !edges_[e].active) continue;
     foreign_boundary_ = true;
-    if (edges_[e].collapsed) corner[edges_[e].corner] = true;
-    else bound_foreign_edge(edges_[e], e, box);
+    if (edges_[e].collapsed)
+      corner[edges_[e].corner] = true;
+    else
+      bound_foreign_edge(edges_[e], e, box);
   }
   for (std::size_t c = 0; c < 4; ++c) {
     if (!corner[c]) continue;
@@ -281,7 +294,8 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
   if (drawable_->procedure != nullptr) {
     range_ = parameter_range(frame_.patterns[patch_], cells);
     const MovingBox box = procedure_box(procedure_patch_, range_);
-    for (std::size_t axis = 0; axis < 3; ++axis) largest_ = std::max({largest_, std::abs(box.low[0][axis]), std::abs(box.high[0][axis])});
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      largest_ = std::max({largest_, std::abs(box.low[0][axis]), std::abs(box.high[0][axis])});
     return box;
   }
   if (!bezier_) return cluster_box();
@@ -291,8 +305,10 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
   const bool oriented = method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval;
   const CornerFrame frame = oriented ? corner_frame(nets()) : CornerFrame{};
   MovingBox box = empty_box(frame.axes);
-  if (method_ == BoundMethod::kInterval) bound_interval(box);
-  else bound_interior(frame, box);
+  if (method_ == BoundMethod::kInterval)
+    bound_interval(box);
+  else
+    bound_interior(frame, box);
   if (displaced_) bound_foreign_vertices(cells, box);
   if (keys_ == 1) {
     box.low[1] = box.low[0];
@@ -304,7 +320,9 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
 SubPatchBody SubPatchBounder::body(const CellRange& cells) {
   const MovingBox box = this->box(cells);
   const auto subpixels = static_cast<double>(frame_.request.subpixels());
-  SubPatchBody body{box_corners(box, drawable_->to_raster), vertex_rounding_margin(box, largest_, drawable_->to_raster, subpixels), {}};
+  SubPatchBody body{box_corners(box, drawable_->to_raster),
+                    vertex_rounding_margin(box, largest_, drawable_->to_raster, subpixels),
+                    {}};
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
   body.margin.pixels += static_cast<double>(kStillPixels);

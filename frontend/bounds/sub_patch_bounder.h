@@ -30,7 +30,8 @@ inline constexpr std::array<std::string_view, 5> kBoundMethodNames = {"aabb", "o
 // Throws UsageError for another name.
 BoundMethod bound_method(std::string_view name);
 
-// Pyramids of every displacement texture of a capture, and of the alpha of the colour textures of masked materials; built once.
+// Pyramids of every displacement texture of a capture, and of the alpha of the colour textures of masked materials;
+// built once.
 class PyramidLibrary {
  public:
   explicit PyramidLibrary(const Assembly& assembly);
@@ -49,8 +50,8 @@ class PyramidLibrary {
 struct SubPatchBody {
   MovingCorners corners;
   RoundingMargin margin;
-  // The same for the difference of a vertex's coordinates at both keys, as far as it comes from the vertex itself and not from its
-  // transformation; of rigid drawables, whose vertex is the same at both.
+  // The same for the difference of a vertex's coordinates at both keys, as far as it comes from the vertex itself and
+  // not from its transformation; of rigid drawables, whose vertex is the same at both.
   RoundingMargin way_margin{};
 };
 
@@ -58,7 +59,8 @@ struct SubPatchBody {
 // cells: those inside, those that stitching moves, and those on shared displaced edges and corners, which the patches
 // that own them evaluate with their own heights and normals.
 //
-// For finite input raises neither the invalid nor the divide-by-zero flag (but kInterval, whose ends may be infinite). Has scratch memory; one instance per thread.
+// For finite input raises neither the invalid nor the divide-by-zero flag (but kInterval, whose ends may be infinite).
+// Has scratch memory; one instance per thread.
 class SubPatchBounder {
  public:
   SubPatchBounder(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method)
@@ -76,8 +78,11 @@ class SubPatchBounder {
   std::span<const PatchNet> nets() const { return {nets_.data(), keys_}; }
   const ValueRange& offsets() const { return offsets_; }
   bool displaced() const { return displaced_; }
-  // Whether every offset that moves a vertex of the cells is exactly zero, those of other patches on the boundary included.
-  bool offsets_vanish() const { return offsets_.low == 0 && offsets_.high == 0 && foreign_offsets_.low == 0 && foreign_offsets_.high == 0; }
+  // Whether every offset that moves a vertex of the cells is exactly zero, those of other patches on the boundary
+  // included.
+  bool offsets_vanish() const {
+    return offsets_.low == 0 && offsets_.high == 0 && foreign_offsets_.low == 0 && foreign_offsets_.high == 0;
+  }
   // Whether a boundary vertex of the cells is evaluated by another patch's displacement.
   bool foreign_boundary() const { return foreign_boundary_; }
   const PosedDrawable& drawable() const { return *drawable_; }
@@ -111,8 +116,8 @@ class SubPatchBounder {
   const PosedDrawable* drawable_ = nullptr;
   bool bezier_ = false, displaced_ = false, foreign_boundary_ = false;
   std::size_t keys_ = 1;
-  double largest_ = 0;       // coordinate of any control point used
-  double rounding_ = 0;      // of a float derivative
+  double largest_ = 0;   // coordinate of any control point used
+  double rounding_ = 0;  // of a float derivative
   std::array<PatchNet, 2> base_, nets_;
   PatchDisplacement displacement_;
   ProcedurePatch procedure_patch_;

@@ -7,10 +7,13 @@ namespace tessera::frontend::gltf {
 std::uint64_t component_bytes(int component_type) {
   switch (component_type) {
     case kByte:
-    case kUnsignedByte: return 1;
+    case kUnsignedByte:
+      return 1;
     case kShort:
-    case kUnsignedShort: return 2;
-    default: return 4;
+    case kUnsignedShort:
+      return 2;
+    default:
+      return 4;
   }
 }
 

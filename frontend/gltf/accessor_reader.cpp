@@ -18,11 +18,16 @@ T load(const std::uint8_t* bytes) {
 
 std::int64_t load_integer(const std::uint8_t* bytes, int component_type) {
   switch (component_type) {
-    case kByte: return load<std::int8_t>(bytes);
-    case kUnsignedByte: return load<std::uint8_t>(bytes);
-    case kShort: return load<std::int16_t>(bytes);
-    case kUnsignedShort: return load<std::uint16_t>(bytes);
-    default: return load<std::uint32_t>(bytes);
+    case kByte:
+      return load<std::int8_t>(bytes);
+    case kUnsignedByte:
+      return load<std::uint8_t>(bytes);
+    case kShort:
+      return load<std::int16_t>(bytes);
+    case kUnsignedShort:
+      return load<std::uint16_t>(bytes);
+    default:
+      return load<std::uint32_t>(bytes);
   }
 }
 
@@ -35,7 +40,8 @@ void for_each_scalar(const AccessorLayout& layout, const std::uint8_t* bytes, st
     for (int column = 0; column < layout.columns; ++column)
       for (int row = 0; row < rows; ++row)
         put(e, static_cast<std::uint64_t>(column * rows + row),
-            bytes + e * stride + static_cast<std::uint64_t>(column) * layout.column_bytes() + static_cast<std::uint64_t>(row) * scalar);
+            bytes + e * stride + static_cast<std::uint64_t>(column) * layout.column_bytes() +
+                static_cast<std::uint64_t>(row) * scalar);
 }
 
 // Visits the accessor's data, then what its sparse part replaces: put(element, component, address).
@@ -61,7 +67,8 @@ void visit_scalars(Document& document, std::size_t index, const AccessorLayout& 
   for (std::uint64_t i = 0; i < part.count; ++i) {
     targets[i] = static_cast<std::uint64_t>(load_integer(index_bytes + i * component_bytes(index_type), index_type));
     const Place place = document.root.at("accessors").at(index).at("sparse").at("indices");
-    if (targets[i] >= layout.count) place.refuse("index {} is {}, the accessor has {} elements", i, targets[i], layout.count);
+    if (targets[i] >= layout.count)
+      place.refuse("index {} is {}, the accessor has {} elements", i, targets[i], layout.count);
     if (i > 0 && targets[i] <= targets[i - 1]) place.refuse("index {} does not increase", i);
   }
   for_each_scalar(part, value_bytes, layout.element_bytes,
@@ -73,11 +80,16 @@ void visit_scalars(Document& document, std::size_t index, const AccessorLayout& 
 float dequantize(std::int64_t value, int component_type) {
   const auto v = static_cast<float>(value);
   switch (component_type) {
-    case kByte: return std::max(v / 127.0f, -1.0f);
-    case kUnsignedByte: return v / 255.0f;
-    case kShort: return std::max(v / 32767.0f, -1.0f);
-    case kUnsignedShort: return v / 65535.0f;
-    default: return v;
+    case kByte:
+      return std::max(v / 127.0f, -1.0f);
+    case kUnsignedByte:
+      return v / 255.0f;
+    case kShort:
+      return std::max(v / 32767.0f, -1.0f);
+    case kUnsignedShort:
+      return v / 65535.0f;
+    default:
+      return v;
   }
 }
 
@@ -104,7 +116,8 @@ std::vector<float> read_floats(Document& document, std::size_t index) {
 std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t index) {
   const AccessorLayout layout = accessor_layout(document.json, index);
   const auto components = static_cast<std::uint64_t>(layout.components);
-  document.budget.charge(layout.count * components, sizeof(std::uint32_t), document.root.at("accessors").at(index).pointer());
+  document.budget.charge(layout.count * components, sizeof(std::uint32_t),
+                         document.root.at("accessors").at(index).pointer());
   std::vector<std::uint32_t> values(layout.count * components, 0);
   visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
     values[e * components + c] = static_cast<std::uint32_t>(load_integer(at, layout.component_type));

@@ -22,7 +22,8 @@ json structure_only(json document) {
   const auto simplify = [](auto& self, json& value) -> void {
     constexpr double kExact = 9007199254740992.0;
     if (value.is_number_float())
-      if (const double v = value.get<double>(); std::abs(v) <= kExact && v == std::floor(v)) value = static_cast<std::int64_t>(v);
+      if (const double v = value.get<double>(); std::abs(v) <= kExact && v == std::floor(v))
+        value = static_cast<std::int64_t>(v);
     if (value.is_object()) value.erase("extras");
     if (value.is_structured())
       for (json& inner : value) self(self, inner);
@@ -33,8 +34,8 @@ json structure_only(json document) {
 
 }  // namespace
 
-Document::Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
-                   const CaptureLimits& limits_in, MemoryBudget& budget_in)
+Document::Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
+                   bool has_binary, const CaptureLimits& limits_in, MemoryBudget& budget_in)
     : json(std::move(checked)),
       resources(json, file, std::move(binary), has_binary, limits_in, budget_in),
       root(file.string()),

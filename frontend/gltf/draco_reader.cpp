@@ -31,8 +31,10 @@ struct Cursor {
     return ok ? bytes[at++] : 0;
   }
   void skip(std::uint64_t count) {
-    if (count > bytes.size() - at) ok = false;
-    else at += count;
+    if (count > bytes.size() - at)
+      ok = false;
+    else
+      at += count;
   }
   std::uint64_t varint() {
     std::uint64_t value = 0;
@@ -68,7 +70,8 @@ StreamHead read_head(Bytes stream, const Place& place) {
   constexpr int kMetadataFlag = 0x8000;
   if (stream.size() < 11 || std::memcmp(stream.data(), "DRACO", 5) != 0) place.refuse("is not a Draco stream");
   // The extension's text names this version alone; older ones are decoded by code that trusts their counts.
-  if (stream[5] != 2 || stream[6] != 2) place.refuse("is Draco bit-stream {}.{}, the extension defines 2.2", stream[5], stream[6]);
+  if (stream[5] != 2 || stream[6] != 2)
+    place.refuse("is Draco bit-stream {}.{}, the extension defines 2.2", stream[5], stream[6]);
   if (stream[7] != draco::TRIANGULAR_MESH) place.refuse("is not a Draco mesh");
   if (stream[8] > draco::MESH_EDGEBREAKER_ENCODING) place.refuse("has a Draco method that does not exist");
   StreamHead head;
@@ -105,7 +108,9 @@ class ChargingDecoder final : public Decoder {
     const draco::PointCloud& cloud = *this->point_cloud();
     // Of each attribute: its values, the integers they are decoded from, the prediction's copies and the point map.
     for (int a = 0; a < cloud.num_attributes(); ++a)
-      budget_.charge(cloud.num_points(), 2 * static_cast<std::uint64_t>(cloud.attribute(a)->byte_stride()) + 16 * cloud.attribute(a)->num_components() + 32,
+      budget_.charge(cloud.num_points(),
+                     2 * static_cast<std::uint64_t>(cloud.attribute(a)->byte_stride()) +
+                         16 * cloud.attribute(a)->num_components() + 32,
                      place_.pointer());
     return Decoder::DecodeAllAttributes();
   }
@@ -117,11 +122,16 @@ class ChargingDecoder final : public Decoder {
 
 std::pair<std::int64_t, std::int64_t> integer_range(int component_type) {
   switch (component_type) {
-    case kByte: return {-128, 127};
-    case kUnsignedByte: return {0, 255};
-    case kShort: return {-32768, 32767};
-    case kUnsignedShort: return {0, 65535};
-    default: return {0, 0xFFFFFFFFll};
+    case kByte:
+      return {-128, 127};
+    case kUnsignedByte:
+      return {0, 255};
+    case kShort:
+      return {-32768, 32767};
+    case kUnsignedShort:
+      return {0, 65535};
+    default:
+      return {0, 0xFFFFFFFFll};
   }
 }
 
@@ -143,7 +153,8 @@ std::vector<float> attribute_values(const draco::Mesh& mesh, const draco::PointA
       attribute.ConvertValue<std::int64_t>(index, static_cast<std::int8_t>(components), integers);
       for (std::size_t c = 0; c < components; ++c)
         if (integers[c] < range.first || integers[c] > range.second)
-          place.refuse("point {} of the Draco stream has the value {}, which its accessor's type cannot hold", point, integers[c]);
+          place.refuse("point {} of the Draco stream has the value {}, which its accessor's type cannot hold", point,
+                       integers[c]);
       for (std::size_t c = 0; c < components; ++c)
         out[c] = layout.normalized ? dequantize(integers[c], layout.component_type) : static_cast<float>(integers[c]);
     }
@@ -174,8 +185,9 @@ std::unique_ptr<draco::Mesh> decode(Bytes stream, std::uint64_t declared_faces, 
   budget.charge(head.faces + head.points, head.edgebreaker ? 120 + 40 * head.seams : 32, place.pointer());
   budget.charge(stream.size(), 64, place.pointer());
   auto mesh = std::make_unique<draco::Mesh>();
-  const draco::Status status = head.edgebreaker ? decode_with<draco::MeshEdgebreakerDecoder>(stream, *mesh, budget, place)
-                                                : decode_with<draco::MeshSequentialDecoder>(stream, *mesh, budget, place);
+  const draco::Status status = head.edgebreaker
+                                   ? decode_with<draco::MeshEdgebreakerDecoder>(stream, *mesh, budget, place)
+                                   : decode_with<draco::MeshSequentialDecoder>(stream, *mesh, budget, place);
   if (!status.ok()) place.refuse("Draco stream cannot be decoded ({})", status.error_msg_string());
   return mesh;
 }
@@ -216,9 +228,11 @@ DracoMesh read_draco(Document& document, const json& primitive, const Place& pla
     if (attribute == nullptr) at.refuse("is id {}, which the Draco stream does not have", id.dump());
     const AccessorLayout layout = accessor_layout(document.json, primitive["attributes"][name].get<std::size_t>());
     if (attribute->num_components() != layout.components)
-      at.refuse("has {} components in the Draco stream, {} in its accessor", attribute->num_components(), layout.components);
+      at.refuse("has {} components in the Draco stream, {} in its accessor", attribute->num_components(),
+                layout.components);
     const bool is_float = attribute->data_type() == draco::DT_FLOAT32;
-    if (is_float != (layout.component_type == kFloat) || !(is_float || draco::IsDataTypeIntegral(attribute->data_type())))
+    if (is_float != (layout.component_type == kFloat) ||
+        !(is_float || draco::IsDataTypeIntegral(attribute->data_type())))
       at.refuse("is of another component type in the Draco stream than in its accessor");
     document.budget.charge(out.vertex_count, static_cast<std::uint64_t>(layout.components) * 4, at.pointer());
     out.attributes.emplace_back(name, attribute_values(*mesh, *attribute, layout, at));

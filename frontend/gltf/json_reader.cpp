@@ -59,9 +59,12 @@ class Census {
     // "[json.exception.parse_error.101] parse error at line 1, column 5: syntax error ..."
     std::string reason = error.what();
     const std::size_t bracket = reason.find("] "), colon = reason.find(": ");
-    if (colon != std::string::npos) reason = reason.substr(colon + 2);
-    else if (bracket != std::string::npos) reason = reason.substr(bracket + 2);
-    throw InputError(file_, fmt::format("byte {}", first_byte_ + std::max<std::size_t>(position, 1) - 1), "is not JSON: " + reason);
+    if (colon != std::string::npos)
+      reason = reason.substr(colon + 2);
+    else if (bracket != std::string::npos)
+      reason = reason.substr(bracket + 2);
+    throw InputError(file_, fmt::format("byte {}", first_byte_ + std::max<std::size_t>(position, 1) - 1),
+                     "is not JSON: " + reason);
   }
 
   std::uint64_t values = 0, containers = 0, keys = 0, strings = 0, string_bytes = 0;
@@ -69,8 +72,8 @@ class Census {
  private:
   struct Level {
     bool object = false;
-    std::size_t elements = 0;   // of an array, so far
-    std::string key;            // of an object, the latest
+    std::size_t elements = 0;  // of an array, so far
+    std::string key;           // of an object, the latest
     std::vector<std::size_t> key_hashes;
   };
 
@@ -136,7 +139,8 @@ std::uint64_t count_values(const json& value) {
 std::uint64_t count_extension_values(const json& value) {
   std::uint64_t count = 0;
   if (value.is_object()) {
-    for (const auto& [key, inner] : value.items()) count += key == "extensions" ? count_values(inner) : count_extension_values(inner);
+    for (const auto& [key, inner] : value.items())
+      count += key == "extensions" ? count_values(inner) : count_extension_values(inner);
   } else if (value.is_array()) {
     for (const json& inner : value) count += count_extension_values(inner);
   }
@@ -176,7 +180,8 @@ void charge_objects(const json& document, const std::string& file, MemoryBudget&
         budget.charge(list->size(), kGrowth * bytes, fmt::format("{}: /{}/{}/{}", file, outer, i, inner));
   };
   inner_arrays("meshes", "primitives", sizeof(tinygltf::Primitive) + sizeof(Primitive));
-  inner_arrays("animations", "channels", sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
+  inner_arrays("animations", "channels",
+               sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
   inner_arrays("animations", "samplers", sizeof(tinygltf::AnimationSampler));
   inner_arrays("nodes", "children", 2 * sizeof(int));
   inner_arrays("skins", "joints", 2 * sizeof(int) + sizeof(DMat4) + 16);

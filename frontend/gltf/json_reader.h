@@ -12,7 +12,8 @@ namespace tessera::frontend::gltf {
 // its copies will take. Refuses (InputError) with the byte of the file what is not JSON, what nests deeper than 64
 // levels and numbers beyond double; with the JSON pointer a key that an object has twice: glTF forbids it, and which
 // of the two counts would be anybody's guess. `first_byte`: where the text begins in the file.
-nlohmann::json read_json(const std::string& text, std::size_t first_byte, const std::string& file, MemoryBudget& budget);
+nlohmann::json read_json(const std::string& text, std::size_t first_byte, const std::string& file,
+                         MemoryBudget& budget);
 
 // Charges what the typed view of a document (tinygltf's) and the capture's own objects take, buffers aside.
 // `document` must have passed check_schema.

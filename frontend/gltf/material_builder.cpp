@@ -19,7 +19,9 @@ class TextureLibrary {
     if (slot == nullptr) {
       const DecodedImage decoded = decode(image);
       // RGBA8 and its mip levels.
-      document_.budget.charge(static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()), 6, place(image).pointer());
+      document_.budget.charge(
+          static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()), 6,
+          place(image).pointer());
       slot = std::make_shared<shaders::Texture>(decoded, space);
     }
     return slot;
@@ -30,7 +32,9 @@ class TextureLibrary {
     auto& slot = heights_[image];
     if (slot == nullptr) {
       const DecodedImage decoded = decode(image);
-      document_.budget.charge(static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()), 6, place(image).pointer());
+      document_.budget.charge(
+          static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()), 6,
+          place(image).pointer());
       slot = std::make_shared<shaders::ScalarTexture>(decoded);
     }
     return slot;
@@ -42,15 +46,19 @@ class TextureLibrary {
     if (index < 0) return out;
     const tinygltf::Sampler& s = document_.model.samplers[static_cast<std::size_t>(index)];
     const auto wrap = [](int mode) {
-      return mode == 33071 ? shaders::Wrap::kClampToEdge : mode == 33648 ? shaders::Wrap::kMirroredRepeat : shaders::Wrap::kRepeat;
+      return mode == 33071   ? shaders::Wrap::kClampToEdge
+             : mode == 33648 ? shaders::Wrap::kMirroredRepeat
+                             : shaders::Wrap::kRepeat;
     };
     out.wrap_s = wrap(s.wrapS);
     out.wrap_t = wrap(s.wrapT);
     out.magnify_linear = s.magFilter != 9728;
     // 9728 nearest, 9729 linear, 9984..9987: nearest/linear within a level x nearest/linear between levels.
     out.minify_linear = s.minFilter != 9728 && s.minFilter != 9984 && s.minFilter != 9986;
-    if (s.minFilter == 9728 || s.minFilter == 9729) out.mip = shaders::MipFilter::kNone;
-    else if (s.minFilter == 9984 || s.minFilter == 9985) out.mip = shaders::MipFilter::kNearest;
+    if (s.minFilter == 9728 || s.minFilter == 9729)
+      out.mip = shaders::MipFilter::kNone;
+    else if (s.minFilter == 9984 || s.minFilter == 9985)
+      out.mip = shaders::MipFilter::kNearest;
     return out;
   }
 
@@ -139,11 +147,14 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
   out.normal_texture = texture_slot(library, material, "normalTexture", shaders::ColorSpace::kLinear);
   out.occlusion_texture = texture_slot(library, material, "occlusionTexture", shaders::ColorSpace::kLinear);
   out.emissive_texture = texture_slot(library, material, "emissiveTexture", shaders::ColorSpace::kSrgb);
-  out.alpha_mode = model.alphaMode == "MASK" ? AlphaMode::kMask : model.alphaMode == "BLEND" ? AlphaMode::kBlend : AlphaMode::kOpaque;
+  out.alpha_mode = model.alphaMode == "MASK"    ? AlphaMode::kMask
+                   : model.alphaMode == "BLEND" ? AlphaMode::kBlend
+                                                : AlphaMode::kOpaque;
   out.alpha_cutoff = static_cast<float>(model.alphaCutoff);
   out.double_sided = model.doubleSided;
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
-  if (const json* extension = find_extension(material, "TESSERA_displacement")) out.displacement = displacement(library, *extension);
+  if (const json* extension = find_extension(material, "TESSERA_displacement"))
+    out.displacement = displacement(library, *extension);
   return out;
 }
 

@@ -56,8 +56,10 @@ class AttributeSource {
       }
     std::vector<float> values = read_floats(document_, accessor(name));
     if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
-      place_.at("attributes").at(name).refuse("has {} elements outside the Draco stream, which has {} points",
-                                              values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
+      place_.at("attributes")
+          .at(name)
+          .refuse("has {} elements outside the Draco stream, which has {} points",
+                  values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
     return values;
   }
 
@@ -102,7 +104,8 @@ std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t
         influences[v].joints[4 * set + k] = static_cast<std::uint16_t>(joints[4 * v + k]);
         const float weight = weights[4 * v + k];
         // Draco's quantisation may turn a zero into a little less.
-        if (weight < -0.001f) place.at("attributes").at("WEIGHTS_" + suffix).refuse("vertex {} has a negative weight", v);
+        if (weight < -0.001f)
+          place.at("attributes").at("WEIGHTS_" + suffix).refuse("vertex {} has a negative weight", v);
         influences[v].weights[4 * set + k] = std::max(weight, 0.0f);
       }
   }
@@ -119,7 +122,8 @@ std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t
   return influences;
 }
 
-std::vector<MorphTarget> build_targets(Document& document, const json& primitive, std::size_t vertex_count, const Place& place) {
+std::vector<MorphTarget> build_targets(Document& document, const json& primitive, std::size_t vertex_count,
+                                       const Place& place) {
   std::vector<MorphTarget> targets;
   const auto list = primitive.find("targets");
   if (list == primitive.end()) return targets;
@@ -134,7 +138,8 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
       document.budget.charge(scalars.size(), sizeof(float), place.pointer());
       out = as_vec3(scalars);
       if (out.size() != vertex_count)
-        place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(), vertex_count);
+        place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(),
+                                                  vertex_count);
     };
     read("POSITION", target.positions);
     read("NORMAL", target.normals);
@@ -166,9 +171,12 @@ std::vector<std::uint32_t> triangle_list(const std::vector<std::uint32_t>& in, i
     out.reserve(in.size() < 2 ? 0 : 3 * (in.size() - 2));
     for (std::size_t i = 2; i < in.size(); ++i) {
       // glTF 2.0 section 3.7.2.1: strips alternate, so that all triangles wind alike; fans turn about vertex 0.
-      if (mode == kTriangleFan) out.insert(out.end(), {in[i - 1], in[i], in[0]});
-      else if (i % 2 == 0) out.insert(out.end(), {in[i - 2], in[i - 1], in[i]});
-      else out.insert(out.end(), {in[i - 1], in[i - 2], in[i]});
+      if (mode == kTriangleFan)
+        out.insert(out.end(), {in[i - 1], in[i], in[0]});
+      else if (i % 2 == 0)
+        out.insert(out.end(), {in[i - 2], in[i - 1], in[i]});
+      else
+        out.insert(out.end(), {in[i - 1], in[i - 2], in[i]});
     }
   }
   return out;
@@ -199,8 +207,8 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
 
 }  // namespace
 
-std::optional<Primitive> build_primitive(Document& document, const json& json_primitive, const tinygltf::Primitive& model,
-                                         const Place& place) {
+std::optional<Primitive> build_primitive(Document& document, const json& json_primitive,
+                                         const tinygltf::Primitive& model, const Place& place) {
   const int mode = model.mode == -1 ? kTriangles : model.mode;
   if (mode < kTriangles) {
     document.notices.push_back(place.pointer() + ": points and lines are not drawn");
@@ -225,8 +233,10 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
     primitive.kind = Primitive::Kind::kBezierPatches;
     const auto count = (*bezier)["count"].get<std::size_t>();
     if (primitive.vertices.count() != 16 * count)
-      place.at("extensions").at("TESSERA_bezier_patches").refuse("is {} patches of 16 control points, the Draco stream has {} points",
-                                                                 count, primitive.vertices.count());
+      place.at("extensions")
+          .at("TESSERA_bezier_patches")
+          .refuse("is {} patches of 16 control points, the Draco stream has {} points", count,
+                  primitive.vertices.count());
   }
   return primitive;
 }

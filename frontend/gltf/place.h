@@ -20,9 +20,12 @@ class Place {
   Place at(std::string_view key) const {
     std::string escaped;
     for (const char c : key) {
-      if (c == '~') escaped += "~0";
-      else if (c == '/') escaped += "~1";
-      else escaped += c;
+      if (c == '~')
+        escaped += "~0";
+      else if (c == '/')
+        escaped += "~1";
+      else
+        escaped += c;
     }
     return Place(file_, pointer_ + "/" + escaped);
   }
@@ -33,7 +36,8 @@ class Place {
 
   template <class... Args>
   [[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) const {
-    throw InputError(file_, pointer_.empty() ? kWholeDocument : pointer_, fmt::format(format, std::forward<Args>(args)...));
+    throw InputError(file_, pointer_.empty() ? kWholeDocument : pointer_,
+                     fmt::format(format, std::forward<Args>(args)...));
   }
 
  private:

@@ -30,14 +30,16 @@ const StageDeclaration* find_stage(std::span<const StageDeclaration> stages, con
 void check_number(const ParameterDeclaration& p, const json& value, const Place& place) {
   if (!value.is_number()) place.refuse("is not a number");
   const double v = value.get<double>();
-  if (!(v >= static_cast<double>(p.min) && v <= static_cast<double>(p.max))) place.refuse("is {}, outside [{:g}, {:g}]", v, p.min, p.max);
+  if (!(v >= static_cast<double>(p.min) && v <= static_cast<double>(p.max)))
+    place.refuse("is {}, outside [{:g}, {:g}]", v, p.min, p.max);
 }
 
 void check_parameter(const ParameterDeclaration& p, const json& value, const Place& place) {
   if (p.layout == ParameterLayout::kNumbers && p.size == 1) return check_number(p, value, place);
   if (!value.is_array()) place.refuse("is not an array");
   if (p.layout == ParameterLayout::kNumbers) {
-    if (value.size() != static_cast<std::size_t>(p.size)) place.refuse("has {} numbers, needs {}", value.size(), p.size);
+    if (value.size() != static_cast<std::size_t>(p.size))
+      place.refuse("has {} numbers, needs {}", value.size(), p.size);
     for (std::size_t i = 0; i < value.size(); ++i) check_number(p, value[i], place.at(i));
     return;
   }
@@ -54,7 +56,8 @@ void check_parameters(const StageDeclaration& stage, const json& object, std::st
   if (!object.is_object()) place.refuse("is not an object");
   for (const auto& [name, value] : object.items()) {
     if (name == apart || name == "extensions" || name == "extras") continue;
-    const auto found = std::find_if(stage.parameters.begin(), stage.parameters.end(), [&, &wanted = name](const ParameterDeclaration& p) { return p.name == wanted; });
+    const auto found = std::find_if(stage.parameters.begin(), stage.parameters.end(),
+                                    [&, &wanted = name](const ParameterDeclaration& p) { return p.name == wanted; });
     if (found == stage.parameters.end()) place.at(name).refuse("is no parameter of '{}'", stage.name);
     check_parameter(*found, value, place.at(name));
   }
@@ -72,9 +75,11 @@ void check_stage(std::span<const StageDeclaration> stages, const json& object, c
 }
 
 std::size_t whole_number(const json& value, std::size_t min, std::size_t max, const Place& place) {
-  if (!value.is_number() || value.get<double>() != std::floor(value.get<double>())) place.refuse("is not a whole number");
+  if (!value.is_number() || value.get<double>() != std::floor(value.get<double>()))
+    place.refuse("is not a whole number");
   const double v = value.get<double>();
-  if (!(v >= static_cast<double>(min) && v <= static_cast<double>(max))) place.refuse("is {:.0f}, outside [{}, {}]", v, min, max);
+  if (!(v >= static_cast<double>(min) && v <= static_cast<double>(max)))
+    place.refuse("is {:.0f}, outside [{}, {}]", v, min, max);
   return static_cast<std::size_t>(v);
 }
 
@@ -88,9 +93,12 @@ std::size_t count_of(const json& document, const char* array) {
 // A parameter's numbers from one curve (of chains) or from the whole value.
 void put_numbers(const ParameterDeclaration& p, const json* value, std::size_t curve, float* out) {
   for (std::size_t k = 0; k < static_cast<std::size_t>(p.size); ++k) {
-    if (value == nullptr) out[k] = p.default_value;
-    else if (p.layout != ParameterLayout::kNumbers) out[k] = (*value)[3 * curve + k / 2][k % 2].get<float>();
-    else out[k] = value->is_array() ? (*value)[k].get<float>() : value->get<float>();
+    if (value == nullptr)
+      out[k] = p.default_value;
+    else if (p.layout != ParameterLayout::kNumbers)
+      out[k] = (*value)[3 * curve + k / 2][k % 2].get<float>();
+    else
+      out[k] = value->is_array() ? (*value)[k].get<float>() : value->get<float>();
   }
 }
 
@@ -107,7 +115,8 @@ std::size_t curve_count(const StageDeclaration& shape, const json& parameters, P
 
 void build_pieces(Document& document, const json& parameters, const Place& place, Procedure& out) {
   const StageDeclaration& shape = out.declaration();
-  const std::size_t along_u = curve_count(shape, parameters, ParameterLayout::kChainU), along_v = curve_count(shape, parameters, ParameterLayout::kChainV);
+  const std::size_t along_u = curve_count(shape, parameters, ParameterLayout::kChainU),
+                    along_v = curve_count(shape, parameters, ParameterLayout::kChainV);
   document.budget.charge(along_u * along_v, sizeof(Procedure::Piece), place.pointer());
   out.pieces.resize(along_u * along_v);
   for (std::size_t n = 0; n < out.pieces.size(); ++n) {
@@ -149,11 +158,14 @@ std::shared_ptr<const shaders::GeometryImage> build_image(Document& document, co
 
 Procedure build_procedure(Document& document, const json& object, const Place& place) {
   Procedure out;
-  const auto number = [](std::span<const StageDeclaration> stages, const json& name) { return find_stage(stages, name) - stages.data(); };
+  const auto number = [](std::span<const StageDeclaration> stages, const json& name) {
+    return find_stage(stages, name) - stages.data();
+  };
   out.shape = static_cast<shaders::ShapeId>(number(shaders::shape_declarations(), object["shape"]));
   if (object.contains("image")) out.image = build_image(document, object["image"]);
   build_pieces(document, object.value("parameters", json::object()), place, out);
-  const json texture = object.value("texture", json{{"pattern", "plain"}}), shading = object.value("shading", json{{"model", "material"}});
+  const json texture = object.value("texture", json{{"pattern", "plain"}}),
+             shading = object.value("shading", json{{"model", "material"}});
   out.texture = static_cast<shaders::TextureId>(number(shaders::texture_declarations(), texture["pattern"]));
   build_stage(shaders::texture_declarations()[static_cast<std::size_t>(out.texture)], texture, out.texture_numbers);
   out.shading = static_cast<shaders::ShadingId>(number(shaders::shading_declarations(), shading["model"]));
@@ -170,8 +182,10 @@ void check_procedure_schema(const json& document, const json& procedure, const P
   const StageDeclaration* shape = find_stage(shaders::shape_declarations(), procedure["shape"]);
   if (shape == nullptr) place.at("shape").refuse("is {}, which Tessera does not know", procedure["shape"].dump());
   check_parameters(*shape, procedure.value("parameters", json::object()), "", place.at("parameters"));
-  if (const json* texture = member(procedure, "texture")) check_stage(shaders::texture_declarations(), *texture, "pattern", place.at("texture"));
-  if (const json* shading = member(procedure, "shading")) check_stage(shaders::shading_declarations(), *shading, "model", place.at("shading"));
+  if (const json* texture = member(procedure, "texture"))
+    check_stage(shaders::texture_declarations(), *texture, "pattern", place.at("texture"));
+  if (const json* shading = member(procedure, "shading"))
+    check_stage(shaders::shading_declarations(), *shading, "model", place.at("shading"));
   if (const json* material = member(procedure, "material")) {
     const std::size_t materials = count_of(document, "materials");
     if (materials == 0) place.at("material").refuse("points at a material, there are none");
@@ -197,9 +211,12 @@ void check_procedure_links(const json& document, const json& procedure, const Pl
   if (image == nullptr) return;
   const Place inner = place.at("image");
   const AccessorLayout layout = accessor_layout(document, (*image)["positions"].get<std::size_t>());
-  if (layout.components != 3 || layout.columns != 1 || layout.component_type != kFloat) inner.at("positions").refuse("is not an accessor of three floats");
+  if (layout.components != 3 || layout.columns != 1 || layout.component_type != kFloat)
+    inner.at("positions").refuse("is not an accessor of three floats");
   const auto width = (*image)["width"].get<std::uint64_t>();
-  if (layout.count % width != 0 || layout.count / width < 2) inner.at("width").refuse("is {}, the accessor has {} points: not a grid of whole rows, two at least", width, layout.count);
+  if (layout.count % width != 0 || layout.count / width < 2)
+    inner.at("width").refuse("is {}, the accessor has {} points: not a grid of whole rows, two at least", width,
+                             layout.count);
 }
 
 void build_procedures(Document& document, Capture& capture) {

@@ -5,10 +5,11 @@
 
 namespace tessera::frontend::gltf {
 
-// TESSERA_procedure, an extension of nodes: docs/extensions/TESSERA_procedure.md. The names and ranges of parameters are those of
-// the stages' declarations (shaders_cpp/procedures/declarations.h).
+// TESSERA_procedure, an extension of nodes: docs/extensions/TESSERA_procedure.md. The names and ranges of parameters
+// are those of the stages' declarations (shaders_cpp/procedures/declarations.h).
 
-// Shape of the extension object: known stages, known parameters with the right number of values in their ranges. Throws InputError.
+// Shape of the extension object: known stages, known parameters with the right number of values in their ranges. Throws
+// InputError.
 void check_procedure_schema(const nlohmann::json& document, const nlohmann::json& procedure, const Place& place);
 
 // What links it to other objects: the accessor of a geometry image. Throws InputError.

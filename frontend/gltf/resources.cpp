@@ -70,7 +70,8 @@ bool has_scheme(std::string_view uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string_view::npos || colon == 0) return false;
   return std::all_of(uri.begin(), uri.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '+' || c == '-' ||
+           c == '.';
   });
 }
 
@@ -82,7 +83,8 @@ std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem:
   const std::string decoded = percent_decode(uri, place);
   if (decoded.find('\0') != std::string::npos) place.refuse("holds a zero byte");
   const std::filesystem::path relative(decoded);
-  if (relative.is_absolute() || decoded.front() == '/' || decoded.front() == '\\' || decoded.find('\\') != std::string::npos)
+  if (relative.is_absolute() || decoded.front() == '/' || decoded.front() == '\\' ||
+      decoded.find('\\') != std::string::npos)
     place.refuse("is not a relative path");
   const std::filesystem::path normal = relative.lexically_normal();
   if (normal.empty() || *normal.begin() == "..") place.refuse("leaves the capture's folder");
@@ -126,7 +128,8 @@ const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, co
   } else {
     const std::filesystem::path target = resolve_uri(uri, folder_, place);
     try {
-      bytes = read_whole_file(target, limits_.max_file_bytes, uri, [&](std::uint64_t size) { budget_.charge(size, 1, escape_control(uri)); });
+      bytes = read_whole_file(target, limits_.max_file_bytes, uri,
+                              [&](std::uint64_t size) { budget_.charge(size, 1, escape_control(uri)); });
     } catch (const InputError& error) {
       place.refuse("{}: {}", escape_control(uri, 120), error.fault());
     }
@@ -152,8 +155,9 @@ Bytes Resources::buffer_view(std::size_t index) {
   const Bytes bytes = buffer(view["buffer"].get<std::size_t>());
   const auto offset = view.value("byteOffset", std::uint64_t{0}), length = view["byteLength"].get<std::uint64_t>();
   if (offset > bytes.size() || length > bytes.size() - offset)
-    root_.at("bufferViews").at(index).refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length,
-                                             bytes.size());
+    root_.at("bufferViews")
+        .at(index)
+        .refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, bytes.size());
   return bytes.subspan(offset, length);
 }
 

@@ -25,15 +25,18 @@ std::vector<Node> build_nodes(const Document& document) {
     node.name = model.name;
     node.children.assign(model.children.begin(), model.children.end());
     for (const int child : model.children) nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(i);
-    if (model.translation.size() == 3) node.transform.translation = {model.translation[0], model.translation[1], model.translation[2]};
+    if (model.translation.size() == 3)
+      node.transform.translation = {model.translation[0], model.translation[1], model.translation[2]};
     if (model.scale.size() == 3) node.transform.scale = {model.scale[0], model.scale[1], model.scale[2]};
     if (model.rotation.size() == 4)
-      node.transform.rotation = glm::normalize(DQuat(model.rotation[3], model.rotation[0], model.rotation[1], model.rotation[2]));
+      node.transform.rotation =
+          glm::normalize(DQuat(model.rotation[3], model.rotation[0], model.rotation[1], model.rotation[2]));
     if (model.matrix.size() == 16) node.matrix = matrix_from(model.matrix.data());
     node.mesh = model.mesh;
     node.skin = model.skin;
     node.camera = model.camera;
-    if (const json* light = find_extension(document.json["nodes"][i], "KHR_lights_punctual")) node.light = (*light)["light"].get<int>();
+    if (const json* light = find_extension(document.json["nodes"][i], "KHR_lights_punctual"))
+      node.light = (*light)["light"].get<int>();
     for (const double w : model.weights) node.weights.push_back(static_cast<float>(w));
   }
   return nodes;
@@ -61,11 +64,15 @@ std::vector<Skin> build_skins(Document& document) {
     if (model.inverseBindMatrices < 0) continue;
     const std::vector<float> values = read_floats(document, static_cast<std::size_t>(model.inverseBindMatrices));
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
-      const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j), values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
+      const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j),
+                                  values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
       skin.inverse_bind[j] = matrix_from(m.data());
       constexpr double kRounding = 1e-5;  // of exporters
       if (std::max({std::abs(m[3]), std::abs(m[7]), std::abs(m[11]), std::abs(m[15] - 1)}) > kRounding)
-        document.root.at("skins").at(skins.size() - 1).at("inverseBindMatrices").refuse("matrix {} has a last row that is not 0 0 0 1", j);
+        document.root.at("skins")
+            .at(skins.size() - 1)
+            .at("inverseBindMatrices")
+            .refuse("matrix {} has a last row that is not 0 0 0 1", j);
     }
   }
   return skins;
@@ -82,7 +89,8 @@ void check_joints(const Document& document, const Capture& capture) {
         for (std::size_t k = 0; k < 8; ++k) {
           const SkinInfluence& influence = primitive.vertices.influences[v];
           if (influence.weights[k] > 0 && influence.joints[k] >= joints)
-            document.root.at("nodes").at(n).refuse("mesh {} vertex {} names joint {}, the skin has {}", node.mesh, v, influence.joints[k], joints);
+            document.root.at("nodes").at(n).refuse("mesh {} vertex {} names joint {}, the skin has {}", node.mesh, v,
+                                                   influence.joints[k], joints);
         }
   }
 }
@@ -100,8 +108,8 @@ void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
   }
 }
 
-AnimationChannel build_channel(Document& document, const tinygltf::Animation& animation, const tinygltf::AnimationChannel& model,
-                               const std::vector<Node>& nodes) {
+AnimationChannel build_channel(Document& document, const tinygltf::Animation& animation,
+                               const tinygltf::AnimationChannel& model, const std::vector<Node>& nodes) {
   const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(model.sampler)];
   AnimationChannel channel;
   channel.node = model.target_node;
@@ -147,7 +155,8 @@ std::vector<int> choose_animations(const std::vector<Animation>& animations) {
   std::set<std::pair<int, AnimatedPath>> moved;
   for (std::size_t a = 0; a < animations.size(); ++a) {
     bool free = true;
-    for (const AnimationChannel& channel : animations[a].channels) free = free && !moved.contains({channel.node, channel.path});
+    for (const AnimationChannel& channel : animations[a].channels)
+      free = free && !moved.contains({channel.node, channel.path});
     if (!free) continue;
     for (const AnimationChannel& channel : animations[a].channels) moved.emplace(channel.node, channel.path);
     played.push_back(static_cast<int>(a));

@@ -32,8 +32,10 @@ Rule object(std::vector<Property> properties) {
     if (!value.is_object()) place.refuse("is not an object");
     for (const Property& property : properties) {
       const auto found = value.find(property.name);
-      if (found != value.end()) property.rule(*found, place.at(property.name));
-      else if (property.required) place.refuse("lacks the property '{}'", property.name);
+      if (found != value.end())
+        property.rule(*found, place.at(property.name));
+      else if (property.required)
+        place.refuse("lacks the property '{}'", property.name);
     }
   };
 }
@@ -50,7 +52,8 @@ Rule number(double min = -kFloatMax, double max = kFloatMax, bool exclude_min = 
 
 Rule integer(double min = 0, double max = 2147483647.0) {
   return [=](const json& value, const Place& place) {
-    if (!value.is_number() || value.get<double>() != std::floor(value.get<double>())) place.refuse("is not a whole number");
+    if (!value.is_number() || value.get<double>() != std::floor(value.get<double>()))
+      place.refuse("is not a whole number");
     const double v = value.get<double>();
     if (!(v >= min && v <= max)) place.refuse("is {:.0f}, outside [{:.0f}, {:.0f}]", v, min, max);
   };
@@ -123,9 +126,11 @@ Rule map_of(Rule value_rule) {
 Rule accessor_rule(const json& d) {
   const Rule sparse = object({
       {"count", integer(1), kRequired},
-      {"indices", object({{"bufferView", index_of(d, "bufferViews"), kRequired},
-                          {"byteOffset", integer()},
-                          {"componentType", one_of({5121, 5123, 5125}), kRequired}}), kRequired},
+      {"indices",
+       object({{"bufferView", index_of(d, "bufferViews"), kRequired},
+               {"byteOffset", integer()},
+               {"componentType", one_of({5121, 5123, 5125}), kRequired}}),
+       kRequired},
       {"values", object({{"bufferView", index_of(d, "bufferViews"), kRequired}, {"byteOffset", integer()}}), kRequired},
   });
   return object({
@@ -170,16 +175,17 @@ Rule material_rule(const json& d) {
       {"alphaMode", choice({"OPAQUE", "MASK", "BLEND"})},
       {"alphaCutoff", number(0)},
       {"doubleSided", boolean()},
-      {"extensions", object({{"KHR_materials_unlit", object({})},
-                             {"TESSERA_displacement", object({{"texture", texture_info(d), kRequired},
-                                                              {"scale", number()},
-                                                              {"bias", number()}})}})},
+      {"extensions",
+       object({{"KHR_materials_unlit", object({})},
+               {"TESSERA_displacement",
+                object({{"texture", texture_info(d), kRequired}, {"scale", number()}, {"bias", number()}})}})},
   });
 }
 
 Rule subdivision_rule() {
   const auto features = [](std::size_t min_vertices) {
-    return list(object({{"vertices", list(integer(0, 4294967295.0), min_vertices), kRequired}, {"sharpness", number(0, 10)}}));
+    return list(
+        object({{"vertices", list(integer(0, 4294967295.0), min_vertices), kRequired}, {"sharpness", number(0, 10)}}));
   };
   return object({
       {"scheme", choice({"catmullClark"})},
@@ -248,8 +254,10 @@ Rule node_rule(const json& d, std::size_t light_count) {
       {"scale", numbers(3)},
       {"translation", numbers(3)},
       {"weights", list(number())},
-      {"extensions", object({{"KHR_lights_punctual", object({{"light", light, kRequired}})},
-                             {"TESSERA_procedure", [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
+      {"extensions",
+       object({{"KHR_lights_punctual", object({{"light", light, kRequired}})},
+               {"TESSERA_procedure",
+                [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
   });
 }
 
@@ -297,7 +305,8 @@ Rule capture_settings_rule(const json& d) {
 
 Rule document_rule(const json& d) {
   const json::json_pointer lights("/extensions/KHR_lights_punctual/lights");
-  const std::size_t light_count = d.is_object() && d.contains(lights) && d.at(lights).is_array() ? d.at(lights).size() : 0;
+  const std::size_t light_count =
+      d.is_object() && d.contains(lights) && d.at(lights).is_array() ? d.at(lights).size() : 0;
   const Rule sampler = object({
       {"magFilter", one_of({9728, 9729})},
       {"minFilter", one_of({9728, 9729, 9984, 9985, 9986, 9987})},
@@ -320,8 +329,7 @@ Rule document_rule(const json& d) {
       {"buffers", list(object({{"uri", text()}, {"byteLength", integer(1, 9007199254740992.0), kRequired}}))},
       {"bufferViews", list(buffer_view)},
       {"cameras", list(camera_rule())},
-      {"images", list(object({{"uri", text()}, {"mimeType", text()},
-                              {"bufferView", index_of(d, "bufferViews")}}))},
+      {"images", list(object({{"uri", text()}, {"mimeType", text()}, {"bufferView", index_of(d, "bufferViews")}}))},
       {"materials", list(material_rule(d))},
       {"meshes", list(mesh_rule(d))},
       {"nodes", list(node_rule(d, light_count))},

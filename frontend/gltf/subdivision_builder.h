@@ -7,8 +7,8 @@ namespace tessera::frontend::gltf {
 
 inline constexpr const char* kSubdivision = "TESSERA_subdivision";
 
-// Refuses a TESSERA_subdivision object that does not fit its primitive, as far as that shows before anything is decoded:
-// mode, attributes, number of quads, vertices out of range. `place` is the primitive's.
+// Refuses a TESSERA_subdivision object that does not fit its primitive, as far as that shows before anything is
+// decoded: mode, attributes, number of quads, vertices out of range. `place` is the primitive's.
 void check_subdivision(const nlohmann::json& document, const nlohmann::json& primitive, const Place& place);
 
 // Replaces a primitive of triangles that carries the extension by its patches; leaves others alone. Refuses a cage

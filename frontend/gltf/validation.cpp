@@ -45,9 +45,11 @@ const json* extension(const json& object, const char* name) {
 void check_version(const json& d, const Place& root) {
   const json& asset = d["asset"];
   const auto& version = asset["version"].get_ref<const std::string&>();
-  if (!version.starts_with("2.")) root.at("asset").at("version").refuse("is {}, Tessera reads glTF 2", escape_control(version, 20));
+  if (!version.starts_with("2."))
+    root.at("asset").at("version").refuse("is {}, Tessera reads glTF 2", escape_control(version, 20));
   const std::string min_version = asset.value("minVersion", std::string("2.0"));
-  if (min_version != "2.0") root.at("asset").at("minVersion").refuse("is {}, Tessera reads glTF 2.0", escape_control(min_version, 20));
+  if (min_version != "2.0")
+    root.at("asset").at("minVersion").refuse("is {}, Tessera reads glTF 2.0", escape_control(min_version, 20));
 }
 
 void check_required_extensions(const json& d, const Place& root) {
@@ -55,9 +57,11 @@ void check_required_extensions(const json& d, const Place& root) {
   for (const json& name : array_of(d, "extensionsRequired")) {
     const auto& text = name.get_ref<const std::string&>();
     const auto& known = supported_extensions();
-    if (std::none_of(known.begin(), known.end(), [&](const Extension& e) { return e.name == text; })) missing.push_back(escape_control(text, 60));
+    if (std::none_of(known.begin(), known.end(), [&](const Extension& e) { return e.name == text; }))
+      missing.push_back(escape_control(text, 60));
   }
-  if (!missing.empty()) root.at("extensionsRequired").refuse("needs what Tessera does not support: {}", fmt::join(missing, ", "));
+  if (!missing.empty())
+    root.at("extensionsRequired").refuse("needs what Tessera does not support: {}", fmt::join(missing, ", "));
 }
 
 // ---- Views and accessors ----------------------------------------------------------------------------------------
@@ -65,11 +69,15 @@ void check_required_extensions(const json& d, const Place& root) {
 void check_buffer_views(const json& d, const Place& root) {
   const json& views = array_of(d, "bufferViews");
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const auto offset = views[i].value("byteOffset", std::uint64_t{0}), length = views[i]["byteLength"].get<std::uint64_t>();
+    const auto offset = views[i].value("byteOffset", std::uint64_t{0}),
+               length = views[i]["byteLength"].get<std::uint64_t>();
     const auto size = d["buffers"][views[i]["buffer"].get<std::size_t>()]["byteLength"].get<std::uint64_t>();
     if (offset > size || length > size - offset)
-      root.at("bufferViews").at(i).refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, size);
-    if (views[i].value("byteStride", 4) % 4 != 0) root.at("bufferViews").at(i).at("byteStride").refuse("is not a multiple of 4");
+      root.at("bufferViews")
+          .at(i)
+          .refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, size);
+    if (views[i].value("byteStride", 4) % 4 != 0)
+      root.at("bufferViews").at(i).at("byteStride").refuse("is not a multiple of 4");
   }
 }
 
@@ -171,14 +179,16 @@ void check_node(const json& d, std::size_t i, const Place& place) {
   if (const json* rotation = find(node, "rotation")) {
     double length2 = 0;
     for (const json& c : *rotation) length2 += c.get<double>() * c.get<double>();
-    if (std::abs(length2 - 1.0) > 0.01) place.at("rotation").refuse("is not a unit quaternion: length {:g}", std::sqrt(length2));
+    if (std::abs(length2 - 1.0) > 0.01)
+      place.at("rotation").refuse("is not a unit quaternion: length {:g}", std::sqrt(length2));
   }
   if (node.contains("skin") && !node.contains("mesh")) place.at("skin").refuse("needs a mesh on the same node");
   if (const json* weights = find(node, "weights")) {
     if (!node.contains("mesh")) place.at("weights").refuse("need a mesh on the same node");
     const json& primitive = d["meshes"][node["mesh"].get<std::size_t>()]["primitives"][0];
     const std::size_t targets = primitive.contains("targets") ? primitive["targets"].size() : 0;
-    if (weights->size() != targets) place.at("weights").refuse("are {}, the mesh has {} morph targets", weights->size(), targets);
+    if (weights->size() != targets)
+      place.at("weights").refuse("are {}, the mesh has {} morph targets", weights->size(), targets);
   }
 }
 
@@ -189,11 +199,13 @@ void check_node_graph(const json& d, const Place& root) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Place place = root.at("nodes").at(i);
     check_node(d, i, place);
-    if (const json* procedure = extension(nodes[i], "TESSERA_procedure")) check_procedure_links(d, *procedure, place.at("extensions").at("TESSERA_procedure"));
+    if (const json* procedure = extension(nodes[i], "TESSERA_procedure"))
+      check_procedure_links(d, *procedure, place.at("extensions").at("TESSERA_procedure"));
     const json* children = find(nodes[i], "children");
     for (std::size_t k = 0; children != nullptr && k < children->size(); ++k) {
       const auto child = (*children)[k].get<std::size_t>();
-      if (parent[child]) place.at("children").at(k).refuse("is node {}, which has a parent already: node {}", child, *parent[child]);
+      if (parent[child])
+        place.at("children").at(k).refuse("is node {}, which has a parent already: node {}", child, *parent[child]);
       parent[child] = i;
     }
   }
@@ -237,7 +249,9 @@ std::optional<Format> attribute_format(std::string_view name, bool quantized) {
                        [](char c) { return c >= '0' && c <= '9'; });
   };
   const std::vector<int> small = {kByte, kUnsignedByte, kShort, kUnsignedShort};
-  if (name == "POSITION") return quantized ? Format{{3}, {kFloat, kByte, kUnsignedByte, kShort, kUnsignedShort}, small} : Format{{3}, {kFloat}, {}};
+  if (name == "POSITION")
+    return quantized ? Format{{3}, {kFloat, kByte, kUnsignedByte, kShort, kUnsignedShort}, small}
+                     : Format{{3}, {kFloat}, {}};
   if (name == "NORMAL") return Format{{3}, {kFloat}, quantized ? std::vector<int>{kByte, kShort} : std::vector<int>{}};
   if (name == "TANGENT") return Format{{4}, {kFloat}, quantized ? std::vector<int>{kByte, kShort} : std::vector<int>{}};
   if (numbered("TEXCOORD_"))
@@ -294,7 +308,8 @@ void check_draco(const json& primitive, const json& draco, const Place& place) {
   const Place inner = place.at("extensions").at("KHR_draco_mesh_compression").at("attributes");
   for (const auto& [name, id] : draco["attributes"].items()) {
     if (!primitive["attributes"].contains(name)) inner.at(name).refuse("is not an attribute of the primitive");
-    if (!ids.insert(id.get<std::uint64_t>()).second) inner.at(name).refuse("shares its id {} with another attribute", id.dump());
+    if (!ids.insert(id.get<std::uint64_t>()).second)
+      inner.at(name).refuse("shares its id {} with another attribute", id.dump());
   }
 }
 
@@ -315,7 +330,8 @@ void check_primitive(const json& d, const json& primitive, const Place& place) {
     check_format(d, accessor, {{1}, {kUnsignedByte, kUnsignedShort, kUnsignedInt}, {}}, place.at("indices"));
     // Viewers differ in whether they honour it.
     if (const json* view = find(d["accessors"][accessor], "bufferView"))
-      if (d["bufferViews"][view->get<std::size_t>()].contains("byteStride")) place.at("indices").refuse("has a view with a byteStride");
+      if (d["bufferViews"][view->get<std::size_t>()].contains("byteStride"))
+        place.at("indices").refuse("has a view with a byteStride");
   }
   const json* targets = find(primitive, "targets");
   for (std::size_t t = 0; targets != nullptr && t < targets->size(); ++t) {
@@ -337,7 +353,8 @@ void check_primitive(const json& d, const json& primitive, const Place& place) {
     if (!attributes.contains("POSITION")) inner.refuse("needs POSITION");
     const auto vertices = d["accessors"][attributes["POSITION"].get<std::size_t>()]["count"].get<std::uint64_t>();
     const auto count = (*bezier)["count"].get<std::uint64_t>();
-    if (vertices != 16 * count) inner.at("count").refuse("is {} patches of 16 control points, POSITION has {}", count, vertices);
+    if (vertices != 16 * count)
+      inner.at("count").refuse("is {} patches of 16 control points, POSITION has {}", count, vertices);
   }
   check_subdivision(d, primitive, place);
 }
@@ -373,11 +390,13 @@ void check_meshes(const json& d, const Place& root) {
       check_primitive(d, primitives[p], inner);
       check_material_texcoords(d, primitives[p], inner.at("attributes"));
       if (target_count(primitives[p]) != target_count(primitives[0]))
-        inner.at("targets").refuse("are {}, the first primitive has {}", target_count(primitives[p]), target_count(primitives[0]));
+        inner.at("targets").refuse("are {}, the first primitive has {}", target_count(primitives[p]),
+                                   target_count(primitives[0]));
     }
     if (const json* weights = find(meshes[m], "weights"))
       if (weights->size() != target_count(primitives[0]))
-        place.at("weights").refuse("are {}, the primitives have {} morph targets", weights->size(), target_count(primitives[0]));
+        place.at("weights").refuse("are {}, the primitives have {} morph targets", weights->size(),
+                                   target_count(primitives[0]));
   }
 }
 
@@ -395,7 +414,8 @@ void check_skins(const json& d, const Place& root) {
       const auto accessor = matrices->get<std::size_t>();
       check_format(d, accessor, {{16}, {kFloat}, {}}, place.at("inverseBindMatrices"));
       const auto count = d["accessors"][accessor]["count"].get<std::uint64_t>();
-      if (count < joints.size()) place.at("inverseBindMatrices").refuse("are {}, there are {} joints", count, joints.size());
+      if (count < joints.size())
+        place.at("inverseBindMatrices").refuse("are {}, there are {} joints", count, joints.size());
     }
   }
   // A skinned mesh ignores its node's transform; viewers disagree about one without joints.
@@ -419,7 +439,8 @@ void check_animation_channel(const json& d, const json& animation, std::size_t c
 
   const auto& path = channel["target"]["path"].get_ref<const std::string&>();
   const bool integers_allowed = path == "rotation" || path == "weights";
-  const std::vector<int> normalized = integers_allowed ? std::vector<int>{kByte, kUnsignedByte, kShort, kUnsignedShort} : std::vector<int>{};
+  const std::vector<int> normalized =
+      integers_allowed ? std::vector<int>{kByte, kUnsignedByte, kShort, kUnsignedShort} : std::vector<int>{};
   const int components = path == "rotation" ? 4 : path == "weights" ? 1 : 3;
   check_format(d, output, {{components}, {kFloat}, normalized}, place);
 
@@ -442,7 +463,8 @@ void check_animation_channel(const json& d, const json& animation, std::size_t c
   } else if (path == "weights") {
     return;  // no node: the channel is to be ignored, and its value count cannot be known
   }
-  if (values != keys * per_key) place.refuse("has {} output values for {} keys, needs {}", values, keys, keys * per_key);
+  if (values != keys * per_key)
+    place.refuse("has {} output values for {} keys, needs {}", values, keys, keys * per_key);
 }
 
 void check_animations(const json& d, const Place& root) {
@@ -502,7 +524,8 @@ void check_capture_settings(const json& d, const Place& root) {
   if (const json* shutter = find(*settings, "shutter"))
     if ((*shutter)[0].get<double>() > (*shutter)[1].get<double>()) place.at("shutter").refuse("closes before it opens");
   if (const json* camera = find(*settings, "camera"))
-    if (!d["nodes"][camera->get<std::size_t>()].contains("camera")) place.at("camera").refuse("is a node without a camera");
+    if (!d["nodes"][camera->get<std::size_t>()].contains("camera"))
+      place.at("camera").refuse("is a node without a camera");
 }
 
 }  // namespace

@@ -24,9 +24,12 @@ struct InfluenceSum {
   void AddWithWeight(const InfluenceSum& other, double weight) {
     if (weight == 0) return;
     for (const auto& [joint, w] : other.weights) {
-      const auto at = std::lower_bound(weights.begin(), weights.end(), joint, [](const auto& entry, std::uint16_t j) { return entry.first < j; });
-      if (at != weights.end() && at->first == joint) at->second += weight * w;
-      else weights.insert(at, {joint, weight * w});
+      const auto at = std::lower_bound(weights.begin(), weights.end(), joint,
+                                       [](const auto& entry, std::uint16_t j) { return entry.first < j; });
+      if (at != weights.end() && at->first == joint)
+        at->second += weight * w;
+      else
+        weights.insert(at, {joint, weight * w});
     }
   }
 };
@@ -42,11 +45,13 @@ InfluenceSum as_sum(const SkinInfluence& influence) {
 
 // The eight largest, renormalised. Masks of extraordinary points have a few negative weights; no joint repels.
 SkinInfluence as_influence(InfluenceSum sum) {
-  std::stable_sort(sum.weights.begin(), sum.weights.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::stable_sort(sum.weights.begin(), sum.weights.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
   SkinInfluence out;
   double total = 0;
   std::size_t kept = 0;
-  for (; kept < std::min<std::size_t>(8, sum.weights.size()) && sum.weights[kept].second > 0; ++kept) total += sum.weights[kept].second;
+  for (; kept < std::min<std::size_t>(8, sum.weights.size()) && sum.weights[kept].second > 0; ++kept)
+    total += sum.weights[kept].second;
   for (std::size_t k = 0; k < kept; ++k) {
     out.joints[k] = sum.weights[k].first;
     out.weights[k] = static_cast<float>(sum.weights[k].second / total);
@@ -93,13 +98,16 @@ class Conversion {
   }
 
   std::vector<Vec3> points(const std::vector<Vec3>& values) const {
-    return shared<PointSum>(values, [](const Vec3& p) { return PointSum{DVec3(p)}; }, [](const PointSum& s) {
-      const Vec3 rounded(s.value);
-      // Control points beside an extraordinary point may lie outside the hull of its neighbours.
-      for (int axis = 0; axis < 3; ++axis)
-        if (!std::isfinite(rounded[axis])) throw CageError("has coordinates too large for single precision once refined");
-      return rounded;
-    });
+    return shared<PointSum>(
+        values, [](const Vec3& p) { return PointSum{DVec3(p)}; },
+        [](const PointSum& s) {
+          const Vec3 rounded(s.value);
+          // Control points beside an extraordinary point may lie outside the hull of its neighbours.
+          for (int axis = 0; axis < 3; ++axis)
+            if (!std::isfinite(rounded[axis]))
+              throw CageError("has coordinates too large for single precision once refined");
+          return rounded;
+        });
   }
 
   std::vector<SkinInfluence> influences() const {
@@ -119,7 +127,8 @@ class Conversion {
     for (std::size_t c = 0; c < at_corners.size(); c += 4)
       for (const float v : kThirds)
         for (const float u : kThirds)
-          result.push_back((at_corners[c] * (1.0f - u) + at_corners[c + 1] * u) * (1.0f - v) + (at_corners[c + 3] * (1.0f - u) + at_corners[c + 2] * u) * v);
+          result.push_back((at_corners[c] * (1.0f - u) + at_corners[c + 1] * u) * (1.0f - v) +
+                           (at_corners[c + 3] * (1.0f - u) + at_corners[c + 2] * u) * v);
     return result;
   }
 
@@ -129,19 +138,21 @@ class Conversion {
   LimitMasks masks_;
 };
 
-// What a patch takes while it is made: its share of the refined topology, of the masks (61 terms where it is regular) and
-// of the shared control points (9), and the 16 it is left with. [measured] Without these 1.5 kB on grids, 5 kB with skins of
-// 20 joints; three quarters of what is charged.
+// What a patch takes while it is made: its share of the refined topology, of the masks (61 terms where it is regular)
+// and of the shared control points (9), and the 16 it is left with. [measured] Without these 1.5 kB on grids, 5 kB with
+// skins of 20 joints; three quarters of what is charged.
 std::uint64_t bytes_per_patch(const Vertices& vertices) {
-  std::uint64_t vertex = sizeof(Vec3) + vertices.texcoords.size() * sizeof(Vec2) + vertices.colors.size() / std::max<std::size_t>(1, vertices.count()) * sizeof(Vec4);
+  std::uint64_t vertex = sizeof(Vec3) + vertices.texcoords.size() * sizeof(Vec2) +
+                         vertices.colors.size() / std::max<std::size_t>(1, vertices.count()) * sizeof(Vec4);
   for (const MorphTarget& target : vertices.morph_targets) vertex += target.positions.empty() ? 0 : sizeof(Vec3);
-  constexpr std::uint64_t kWorking = 2000, kInfluenceWorking = 10 * (sizeof(InfluenceSum) + 12 * 16 + sizeof(SkinInfluence));
+  constexpr std::uint64_t kWorking = 2000,
+                          kInfluenceWorking = 10 * (sizeof(InfluenceSum) + 12 * 16 + sizeof(SkinInfluence));
   if (!vertices.influences.empty()) vertex += sizeof(SkinInfluence);
   return 16 * vertex + kWorking + (vertices.influences.empty() ? 0 : kInfluenceWorking);
 }
 
-// Around a point of n edges each of the n control points beside it sums up 2 n + 1 points. The usual four edges are part
-// of the charge per patch.
+// Around a point of n edges each of the n control points beside it sums up 2 n + 1 points. The usual four edges are
+// part of the charge per patch.
 std::uint64_t edge_mask_terms(const ControlCage& cage) {
   std::vector<std::uint64_t> faces(cage.point_vertex.size(), 0);
   for (const int p : cage.face_points) ++faces[static_cast<std::size_t>(p)];

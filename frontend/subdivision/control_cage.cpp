@@ -25,7 +25,7 @@ constexpr std::uint32_t kNoMate = ~0u;
 struct Side {
   std::uint32_t low, high;  // points, low < high
   std::uint32_t corner;
-  bool forward;             // runs from low to high
+  bool forward;  // runs from low to high
   bool same_edge(const Side& other) const { return low == other.low && high == other.high; }
 };
 
@@ -51,11 +51,13 @@ class CageBuilder {
 
   void add_faces() {
     const std::vector<std::uint32_t>& in = primitive_.indices;
-    if (rules_.quads > in.size() / 6) refuse_cage("has {} quads, its {} triangles make up to {}", rules_.quads, in.size() / 3, in.size() / 6);
+    if (rules_.quads > in.size() / 6)
+      refuse_cage("has {} quads, its {} triangles make up to {}", rules_.quads, in.size() / 3, in.size() / 6);
     for (std::size_t q = 0; q < rules_.quads; ++q) {
       const std::uint32_t* t = &in[6 * q];
       if (t[3] != t[0] || t[4] != t[2])
-        refuse_cage("quad {} is no pair (a, b, c), (a, c, d): its triangles are ({}, {}, {}) and ({}, {}, {})", q, t[0], t[1], t[2], t[3], t[4], t[5]);
+        refuse_cage("quad {} is no pair (a, b, c), (a, c, d): its triangles are ({}, {}, {}) and ({}, {}, {})", q, t[0],
+                    t[1], t[2], t[3], t[4], t[5]);
       add_face({t[0], t[1], t[2], t[5]}, 4);
     }
     for (std::size_t i = 6 * rules_.quads; i + 2 < in.size(); i += 3) add_face({in[i], in[i + 1], in[i + 2], 0}, 3);
@@ -106,8 +108,10 @@ class CageBuilder {
   void find_mates() {
     mate_.assign(next_.size(), kNoMate);
     for_each_edge(welded_sides_, [&](std::size_t first, std::size_t last) {
-      if (last - first == 2) mate(welded_sides_[first], welded_sides_[first + 1]);
-      else if (last - first > 2) mate_same_vertices(first, last);
+      if (last - first == 2)
+        mate(welded_sides_[first], welded_sides_[first + 1]);
+      else if (last - first > 2)
+        mate_same_vertices(first, last);
     });
   }
 
@@ -174,11 +178,13 @@ class CageBuilder {
     for_each_edge(sides, [&](std::size_t first, std::size_t last) {
       const Side& side = sides[first];
       const std::uint32_t a = cage_.point_vertex[side.low], b = cage_.point_vertex[side.high];
-      if (last - first > 2) refuse_cage("is not a surface: {} faces share the edge of the vertices {} and {}", last - first, a, b);
+      if (last - first > 2)
+        refuse_cage("is not a surface: {} faces share the edge of the vertices {} and {}", last - first, a, b);
       if (last - first == 2 && sides[first].forward == sides[first + 1].forward)
         refuse_cage("is not a surface: two faces run the same way through the edge of the vertices {} and {}", a, b);
       for (const std::uint32_t point : {side.low, side.high})
-        if (++valence[point] > kMaxValence) refuse_cage("has more than {} edges at vertex {}", kMaxValence, cage_.point_vertex[point]);
+        if (++valence[point] > kMaxValence)
+          refuse_cage("has more than {} edges at vertex {}", kMaxValence, cage_.point_vertex[point]);
     });
   }
 
@@ -192,13 +198,15 @@ class CageBuilder {
   void add_creases() {
     for (const SharpFeature& crease : rules_.creases)
       for (std::size_t k = 0; k + 1 < crease.vertices.size(); ++k) {
-        const std::uint32_t a = welded(crease.vertices[k], "a crease names"), b = welded(crease.vertices[k + 1], "a crease names");
+        const std::uint32_t a = welded(crease.vertices[k], "a crease names"),
+                            b = welded(crease.vertices[k + 1], "a crease names");
         const Side wanted{std::min(a, b), std::max(a, b), 0, true};
-        auto side = std::lower_bound(welded_sides_.begin(), welded_sides_.end(), wanted, [](const Side& x, const Side& y) {
-          return std::tie(x.low, x.high) < std::tie(y.low, y.high);
-        });
+        auto side = std::lower_bound(
+            welded_sides_.begin(), welded_sides_.end(), wanted,
+            [](const Side& x, const Side& y) { return std::tie(x.low, x.high) < std::tie(y.low, y.high); });
         if (side == welded_sides_.end() || !side->same_edge(wanted))
-          refuse_cage("has a crease between the vertices {} and {}, which no edge joins", crease.vertices[k], crease.vertices[k + 1]);
+          refuse_cage("has a crease between the vertices {} and {}, which no edge joins", crease.vertices[k],
+                      crease.vertices[k + 1]);
         for (; side != welded_sides_.end() && side->same_edge(wanted); ++side) {
           cage_.crease_points.push_back(static_cast<int>(corner_point_[side->corner]));
           cage_.crease_points.push_back(static_cast<int>(corner_point_[next_[side->corner]]));
@@ -232,11 +240,13 @@ class CageBuilder {
   std::vector<std::uint32_t> next_;           // next corner of the same face
   std::vector<std::uint32_t> mate_;           // the side of the other face, or kNoMate
   std::vector<Side> welded_sides_;
-  std::vector<bool> split_;                   // per point: one of several at its place
+  std::vector<bool> split_;  // per point: one of several at its place
 };
 
 }  // namespace
 
-ControlCage build_cage(const Primitive& primitive, const CageRules& rules) { return CageBuilder(primitive, rules).build(); }
+ControlCage build_cage(const Primitive& primitive, const CageRules& rules) {
+  return CageBuilder(primitive, rules).build();
+}
 
 }  // namespace tessera::frontend::subdivision

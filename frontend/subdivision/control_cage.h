@@ -8,10 +8,10 @@
 
 namespace tessera::frontend::subdivision {
 
-inline constexpr int kMaxLevels = 4;      // [assumed] 256 patches for every quad of the cage
-inline constexpr int kDefaultLevels = 1;  // the first step at which every face has four sides
-inline constexpr float kInfinitelySharp = 10.0f;   // [spec] OpenSubdiv, Sdc::Crease::SHARPNESS_INFINITE
-inline constexpr std::size_t kMaxValence = 1024;   // [assumed] edges that may meet in a point
+inline constexpr int kMaxLevels = 4;              // [assumed] 256 patches for every quad of the cage
+inline constexpr int kDefaultLevels = 1;          // the first step at which every face has four sides
+inline constexpr float kInfinitelySharp = 10.0f;  // [spec] OpenSubdiv, Sdc::Crease::SHARPNESS_INFINITE
+inline constexpr std::size_t kMaxValence = 1024;  // [assumed] edges that may meet in a point
 
 // Vertices of the primitive and how sharp the surface is there. Edges: each vertex with the next one.
 struct SharpFeature {
@@ -52,13 +52,14 @@ class CageError : public std::runtime_error {
 struct ControlCage {
   std::vector<std::uint32_t> point_vertex;  // per point: a vertex of the primitive that carries its data
   std::vector<int> face_sizes;
-  std::vector<int> face_points;             // the faces' corners, one face after the other
-  std::vector<std::uint32_t> corner_vertex; // of each corner: the primitive's vertex, for what is not shared (texture coordinates)
-  std::vector<int> crease_points;           // two per crease edge
+  std::vector<int> face_points;  // the faces' corners, one face after the other
+  std::vector<std::uint32_t>
+      corner_vertex;  // of each corner: the primitive's vertex, for what is not shared (texture coordinates)
+  std::vector<int> crease_points;  // two per crease edge
   std::vector<float> crease_sharpness;
   std::vector<int> corner_points;
   std::vector<float> corner_sharpness;
-  std::size_t split_points = 0;             // added because of C2
+  std::size_t split_points = 0;  // added because of C2
 };
 
 // Throws CageError: a quad whose triangles do not fit together, an edge with faces that C2 cannot separate, a sharp

@@ -7,7 +7,8 @@ namespace tessera::frontend::subdivision {
 
 using std::numbers::pi;
 
-// What lies around a point, counter-clockwise: face i between edges i and i + 1. On a boundary there is one edge more than faces.
+// What lies around a point, counter-clockwise: face i between edges i and i + 1. On a boundary there is one edge more
+// than faces.
 struct LimitMasks::Ring {
   int point;
   std::vector<int> edge, edge_end;  // edges, and at which end of them the point is
@@ -50,9 +51,12 @@ void LimitMasks::add_point(const osd::TopologyLevel& level, int point) {
   for (std::size_t i = 0; i < ring.valence(); ++i)
     if (level.GetEdgeSharpness(ring.edge[i]) > 0 || level.IsEdgeBoundary(ring.edge[i])) sharp.push_back(i);
   // A smooth point of two faces has no tangent plane worth the name; OpenSubdiv takes it for a corner, too.
-  if (level.GetVertexSharpness(point) > 0 || sharp.size() > 2 || (sharp.size() < 2 && ring.valence() < 3)) add_corner_masks(ring);
-  else if (sharp.size() == 2) add_crease_masks(ring, sharp[0], sharp[1]);
-  else add_smooth_masks(ring);  // a single sharp edge ends here: a dart has the smooth limit
+  if (level.GetVertexSharpness(point) > 0 || sharp.size() > 2 || (sharp.size() < 2 && ring.valence() < 3))
+    add_corner_masks(ring);
+  else if (sharp.size() == 2)
+    add_crease_masks(ring, sharp[0], sharp[1]);
+  else
+    add_smooth_masks(ring);  // a single sharp edge ends here: a dart has the smooth limit
 }
 
 // A third of the way along the edge: the exact end of a cubic B-spline curve, and of a straight line.
@@ -92,7 +96,9 @@ void LimitMasks::add_sector_masks(const Ring& ring, std::size_t leading, std::si
   if (faces < 2) return;
   const double scale = 1.0 / (k * (3.0 + c)), r = (1.0 + c) / s;
   const auto edge = [&](std::size_t j) { return ring.neighbour[ring.edge_after(leading, j)]; };
-  const auto across = [&](std::size_t j) { return faces == 2 && j == 1 ? 1.0 : j == faces ? 0.0 : std::sin(static_cast<double>(j) * theta); };
+  const auto across = [&](std::size_t j) {
+    return faces == 2 && j == 1 ? 1.0 : j == faces ? 0.0 : std::sin(static_cast<double>(j) * theta);
+  };
   for (std::size_t i = 1; i < faces; ++i) {
     const std::size_t here = ring.edge_after(leading, i);
     const double t1 = faces == 2 ? 0.0 : std::cos(static_cast<double>(i) * theta) / 3.0, t2 = across(i) / 3.0;
@@ -134,9 +140,9 @@ void LimitMasks::add_smooth_masks(const Ring& ring) {
   }
 }
 
-// Where all is regular the bicubic B-spline's inner point. A Gregory patch has two inner points at a corner, one for each
-// side; the mean of those is taken whose side has an extraordinary end, so that the outer ring of the patches around an
-// extraordinary point still meets its regular neighbours smoothly.
+// Where all is regular the bicubic B-spline's inner point. A Gregory patch has two inner points at a corner, one for
+// each side; the mean of those is taken whose side has an extraordinary end, so that the outer ring of the patches
+// around an extraordinary point still meets its regular neighbours smoothly.
 void LimitMasks::add_inner_masks(const osd::TopologyLevel& level, int face) {
   const osd::ConstIndexArray points = level.GetFaceVertices(face), edges = level.GetFaceEdges(face);
   const std::array<double, 4>& valence = sector_valence_[static_cast<std::size_t>(face)];
@@ -159,8 +165,9 @@ void LimitMasks::add_inner_masks(const osd::TopologyLevel& level, int face) {
   }
 }
 
-// Loop et al. 2009: f = (c1 p + (3 - 2 c0 - c1) e + 2 c0 e' + r) / 3, with e and e' the points of the side's curve, c0 and
-// c1 the cosines of the turn from edge to edge at its ends, and r = 2/3 (middle of this face - middle of the face across)
+// Loop et al. 2009: f = (c1 p + (3 - 2 c0 - c1) e + 2 c0 e' + r) / 3, with e and e' the points of the side's curve, c0
+// and c1 the cosines of the turn from edge to edge at its ends, and r = 2/3 (middle of this face - middle of the face
+// across)
 // + 1/3 (midpoint of the edge ahead - midpoint of the edge behind), in which the side itself cancels.
 void LimitMasks::add_gregory_point(const osd::TopologyLevel& level, const FaceSide& side, double weight) {
   const osd::ConstIndexArray points = level.GetFaceVertices(side.face), faces = level.GetEdgeFaces(side.edge);
@@ -186,9 +193,10 @@ void LimitMasks::add_gregory_point(const osd::TopologyLevel& level, const FaceSi
 
 std::array<std::size_t, 16> LimitMasks::patch(const osd::TopologyLevel& level, int face) const {
   const osd::ConstIndexArray points = level.GetFaceVertices(face), edges = level.GetFaceEdges(face);
-  constexpr std::array<std::size_t, 4> kCorner = {0, 3, 15, 12};        // of the face's points
+  constexpr std::array<std::size_t, 4> kCorner = {0, 3, 15, 12};  // of the face's points
   constexpr std::array<std::size_t, 4> kInner = {5, 6, 10, 9};
-  constexpr std::array<std::array<std::size_t, 2>, 4> kEdge = {{{1, 2}, {7, 11}, {14, 13}, {8, 4}}};  // from point k to k + 1
+  constexpr std::array<std::array<std::size_t, 2>, 4> kEdge = {
+      {{1, 2}, {7, 11}, {14, 13}, {8, 4}}};  // from point k to k + 1
   std::array<std::size_t, 16> out{};
   for (int k = 0; k < 4; ++k) {
     const auto at = static_cast<std::size_t>(k);

@@ -17,7 +17,8 @@ namespace tessera::frontend::subdivision {
 //
 // Invariants (cited by the tests):
 //   M1  What two patches share along an edge or at a corner is one control point, evaluated once: equal bit by bit.
-//   M2  Where all four points of a face are regular (four faces; two on a boundary or crease; one at a sharp corner) and
+//   M2  Where all four points of a face are regular (four faces; two on a boundary or crease; one at a sharp corner)
+//   and
 //       its surroundings are smooth, the patch is the limit surface of Catmull and Clark.
 //   M3  Patch corners lie on the limit surface everywhere, and at smooth and crease points the control points next to
 //       them lie in its tangent plane: normals agree at patch corners. A crease or boundary is its limit curve, a
@@ -25,11 +26,11 @@ namespace tessera::frontend::subdivision {
 //   M4  The weights of a control point sum to 1.
 //
 // Limit positions and tangents: Halstead, Kass, DeRose 1993 and Biermann, Levin, Zorin 2000 (creases), in the form of
-// Loop, Schaefer, Ni, Castano 2009, "Approximating subdivision surfaces with Gregory patches for hardware tessellation".
-// Deviations: patches stay bicubic, with one inner point instead of a Gregory patch's two at each corner of a face at an
-// extraordinary point. Across the edges that leave such a point the normal is therefore continuous at both ends but not
-// quite between: by up to 0.7 degrees at a cube's corners after one level, half that after each further one [measured].
-// Sharpness that is left at the finest level counts as infinite.
+// Loop, Schaefer, Ni, Castano 2009, "Approximating subdivision surfaces with Gregory patches for hardware
+// tessellation". Deviations: patches stay bicubic, with one inner point instead of a Gregory patch's two at each corner
+// of a face at an extraordinary point. Across the edges that leave such a point the normal is therefore continuous at
+// both ends but not quite between: by up to 0.7 degrees at a cube's corners after one level, half that after each
+// further one [measured]. Sharpness that is left at the finest level counts as infinite.
 class LimitMasks {
  public:
   explicit LimitMasks(const osd::TopologyLevel& level);
@@ -38,7 +39,9 @@ class LimitMasks {
   std::size_t corner(int point) const { return static_cast<std::size_t>(point); }
   // The point at `end` (0, 1: first, second point of the edge) of an edge's curve.
   std::size_t on_edge(int edge, int end) const { return static_cast<std::size_t>(points_ + 2 * edge + end); }
-  std::size_t inside(int face, int face_corner) const { return static_cast<std::size_t>(points_ + 2 * edges_ + 4 * face + face_corner); }
+  std::size_t inside(int face, int face_corner) const {
+    return static_cast<std::size_t>(points_ + 2 * edges_ + 4 * face + face_corner);
+  }
 
   // Numbers of the 16 control points of a face's patch: 4 j + i is point i along u, j along v. u runs from the face's
   // first point to its second, v to its fourth.
@@ -52,7 +55,9 @@ class LimitMasks {
       out[m].Clear();
       for (std::size_t t = masks_[m].first; t < masks_[m].first + masks_[m].count; ++t) {
         const int source = terms_[t].source;
-        out[m].AddWithWeight(source >= 0 ? values[static_cast<std::size_t>(source)] : out[static_cast<std::size_t>(~source)], terms_[t].weight);
+        out[m].AddWithWeight(
+            source >= 0 ? values[static_cast<std::size_t>(source)] : out[static_cast<std::size_t>(~source)],
+            terms_[t].weight);
       }
     }
     return out;
@@ -87,7 +92,8 @@ class LimitMasks {
   int points_, edges_;
   std::vector<Mask> masks_;
   std::vector<Term> terms_;
-  std::vector<std::array<double, 4>> sector_valence_;  // per face and corner: edges of the full turn that its sector is half, or all, of
+  std::vector<std::array<double, 4>>
+      sector_valence_;  // per face and corner: edges of the full turn that its sector is half, or all, of
   std::size_t open_ = 0;
 };
 

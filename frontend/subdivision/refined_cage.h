@@ -35,8 +35,8 @@ class RefinedCage {
     return values;
   }
 
-  // Values of the cage's face corners -> values of the finest faces' corners, four each, linear along sides and bilinear
-  // inside: a face of the cage never takes part in another one's.
+  // Values of the cage's face corners -> values of the finest faces' corners, four each, linear along sides and
+  // bilinear inside: a face of the cage never takes part in another one's.
   template <class T>
   std::vector<T> refine_corners(std::vector<T> values) const {
     for (int level = 0; level < refiner_->GetMaxLevel(); ++level) values = split_corners(level, values);
@@ -51,7 +51,8 @@ class RefinedCage {
     std::vector<T> out(4 * static_cast<std::size_t>(fine.GetNumFaces()));
     std::size_t first = 0;
     for (int f = 0; f < coarse.GetNumFaces(); ++f) {
-      const osd::ConstIndexArray points = coarse.GetFaceVertices(f), edges = coarse.GetFaceEdges(f), children = coarse.GetFaceChildFaces(f);
+      const osd::ConstIndexArray points = coarse.GetFaceVertices(f), edges = coarse.GetFaceEdges(f),
+                                 children = coarse.GetFaceChildFaces(f);
       const auto n = static_cast<std::size_t>(points.size());
       T middle{};
       for (std::size_t k = 0; k < n; ++k) middle = middle + values[first + k] * (1.0f / static_cast<float>(n));
@@ -62,8 +63,10 @@ class RefinedCage {
           value = middle;
           for (std::size_t k = 0; k < n; ++k) {
             const auto i = static_cast<int>(k);
-            if (child[j] == coarse.GetVertexChildVertex(points[i])) value = values[first + k];
-            else if (child[j] == coarse.GetEdgeChildVertex(edges[i])) value = (values[first + k] + values[first + (k + 1) % n]) * 0.5f;
+            if (child[j] == coarse.GetVertexChildVertex(points[i]))
+              value = values[first + k];
+            else if (child[j] == coarse.GetEdgeChildVertex(edges[i]))
+              value = (values[first + k] + values[first + (k + 1) % n]) * 0.5f;
           }
         }
       }

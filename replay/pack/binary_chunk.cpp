@@ -35,12 +35,14 @@ std::size_t BinaryChunk::copy_elements(const Elements& e) {
   std::vector<std::uint8_t> packed((e.count - 1) * stride + e.size, 0);
   for (std::uint64_t i = 0; i < e.count; ++i) {
     const auto from = source.begin() + static_cast<std::ptrdiff_t>(e.offset + i * e.stride);
-    std::copy(from, from + static_cast<std::ptrdiff_t>(e.size), packed.begin() + static_cast<std::ptrdiff_t>(i * stride));
+    std::copy(from, from + static_cast<std::ptrdiff_t>(e.size),
+              packed.begin() + static_cast<std::ptrdiff_t>(i * stride));
   }
   at->second = add(packed);
   json& view = views_.back();
   if (e.use == AccessorUse::kVertices) view["byteStride"] = stride;
-  if (e.use != AccessorUse::kOther) view["target"] = e.use == AccessorUse::kVertices ? kArrayBuffer : kElementArrayBuffer;
+  if (e.use != AccessorUse::kOther)
+    view["target"] = e.use == AccessorUse::kVertices ? kArrayBuffer : kElementArrayBuffer;
   return at->second;
 }
 
@@ -52,14 +54,16 @@ void BinaryChunk::copy_accessor(json& accessor, AccessorUse use) {
   }
   const gltf::AccessorLayout layout = gltf::accessor_layout(alone, 0);
   if (layout.has_view) {
-    accessor["bufferView"] = copy_elements({accessor["bufferView"].get<std::size_t>(), layout.byte_offset, layout.count, layout.stride, layout.element_bytes, use});
+    accessor["bufferView"] = copy_elements({accessor["bufferView"].get<std::size_t>(), layout.byte_offset, layout.count,
+                                            layout.stride, layout.element_bytes, use});
     accessor.erase("byteOffset");
   }
   if (!accessor.contains("sparse")) return;
   // Sparse parts are tightly packed and have neither stride nor target.
   const auto copy_part = [&](json& part, std::uint64_t element_bytes) {
-    part["bufferView"] = copy_elements({part["bufferView"].get<std::size_t>(), part.value("byteOffset", std::uint64_t{0}),
-                                        accessor["sparse"]["count"].get<std::uint64_t>(), element_bytes, element_bytes, AccessorUse::kOther});
+    part["bufferView"] = copy_elements(
+        {part["bufferView"].get<std::size_t>(), part.value("byteOffset", std::uint64_t{0}),
+         accessor["sparse"]["count"].get<std::uint64_t>(), element_bytes, element_bytes, AccessorUse::kOther});
     part.erase("byteOffset");
   };
   json& sparse = accessor["sparse"];

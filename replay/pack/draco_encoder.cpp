@@ -17,12 +17,18 @@ namespace gltf = frontend::gltf;
 
 draco::DataType data_type(int component_type) {
   switch (component_type) {
-    case gltf::kByte: return draco::DT_INT8;
-    case gltf::kUnsignedByte: return draco::DT_UINT8;
-    case gltf::kShort: return draco::DT_INT16;
-    case gltf::kUnsignedShort: return draco::DT_UINT16;
-    case gltf::kUnsignedInt: return draco::DT_UINT32;
-    default: return draco::DT_FLOAT32;
+    case gltf::kByte:
+      return draco::DT_INT8;
+    case gltf::kUnsignedByte:
+      return draco::DT_UINT8;
+    case gltf::kShort:
+      return draco::DT_INT16;
+    case gltf::kUnsignedShort:
+      return draco::DT_UINT16;
+    case gltf::kUnsignedInt:
+      return draco::DT_UINT32;
+    default:
+      return draco::DT_FLOAT32;
   }
 }
 
@@ -58,11 +64,12 @@ std::vector<std::uint8_t> raw_value(const DracoAttribute& attribute, std::size_t
 int add_attribute(draco::Mesh& mesh, const DracoAttribute& attribute, std::size_t vertex_count) {
   const draco::DataType type = data_type(attribute.component_type);
   draco::GeometryAttribute form;
-  form.Init(class_of(attribute.name).type, nullptr, static_cast<std::uint8_t>(attribute.components), type, attribute.normalized,
-            draco::DataTypeLength(type) * attribute.components, 0);
+  form.Init(class_of(attribute.name).type, nullptr, static_cast<std::uint8_t>(attribute.components), type,
+            attribute.normalized, draco::DataTypeLength(type) * attribute.components, 0);
   const int id = mesh.AddAttribute(form, true, static_cast<std::uint32_t>(vertex_count));
   for (std::size_t v = 0; v < vertex_count; ++v)
-    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(v)), raw_value(attribute, v).data());
+    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(v)),
+                                          raw_value(attribute, v).data());
   return id;
 }
 
@@ -78,7 +85,8 @@ DracoOutput encode_draco(const DracoInput& input, const QuantizationBits& bits, 
     mesh.SetFace(draco::FaceIndex(static_cast<std::uint32_t>(f)), face);
   }
   std::vector<int> ids;
-  for (const DracoAttribute& attribute : input.attributes) ids.push_back(add_attribute(mesh, attribute, input.vertex_count));
+  for (const DracoAttribute& attribute : input.attributes)
+    ids.push_back(add_attribute(mesh, attribute, input.vertex_count));
   if (!sequential) {
     mesh.DeduplicateAttributeValues();
     mesh.DeduplicatePointIds();

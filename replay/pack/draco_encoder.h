@@ -6,7 +6,8 @@
 
 namespace tessera::replay {
 
-// More bits than a float has are of no use, and Draco's tables grow with 2^bits: at 30 bits it takes seconds and gigabytes.
+// More bits than a float has are of no use, and Draco's tables grow with 2^bits: at 30 bits it takes seconds and
+// gigabytes.
 inline constexpr int kMostBits = 24;
 
 // How many bits quantised attributes keep. [spec] the defaults of gltf-transform and the Draco command line, with two
@@ -17,11 +18,11 @@ struct QuantizationBits {
 
 // An attribute as a glTF accessor describes it.
 struct DracoAttribute {
-  std::string name;               // glTF's: decides quantisation
+  std::string name;  // glTF's: decides quantisation
   int components = 3;
-  int component_type = 5126;      // glTF's number
+  int component_type = 5126;  // glTF's number
   bool normalized = false;
-  std::vector<float> values;      // scalars; integers (before normalisation) as their values
+  std::vector<float> values;  // scalars; integers (before normalisation) as their values
 };
 
 struct DracoInput {
@@ -32,7 +33,7 @@ struct DracoInput {
 
 struct DracoOutput {
   std::vector<std::uint8_t> bytes;
-  std::vector<int> unique_ids;         // of the attributes, in the order of the input
+  std::vector<int> unique_ids;  // of the attributes, in the order of the input
 };
 
 // Compresses a triangle mesh. Sequential order keeps the numbering of vertices and triangles; edgebreaker packs better

@@ -40,17 +40,21 @@ json* extension_of(json& object, const char* name) { return const_cast<json*>(gl
 // Scalars of an accessor as Draco wants them: normalised integers as the integers they are.
 DracoAttribute read_attribute(gltf::Document& document, const std::string& name, std::size_t accessor) {
   const gltf::AccessorLayout layout = gltf::accessor_layout(document.json, accessor);
-  DracoAttribute out{name, layout.components, layout.component_type, layout.normalized, gltf::read_floats(document, accessor)};
+  DracoAttribute out{name, layout.components, layout.component_type, layout.normalized,
+                     gltf::read_floats(document, accessor)};
   if (layout.normalized)
     for (float& v : out.values) {
-      const float scale = layout.component_type == gltf::kByte ? 127.0f : layout.component_type == gltf::kUnsignedByte ? 255.0f : layout.component_type == gltf::kShort ? 32767.0f : 65535.0f;
+      const float scale = layout.component_type == gltf::kByte           ? 127.0f
+                          : layout.component_type == gltf::kUnsignedByte ? 255.0f
+                          : layout.component_type == gltf::kShort        ? 32767.0f
+                                                                         : 65535.0f;
       v = std::round(v * scale);
     }
   return out;
 }
 
-// Application-specific attributes ("_NAME") stay outside the stream: nobody but the application knows what rounding does
-// to them.
+// Application-specific attributes ("_NAME") stay outside the stream: nobody but the application knows what rounding
+// does to them.
 bool application_specific(const std::string& attribute) { return attribute.starts_with("_"); }
 
 // Whether something outside the Draco stream counts on the order of the vertices.
@@ -58,13 +62,15 @@ bool order_matters(const json& primitive) {
   const json& attributes = primitive["attributes"];
   return primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr ||
          gltf::find_extension(primitive, "TESSERA_subdivision") != nullptr ||
-         std::any_of(attributes.items().begin(), attributes.items().end(), [](const auto& item) { return application_specific(item.key()); });
+         std::any_of(attributes.items().begin(), attributes.items().end(),
+                     [](const auto& item) { return application_specific(item.key()); });
 }
 
 // An accessor without a buffer view, as the Draco extension wants it.
 json described_accessor(const DracoAttribute& attribute, std::size_t count) {
   static constexpr const char* kTypes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
-  json accessor = {{"componentType", attribute.component_type}, {"count", count}, {"type", kTypes[attribute.components]}};
+  json accessor = {
+      {"componentType", attribute.component_type}, {"count", count}, {"type", kTypes[attribute.components]}};
   if (attribute.normalized) accessor["normalized"] = true;
   return accessor;
 }
@@ -82,9 +88,11 @@ void set_position_range(json& accessor, const std::vector<float>& positions) {
 DracoInput read_primitive(gltf::Document& document, const json& primitive) {
   DracoInput input;
   for (const auto& [name, index] : primitive["attributes"].items())
-    if (!application_specific(name)) input.attributes.push_back(read_attribute(document, name, index.get<std::size_t>()));
+    if (!application_specific(name))
+      input.attributes.push_back(read_attribute(document, name, index.get<std::size_t>()));
   // Positions first: Draco predicts the others from them.
-  std::stable_sort(input.attributes.begin(), input.attributes.end(), [](const auto& a, const auto& b) { return a.name == "POSITION" && b.name != "POSITION"; });
+  std::stable_sort(input.attributes.begin(), input.attributes.end(),
+                   [](const auto& a, const auto& b) { return a.name == "POSITION" && b.name != "POSITION"; });
   input.vertex_count = input.attributes[0].values.size() / 3;
   if (primitive.contains("indices")) {
     input.indices = gltf::read_unsigned(document, primitive["indices"].get<std::size_t>());
@@ -97,7 +105,9 @@ DracoInput read_primitive(gltf::Document& document, const json& primitive) {
 
 // A triangle with three different corners; edgebreaker drops the others, and cannot encode a mesh of nothing else.
 bool has_proper_triangle(const DracoInput& input) {
-  const auto position = [&](std::size_t corner) { return std::span(input.attributes[0].values).subspan(3 * input.indices[corner], 3); };
+  const auto position = [&](std::size_t corner) {
+    return std::span(input.attributes[0].values).subspan(3 * input.indices[corner], 3);
+  };
   const auto equal = [&](std::size_t a, std::size_t b) { return std::ranges::equal(position(a), position(b)); };
   for (std::size_t i = 0; i < input.indices.size(); i += 3)
     if (!equal(i, i + 1) && !equal(i + 1, i + 2) && !equal(i, i + 2)) return true;
@@ -107,11 +117,14 @@ bool has_proper_triangle(const DracoInput& input) {
 // Replaces a primitive's data by a Draco stream. Leaves it as it is, and says false, where a stream would be larger or
 // cannot be: no proper triangle, or vertices that must keep their order and that triangles hardly use (primitives
 // that share the vertices of a whole model).
-bool compress_primitive(gltf::Document& document, json& out, json& primitive, const PackOptions& options, BinaryChunk& chunk) {
+bool compress_primitive(gltf::Document& document, json& out, json& primitive, const PackOptions& options,
+                        BinaryChunk& chunk) {
   if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
   const bool ordered = order_matters(primitive);
   if (ordered && options.method == PackMethod::kEdgebreaker)
-    throw UsageError("--method edgebreaker renumbers vertices; Bezier patches, cages, morph targets and application-specific attributes need sequential order (or auto)");
+    throw UsageError(
+        "--method edgebreaker renumbers vertices; Bezier patches, cages, morph targets and application-specific "
+        "attributes need sequential order (or auto)");
   const DracoInput input = read_primitive(document, primitive);
   const bool sequential = ordered || options.method == PackMethod::kSequential;
   if (sequential ? input.vertex_count > input.indices.size() : !has_proper_triangle(input)) return false;
@@ -129,14 +142,15 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   return true;
 }
 
-// Counts and position ranges as the streams decode: the encoder may renumber, and quantisation moves positions. `document`
-// holds the same objects as `out`.
+// Counts and position ranges as the streams decode: the encoder may renumber, and quantisation moves positions.
+// `document` holds the same objects as `out`.
 void describe_decoded(gltf::Document& document, json& out) {
   for (std::size_t m = 0; m < out["meshes"].size(); ++m)
     for (std::size_t p = 0; p < out["meshes"][m]["primitives"].size(); ++p) {
       const json& primitive = out["meshes"][m]["primitives"][p];
       if (gltf::find_extension(primitive, kDraco) == nullptr) continue;
-      const gltf::DracoMesh decoded = gltf::read_draco(document, primitive, document.root.at("meshes").at(m).at("primitives").at(p));
+      const gltf::DracoMesh decoded =
+          gltf::read_draco(document, primitive, document.root.at("meshes").at(m).at("primitives").at(p));
       for (const auto& [name, id] : gltf::find_extension(primitive, kDraco)->at("attributes").items()) {
         json& accessor = out["accessors"][primitive["attributes"][name].get<std::size_t>()];
         accessor["count"] = decoded.vertex_count;
@@ -165,7 +179,8 @@ void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)
     for (json& node : d["nodes"]) {
       if (json* instancing = extension_of(node, "EXT_mesh_gpu_instancing"))
         for (auto& [name, index] : (*instancing)["attributes"].items()) visit(index, AccessorUse::kOther);
-      if (json* procedure = extension_of(node, "TESSERA_procedure"); procedure != nullptr && procedure->contains("image"))
+      if (json* procedure = extension_of(node, "TESSERA_procedure");
+          procedure != nullptr && procedure->contains("image"))
         visit((*procedure)["image"]["positions"], AccessorUse::kOther);
     }
   if (d.contains("skins"))
@@ -252,12 +267,14 @@ void attach_settings(json& d, const PackOptions& options) {
     add_extension(d, "extensionsUsed", "TESSERA_capture");
   }
   if (!options.aperture_radius && !options.focus_distance) return;
-  if (!d.contains("cameras") || d["cameras"].empty()) throw UsageError("--aperture and --focus need an asset with a camera");
+  if (!d.contains("cameras") || d["cameras"].empty())
+    throw UsageError("--aperture and --focus need an asset with a camera");
   for (json& camera : d["cameras"]) {
     json& lens = camera["extensions"]["TESSERA_lens"];
     if (options.aperture_radius) lens["apertureRadius"] = *options.aperture_radius;
     if (options.focus_distance) lens["focusDistance"] = *options.focus_distance;
-    if (!lens.contains("apertureRadius")) throw UsageError("--focus needs --aperture, or a camera that has a lens already");
+    if (!lens.contains("apertureRadius"))
+      throw UsageError("--focus needs --aperture, or a camera that has a lens already");
   }
   add_extension(d, "extensionsUsed", "TESSERA_lens");
 }
@@ -294,7 +311,8 @@ json checked_json(const std::string& text, const std::string& name) {
 
 }  // namespace
 
-PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target, const PackOptions& options) {
+PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target,
+                        const PackOptions& options) {
   PackReport report;
   // Reading it whole first finds every fault that only shows when values are decoded.
   report.bytes_in = frontend::read_capture(source).file_bytes;
@@ -311,7 +329,8 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
     container.binary = asset.binary();
     container.has_binary = true;
   }
-  gltf::Document document(std::move(checked), source, std::move(container.binary), container.has_binary, limits, budget);
+  gltf::Document document(std::move(checked), source, std::move(container.binary), container.has_binary, limits,
+                          budget);
   json out = document.json;
   if (!out.contains("meshes")) out["meshes"] = json::array();
 
@@ -320,8 +339,10 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   for (json& mesh : out["meshes"])
     for (json& primitive : mesh["primitives"]) {
       ++report.primitives;
-      if (json* packed = extension_of(primitive, kDraco)) (*packed)["bufferView"] = chunk.copy_view((*packed)["bufferView"].get<std::size_t>());
-      else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk)) ++report.compressed;
+      if (json* packed = extension_of(primitive, kDraco))
+        (*packed)["bufferView"] = chunk.copy_view((*packed)["bufferView"].get<std::size_t>());
+      else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk))
+        ++report.compressed;
     }
   if (report.compressed > 0) {
     add_extension(out, "extensionsUsed", kDraco);

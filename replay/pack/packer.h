@@ -43,6 +43,7 @@ struct PackReport {
 //
 // Throws InputError for a bad asset, UsageError for options that do not fit it, SystemError when the target cannot be
 // written; the target is then as it was.
-PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target, const PackOptions& options);
+PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target,
+                        const PackOptions& options);
 
 }  // namespace tessera::replay

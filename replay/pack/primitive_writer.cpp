@@ -10,7 +10,8 @@ namespace tessera::replay {
 using nlohmann::json;
 namespace gltf = frontend::gltf;
 
-EditedAsset::EditedAsset(std::filesystem::path source, json source_document, std::vector<std::uint8_t> chunk, bool has_chunk)
+EditedAsset::EditedAsset(std::filesystem::path source, json source_document, std::vector<std::uint8_t> chunk,
+                         bool has_chunk)
     : document(std::move(source_document)), source_(std::move(source)) {
   json& buffers = document["buffers"];
   if (!buffers.is_array()) buffers = json::array();
@@ -35,16 +36,19 @@ std::size_t EditedAsset::add_view(std::span<const std::uint8_t> bytes) {
 
 template <class T>
 std::size_t EditedAsset::add_accessor(const std::vector<T>& values, int component_type, const char* type) {
-  const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t*>(values.data()), values.size() * sizeof(T));
+  const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t*>(values.data()),
+                                            values.size() * sizeof(T));
   const std::size_t view = add_view(bytes);
-  document["accessors"].push_back({{"bufferView", view}, {"componentType", component_type}, {"count", values.size()}, {"type", type}});
+  document["accessors"].push_back(
+      {{"bufferView", view}, {"componentType", component_type}, {"count", values.size()}, {"type", type}});
   return document["accessors"].size() - 1;
 }
 
 namespace {
 
 // Four influences of each vertex, from number `first`.
-std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> influence_set(const std::vector<frontend::SkinInfluence>& influences, std::size_t first) {
+std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> influence_set(
+    const std::vector<frontend::SkinInfluence>& influences, std::size_t first) {
   std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> out;
   for (const frontend::SkinInfluence& influence : influences) {
     std::array<std::uint16_t, 4> joints{};
@@ -60,7 +64,9 @@ std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> influenc
 }
 
 bool any_beyond_four(const std::vector<frontend::SkinInfluence>& influences) {
-  return std::any_of(influences.begin(), influences.end(), [](const auto& i) { return std::any_of(i.weights.begin() + 4, i.weights.end(), [](float w) { return w > 0; }); });
+  return std::any_of(influences.begin(), influences.end(), [](const auto& i) {
+    return std::any_of(i.weights.begin() + 4, i.weights.end(), [](float w) { return w > 0; });
+  });
 }
 
 }  // namespace
@@ -68,13 +74,15 @@ bool any_beyond_four(const std::vector<frontend::SkinInfluence>& influences) {
 json EditedAsset::target_json(const frontend::MorphTarget& target, std::size_t vertex_count) {
   json out = json::object();
   // A target that moves nothing still counts; glTF wants it to name something.
-  out["POSITION"] = add_accessor(target.positions.empty() ? std::vector<Vec3>(vertex_count, Vec3(0.0f)) : target.positions, gltf::kFloat, "VEC3");
+  out["POSITION"] = add_accessor(
+      target.positions.empty() ? std::vector<Vec3>(vertex_count, Vec3(0.0f)) : target.positions, gltf::kFloat, "VEC3");
   if (!target.normals.empty()) out["NORMAL"] = add_accessor(target.normals, gltf::kFloat, "VEC3");
   if (!target.tangents.empty()) out["TANGENT"] = add_accessor(target.tangents, gltf::kFloat, "VEC3");
   return out;
 }
 
-void EditedAsset::write_primitive(json& json_primitive, const frontend::Primitive& primitive, const std::vector<std::uint32_t>& indices) {
+void EditedAsset::write_primitive(json& json_primitive, const frontend::Primitive& primitive,
+                                  const std::vector<std::uint32_t>& indices) {
   const frontend::Vertices& v = primitive.vertices;
   json attributes = json::object();
   const std::size_t position = add_accessor(v.positions, gltf::kFloat, "VEC3");
@@ -85,7 +93,8 @@ void EditedAsset::write_primitive(json& json_primitive, const frontend::Primitiv
   attributes["POSITION"] = position;
   if (!v.normals.empty()) attributes["NORMAL"] = add_accessor(v.normals, gltf::kFloat, "VEC3");
   if (!v.tangents.empty()) attributes["TANGENT"] = add_accessor(v.tangents, gltf::kFloat, "VEC4");
-  for (std::size_t set = 0; set < v.texcoords.size(); ++set) attributes["TEXCOORD_" + std::to_string(set)] = add_accessor(v.texcoords[set], gltf::kFloat, "VEC2");
+  for (std::size_t set = 0; set < v.texcoords.size(); ++set)
+    attributes["TEXCOORD_" + std::to_string(set)] = add_accessor(v.texcoords[set], gltf::kFloat, "VEC2");
   if (!v.colors.empty()) attributes["COLOR_0"] = add_accessor(v.colors, gltf::kFloat, "VEC4");
   for (std::size_t set = 0; !v.influences.empty() && set < (any_beyond_four(v.influences) ? 2u : 1u); ++set) {
     const auto [joints, weights] = influence_set(v.influences, 4 * set);
@@ -96,7 +105,8 @@ void EditedAsset::write_primitive(json& json_primitive, const frontend::Primitiv
   json_primitive["indices"] = add_accessor(indices, gltf::kUnsignedInt, "SCALAR");
   json_primitive["mode"] = 4;
   if (json_primitive.contains("targets")) json_primitive["targets"] = json::array();
-  for (const frontend::MorphTarget& target : v.morph_targets) json_primitive["targets"].push_back(target_json(target, v.count()));
+  for (const frontend::MorphTarget& target : v.morph_targets)
+    json_primitive["targets"].push_back(target_json(target, v.count()));
   if (json_primitive.contains("extensions")) json_primitive["extensions"].erase("KHR_draco_mesh_compression");
 }
 
@@ -111,8 +121,10 @@ void EditedAsset::drop_extension(const char* list, const std::string& name) {
   json kept = json::array();
   for (const json& other : document[list])
     if (other != name) kept.push_back(other);
-  if (kept.empty()) document.erase(list);
-  else document[list] = std::move(kept);
+  if (kept.empty())
+    document.erase(list);
+  else
+    document[list] = std::move(kept);
 }
 
 std::vector<std::uint32_t> cage_indices(std::size_t patches) {

@@ -9,8 +9,8 @@
 
 namespace tessera::replay {
 
-// A glTF asset that is being edited: its document, and the bytes of buffer 0, to which new data are appended. What is no
-// longer named stays until the packer drops it.
+// A glTF asset that is being edited: its document, and the bytes of buffer 0, to which new data are appended. What is
+// no longer named stays until the packer drops it.
 class EditedAsset {
  public:
   // `binary` is the chunk of a .glb; an asset without one gets an empty buffer 0, the others move up.
@@ -24,7 +24,8 @@ class EditedAsset {
   std::size_t add_view(std::span<const std::uint8_t> bytes);
 
   // Replaces attributes, targets and indices of a primitive; the Draco extension goes.
-  void write_primitive(nlohmann::json& json_primitive, const frontend::Primitive& primitive, const std::vector<std::uint32_t>& indices);
+  void write_primitive(nlohmann::json& json_primitive, const frontend::Primitive& primitive,
+                       const std::vector<std::uint32_t>& indices);
 
   void use_extension(const std::string& name);
   // Strikes a name off "extensionsUsed" or "extensionsRequired".

@@ -41,20 +41,25 @@ double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 
 
 struct Pair {
   double cost;
-  std::uint32_t s, t;      // triangles
+  std::uint32_t s, t;  // triangles
   std::array<std::uint32_t, 4> quad;
 };
 
 class Pairing {
  public:
-  Pairing(const Primitive& mesh, double max_bend) : least_flat_(cosine_of(max_bend)), positions_(mesh.vertices.positions), indices_(mesh.indices.begin(), mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 3 * 3)) {
+  Pairing(const Primitive& mesh, double max_bend)
+      : least_flat_(cosine_of(max_bend)),
+        positions_(mesh.vertices.positions),
+        indices_(mesh.indices.begin(),
+                 mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 3 * 3)) {
     const std::vector<std::uint32_t> alike = first_alike(mesh.vertices);
     for (std::uint32_t& index : indices_) index = alike[index];
   }
 
   QuadDominantMesh run() {
     std::vector<Pair> pairs = candidates();
-    std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return std::tie(a.cost, a.s, a.t) < std::tie(b.cost, b.s, b.t); });
+    std::sort(pairs.begin(), pairs.end(),
+              [](const Pair& a, const Pair& b) { return std::tie(a.cost, a.s, a.t) < std::tie(b.cost, b.s, b.t); });
     QuadDominantMesh out;
     std::vector<bool> used(indices_.size() / 3, false);
     for (const Pair& pair : pairs) {
@@ -88,7 +93,8 @@ class Pairing {
       if (back == side.end() || back->second == kAmbiguous) continue;
       const std::uint32_t j = back->second;
       // The diagonal runs c -> a in s = (a, b, c) and a -> c in t = (a, c, d).
-      const std::array<std::uint32_t, 4> quad = {indices_[next(i)], indices_[next(next(i))], indices_[i], indices_[next(next(j))]};
+      const std::array<std::uint32_t, 4> quad = {indices_[next(i)], indices_[next(next(i))], indices_[i],
+                                                 indices_[next(next(j))]};
       const double cost = quad_cost(quad, i / 3, j / 3);
       if (cost < kRefused) pairs.push_back({cost, std::min(i, j) / 3, std::max(i, j) / 3, quad});
     }
@@ -110,7 +116,8 @@ class Pairing {
       const DVec3 a = p[(k + 1) % 4] - p[k], b = p[(k + 3) % 4] - p[k];
       skew = std::max(skew, std::abs(glm::dot(a, b)) / (glm::length(a) * glm::length(b)));
       // Concave: the corner turns against the face.
-      if (glm::dot(glm::cross(a, b), triangle_normal(p[0], p[1], p[2]) + triangle_normal(p[0], p[2], p[3])) <= 0) return kRefused;
+      if (glm::dot(glm::cross(a, b), triangle_normal(p[0], p[1], p[2]) + triangle_normal(p[0], p[2], p[3])) <= 0)
+        return kRefused;
     }
     if (!(skew < 0.94)) return kRefused;  // cos 20 degrees
     return skew + 2.0 * (1.0 - flat) + ((s > t ? s - t : t - s) == 1 ? 0.0 : 0.25);
@@ -132,7 +139,8 @@ std::vector<std::array<std::uint32_t, 2>> edges_sharper_than(const Primitive& me
   std::vector<std::array<std::uint32_t, 2>> out;
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const std::uint32_t* t = &mesh.indices[i];
-    const DVec3 normal = triangle_normal(DVec3(mesh.vertices.positions[t[0]]), DVec3(mesh.vertices.positions[t[1]]), DVec3(mesh.vertices.positions[t[2]]));
+    const DVec3 normal = triangle_normal(DVec3(mesh.vertices.positions[t[0]]), DVec3(mesh.vertices.positions[t[1]]),
+                                         DVec3(mesh.vertices.positions[t[2]]));
     if (normal == DVec3(0.0)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];

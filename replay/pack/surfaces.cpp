@@ -32,11 +32,13 @@ bool has_extension(const json& object, const char* name) { return gltf::find_ext
 // The asset as the reader sees it. Edits go to the asset; this view of it does not change.
 class Decoded {
  public:
-  explicit Decoded(const EditedAsset& asset) : budget_(limits_.max_bytes), document_(asset.document, asset.source(), asset.binary(), true, limits_, budget_) {}
+  explicit Decoded(const EditedAsset& asset)
+      : budget_(limits_.max_bytes), document_(asset.document, asset.source(), asset.binary(), true, limits_, budget_) {}
 
   gltf::Document& document() { return document_; }
 
-  // Calls visit(primitive, its JSON in the asset, place) for the primitives that `wanted` accepts and that draw something.
+  // Calls visit(primitive, its JSON in the asset, place) for the primitives that `wanted` accepts and that draw
+  // something.
   template <class Wanted, class Visit>
   void for_each(EditedAsset& asset, const Wanted& wanted, const Visit& visit) {
     for (std::size_t m = 0; m < document_.model.meshes.size(); ++m)
@@ -55,7 +57,9 @@ class Decoded {
   gltf::Document document_;
 };
 
-bool is_surface(const json& primitive) { return has_extension(primitive, gltf::kSubdivision) || has_extension(primitive, kBezier); }
+bool is_surface(const json& primitive) {
+  return has_extension(primitive, gltf::kSubdivision) || has_extension(primitive, kBezier);
+}
 
 // ---- Marking ----------------------------------------------------------------------------------------------------
 
@@ -69,9 +73,12 @@ void mark_cages(EditedAsset& asset, const SurfaceOptions& options, SurfaceReport
     rules.quads = faces.quads;
     primitive.indices = faces.indices;
     if (options.crease_degrees)
-      for (const auto& [a, b] : edges_sharper_than(primitive, faces.quads, *options.crease_degrees)) rules.creases.push_back({{a, b}, subdivision::kInfinitelySharp});
+      for (const auto& [a, b] : edges_sharper_than(primitive, faces.quads, *options.crease_degrees))
+        rules.creases.push_back({{a, b}, subdivision::kInfinitelySharp});
     try {
-      if (rules.levels == 0 && faces.triangles > 0) throw subdivision::CageError(fmt::format("{} of its faces are triangles; --subdivide 0 needs quads only", faces.triangles));
+      if (rules.levels == 0 && faces.triangles > 0)
+        throw subdivision::CageError(
+            fmt::format("{} of its faces are triangles; --subdivide 0 needs quads only", faces.triangles));
       subdivision::build_cage(primitive, rules);
     } catch (const subdivision::CageError& error) {
       report.notices.push_back(fmt::format("{} stays as it is: {}", place.pointer(), error.what()));
@@ -80,14 +87,18 @@ void mark_cages(EditedAsset& asset, const SurfaceOptions& options, SurfaceReport
     asset.write_primitive(out, primitive, primitive.indices);
     json& extension = out["extensions"][gltf::kSubdivision];
     extension = {{"scheme", "catmullClark"}, {"levels", rules.levels}, {"quads", rules.quads}};
-    for (const subdivision::SharpFeature& crease : rules.creases) extension["creases"].push_back({{"vertices", crease.vertices}});
+    for (const subdivision::SharpFeature& crease : rules.creases)
+      extension["creases"].push_back({{"vertices", crease.vertices}});
     ++report.cages;
     report.quads += faces.quads;
     report.triangles += faces.triangles;
   });
-  if (report.cages > 0) asset.use_extension(gltf::kSubdivision);
-  else if (report.notices.empty()) throw UsageError("--subdivide: the asset has no mesh of triangles that is not a cage already");
-  else throw UsageError(fmt::format("--subdivide: no mesh of the asset can be a cage: {}", report.notices.front()));
+  if (report.cages > 0)
+    asset.use_extension(gltf::kSubdivision);
+  else if (report.notices.empty())
+    throw UsageError("--subdivide: the asset has no mesh of triangles that is not a cage already");
+  else
+    throw UsageError(fmt::format("--subdivide: no mesh of the asset can be a cage: {}", report.notices.front()));
 }
 
 // Rewritten primitives are not compressed any more.
@@ -112,7 +123,8 @@ void convert_cages(EditedAsset& asset, SurfaceReport& report) {
     out["extensions"][kBezier] = {{"count", patches}};
     report.patches += patches;
   });
-  if (report.patches == 0) throw UsageError("--convert: the asset has no TESSERA_subdivision cage; --subdivide makes some");
+  if (report.patches == 0)
+    throw UsageError("--convert: the asset has no TESSERA_subdivision cage; --subdivide makes some");
   asset.use_extension(kBezier);
   asset.drop_extension("extensionsUsed", gltf::kSubdivision);
 }
@@ -133,10 +145,13 @@ const json* own_texture(const json& material, const std::string& role) {
 }
 
 bool is_role(const std::string& text) {
-  return text == "base-color" || text == "metallic-roughness" || text == "normal" || text == "occlusion" || text == "emissive";
+  return text == "base-color" || text == "metallic-roughness" || text == "normal" || text == "occlusion" ||
+         text == "emissive";
 }
 
-bool is_number(const std::string& text) { return !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos; }
+bool is_number(const std::string& text) {
+  return !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos;
+}
 
 std::size_t embed_image(EditedAsset& asset, const std::string& file) {
   const std::vector<std::uint8_t> bytes = read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file);
@@ -168,7 +183,8 @@ class HeightSource {
   json texture_info(const json& material, std::size_t number) const {
     if (texture_) return {{"index", *texture_}};
     const json* own = own_texture(material, heights_);
-    if (own == nullptr) throw UsageError(fmt::format("--displace {}: material {} has no such texture", heights_, number));
+    if (own == nullptr)
+      throw UsageError(fmt::format("--displace {}: material {} has no such texture", heights_, number));
     json info = {{"index", (*own)["index"]}};
     for (const char* member : {"texCoord", "extensions"})
       if (own->contains(member)) info[member] = (*own)[member];
@@ -206,7 +222,8 @@ double two_digits(double value) {
 
 void displace_surfaces(EditedAsset& asset, const SurfaceOptions::Displace& options, SurfaceReport& report) {
   const Displaced surfaces = find_surfaces(asset);
-  if (surfaces.primitives.empty()) throw UsageError("--displace: the asset has neither cages nor Bezier patches; --subdivide makes some");
+  if (surfaces.primitives.empty())
+    throw UsageError("--displace: the asset has neither cages nor Bezier patches; --subdivide makes some");
   const HeightSource heights(asset, options.heights);
   json& materials = asset.document["materials"];
   if (!materials.is_array()) materials = json::array();
@@ -221,8 +238,11 @@ void displace_surfaces(EditedAsset& asset, const SurfaceOptions::Displace& optio
     json& material = materials[number];
     const json info = heights.texture_info(material, number);
     const std::string set = fmt::format("TEXCOORD_{}", info.value("texCoord", 0));
-    if (!(*primitive)["attributes"].contains(set)) throw UsageError(fmt::format("--displace: a mesh of material {} lacks {}", number, set));
-    material["extensions"][kDisplacement] = {{"texture", info}, {"scale", options.scale.value_or(two_digits(0.02 * surfaces.extent))}, {"bias", options.bias.value_or(0.0)}};
+    if (!(*primitive)["attributes"].contains(set))
+      throw UsageError(fmt::format("--displace: a mesh of material {} lacks {}", number, set));
+    material["extensions"][kDisplacement] = {{"texture", info},
+                                             {"scale", options.scale.value_or(two_digits(0.02 * surfaces.extent))},
+                                             {"bias", options.bias.value_or(0.0)}};
     displaced.insert(number);
   }
   report.displaced_materials = displaced.size();
@@ -245,7 +265,8 @@ SurfaceOptions::Displace parse_displace(const std::string& text) {
     }
     throw UsageError(fmt::format("--displace {}: expected HEIGHTS[,SCALE[,BIAS]]", escape_control(text, 80)));
   };
-  if (first != std::string::npos) out.scale = number(text.substr(first + 1, second == std::string::npos ? second : second - first - 1));
+  if (first != std::string::npos)
+    out.scale = number(text.substr(first + 1, second == std::string::npos ? second : second - first - 1));
   if (second != std::string::npos) out.bias = number(text.substr(second + 1));
   if (out.heights.empty()) throw UsageError("--displace: expected HEIGHTS[,SCALE[,BIAS]]");
   return out;

@@ -14,10 +14,10 @@ struct SurfaceOptions {
   std::optional<double> crease_degrees;  // their edges that are bent by more become infinitely sharp
   bool convert = false;                  // cages become Bezier patches
   struct Displace {
-    std::string heights;                 // an image file, the number of a texture, or the role of a material's own texture
-    std::optional<double> scale, bias;   // object units; no scale: 2 % of the largest extent
+    std::string heights;  // an image file, the number of a texture, or the role of a material's own texture
+    std::optional<double> scale, bias;  // object units; no scale: 2 % of the largest extent
   };
-  std::optional<Displace> displace;      // TESSERA_displacement for the materials of all cages and patches
+  std::optional<Displace> displace;  // TESSERA_displacement for the materials of all cages and patches
 
   bool any() const { return subdivide || convert || displace; }
 };
@@ -29,7 +29,7 @@ struct SurfaceReport {
   std::size_t cages = 0, quads = 0, triangles = 0;  // marked, and their faces
   std::size_t patches = 0;                          // written
   std::size_t displaced_materials = 0;
-  std::vector<std::string> notices;                 // what was left as it is, and why
+  std::vector<std::string> notices;  // what was left as it is, and why
 };
 
 // Marks, converts, displaces, in this order. `asset` must hold a checked document; the result is to be checked again.

@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 json replay_report(const fs::path& folder, std::string&) {
   const fs::path file = folder / "stats.json";
   const json stats = parse_json(read_whole_text(file), file.string());
-  if (stats.value("schema", "") != "tessera.stats/1") throw InputError(file.string(), "/schema", "is not tessera.stats/1");
+  if (stats.value("schema", "") != "tessera.stats/1")
+    throw InputError(file.string(), "/schema", "is not tessera.stats/1");
   const json& frames = stats.at("frames");
   if (!frames.is_array() || frames.empty()) throw InputError(file.string(), "/frames", "holds no frame");
   const json& region = stats.at("settings").at("region");
@@ -32,7 +33,8 @@ json replay_report(const fs::path& folder, std::string&) {
       ++left_out;
       continue;
     }
-    json view = picture_view(fmt::format("frame {}", number), picture, folder / tile_maps_name(number), whole_number(region.at(0)), whole_number(region.at(1)));
+    json view = picture_view(fmt::format("frame {}", number), picture, folder / tile_maps_name(number),
+                             whole_number(region.at(0)), whole_number(region.at(1)));
     if (view.is_null()) continue;
     bytes += size;
     view["frame"] = number;
@@ -40,9 +42,12 @@ json replay_report(const fs::path& folder, std::string&) {
   }
   const std::string capture = stats.at("capture").at("file");
   return {{"title", capture + ": replay"},
-          {"subtitle", fmt::format("{}x{}, {} frame{}, machine '{}'", whole_number(stats.at("settings").at("width")), whole_number(stats.at("settings").at("height")), frames.size(), frames.size() == 1 ? "" : "s",
-                                   stats.at("gpu").at("preset").get<std::string>())},
-          {"stats", stats}, {"views", views}, {"left_out", left_out}};
+          {"subtitle", fmt::format("{}x{}, {} frame{}, machine '{}'", whole_number(stats.at("settings").at("width")),
+                                   whole_number(stats.at("settings").at("height")), frames.size(),
+                                   frames.size() == 1 ? "" : "s", stats.at("gpu").at("preset").get<std::string>())},
+          {"stats", stats},
+          {"views", views},
+          {"left_out", left_out}};
 }
 
 }  // namespace tessera::replay

@@ -20,9 +20,13 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // What the page's plots need of Vega 5, in the order in which they need each other. Debian ships Vega as these modules.
-constexpr std::array kVegaModules = {"vega-util", "vega-time", "vega-format", "vega-loader", "vega-dataflow", "vega-canvas", "vega-scale", "vega-scenegraph", "vega-expression", "vega-selection",
-                                     "vega-statistics", "vega-functions", "vega-runtime", "vega-view", "vega-event-selector", "vega-parser", "vega-transforms", "vega-view-transforms", "vega-encode"};
-constexpr std::array kScripts = {"page.js", "plots.js", "frames.js", "replay.js", "sweep.js", "tradeoff.js", "start.js"};
+constexpr std::array kVegaModules = {
+    "vega-util",       "vega-time",       "vega-format",          "vega-loader",     "vega-dataflow",
+    "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
+    "vega-statistics", "vega-functions",  "vega-runtime",         "vega-view",       "vega-event-selector",
+    "vega-parser",     "vega-transforms", "vega-view-transforms", "vega-encode"};
+constexpr std::array kScripts = {"page.js",  "plots.js",    "frames.js", "replay.js",
+                                 "sweep.js", "tradeoff.js", "start.js"};
 
 // The kinds of folder, by the file that tells them. Another kind is another row and another function in page/start.js.
 struct ReportKind {
@@ -30,7 +34,9 @@ struct ReportKind {
   const char* file;
   json (*make)(const fs::path& folder, std::string& note);
 };
-constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", replay_report}, {"sweep", "sweep.json", sweep_report}, {"tradeoff", "tradeoff.json", tradeoff_report}}};
+constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", replay_report},
+                                               {"sweep", "sweep.json", sweep_report},
+                                               {"tradeoff", "tradeoff.json", tradeoff_report}}};
 
 fs::path vega_folder() {
   const char* folder = std::getenv("TESSERA_VEGA");
@@ -42,7 +48,9 @@ fs::path vega_module(const char* name) { return vega_folder() / (std::string(nam
 // The modules as functions of (exports, require, module, define); page/plots.js calls them.
 std::string vega_script() {
   std::string text = "const vegaModules = {\n";
-  for (const char* name : kVegaModules) text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name, read_whole_text(vega_module(name)));
+  for (const char* name : kVegaModules)
+    text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name,
+                        read_whole_text(vega_module(name)));
   return text + "};\n";
 }
 
@@ -52,7 +60,8 @@ std::string base64(std::string_view bytes) {
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 3; ++k)
+      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
     for (std::size_t k = 0; k < 4; ++k) text += k <= bytes.size() - i ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
   }
   return text;
@@ -67,7 +76,8 @@ std::uint32_t big_endian32(const std::string& bytes, std::size_t at) {
 // Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
 std::string script_json(const json& value) {
   std::string text;
-  for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace)) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace))
+    text += c == '<' ? std::string("\\u003c") : std::string(1, c);
   return text;
 }
 
@@ -92,7 +102,8 @@ std::string fill_page(const std::vector<std::pair<std::string, std::string>>& pa
 json meanings(const std::vector<std::string>& topics, const char* name) {
   json out = json::object();
   for (const std::string& topic : topics)
-    for (const json& row : describe_json(topic)) out[row.at(name).get<std::string>()] = {{"unit", row.at("unit")}, {"meaning", row.at("meaning")}};
+    for (const json& row : describe_json(topic))
+      out[row.at(name).get<std::string>()] = {{"unit", row.at("unit")}, {"meaning", row.at("meaning")}};
   return out;
 }
 
@@ -102,7 +113,9 @@ std::string missing_for_reports() {
   std::error_code ignored;
   for (const char* name : kVegaModules)
     if (!fs::is_regular_file(vega_module(name), ignored))
-      return fmt::format("{} is missing; install Debian's package libjs-vega (or say in TESSERA_VEGA where its files are)", vega_module(name).string());
+      return fmt::format(
+          "{} is missing; install Debian's package libjs-vega (or say in TESSERA_VEGA where its files are)",
+          vega_module(name).string());
   return "";
 }
 
@@ -116,25 +129,36 @@ std::string write_report(const fs::path& folder) {
     try {
       data = kind.make(folder, note);
     } catch (const json::exception& error) {
-      throw InputError((folder / kind.file).string(), "", fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
+      throw InputError((folder / kind.file).string(), "",
+                       fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
     }
     data["kind"] = kind.kind;
     data["counters"] = meanings({"counters"}, "name");
     data["keys"] = meanings({"settings", "gpu"}, "key");
     std::string script = vega_script();
     for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
-    write_file_atomically(folder / "report.html", fill_page({{"@TITLE@", markup_text(data.at("title"))}, {"@STYLE@", std::string(page_files().at("page.css"))}, {"@DATA@", script_json(data)}, {"@SCRIPT@", script}}));
+    write_file_atomically(folder / "report.html", fill_page({{"@TITLE@", markup_text(data.at("title"))},
+                                                             {"@STYLE@", std::string(page_files().at("page.css"))},
+                                                             {"@DATA@", script_json(data)},
+                                                             {"@SCRIPT@", script}}));
     return note;
   }
-  throw InputError(folder.string(), "", fs::is_directory(folder, ignored) ? "holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff" : "no such folder");
+  throw InputError(folder.string(), "",
+                   fs::is_directory(folder, ignored)
+                       ? "holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"
+                       : "no such folder");
 }
 
-json picture_view(const std::string& label, const fs::path& picture, const fs::path& tiles, int region_x, int region_y) {
+json picture_view(const std::string& label, const fs::path& picture, const fs::path& tiles, int region_x,
+                  int region_y) {
   std::error_code ignored;
   if (!fs::is_regular_file(picture, ignored)) return nullptr;
   const std::string bytes = read_whole_text(picture);
   if (bytes.size() < 24) return nullptr;
-  json view = {{"label", label}, {"picture", "data:image/png;base64," + base64(bytes)}, {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}}, {"region", {region_x, region_y}}};
+  json view = {{"label", label},
+               {"picture", "data:image/png;base64," + base64(bytes)},
+               {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}},
+               {"region", {region_x, region_y}}};
   if (fs::is_regular_file(tiles, ignored)) view["tiles"] = parse_json(read_whole_text(tiles), tiles.string());
   return view;
 }

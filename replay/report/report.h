@@ -8,16 +8,17 @@
 namespace tessera::replay {
 
 // report.html: one file that needs no other and no network. It holds pictures, maps of tiles, plots (Vega, from the
-// distribution's modules, built into the page), tables and the whole configuration. Writing it again from the same folder
-// gives the same bytes.
+// distribution's modules, built into the page), tables and the whole configuration. Writing it again from the same
+// folder gives the same bytes.
 
-// Why no report can be made here ("" when one can): the modules of Vega that pages need are not installed. They are looked for
-// in /usr/share/javascript/vega (Debian's libjs-vega), or where the environment variable TESSERA_VEGA says.
+// Why no report can be made here ("" when one can): the modules of Vega that pages need are not installed. They are
+// looked for in /usr/share/javascript/vega (Debian's libjs-vega), or where the environment variable TESSERA_VEGA says.
 std::string missing_for_reports();
 
-// Writes report.html into the folder of a replay (stats.json), a tradeoff (tradeoff.json) or a sweep (sweep.json), whose sweep.csv it makes as well: that is
-// how shards are joined. Returns what the reader of the terminal should know, or "".
-// Throws InputError when the folder holds none or a damaged one, SystemError when missing_for_reports() has a reason.
+// Writes report.html into the folder of a replay (stats.json), a tradeoff (tradeoff.json) or a sweep (sweep.json),
+// whose sweep.csv it makes as well: that is how shards are joined. Returns what the reader of the terminal should know,
+// or "". Throws InputError when the folder holds none or a damaged one, SystemError when missing_for_reports() has a
+// reason.
 std::string write_report(const std::filesystem::path& folder);
 
 // Pictures beyond these are left out, evenly, and the page says so.
@@ -27,9 +28,10 @@ inline constexpr std::size_t kMostSweepCells = 4'000'000;  // rows times columns
 
 // What follows is for the kinds of report. Each makes the page's data; its script in page/ knows what to do with them.
 
-// A picture with its tiles, for the browser of frames: {"label", "picture", "size", "region", "tiles"}; without "tiles" where the
-// file is missing. Null when there is no picture.
-nlohmann::json picture_view(const std::string& label, const std::filesystem::path& picture, const std::filesystem::path& tiles, int region_x, int region_y);
+// A picture with its tiles, for the browser of frames: {"label", "picture", "size", "region", "tiles"}; without "tiles"
+// where the file is missing. Null when there is no picture.
+nlohmann::json picture_view(const std::string& label, const std::filesystem::path& picture,
+                            const std::filesystem::path& tiles, int region_x, int region_y);
 
 // Every k-th of `count` pictures, so that at most kMostPictures are taken.
 std::size_t picture_stride(std::size_t count);

@@ -19,7 +19,8 @@ using nlohmann::json;
 void check_members(const json& object, const Place& place, const std::vector<std::string>& known) {
   if (!object.is_object()) place.refuse("is not an object");
   for (const auto& [name, value] : object.items())
-    if (std::find(known.begin(), known.end(), name) == known.end()) place.at(name).refuse("{}", unknown_key_message(name, known));
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      place.at(name).refuse("{}", unknown_key_message(name, known));
 }
 
 void check_key(const std::string& key, const Place& place) {
@@ -29,7 +30,8 @@ void check_key(const std::string& key, const Place& place) {
     known.emplace_back(kSizeKey);
     return known;
   }();
-  if (std::find(kKnown.begin(), kKnown.end(), key) == kKnown.end()) place.refuse("{}", unknown_key_message(key, kKnown));
+  if (std::find(kKnown.begin(), kKnown.end(), key) == kKnown.end())
+    place.refuse("{}", unknown_key_message(key, kKnown));
 }
 
 std::vector<std::string> read_keys(const json& axis, const Place& place) {
@@ -77,10 +79,13 @@ std::vector<json> read_range(const json& range, const Place& place, std::uint64_
     if (!(by > 1) || !(from > 0)) place.refuse("a range by a factor begins above 0, and the factor is greater than 1");
     last = std::floor(std::log(to / from) / std::log(by) + 1e-9);
   }
-  if (!(last < static_cast<double>(max_steps))) throw LimitError(fmt::format("{}: {}: the range has more than {} steps (--max-points)", place.file(), place.pointer(), max_steps));
+  if (!(last < static_cast<double>(max_steps)))
+    throw LimitError(fmt::format("{}: {}: the range has more than {} steps (--max-points)", place.file(),
+                                 place.pointer(), max_steps));
   std::vector<json> values;
   for (std::uint64_t i = 0; i <= static_cast<std::uint64_t>(last); ++i)
-    values.push_back(plain_number(linear ? from + by * static_cast<double>(i) : from * std::pow(by, static_cast<double>(i))));
+    values.push_back(
+        plain_number(linear ? from + by * static_cast<double>(i) : from * std::pow(by, static_cast<double>(i))));
   return values;
 }
 
@@ -89,7 +94,9 @@ std::vector<json> read_steps(const json& axis, const Place& place, std::uint64_t
   if (axis.contains("range")) return read_range(axis["range"], place.at("range"), max_steps);
   const json& list = axis["values"];
   if (!list.is_array() || list.empty()) place.at("values").refuse("is not a list of values");
-  if (list.size() > max_steps) throw LimitError(fmt::format("{}: {}: more than {} values (--max-points)", place.file(), place.at("values").pointer(), max_steps));
+  if (list.size() > max_steps)
+    throw LimitError(fmt::format("{}: {}: more than {} values (--max-points)", place.file(),
+                                 place.at("values").pointer(), max_steps));
   return list.get<std::vector<json>>();
 }
 

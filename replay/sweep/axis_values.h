@@ -14,8 +14,8 @@ namespace tessera::replay {
 //   {"key": KEY, "range": {"from": A, "to": B, "step": S}}     A, A+S, ... up to B
 //   {"key": KEY, "range": {"from": A, "to": B, "factor": F}}   A, A*F, ... up to B
 //   {"keys": [KEY, ...], ...}    several keys set together: to the same value, or each to its own where V is a list
-// Keys are known ones, no value is there twice; whether a value fits its key is for the caller to check. Throws InputError,
-// and LimitError before a range of more than `max_steps` steps is made.
+// Keys are known ones, no value is there twice; whether a value fits its key is for the caller to check. Throws
+// InputError, and LimitError before a range of more than `max_steps` steps is made.
 StudyAxis read_axis(const nlohmann::json& value, const frontend::gltf::Place& place, std::uint64_t max_steps);
 
 }  // namespace tessera::replay

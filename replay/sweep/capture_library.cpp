@@ -20,7 +20,8 @@ using frontend::gltf::Place;
 using nlohmann::json;
 
 void add_file(const fs::path& file, Sha256& hash) {
-  const std::vector<std::uint8_t> bytes = read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file.string());
+  const std::vector<std::uint8_t> bytes =
+      read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file.string());
   const std::uint64_t size = bytes.size();
   hash.add(std::span(reinterpret_cast<const std::uint8_t*>(&size), sizeof size));
   hash.add(bytes);
@@ -33,7 +34,8 @@ void add_named_files(const json& document, const fs::path& file, Sha256& hash) {
     for (const json& item : *items) {
       if (!item.is_object() || !item.contains("uri") || !item["uri"].is_string()) continue;
       const std::string& uri = item["uri"].get_ref<const std::string&>();
-      if (!uri.starts_with("data:")) add_file(frontend::gltf::resolve_uri(uri, file.parent_path(), Place(file.string())), hash);
+      if (!uri.starts_with("data:"))
+        add_file(frontend::gltf::resolve_uri(uri, file.parent_path(), Place(file.string())), hash);
     }
   }
 }
@@ -44,7 +46,8 @@ std::string capture_fingerprint(const fs::path& file) {
   Sha256 hash;
   add_file(file, hash);
   try {
-    const auto container = frontend::gltf::open_container(read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file.string()), file.string());
+    const auto container = frontend::gltf::open_container(
+        read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file.string()), file.string());
     const json document = json::parse(container.json, nullptr, false);
     if (document.is_object()) add_named_files(document, file, hash);
   } catch (const InputError&) {

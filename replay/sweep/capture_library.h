@@ -13,17 +13,18 @@
 
 namespace tessera::replay {
 
-// SHA-256 of a capture: of the file and, for a .gltf, of the files that it names. Reads no more of it than that; what the
-// reader would refuse is left for it to refuse. Throws InputError when the file cannot be read.
+// SHA-256 of a capture: of the file and, for a .gltf, of the files that it names. Reads no more of it than that; what
+// the reader would refuse is left for it to refuse. Throws InputError when the file cannot be read.
 std::string capture_fingerprint(const std::filesystem::path& file);
 
-// The captures of a study, read when the first point needs them and shared by all points that do. At most one is in memory:
-// who asks for another waits until nobody uses the one before. For many threads; every one releases its capture before it
-// asks for the next.
+// The captures of a study, read when the first point needs them and shared by all points that do. At most one is in
+// memory: who asks for another waits until nobody uses the one before. For many threads; every one releases its capture
+// before it asks for the next.
 class CaptureLibrary {
  public:
   // Decoded data of a capture may take `max_bytes`.
-  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes) : files_(std::move(files)), max_bytes_(max_bytes) {}
+  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes)
+      : files_(std::move(files)), max_bytes_(max_bytes) {}
 
   struct Loaded {
     std::shared_ptr<const frontend::Capture> capture;  // outlives what is prepared from it

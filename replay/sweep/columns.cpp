@@ -15,7 +15,9 @@ using nlohmann::json;
 
 constexpr std::string_view kBaseline = "baseline.";
 
-std::string ledger_column(const std::string& unit, const std::string& purpose, const char* way) { return "dram." + unit + "." + purpose + "." + way; }
+std::string ledger_column(const std::string& unit, const std::string& purpose, const char* way) {
+  return "dram." + unit + "." + purpose + "." + way;
+}
 
 // "*" fits any characters, none included.
 bool fits(std::string_view pattern, std::string_view text) {
@@ -44,11 +46,13 @@ const std::vector<std::string>& known_columns() {
     for (std::size_t u = 0; u < hardware::kUnitCount; ++u)
       for (std::size_t p = 0; p < hardware::kPurposeCount; ++p)
         for (const char* way : {"read_bytes", "written_bytes"})
-          names.push_back(ledger_column(std::string(name(static_cast<hardware::Unit>(u))), std::string(name(static_cast<hardware::Purpose>(p))), way));
+          names.push_back(ledger_column(std::string(name(static_cast<hardware::Unit>(u))),
+                                        std::string(name(static_cast<hardware::Purpose>(p))), way));
     names.insert(names.end(), {"timing.cycles", "energy.total_nj"});
     for (const std::string_view scheme : binner::kSchemeNames)
       for (const auto& field : hardware::kCounterFields<binner::BaselineCounters>)
-        names.push_back(std::string(kBaseline) + std::string(scheme) + "." + std::string(field.name.substr(kBaseline.size())));
+        names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
+                        std::string(field.name.substr(kBaseline.size())));
     return names;
   }();
   return kKnown;
@@ -88,10 +92,12 @@ std::map<std::string, json> frame_values(const json& frame) {
     if (name.starts_with("dram.") && std::count(name.begin(), name.end(), '.') == 3) values[name] = 0;
   for (const auto& [name, value] : frame.at("counters").items()) values[name] = value;
   for (const json& row : frame.at("dram"))
-    for (const char* way : {"read_bytes", "written_bytes"}) values[ledger_column(row.at("unit"), row.at("purpose"), way)] = row.at(way);
+    for (const char* way : {"read_bytes", "written_bytes"})
+      values[ledger_column(row.at("unit"), row.at("purpose"), way)] = row.at(way);
   if (frame.contains("baselines"))
     for (const auto& [scheme, counters] : frame["baselines"].items())
-      for (const auto& [name, value] : counters.items()) values[std::string(kBaseline) + scheme + "." + name.substr(kBaseline.size())] = value;
+      for (const auto& [name, value] : counters.items())
+        values[std::string(kBaseline) + scheme + "." + name.substr(kBaseline.size())] = value;
   for (const char* member : {"timing", "energy"})
     if (frame.contains(member)) add_numbers(frame[member], member, values);
   return values;

@@ -22,8 +22,8 @@ bool needs_baselines(const std::string& column);
 // All columns, those of the baselines only when asked for.
 std::vector<std::string> default_columns(bool baselines);
 
-// A list of names, in which "*" stands for any characters. Throws InputError for a name that is not known (naming the nearest)
-// and for a pattern that fits none.
+// A list of names, in which "*" stands for any characters. Throws InputError for a name that is not known (naming the
+// nearest) and for a pattern that fits none.
 std::vector<std::string> read_columns(const nlohmann::json& value, const frontend::gltf::Place& place);
 
 // All numbers of a frame (frame_json()) by their names. What its units did not count is not there.

@@ -15,9 +15,11 @@ using nlohmann::json;
 constexpr std::size_t kHashDigits = 32;
 
 // Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
-json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash, const std::string& program) {
-  json inputs = {{"schema", "tessera.point/1"}, {"program", program}, {"capture", capture_hash}, {"frames", nullptr}, {"size", nullptr},
-                 {"baselines", study.baselines}, {"pictures", study.pictures}};
+json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
+                  const std::string& program) {
+  json inputs = {{"schema", "tessera.point/1"}, {"program", program}, {"capture", capture_hash},
+                 {"frames", nullptr},           {"size", nullptr},    {"baselines", study.baselines},
+                 {"pictures", study.pictures}};
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
   inputs["gpu"] = hardware::gpu_json(configuration.gpu);
@@ -68,7 +70,8 @@ std::string point_label(const Study& study, const SweepPoint& point) {
   const std::vector<std::string> keys = study.axis_keys();
   const std::vector<json> values = point_values(study, point);
   for (std::size_t k = 0; k < keys.size(); ++k)
-    label += fmt::format("{}{}={}", label.empty() ? "" : " ", keys[k], values[k].is_string() ? values[k].get<std::string>() : values[k].dump());
+    label += fmt::format("{}{}={}", label.empty() ? "" : " ", keys[k],
+                         values[k].is_string() ? values[k].get<std::string>() : values[k].dump());
   return label.empty() ? study.capture_names[point.capture] : label;
 }
 

@@ -20,7 +20,8 @@ using frontend::gltf::Place;
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kMembers = {"title", "captures", "frames", "size", "gpu", "settings", "axes", "columns", "baselines", "pictures"};
+const std::vector<std::string> kMembers = {"title",    "captures", "frames",  "size",      "gpu",
+                                           "settings", "axes",     "columns", "baselines", "pictures"};
 
 const std::string& text_of(const json& value, const Place& place) {
   if (!value.is_string()) place.refuse("is not a text");
@@ -78,7 +79,8 @@ void read_captures(const json& value, const Place& place, Study& study) {
     study.capture_names.push_back(name);
     study.captures.push_back(beside(study.file, name));
     std::error_code ignored;
-    if (!fs::is_regular_file(study.captures.back(), ignored)) place.at(i).refuse("no such file: {}", escape_control(study.captures.back().string()));
+    if (!fs::is_regular_file(study.captures.back(), ignored))
+      place.at(i).refuse("no such file: {}", escape_control(study.captures.back().string()));
   }
 }
 
@@ -99,12 +101,15 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
     const Place axis_place = place.at(i);
     StudyAxis axis = read_axis(value[i], axis_place, max_points);
     for (const std::string& key : axis.keys)
-      if (!taken.insert(key).second) axis_place.refuse("'{}' is set by the study or by another axis already", escape_control(key, 80));
+      if (!taken.insert(key).second)
+        axis_place.refuse("'{}' is set by the study or by another axis already", escape_control(key, 80));
     for (std::size_t v = 0; v < axis.values.size(); ++v)
-      for (std::size_t k = 0; k < axis.keys.size(); ++k) check_value(study, axis.keys[k], axis.values[v][k], axis_place.at("values").at(v));
+      for (std::size_t k = 0; k < axis.keys.size(); ++k)
+        check_value(study, axis.keys[k], axis.values[v][k], axis_place.at("values").at(v));
     // The whole product is known before any of it is made.
     if (axis.values.size() > max_points / study.point_count)
-      throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", study.file.string(), max_points));
+      throw LimitError(
+          fmt::format("{}: the study has more than {} points (--max-points)", study.file.string(), max_points));
     study.point_count *= axis.values.size();
     study.axes.push_back(std::move(axis));
   }
@@ -130,7 +135,8 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   const Place place(file.string());
   if (!root.is_object()) place.refuse("a study is a JSON object");
   for (const auto& [name, value] : root.items())
-    if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end()) place.at(name).refuse("{}", unknown_key_message(name, kMembers));
+    if (std::find(kMembers.begin(), kMembers.end(), name) == kMembers.end())
+      place.at(name).refuse("{}", unknown_key_message(name, kMembers));
   if (!root.contains("captures")) place.refuse("lacks 'captures'");
 
   Study study;
@@ -140,15 +146,20 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   };
   with("title", [&](const json& value, const Place& where) { study.title = text_of(value, where); });
   with("captures", [&](const json& value, const Place& where) { read_captures(value, where, study); });
-  with("frames", [&](const json& value, const Place& where) { study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); }); });
-  with("size", [&](const json& value, const Place& where) { study.size = at_place(where, [&] { return parse_size("size", text_of(value, where)); }); });
+  with("frames", [&](const json& value, const Place& where) {
+    study.frames = at_place(where, [&] { return parse_frames("frames", text_of(value, where)); });
+  });
+  with("size", [&](const json& value, const Place& where) {
+    study.size = at_place(where, [&] { return parse_size("size", text_of(value, where)); });
+  });
   with("gpu", [&](const json& value, const Place& where) {
     check_value(study, kGpuKey, value, where);
     study.gpu = find_gpu(file, value.get<std::string>());
   });
   with("settings", [&](const json& value, const Place& where) { read_settings(value, where, study); });
   study.point_count = study.captures.size();
-  if (study.point_count > max_points) throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", file.string(), max_points));
+  if (study.point_count > max_points)
+    throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", file.string(), max_points));
   with("axes", [&](const json& value, const Place& where) { read_axes(value, where, max_points, study); });
   with("pictures", [&](const json& value, const Place& where) { study.pictures = flag_of(value, where); });
   with("baselines", [&](const json& value, const Place& where) { study.baselines = flag_of(value, where); });
@@ -168,9 +179,12 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
     for (std::size_t k = 0; k < study.axes[a].keys.size(); ++k) {
       const std::string& key = study.axes[a].keys[k];
       const json& value = study.axes[a].values[steps[a]][k];
-      if (key == kGpuKey) gpu = find_gpu(study.file, value.get<std::string>());
-      else if (key == kSizeKey) point.size = parse_size("size", value.get<std::string>());
-      else values.emplace_back(&key, &value);
+      if (key == kGpuKey)
+        gpu = find_gpu(study.file, value.get<std::string>());
+      else if (key == kSizeKey)
+        point.size = parse_size("size", value.get<std::string>());
+      else
+        values.emplace_back(&key, &value);
     }
   point.gpu = hardware::load_gpu(gpu);
   for (const auto& [key, value] : values) set_key(*key, *value, point.settings, point.gpu);

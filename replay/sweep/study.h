@@ -45,8 +45,8 @@ struct Study {
 inline constexpr const char* kGpuKey = "gpu";
 inline constexpr const char* kSizeKey = "size";
 
-// Throws InputError (file, JSON pointer, what is wrong; unknown names with the nearest known one), and LimitError before
-// anything is made of a study, or of a range in it, with more than `max_points` points.
+// Throws InputError (file, JSON pointer, what is wrong; unknown names with the nearest known one), and LimitError
+// before anything is made of a study, or of a range in it, with more than `max_points` points.
 Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
 
 // What one point runs with: the machine, then the fixed settings, then the steps of the axes in their order.

@@ -24,11 +24,13 @@ using nlohmann::json;
 
 json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
   json list = json::array();
-  for (const SweepPoint& point : points) list.push_back({{"hash", point.hash}, {"capture", point.capture}, {"values", point_values(study, point)}});
+  for (const SweepPoint& point : points)
+    list.push_back({{"hash", point.hash}, {"capture", point.capture}, {"values", point_values(study, point)}});
   json settings = json::object();
   for (const auto& [key, value] : study.settings) settings[key] = value;
-  json out = {{"schema", "tessera.sweep/1"}, {"title", study.title}, {"captures", study.capture_names}, {"axes", study.axis_keys()}, {"columns", study.columns},
-              {"settings", settings}, {"baselines", study.baselines}, {"pictures", study.pictures}, {"points", list}};
+  json out = {{"schema", "tessera.sweep/1"},  {"title", study.title},       {"captures", study.capture_names},
+              {"axes", study.axis_keys()},    {"columns", study.columns},   {"settings", settings},
+              {"baselines", study.baselines}, {"pictures", study.pictures}, {"points", list}};
   // What every point has in common, axes aside: that of the first one.
   const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
   out["first_point"] = {{"gpu", hardware::gpu_json(first.gpu)}, {"settings", settings_json(first.settings)}};
@@ -58,8 +60,12 @@ void remove_unfinished(const fs::path& folder) {
 
 }  // namespace
 
-fs::path SweepFolder::picture_file(const std::string& hash, int frame) const { return folder_ / "points" / fmt::format("{}_{:04d}.png", hash, frame); }
-fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const { return folder_ / "points" / fmt::format("{}_tiles_{:04d}.json", hash, frame); }
+fs::path SweepFolder::picture_file(const std::string& hash, int frame) const {
+  return folder_ / "points" / fmt::format("{}_{:04d}.png", hash, frame);
+}
+fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const {
+  return folder_ / "points" / fmt::format("{}_tiles_{:04d}.json", hash, frame);
+}
 
 bool SweepFolder::has_point(const std::string& hash) const {
   std::error_code ignored;
@@ -80,7 +86,8 @@ SweepLock::SweepLock(const SweepFolder& folder, bool shared) {
   fs::create_directories(folder.path() / "points", error);
   if (error) throw SystemError(fmt::format("cannot create the folder {}: {}", folder.path().string(), error.message()));
   descriptor_ = ::open((folder.path() / "points" / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (descriptor_ < 0) throw SystemError(fmt::format("cannot write to {}: {}", folder.path().string(), std::strerror(errno)));
+  if (descriptor_ < 0)
+    throw SystemError(fmt::format("cannot write to {}: {}", folder.path().string(), std::strerror(errno)));
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
     remove_unfinished(folder.path());
     if (shared) ::flock(descriptor_, LOCK_SH);
@@ -110,7 +117,8 @@ JoinedSweep join_sweep(const SweepFolder& folder) {
       }
       file = folder.point_file(hash).string();
       const json result = parse_json(read_whole_text(file), file);
-      if (result.contains("fault")) sweep.rows.push_back({p, nullptr, result["fault"].get<std::string>()});
+      if (result.contains("fault"))
+        sweep.rows.push_back({p, nullptr, result["fault"].get<std::string>()});
       else
         for (const json& frame : result.at("frames")) sweep.rows.push_back({p, frame, "ok"});
     }
@@ -129,10 +137,12 @@ std::string sweep_csv(const JoinedSweep& sweep) {
   text += "\n";
   for (const SweepRow& row : sweep.rows) {
     const json& point = manifest.at("points").at(row.point);
-    text += fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(), cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
+    text += fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(),
+                        cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
     for (const json& value : point.at("values")) text += "," + cell(value);
     text += fmt::format(",{},{}", row.frame.is_null() ? "" : row.frame.at("frame").dump(), cell(row.status));
-    const std::map<std::string, json> values = row.frame.is_null() ? std::map<std::string, json>{} : frame_values(row.frame);
+    const std::map<std::string, json> values =
+        row.frame.is_null() ? std::map<std::string, json>{} : frame_values(row.frame);
     for (const json& column : manifest.at("columns")) {
       const auto at = values.find(column.get<std::string>());
       text += "," + (at == values.end() ? "" : cell(at->second));

@@ -20,7 +20,8 @@ namespace tessera::replay {
 //
 // Invariants (cited by the tests):
 //   W1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
-//   W2  What is in the folder after all points are done follows from the study, the captures and the program alone: not from
+//   W2  What is in the folder after all points are done follows from the study, the captures and the program alone: not
+//   from
 //       how often the sweep was killed, how it was sharded, or the number of threads.
 //   W3  A point whose result is there is not computed again.
 class SweepFolder {
@@ -40,8 +41,8 @@ class SweepFolder {
   std::filesystem::path folder_;
 };
 
-// Held while a sweep works in a folder: several shards may share it, a whole sweep has it alone. Who finds nobody else there
-// removes what killed runs left half written. On file systems without locks it does nothing.
+// Held while a sweep works in a folder: several shards may share it, a whole sweep has it alone. Who finds nobody else
+// there removes what killed runs left half written. On file systems without locks it does nothing.
 class SweepLock {
  public:
   // Throws SystemError when the folder is taken.
@@ -54,7 +55,8 @@ class SweepLock {
   int descriptor_ = -1;
 };
 
-// One point and frame of a joined sweep; `frame` is null where the point has a fault, `tiles` and `picture` where they were not kept.
+// One point and frame of a joined sweep; `frame` is null where the point has a fault, `tiles` and `picture` where they
+// were not kept.
 struct SweepRow {
   std::size_t point = 0;
   nlohmann::json frame;
@@ -70,7 +72,8 @@ struct JoinedSweep {
 // Throws InputError when the folder holds no sweep or a damaged one.
 JoinedSweep join_sweep(const SweepFolder& folder);
 
-// point,hash,capture,AXES...,frame,status,COLUMNS...; a row per point and frame, no host times. What a unit did not count is empty.
+// point,hash,capture,AXES...,frame,status,COLUMNS...; a row per point and frame, no host times. What a unit did not
+// count is empty.
 std::string sweep_csv(const JoinedSweep& sweep);
 
 }  // namespace tessera::replay

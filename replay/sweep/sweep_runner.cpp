@@ -37,7 +37,8 @@ class PictureMemory {
  public:
   explicit PictureMemory(std::uint64_t max_bytes) : free_(max_bytes), max_(max_bytes) {}
   void take(std::uint64_t bytes) {
-    if (bytes > max_) throw LimitError(fmt::format("the pictures of a point need {} bytes, --max-memory allows {}", bytes, max_));
+    if (bytes > max_)
+      throw LimitError(fmt::format("the pictures of a point need {} bytes, --max-memory allows {}", bytes, max_));
     std::unique_lock lock(mutex_);
     returned_.wait(lock, [&] { return free_ >= bytes; });
     free_ -= bytes;
@@ -57,14 +58,21 @@ class PictureMemory {
 class Run {
  public:
   Run(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder, const SweepOptions& options)
-      : study_(study), points_(points), folder_(folder), library_(study.captures, options.max_bytes), memory_(options.max_bytes) {
+      : study_(study),
+        points_(points),
+        folder_(folder),
+        library_(study.captures, options.max_bytes),
+        memory_(options.max_bytes) {
     std::set<std::string> asked;
     for (std::size_t p = options.shard; p < points.size(); p += options.shards) {
       ++outcome_.mine;
-      if (folder.has_point(points[p].hash) || !asked.insert(points[p].hash).second) ++outcome_.found;
-      else todo_.push_back(p);
+      if (folder.has_point(points[p].hash) || !asked.insert(points[p].hash).second)
+        ++outcome_.found;
+      else
+        todo_.push_back(p);
     }
-    outcome_.workers = std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(todo_.size(), 1));
+    outcome_.workers =
+        std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(todo_.size(), 1));
     threads_each_ = static_cast<int>(std::max<std::size_t>(1, options.threads / outcome_.workers));
     progress_.emplace(todo_.size(), options.quiet || todo_.empty());
   }
@@ -140,7 +148,8 @@ class Run {
       ~Reserved() { memory.give(bytes); }
     };
     // Colour and its encoded copies; the baselines render once more.
-    const std::uint64_t bytes = static_cast<std::uint64_t>(request.width) * static_cast<std::uint64_t>(request.height) * (study_.baselines ? 64 : 32);
+    const std::uint64_t bytes = static_cast<std::uint64_t>(request.width) * static_cast<std::uint64_t>(request.height) *
+                                (study_.baselines ? 64 : 32);
     memory_.take(bytes);
     const Reserved reserved{memory_, bytes};
     FrameRenderer renderer(capture.prepared, configuration.gpu, configuration.settings, request);
@@ -152,7 +161,8 @@ class Run {
       seconds += seconds_since(start);
       frames.push_back(frame_json(result));
       if (!study_.pictures) continue;
-      const float exposure = configuration.settings.exposure > 0 ? static_cast<float>(configuration.settings.exposure) : own.exposure;
+      const float exposure =
+          configuration.settings.exposure > 0 ? static_cast<float>(configuration.settings.exposure) : own.exposure;
       write_png(folder_.picture_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
       write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
     }
@@ -176,7 +186,8 @@ class Run {
 
 }  // namespace
 
-SweepOutcome run_sweep(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder, const SweepOptions& options) {
+SweepOutcome run_sweep(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder,
+                       const SweepOptions& options) {
   return Run(study, points, folder, options).run();
 }
 

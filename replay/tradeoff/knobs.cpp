@@ -16,18 +16,21 @@ using nlohmann::json;
 std::string text_of(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 // Settings of one key, labelled by their values.
-std::vector<KnobSetting> values_of(const std::string& key, std::initializer_list<json> values, const std::string& unit = "") {
+std::vector<KnobSetting> values_of(const std::string& key, std::initializer_list<json> values,
+                                   const std::string& unit = "") {
   std::vector<KnobSetting> settings;
   for (const json& value : values) settings.push_back({text_of(value) + unit, {{key, value}}});
   return settings;
 }
 
 std::size_t position(std::vector<KnobSetting>& settings, const std::string& label) {
-  const auto at = std::find_if(settings.begin(), settings.end(), [&](const KnobSetting& s) { return s.label == label; });
+  const auto at =
+      std::find_if(settings.begin(), settings.end(), [&](const KnobSetting& s) { return s.label == label; });
   return static_cast<std::size_t>(at - settings.begin());
 }
 
-Knob knob(std::string name, std::string title, std::vector<KnobSetting> settings, const std::string& against, KnobNeed need = KnobNeed::kNothing) {
+Knob knob(std::string name, std::string title, std::vector<KnobSetting> settings, const std::string& against,
+          KnobNeed need = KnobNeed::kNothing) {
   Knob out;
   out.name = std::move(name);
   out.title = std::move(title);
@@ -60,87 +63,129 @@ Knob over_frames(Knob knob, KeyValues context) {
 
 std::vector<Knob> sampling_knobs() {
   // The small pattern has no more times than 8 bits tell apart.
-  Knob time_bits = knob("time_bits", "bits of a sample's time", values_of("sampling.time_bits", {"8", "16"}, " bits"), "8 bits", KnobNeed::kMotion);
+  Knob time_bits = knob("time_bits", "bits of a sample's time", values_of("sampling.time_bits", {"8", "16"}, " bits"),
+                        "8 bits", KnobNeed::kMotion);
   time_bits.context = {{"sampling.temporal_pattern", "32x32"}};
   return {
       knob("samples", "samples per pixel", values_of("sampling.samples_per_pixel", {1, 2, 4, 8, 16, 32, 64}), "4"),
-      knob("temporal_pattern", "temporal pattern", values_of("sampling.temporal_pattern", {"8x8", "32x32"}), "8x8", KnobNeed::kMotion),
+      knob("temporal_pattern", "temporal pattern", values_of("sampling.temporal_pattern", {"8x8", "32x32"}), "8x8",
+           KnobNeed::kMotion),
       time_bits,
       knob("lens_points", "distinct lens points",
-           {{"2", {{"sampling.lens_points", 2}}}, {"8", {{"sampling.lens_points", 8}}}, {"32", {{"sampling.lens_points", 32}}}, {"128", {{"sampling.lens_points", 128}}}, {"every sample's own", {{"sampling.lens_points", 0}}}},
+           {{"2", {{"sampling.lens_points", 2}}},
+            {"8", {{"sampling.lens_points", 8}}},
+            {"32", {{"sampling.lens_points", 32}}},
+            {"128", {{"sampling.lens_points", 128}}},
+            {"every sample's own", {{"sampling.lens_points", 0}}}},
            "every sample's own", KnobNeed::kLens),
   };
 }
 
 std::vector<Knob> geometry_knobs() {
   return {
-      watching(knob("edge", "target edge length", values_of("tessellation.target_edge_pixels", {1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0}, " px"), "3.0 px", KnobNeed::kGrids), "tilecore.triangles", "triangles"),
-      knob("displacement", "displacement filter", values_of("tessellation.displacement_bias", {-2, -1, 0, 1, 2, 3}, " levels"), "0 levels", KnobNeed::kDisplacement),
-      without_picture(knob("bound_method", "bounding method", values_of("frontend.bound_method", {"aabb", "obb", "tpatch", "npatch", "interval"}), "npatch", KnobNeed::kGrids), "binner.queue_bytes_peak", "bytes of tile queues"),
-      without_picture(knob("split_depth", "split depth", values_of("frontend.split_depth", {0, 2, 4, 8, 12}), "8"), "binner.queue_bytes_peak", "bytes of tile queues"),
-      without_picture(knob("box_bits", "box precision", values_of("tilecore.box_bits", {8, 16, 32}, " bits"), "32 bits"), "tilecore.triangle_tests", "triangle tests"),
+      watching(knob("edge", "target edge length",
+                    values_of("tessellation.target_edge_pixels", {1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0}, " px"), "3.0 px",
+                    KnobNeed::kGrids),
+               "tilecore.triangles", "triangles"),
+      knob("displacement", "displacement filter",
+           values_of("tessellation.displacement_bias", {-2, -1, 0, 1, 2, 3}, " levels"), "0 levels",
+           KnobNeed::kDisplacement),
+      without_picture(knob("bound_method", "bounding method",
+                           values_of("frontend.bound_method", {"aabb", "obb", "tpatch", "npatch", "interval"}),
+                           "npatch", KnobNeed::kGrids),
+                      "binner.queue_bytes_peak", "bytes of tile queues"),
+      without_picture(knob("split_depth", "split depth", values_of("frontend.split_depth", {0, 2, 4, 8, 12}), "8"),
+                      "binner.queue_bytes_peak", "bytes of tile queues"),
+      without_picture(
+          knob("box_bits", "box precision", values_of("tilecore.box_bits", {8, 16, 32}, " bits"), "32 bits"),
+          "tilecore.triangle_tests", "triangle tests"),
   };
 }
 
 std::vector<Knob> procedure_knobs() {
   return {
-      knob("procedure_path", "how procedures are drawn", values_of("procedures.path", {"sampled", "tessellated"}), "sampled", KnobNeed::kProcedures),
-      watching(knob("procedure_spacing", "spacing of procedures' samples", values_of("procedures.spacing", {0.25, 0.5, 1.0, 2.0, 4.0}, " sub-pixels"), "1.0 sub-pixels", KnobNeed::kProcedures), "sampling.samples",
-               "samples of procedures"),
-      watching(knob("procedure_cells", "cells of procedures' maps", values_of("procedures.cell_pixels", {4.0, 8.0, 12.0, 24.0, 48.0}, " px"), "12.0 px", KnobNeed::kProcedures), "sampling.cells", "cells"),
+      knob("procedure_path", "how procedures are drawn", values_of("procedures.path", {"sampled", "tessellated"}),
+           "sampled", KnobNeed::kProcedures),
+      watching(knob("procedure_spacing", "spacing of procedures' samples",
+                    values_of("procedures.spacing", {0.25, 0.5, 1.0, 2.0, 4.0}, " sub-pixels"), "1.0 sub-pixels",
+                    KnobNeed::kProcedures),
+               "sampling.samples", "samples of procedures"),
+      watching(knob("procedure_cells", "cells of procedures' maps",
+                    values_of("procedures.cell_pixels", {4.0, 8.0, 12.0, 24.0, 48.0}, " px"), "12.0 px",
+                    KnobNeed::kProcedures),
+               "sampling.cells", "cells"),
   };
 }
 
 std::vector<Knob> shading_knobs() {
   std::vector<KnobSetting> shading = values_of("shading.rate", {"sample", "pixel"});
-  for (const double cell : {0.5, 1.0, 2.0}) shading.push_back({fmt::format("cache, cells of {} px", cell), {{"shading.rate", "cache"}, {"shading.cell_pixels", cell}}});
-  Knob arithmetic = knob("arithmetic", "arithmetic of the datapath",
-                         {{"double", {}, true},
-                          {"float, 8 sub-pixel bits", {{"tessellator.subpixel_bits", 8}, {"shading.attributes", "float"}}},
-                          {"half-precision attributes", {{"shading.attributes", "half"}}},
-                          {"6 sub-pixel bits", {{"tessellator.subpixel_bits", 6}}},
-                          {"5 sub-pixel bits", {{"tessellator.subpixel_bits", 5}}},
-                          {"4 sub-pixel bits", {{"tessellator.subpixel_bits", 4}}},
-                          {"half attributes, 4 sub-pixel bits", {{"shading.attributes", "half"}, {"tessellator.subpixel_bits", 4}}}},
-                         "float, 8 sub-pixel bits");
+  for (const double cell : {0.5, 1.0, 2.0})
+    shading.push_back(
+        {fmt::format("cache, cells of {} px", cell), {{"shading.rate", "cache"}, {"shading.cell_pixels", cell}}});
+  Knob arithmetic =
+      knob("arithmetic", "arithmetic of the datapath",
+           {{"double", {}, true},
+            {"float, 8 sub-pixel bits", {{"tessellator.subpixel_bits", 8}, {"shading.attributes", "float"}}},
+            {"half-precision attributes", {{"shading.attributes", "half"}}},
+            {"6 sub-pixel bits", {{"tessellator.subpixel_bits", 6}}},
+            {"5 sub-pixel bits", {{"tessellator.subpixel_bits", 5}}},
+            {"4 sub-pixel bits", {{"tessellator.subpixel_bits", 4}}},
+            {"half attributes, 4 sub-pixel bits", {{"shading.attributes", "half"}, {"tessellator.subpixel_bits", 4}}}},
+           "float, 8 sub-pixel bits");
   // As the double one shades, and draws procedures.
   arithmetic.context = {{"shading.rate", "sample"}, {"procedures.path", "tessellated"}};
-  return {arithmetic, watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations", "runs of the pixel shader")};
+  return {arithmetic, watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations",
+                               "runs of the pixel shader")};
 }
 
 std::vector<Knob> resolve_knobs() {
   const KeyValues adaptive = {{"resolve.desampling", "adaptive"}};
   std::vector<KnobSetting> speeds;
-  for (const double slow : {0.0, 0.25, 0.5, 1.0, 2.0}) speeds.push_back({fmt::format("below {} px", slow), {{"resolve.k_stat", slow}}});
-  std::vector<KnobSetting> fast = {{"8 of 16 from 2 px, 4 from 8 px", {{"resolve.k_fast1", 2}, {"resolve.k_fast2", 8}}},
-                                   {"8 of 16 from 4 px, 4 from 16 px", {{"resolve.k_fast1", 4}, {"resolve.k_fast2", 16}}},
-                                   {"8 of 16 from 8 px, 4 from 32 px", {{"resolve.k_fast1", 8}, {"resolve.k_fast2", 32}}},
-                                   {"never", {{"resolve.k_fast1", 1000000}, {"resolve.k_fast2", 1000000}}}};
-  std::vector<KnobSetting> advection = {{"no advection", {{"resolve.advection", false}}},
-                                        {"bilinear", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", false}}},
-                                        {"bicubic", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", false}}},
-                                        {"bilinear, BFECC", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", true}}},
-                                        {"bicubic, BFECC", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", true}}}};
-  std::vector<KnobSetting> filters = {{"nearest", {{"resolve.reconstruction", "nearest"}}},
-                                      {"bilinear", {{"resolve.reconstruction", "bilinear"}}},
-                                      {"cubic, float weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "float"}}},
-                                      {"cubic, 8-bit weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "packed"}}}};
-  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic, float weights"), "timing.units.resolve.busy_cycles", "resolve cycles");
+  for (const double slow : {0.0, 0.25, 0.5, 1.0, 2.0})
+    speeds.push_back({fmt::format("below {} px", slow), {{"resolve.k_stat", slow}}});
+  std::vector<KnobSetting> fast = {
+      {"8 of 16 from 2 px, 4 from 8 px", {{"resolve.k_fast1", 2}, {"resolve.k_fast2", 8}}},
+      {"8 of 16 from 4 px, 4 from 16 px", {{"resolve.k_fast1", 4}, {"resolve.k_fast2", 16}}},
+      {"8 of 16 from 8 px, 4 from 32 px", {{"resolve.k_fast1", 8}, {"resolve.k_fast2", 32}}},
+      {"never", {{"resolve.k_fast1", 1000000}, {"resolve.k_fast2", 1000000}}}};
+  std::vector<KnobSetting> advection = {
+      {"no advection", {{"resolve.advection", false}}},
+      {"bilinear", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", false}}},
+      {"bicubic", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", false}}},
+      {"bilinear, BFECC", {{"resolve.advection_fetch", "bilinear"}, {"resolve.bfecc", true}}},
+      {"bicubic, BFECC", {{"resolve.advection_fetch", "bicubic"}, {"resolve.bfecc", true}}}};
+  std::vector<KnobSetting> filters = {
+      {"nearest", {{"resolve.reconstruction", "nearest"}}},
+      {"bilinear", {{"resolve.reconstruction", "bilinear"}}},
+      {"cubic, float weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "float"}}},
+      {"cubic, 8-bit weights", {{"resolve.reconstruction", "cubic"}, {"resolve.stencil_weights", "packed"}}}};
+  Knob half = watching(knob("reconstruction", "reconstruction of 8 of 16", filters, "cubic, float weights"),
+                       "timing.units.resolve.busy_cycles", "resolve cycles");
   half.context = {{"resolve.desampling", "fixed_8"}};
-  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic, float weights"), "timing.units.resolve.busy_cycles", "resolve cycles");
+  Knob quarter = watching(knob("reconstruction_4", "reconstruction of 4 of 16", filters, "cubic, float weights"),
+                          "timing.units.resolve.busy_cycles", "resolve cycles");
   quarter.context = {{"resolve.desampling", "fixed_4"}};
   return {
-      over_frames(knob("desampling", "desampling", values_of("resolve.desampling", {"off", "adaptive", "fixed_8", "checkerboard", "fixed_4"}), "off"), {}),
+      over_frames(
+          knob("desampling", "desampling",
+               values_of("resolve.desampling", {"off", "adaptive", "fixed_8", "checkerboard", "fixed_4"}), "off"),
+          {}),
       over_frames(knob("still_threshold", "threshold of slow blocks", speeds, "below 2 px"), adaptive),
-      over_frames(knob("fast_thresholds", "rates of fast blocks", fast, "8 of 16 from 2 px, 4 from 8 px", KnobNeed::kNothing), adaptive),
-      over_frames(knob("edge_threshold", "threshold of edges", values_of("resolve.edge_threshold", {0.001, 0.01, 0.1, 1.0}), "0.01"), adaptive),
+      over_frames(
+          knob("fast_thresholds", "rates of fast blocks", fast, "8 of 16 from 2 px, 4 from 8 px", KnobNeed::kNothing),
+          adaptive),
+      over_frames(knob("edge_threshold", "threshold of edges",
+                       values_of("resolve.edge_threshold", {0.001, 0.01, 0.1, 1.0}), "0.01"),
+                  adaptive),
       over_frames(knob("advection", "advection", advection, "bilinear"), adaptive),
       half,
       quarter,
   };
 }
 
-bool any_drawable(const frontend::FrameGeometry& frame, bool (*has)(const frontend::PosedDrawable&)) { return std::any_of(frame.drawables.begin(), frame.drawables.end(), has); }
+bool any_drawable(const frontend::FrameGeometry& frame, bool (*has)(const frontend::PosedDrawable&)) {
+  return std::any_of(frame.drawables.begin(), frame.drawables.end(), has);
+}
 
 }  // namespace
 
@@ -164,7 +209,9 @@ const Knob& knob_named(const std::string& name) {
 }
 
 std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& frame, bool history) {
-  const auto displaces = [](const frontend::PosedDrawable& d) { return d.material->displacement.has_value() && d.drawable->kind == frontend::Primitive::Kind::kBezierPatches; };
+  const auto displaces = [](const frontend::PosedDrawable& d) {
+    return d.material->displacement.has_value() && d.drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  };
   switch (knob.need) {
     case KnobNeed::kMotion:
       if (!frame.any_motion) return "nothing moves while the shutter is open";
@@ -176,12 +223,15 @@ std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& 
       if (!any_drawable(frame, displaces)) return "nothing is displaced";
       break;
     case KnobNeed::kGrids:
-      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return frontend::has_grid(*d.drawable); })) return "nothing is tessellated: the capture has triangle meshes only";
+      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return frontend::has_grid(*d.drawable); }))
+        return "nothing is tessellated: the capture has triangle meshes only";
       break;
     case KnobNeed::kProcedures:
-      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return d.procedure != nullptr; })) return "the capture has no procedures";
+      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return d.procedure != nullptr; }))
+        return "the capture has no procedures";
       break;
-    case KnobNeed::kNothing: break;
+    case KnobNeed::kNothing:
+      break;
   }
   if (knob.consecutive && !history) return "there is no frame before this one to go on from";
   return "";
@@ -193,7 +243,8 @@ void apply(const KeyValues& values, RunSettings& settings, hardware::GpuConfigur
 
 std::string as_arguments(const KeyValues& values) {
   std::string text;
-  for (const auto& [key, value] : values) text += fmt::format("{}--set {}={}", text.empty() ? "" : " ", key, text_of(value));
+  for (const auto& [key, value] : values)
+    text += fmt::format("{}--set {}={}", text.empty() ? "" : " ", key, text_of(value));
   return text;
 }
 

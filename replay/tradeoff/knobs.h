@@ -28,10 +28,10 @@ enum class KnobNeed { kNothing, kMotion, kLens, kDisplacement, kGrids, kProcedur
 
 // Something of the emulated machine that buys accuracy and costs something.
 struct Knob {
-  std::string name;      // as --knob takes it
-  std::string title;     // for tables
+  std::string name;   // as --knob takes it
+  std::string title;  // for tables
   KnobNeed need = KnobNeed::kNothing;
-  KeyValues context;     // what else is set while it is turned
+  KeyValues context;  // what else is set while it is turned
   std::vector<KnobSetting> settings;
   std::size_t against = 0;   // the setting that the others are compared with in words
   bool visual = true;        // else every setting gives the same picture, and costs alone differ

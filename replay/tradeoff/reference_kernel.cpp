@@ -13,8 +13,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::replay::HWY_NAMESPACE {
 
-// Plain loops over the sixteen rays, which the compiler turns into this target's vectors: no operation depends on another ray,
-// none is fused, so the bits are the same everywhere.
+// Plain loops over the sixteen rays, which the compiler turns into this target's vectors: no operation depends on
+// another ray, none is fused, so the bits are the same everywhere.
 constexpr std::size_t kRays = RayPacket::kRays;
 using Floats = std::array<float, kRays>;
 
@@ -23,7 +23,8 @@ struct WalkRays {
   alignas(64) Floats origin_x, origin_y, direction_x, direction_y, t, farthest;
 };
 
-// Whether any ray may touch the box: its stretch between the box's depths, and before what it already hit, against the box's sides.
+// Whether any ray may touch the box: its stretch between the box's depths, and before what it already hit, against the
+// box's sides.
 HWY_INLINE bool any_touches(const ReferenceScene::Node& node, const WalkRays& rays, float near) {
   const ReferenceScene::Box &a = node.box[0], &b = node.box[1];
   std::int32_t any = 0;
@@ -33,9 +34,11 @@ HWY_INLINE bool any_touches(const ReferenceScene::Node& node, const WalkRays& ra
       const float end = rays.farthest[r] < z1 ? rays.farthest[r] : z1;
       const float xa = rays.origin_x[r] + z0 * rays.direction_x[r], xb = rays.origin_x[r] + end * rays.direction_x[r];
       const float ya = rays.origin_y[r] + z0 * rays.direction_y[r], yb = rays.origin_y[r] + end * rays.direction_y[r];
-      const float x_high = xa > xb ? xa : xb, x_low = xa < xb ? xa : xb, y_high = ya > yb ? ya : yb, y_low = ya < yb ? ya : yb;
-      any |= static_cast<std::int32_t>(end >= z0) & static_cast<std::int32_t>(x_high >= a.low[0]) & static_cast<std::int32_t>(x_low <= a.high[0]) &
-             static_cast<std::int32_t>(y_high >= a.low[1]) & static_cast<std::int32_t>(y_low <= a.high[1]);
+      const float x_high = xa > xb ? xa : xb, x_low = xa < xb ? xa : xb, y_high = ya > yb ? ya : yb,
+                  y_low = ya < yb ? ya : yb;
+      any |= static_cast<std::int32_t>(end >= z0) & static_cast<std::int32_t>(x_high >= a.low[0]) &
+             static_cast<std::int32_t>(x_low <= a.high[0]) & static_cast<std::int32_t>(y_high >= a.low[1]) &
+             static_cast<std::int32_t>(y_low <= a.high[1]);
     }
     return any != 0;
   }
@@ -45,20 +48,24 @@ HWY_INLINE bool any_touches(const ReferenceScene::Node& node, const WalkRays& ra
     const float z0 = z_low > near ? z_low : near, end = rays.farthest[r] < z_high ? rays.farthest[r] : z_high;
     const float xa = rays.origin_x[r] + z0 * rays.direction_x[r], xb = rays.origin_x[r] + end * rays.direction_x[r];
     const float ya = rays.origin_y[r] + z0 * rays.direction_y[r], yb = rays.origin_y[r] + end * rays.direction_y[r];
-    const float x_high = xa > xb ? xa : xb, x_low = xa < xb ? xa : xb, y_high = ya > yb ? ya : yb, y_low = ya < yb ? ya : yb;
-    any |= static_cast<std::int32_t>(end >= z0) & static_cast<std::int32_t>(x_high >= s * a.low[0] + t * b.low[0]) & static_cast<std::int32_t>(x_low <= s * a.high[0] + t * b.high[0]) &
-           static_cast<std::int32_t>(y_high >= s * a.low[1] + t * b.low[1]) & static_cast<std::int32_t>(y_low <= s * a.high[1] + t * b.high[1]);
+    const float x_high = xa > xb ? xa : xb, x_low = xa < xb ? xa : xb, y_high = ya > yb ? ya : yb,
+                y_low = ya < yb ? ya : yb;
+    any |= static_cast<std::int32_t>(end >= z0) & static_cast<std::int32_t>(x_high >= s * a.low[0] + t * b.low[0]) &
+           static_cast<std::int32_t>(x_low <= s * a.high[0] + t * b.high[0]) &
+           static_cast<std::int32_t>(y_high >= s * a.low[1] + t * b.low[1]) &
+           static_cast<std::int32_t>(y_low <= s * a.high[1] + t * b.high[1]);
   }
   return any != 0;
 }
 
-// A leaf's vertices as every ray sees them: x, y from the ray at the vertex's depth (the shear of Woop et al. 2013, which needs
-// no permutation of axes here), z the depth.
+// A leaf's vertices as every ray sees them: x, y from the ray at the vertex's depth (the shear of Woop et al. 2013,
+// which needs no permutation of axes here), z the depth.
 struct SeenVertices {
   alignas(64) std::array<std::array<double, kRays>, ReferenceScene::kLeafVertices> x, y, z;
 };
 
-HWY_INLINE void see_vertices(const ReferenceScene& scene, const ReferenceScene::Leaf& leaf, const RayPacket& rays, SeenVertices& seen) {
+HWY_INLINE void see_vertices(const ReferenceScene& scene, const ReferenceScene::Leaf& leaf, const RayPacket& rays,
+                             SeenVertices& seen) {
   for (std::size_t v = 0; v < leaf.vertex_count; ++v) {
     const std::array<double, 6>& p = scene.vertices[leaf.first_vertex + v];
     if (!leaf.moving) {
@@ -78,9 +85,10 @@ HWY_INLINE void see_vertices(const ReferenceScene& scene, const ReferenceScene::
   }
 }
 
-// Tests one triangle. Edge functions of a shared edge are each other's exact negatives, and zero counts as inside on both sides:
-// nothing falls between two triangles.
-HWY_INLINE void test_triangle(const ReferenceScene& scene, std::size_t number, const SeenVertices& seen, RayPacket& rays, WalkRays& walk) {
+// Tests one triangle. Edge functions of a shared edge are each other's exact negatives, and zero counts as inside on
+// both sides: nothing falls between two triangles.
+HWY_INLINE void test_triangle(const ReferenceScene& scene, std::size_t number, const SeenVertices& seen,
+                              RayPacket& rays, WalkRays& walk) {
   const ReferenceScene::Triangle& triangle = scene.triangles[number];
   const std::size_t a = triangle.corner[0], b = triangle.corner[1], c = triangle.corner[2];
   alignas(64) std::array<double, kRays> ea, eb, ec;
@@ -93,8 +101,10 @@ HWY_INLINE void test_triangle(const ReferenceScene& scene, std::size_t number, c
     ec[r] = seen.x[a][r] * seen.y[b][r] - seen.y[a][r] * seen.x[b][r];
   }
   for (std::size_t r = 0; r < kRays; ++r) {
-    const std::int64_t up = static_cast<std::int64_t>(ea[r] >= 0.0) & static_cast<std::int64_t>(eb[r] >= 0.0) & static_cast<std::int64_t>(ec[r] >= 0.0) & positive;
-    const std::int64_t down = static_cast<std::int64_t>(ea[r] <= 0.0) & static_cast<std::int64_t>(eb[r] <= 0.0) & static_cast<std::int64_t>(ec[r] <= 0.0) & negative;
+    const std::int64_t up = static_cast<std::int64_t>(ea[r] >= 0.0) & static_cast<std::int64_t>(eb[r] >= 0.0) &
+                            static_cast<std::int64_t>(ec[r] >= 0.0) & positive;
+    const std::int64_t down = static_cast<std::int64_t>(ea[r] <= 0.0) & static_cast<std::int64_t>(eb[r] <= 0.0) &
+                              static_cast<std::int64_t>(ec[r] <= 0.0) & negative;
     inside[r] = up | down;
     any |= inside[r];
   }
@@ -103,7 +113,8 @@ HWY_INLINE void test_triangle(const ReferenceScene& scene, std::size_t number, c
     if (inside[r] == 0) continue;
     const double sum = ea[r] + eb[r] + ec[r];
     if (sum == 0.0) continue;
-    const double b1 = eb[r] / sum, b2 = ec[r] / sum, depth = (ea[r] * seen.z[a][r] + eb[r] * seen.z[b][r] + ec[r] * seen.z[c][r]) / sum;
+    const double b1 = eb[r] / sum, b2 = ec[r] / sum,
+                 depth = (ea[r] * seen.z[a][r] + eb[r] * seen.z[b][r] + ec[r] * seen.z[c][r]) / sum;
     if (!(depth >= scene.near && depth <= scene.far) || depth > rays.depth[r]) continue;
     if (!triangle.opaque) {
       rays.crossings.push_back({r, static_cast<std::int64_t>(number), depth, b1, b2});
@@ -119,7 +130,8 @@ HWY_INLINE void test_triangle(const ReferenceScene& scene, std::size_t number, c
   }
 }
 
-HWY_INLINE void test_leaf(const ReferenceScene& scene, const ReferenceScene::Leaf& leaf, SeenVertices& seen, RayPacket& rays, WalkRays& walk) {
+HWY_INLINE void test_leaf(const ReferenceScene& scene, const ReferenceScene::Leaf& leaf, SeenVertices& seen,
+                          RayPacket& rays, WalkRays& walk) {
   see_vertices(scene, leaf, rays, seen);
   for (std::size_t k = 0; k < leaf.triangle_count; ++k) test_triangle(scene, leaf.first_triangle + k, seen, rays, walk);
 }
@@ -151,7 +163,8 @@ void TracePacket(const ReferenceScene& scene, RayPacket& rays) {
       test_leaf(scene, scene.leaves[static_cast<std::size_t>(node.right)], seen, rays, walk);
       continue;
     }
-    const ReferenceScene::Node &left = scene.nodes[static_cast<std::size_t>(node.left)], &right = scene.nodes[static_cast<std::size_t>(node.right)];
+    const ReferenceScene::Node &left = scene.nodes[static_cast<std::size_t>(node.left)],
+                               &right = scene.nodes[static_cast<std::size_t>(node.right)];
     const bool left_first = left.box[0].low[2] + left.box[1].low[2] <= right.box[0].low[2] + right.box[1].low[2];
     if (depth + 2 > stack.size()) HWY_ABORT("the reference's tree is too deep");
     stack[depth++] = left_first ? node.right : node.left;

@@ -30,8 +30,8 @@ struct RayPacket {
   std::vector<Crossing> crossings;
 };
 
-// Finds what the rays hit, with the scene's tree. The same result on every instruction set: the kernel has no fused operations.
-// Equal depths: the triangle with the lower number.
+// Finds what the rays hit, with the scene's tree. The same result on every instruction set: the kernel has no fused
+// operations. Equal depths: the triangle with the lower number.
 void trace_packet(const ReferenceScene& scene, RayPacket& packet);
 // The same without the tree: all triangles, one by one. What trace_packet is tested against.
 void trace_packet_without_tree(const ReferenceScene& scene, RayPacket& packet);

@@ -40,12 +40,14 @@ Sample random_sample(std::uint64_t seed, std::uint64_t pixel, std::uint64_t samp
   return s;
 }
 
-// How samples are put into packets: bits of each dimension, those along which rays differ more first. An order of work only.
+// How samples are put into packets: bits of each dimension, those along which rays differ more first. An order of work
+// only.
 struct PacketOrder {
   std::array<int, 5> bits{};  // x, y, t, u, v
 
   PacketOrder(const ReferenceScene& scene, std::size_t samples) {
-    std::array<double, 5> extent = {1.0, 1.0, scene.mean_travel_pixels, 2.0 * scene.mean_confusion_pixels, 2.0 * scene.mean_confusion_pixels};
+    std::array<double, 5> extent = {1.0, 1.0, scene.mean_travel_pixels, 2.0 * scene.mean_confusion_pixels,
+                                    2.0 * scene.mean_confusion_pixels};
     for (std::size_t cells = 1; cells * RayPacket::kRays < samples; cells *= 2) {
       const auto widest = static_cast<std::size_t>(std::max_element(extent.begin(), extent.end()) - extent.begin());
       extent[widest] *= 0.5;
@@ -66,13 +68,16 @@ struct PacketOrder {
 // One thread's work on a pixel.
 class PixelRenderer {
  public:
-  void render(const ReferenceScene& scene, const ReferenceRequest& request, const PacketOrder& order, int px, int py, std::size_t count) {
+  void render(const ReferenceScene& scene, const ReferenceRequest& request, const PacketOrder& order, int px, int py,
+              std::size_t count) {
     samples_.resize(count);
     color_.resize(count);
     order_.resize(count);
-    const auto pixel = static_cast<std::uint64_t>(py) * static_cast<std::uint64_t>(scene.frame.request.width) + static_cast<std::uint64_t>(px);
+    const auto pixel = static_cast<std::uint64_t>(py) * static_cast<std::uint64_t>(scene.frame.request.width) +
+                       static_cast<std::uint64_t>(px);
     for (std::size_t k = 0; k < count; ++k) {
-      samples_[k] = request.pattern == nullptr ? random_sample(request.seed, pixel, k) : pattern_sample(*request.pattern, px, py, static_cast<int>(k));
+      samples_[k] = request.pattern == nullptr ? random_sample(request.seed, pixel, k)
+                                               : pattern_sample(*request.pattern, px, py, static_cast<int>(k));
       order_[k] = {order.cell(samples_[k]), static_cast<std::uint32_t>(k)};
     }
     std::sort(order_.begin(), order_.end());
@@ -81,7 +86,8 @@ class PixelRenderer {
       trace_packet(scene, packet_);
       for (std::size_t r = 0; r < RayPacket::kRays && first + r < count; ++r) {
         const std::size_t k = order_[first + r].second;
-        color_[k] = shade(scene, request, static_cast<double>(px) + samples_[k].x, static_cast<double>(py) + samples_[k].y, r);
+        color_[k] =
+            shade(scene, request, static_cast<double>(px) + samples_[k].x, static_cast<double>(py) + samples_[k].y, r);
       }
     }
   }
@@ -91,14 +97,18 @@ class PixelRenderer {
   static Sample pattern_sample(const tilecore::SamplePattern& pattern, int px, int py, int k) {
     const auto offset = pattern.offset(k);
     const auto lens = pattern.lens(px, py, k);
-    return {static_cast<double>(offset.x), static_cast<double>(offset.y), static_cast<double>(pattern.time(px, py, k)) * 0x1p-16, static_cast<double>(lens.u), static_cast<double>(lens.v)};
+    return {static_cast<double>(offset.x), static_cast<double>(offset.y),
+            static_cast<double>(pattern.time(px, py, k)) * 0x1p-16, static_cast<double>(lens.u),
+            static_cast<double>(lens.v)};
   }
 
   void fill_packet(const ReferenceScene& scene, int px, int py, std::size_t first) {
     for (std::size_t r = 0; r < RayPacket::kRays; ++r) {
       const Sample& s = samples_[order_[std::min(first + r, order_.size() - 1)].second];
-      const double x = static_cast<double>(px) + s.x - scene.center_x, y = static_cast<double>(py) + s.y - scene.center_y;
-      const double u = s.u * scene.lens_scale, v = s.v * scene.lens_scale, tilt_x = u * scene.inverse_focus, tilt_y = v * scene.inverse_focus;
+      const double x = static_cast<double>(px) + s.x - scene.center_x,
+                   y = static_cast<double>(py) + s.y - scene.center_y;
+      const double u = s.u * scene.lens_scale, v = s.v * scene.lens_scale, tilt_x = u * scene.inverse_focus,
+                   tilt_y = v * scene.inverse_focus;
       packet_.t[r] = s.t;
       packet_.origin_x[r] = scene.orthographic ? x + u : u;
       packet_.origin_y[r] = scene.orthographic ? y + v : v;
@@ -111,7 +121,8 @@ class PixelRenderer {
     const ReferenceScene::Triangle& triangle = scene.triangles[static_cast<std::size_t>(number)];
     const frontend::PosedDrawable& drawable = scene.frame.drawable_of(triangle.patch);
     const float time = drawable.moving ? static_cast<float>(t) : 0.0f;
-    if (!tilecore::has_grid(drawable)) return {triangle.patch, triangle.triangle, static_cast<float>(b1), static_cast<float>(b2), time};
+    if (!tilecore::has_grid(drawable))
+      return {triangle.patch, triangle.triangle, static_cast<float>(b1), static_cast<float>(b2), time};
     const ReferenceScene::Parameters at = scene.grid_parameters(triangle, b1, b2);
     return {triangle.patch, SurfaceLocation::kWholePatch, static_cast<float>(at.u), static_cast<float>(at.v), time};
   }
@@ -126,22 +137,33 @@ class PixelRenderer {
     layers_.clear();
     for (const RayPacket::Crossing& c : packet_.crossings)
       if (c.ray == r && c.depth < depth) layers_.push_back(c);
-    std::sort(layers_.begin(), layers_.end(), [](const auto& a, const auto& b) { return a.depth != b.depth ? a.depth < b.depth : a.triangle < b.triangle; });
+    std::sort(layers_.begin(), layers_.end(), [](const auto& a, const auto& b) {
+      return a.depth != b.depth ? a.depth < b.depth : a.triangle < b.triangle;
+    });
     const auto masked = std::find_if(layers_.begin(), layers_.end(), [&](const RayPacket::Crossing& c) {
-      const frontend::Material& material = *frame.drawable_of(scene.triangles[static_cast<std::size_t>(c.triangle)].patch).material;
-      return material.alpha_mode == frontend::AlphaMode::kMask && tilecore::point_alpha(frame, location(scene, c.triangle, c.b1, c.b2, 0.0)) >= material.alpha_cutoff;
+      const frontend::Material& material =
+          *frame.drawable_of(scene.triangles[static_cast<std::size_t>(c.triangle)].patch).material;
+      return material.alpha_mode == frontend::AlphaMode::kMask &&
+             tilecore::point_alpha(frame, location(scene, c.triangle, c.b1, c.b2, 0.0)) >= material.alpha_cutoff;
     });
     if (masked != layers_.end()) {
       number = masked->triangle, b1 = masked->b1, b2 = masked->b2;
       layers_.erase(masked, layers_.end());
     }
     Vec3 color;
-    if (number != RayPacket::kNothing) color = tilecore::shade_point(frame, request.lighting, location(scene, number, b1, b2, t)).color;
-    else if (request.background) color = *request.background;
-    else color = request.lighting.environment.background(tilecore::view_direction(frame, static_cast<float>(x), static_cast<float>(y)));
+    if (number != RayPacket::kNothing)
+      color = tilecore::shade_point(frame, request.lighting, location(scene, number, b1, b2, t)).color;
+    else if (request.background)
+      color = *request.background;
+    else
+      color = request.lighting.environment.background(
+          tilecore::view_direction(frame, static_cast<float>(x), static_cast<float>(y)));
     for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
-      if (frame.drawable_of(scene.triangles[static_cast<std::size_t>(layer->triangle)].patch).material->alpha_mode != frontend::AlphaMode::kBlend) continue;
-      const tilecore::ShadedPoint point = tilecore::shade_point(frame, request.lighting, location(scene, layer->triangle, layer->b1, layer->b2, t));
+      if (frame.drawable_of(scene.triangles[static_cast<std::size_t>(layer->triangle)].patch).material->alpha_mode !=
+          frontend::AlphaMode::kBlend)
+        continue;
+      const tilecore::ShadedPoint point =
+          tilecore::shade_point(frame, request.lighting, location(scene, layer->triangle, layer->b1, layer->b2, t));
       color = color * (1.0f - point.alpha) + point.color * point.alpha;
     }
     return color;
@@ -158,8 +180,10 @@ class PixelRenderer {
 
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
   const int width = scene.frame.request.width, height = scene.frame.request.height;
-  const std::vector<int> numbers = request.pattern == nullptr ? request.samples : std::vector<int>{request.pattern->samples_per_pixel()};
-  TESSERA_CHECK(!numbers.empty() && numbers.front() > 0 && std::is_sorted(numbers.begin(), numbers.end()), "numbers of samples ascend");
+  const std::vector<int> numbers =
+      request.pattern == nullptr ? request.samples : std::vector<int>{request.pattern->samples_per_pixel()};
+  TESSERA_CHECK(!numbers.empty() && numbers.front() > 0 && std::is_sorted(numbers.begin(), numbers.end()),
+                "numbers of samples ascend");
   std::vector<Image> pictures(numbers.size(), Image(width, height, 3));
   const PacketOrder order(scene, static_cast<std::size_t>(numbers.back()));
   PerThread<PixelRenderer> renderers;
@@ -174,7 +198,8 @@ std::vector<Image> render_reference(const ReferenceScene& scene, const Reference
       std::size_t k = 0;
       for (std::size_t n = 0; n < numbers.size(); ++n) {
         for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
-        for (int c = 0; c < 3; ++c) pictures[n].at(x, y)[static_cast<std::size_t>(c)] = static_cast<float>(sum[c] / numbers[n]);
+        for (int c = 0; c < 3; ++c)
+          pictures[n].at(x, y)[static_cast<std::size_t>(c)] = static_cast<float>(sum[c] / numbers[n]);
       }
     }
   });

@@ -17,34 +17,42 @@ using frontend::FrameGeometry;
 using frontend::PosedDrawable;
 
 // A point of a patch in object space at a key: the domain shader's formula on doubles.
-DVec3 patch_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, double u, double v, std::size_t key) {
+DVec3 patch_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, double u, double v,
+                  std::size_t key) {
   const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
   shaders::ControlPoints<double> c;
-  for (std::size_t i = 0; i < 16; ++i) c[i] = {static_cast<double>(points[i].x), static_cast<double>(points[i].y), static_cast<double>(points[i].z)};
+  for (std::size_t i = 0; i < 16; ++i)
+    c[i] = {static_cast<double>(points[i].x), static_cast<double>(points[i].y), static_cast<double>(points[i].z)};
   const shaders::SurfacePoint<double> p = shaders::bicubic_point<double>(shaders::bicubic_row(c, v), u);
   Vector3<double> at = p.position;
   if (drawable.material->displacement) {
-    const double offset = static_cast<double>(frontend::patch_displacement(frame, drawable, patch).offset(static_cast<float>(u), static_cast<float>(v)));
+    const double offset = static_cast<double>(
+        frontend::patch_displacement(frame, drawable, patch).offset(static_cast<float>(u), static_cast<float>(v)));
     at = at + shaders::bicubic_normal(c, u, v, p) * offset;
   }
   return {at.x, at.y, at.z};
 }
 
 // A vertex of a grid, by the patch that owns it: neighbours meet without cracks here, too.
-DVec3 grid_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, int i, int j, std::size_t key) {
+DVec3 grid_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, int i, int j,
+                  std::size_t key) {
   const frontend::TessellationPattern& pattern = frame.patterns[patch];
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
-    const frontend::OwnedVertex owned = frontend::boundary_vertex(pattern, frame.assembly->neighbours[drawable.drawable->geometry][patch - first], i, j);
-    return patch_point(frame, drawable, owned.patch + first, static_cast<double>(owned.u), static_cast<double>(owned.v), key);
+    const frontend::OwnedVertex owned = frontend::boundary_vertex(
+        pattern, frame.assembly->neighbours[drawable.drawable->geometry][patch - first], i, j);
+    return patch_point(frame, drawable, owned.patch + first, static_cast<double>(owned.u), static_cast<double>(owned.v),
+                       key);
   }
-  return patch_point(frame, drawable, patch, static_cast<double>(pattern.u(i, j)), static_cast<double>(pattern.v(i, j)), key);
+  return patch_point(frame, drawable, patch, static_cast<double>(pattern.u(i, j)), static_cast<double>(pattern.v(i, j)),
+                     key);
 }
 
 DVec3 procedure_vertex(const FrameGeometry& frame, std::uint32_t patch, int i, int j) {
   const frontend::TessellationPattern& pattern = frame.patterns[patch];
   const frontend::ProcedurePatch at = frontend::procedure_patch(frame, patch);
-  const Vector3<double> p = shaders::shape_point(at.shape, at.piece->input, static_cast<double>(at.u(pattern.u(i, j))), static_cast<double>(at.v(pattern.v(i, j))));
+  const Vector3<double> p = shaders::shape_point(at.shape, at.piece->input, static_cast<double>(at.u(pattern.u(i, j))),
+                                                 static_cast<double>(at.v(pattern.v(i, j))));
   return {p.x, p.y, p.z};
 }
 
@@ -56,8 +64,10 @@ std::array<double, 3> place(const DMat4& to_raster, const DVec3& p) {
 
 void grow(ReferenceScene::Box& box, const double* p, double slack) {
   for (std::size_t a = 0; a < 3; ++a) {
-    box.low[a] = std::min(box.low[a], std::nextafterf(static_cast<float>(p[a] - slack), -std::numeric_limits<float>::infinity()));
-    box.high[a] = std::max(box.high[a], std::nextafterf(static_cast<float>(p[a] + slack), std::numeric_limits<float>::infinity()));
+    box.low[a] = std::min(box.low[a],
+                          std::nextafterf(static_cast<float>(p[a] - slack), -std::numeric_limits<float>::infinity()));
+    box.high[a] = std::max(box.high[a],
+                           std::nextafterf(static_cast<float>(p[a] + slack), std::numeric_limits<float>::infinity()));
   }
 }
 
@@ -110,7 +120,8 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in)
   for (std::size_t d = 0; d < frame.drawables.size(); ++d)
     for (std::size_t key = 0; key < 2; ++key)
       drawable_to_raster_[d][key] = centred.matrix() * frame.views[key].world_to_camera *
-                                    frontend::object_to_world(*assembly.capture, frame.drawables[d].drawable->node, *frame.drawables[d].primitive, poses[key]);
+                                    frontend::object_to_world(*assembly.capture, frame.drawables[d].drawable->node,
+                                                              *frame.drawables[d].primitive, poses[key]);
   for (std::size_t patch = 0; patch < assembly.patch_count(); ++patch) add_patch(static_cast<std::uint32_t>(patch));
   for (const Leaf& leaf : leaves) leaf_boxes_.push_back(leaf_boxes(leaf));
   if (!leaves.empty()) {
@@ -137,13 +148,16 @@ ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const 
 
 void ReferenceScene::add_patch(std::uint32_t patch) {
   const std::array<DMat4, 2>& to_raster = drawable_to_raster_[frame.assembly->patch_drawable[patch]];
-  if (frontend::has_grid(*frame.drawable_of(patch).drawable)) add_grid(patch, to_raster);
-  else add_cluster(patch, to_raster);
+  if (frontend::has_grid(*frame.drawable_of(patch).drawable))
+    add_grid(patch, to_raster);
+  else
+    add_cluster(patch, to_raster);
 }
 
 void ReferenceScene::finish_leaf(bool moving) {
   if (triangles.size() > leaf_first_triangle_)
-    leaves.push_back({leaf_first_vertex_, leaf_first_triangle_, static_cast<std::uint16_t>(vertices.size() - leaf_first_vertex_),
+    leaves.push_back({leaf_first_vertex_, leaf_first_triangle_,
+                      static_cast<std::uint16_t>(vertices.size() - leaf_first_vertex_),
                       static_cast<std::uint16_t>(triangles.size() - leaf_first_triangle_), moving});
   leaf_first_vertex_ = static_cast<std::uint32_t>(vertices.size());
   leaf_first_triangle_ = static_cast<std::uint32_t>(triangles.size());
@@ -160,8 +174,10 @@ void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& t
       std::array<double, 6> vertex;
       DVec3 p(0.0);
       for (std::size_t key = 0; key < 2; ++key) {
-        if (drawable.procedure != nullptr && key == 0) p = procedure_vertex(frame, patch, i, j);
-        else if (drawable.procedure == nullptr && (key == 0 || drawable.deforming)) p = grid_vertex(frame, drawable, patch, i, j, key);
+        if (drawable.procedure != nullptr && key == 0)
+          p = procedure_vertex(frame, patch, i, j);
+        else if (drawable.procedure == nullptr && (key == 0 || drawable.deforming))
+          p = grid_vertex(frame, drawable, patch, i, j, key);
         const std::array<double, 3> r = place(to_raster[moving ? key : 0], p);
         std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
       }
@@ -171,12 +187,16 @@ void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& t
   const std::size_t columns = std::size_t{pattern.nu} + 1;
   for (int lj = 0; lj < pattern.nv; lj += kSide)
     for (int li = 0; li < pattern.nu; li += kSide) {
-      const int i1 = std::min<int>(li + kSide, pattern.nu), j1 = std::min<int>(lj + kSide, pattern.nv), width = i1 - li + 1;
+      const int i1 = std::min<int>(li + kSide, pattern.nu), j1 = std::min<int>(lj + kSide, pattern.nv),
+                width = i1 - li + 1;
       for (int j = lj; j <= j1; ++j)
-        for (int i = li; i <= i1; ++i) vertices.push_back(grid[static_cast<std::size_t>(j) * columns + static_cast<std::size_t>(i)]);
+        for (int i = li; i <= i1; ++i)
+          vertices.push_back(grid[static_cast<std::size_t>(j) * columns + static_cast<std::size_t>(i)]);
       for (int j = lj; j < j1; ++j)
         for (int i = li; i < i1; ++i) {
-          const auto corner = [&](int di, int dj) { return static_cast<std::uint8_t>((j + dj - lj) * width + (i + di - li)); };
+          const auto corner = [&](int di, int dj) {
+            return static_cast<std::uint8_t>((j + dj - lj) * width + (i + di - li));
+          };
           Triangle t = form;
           t.corner = {corner(0, 0), corner(1, 0), corner(1, 1)};
           t.triangle = 2u * static_cast<std::uint32_t>(j * pattern.nu + i);
@@ -199,11 +219,13 @@ void ReferenceScene::add_cluster(std::uint32_t patch, const std::array<DMat4, 2>
   for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {
     const frontend::ClusterCell& cell = clusters.cells[cluster.first_cell + c];
     for (std::size_t half = 0; half < (cell.single() ? 1u : 2u); ++half) {
-      const std::array<std::uint8_t, 3> corner = {cell.corner[0], cell.corner[half == 0 ? 1 : 2], cell.corner[half == 0 ? 2 : 3]};
+      const std::array<std::uint8_t, 3> corner = {cell.corner[0], cell.corner[half == 0 ? 1 : 2],
+                                                  cell.corner[half == 0 ? 2 : 3]};
       for (std::size_t k = 0; k < 3; ++k) {
         std::array<double, 6> vertex;
         for (std::size_t key = 0; key < 2; ++key) {
-          const Vec3& p = drawable.positions[drawable.moving ? key : 0][clusters.vertices[cluster.first_vertex + corner[k]]];
+          const Vec3& p =
+              drawable.positions[drawable.moving ? key : 0][clusters.vertices[cluster.first_vertex + corner[k]]];
           const std::array<double, 3> r = place(to_raster[drawable.moving ? key : 0], DVec3(p));
           std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
         }
@@ -225,8 +247,11 @@ ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& trian
   const frontend::TessellationPattern& pattern = frame.patterns[triangle.patch];
   const int cell = static_cast<int>(triangle.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
   const bool lower = triangle.triangle % 2 == 0;
-  const auto mix = [&](auto&& at) { return at(0, 0) * (1.0 - b1 - b2) + (lower ? at(1, 0) : at(1, 1)) * b1 + (lower ? at(1, 1) : at(0, 1)) * b2; };
-  return {mix([&](int di, int dj) { return static_cast<double>(pattern.u(i + di, j + dj)); }), mix([&](int di, int dj) { return static_cast<double>(pattern.v(i + di, j + dj)); })};
+  const auto mix = [&](auto&& at) {
+    return at(0, 0) * (1.0 - b1 - b2) + (lower ? at(1, 0) : at(1, 1)) * b1 + (lower ? at(1, 1) : at(0, 1)) * b2;
+  };
+  return {mix([&](int di, int dj) { return static_cast<double>(pattern.u(i + di, j + dj)); }),
+          mix([&](int di, int dj) { return static_cast<double>(pattern.v(i + di, j + dj)); })};
 }
 
 // ---- The tree ---------------------------------------------------------------------------------------------------
@@ -234,10 +259,12 @@ ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& trian
 std::array<ReferenceScene::Box, 2> ReferenceScene::leaf_boxes(const Leaf& leaf) const {
   std::array<Box, 2> boxes = {empty_box(), empty_box()};
   for (std::size_t v = leaf.first_vertex; v < std::size_t{leaf.first_vertex} + leaf.vertex_count; ++v) {
-    // What the walk through the tree rounds in single precision: 16 units in the last place of everything that it adds up there.
+    // What the walk through the tree rounds in single precision: 16 units in the last place of everything that it adds
+    // up there.
     double size = lens_scale;
     for (std::size_t key = 0; key < 2; ++key)
-      for (std::size_t a = 0; a < 3; ++a) size = std::max(size, std::abs(vertices[v][3 * key + a]) * (a == 2 ? std::max(center_x, center_y) : 1.0));
+      for (std::size_t a = 0; a < 3; ++a)
+        size = std::max(size, std::abs(vertices[v][3 * key + a]) * (a == 2 ? std::max(center_x, center_y) : 1.0));
     for (std::size_t key = 0; key < 2; ++key) grow(boxes[key], &vertices[v][3 * key], size * 0x1p-20);
   }
   return boxes;
@@ -303,7 +330,8 @@ std::int32_t ReferenceScene::build(std::vector<std::uint32_t>& order, std::size_
   }
   std::size_t split = begin + (end - begin) / 2;
   if (best_axis < 3) {
-    const auto at = std::stable_partition(order.begin() + static_cast<std::ptrdiff_t>(begin), order.begin() + static_cast<std::ptrdiff_t>(end),
+    const auto at = std::stable_partition(order.begin() + static_cast<std::ptrdiff_t>(begin),
+                                          order.begin() + static_cast<std::ptrdiff_t>(end),
                                           [&](std::uint32_t leaf) { return bin_of(leaf, best_axis) < best_bin; });
     split = static_cast<std::size_t>(at - order.begin());
   }

@@ -9,15 +9,16 @@
 
 namespace tessera::replay {
 
-// The scene of one frame as the reference renderer sees it: triangles in double precision and a tree of moving boxes above them.
-// It shares with the machine what a scene *means* (posing, the domain shader's formula, parametric grids, pixel shader) and
-// nothing of how the machine finds what is visible: no sub-pixel grid, no tiles, no bounds, no rest frames, no single precision.
+// The scene of one frame as the reference renderer sees it: triangles in double precision and a tree of moving boxes
+// above them. It shares with the machine what a scene *means* (posing, the domain shader's formula, parametric grids,
+// pixel shader) and nothing of how the machine finds what is visible: no sub-pixel grid, no tiles, no bounds, no rest
+// frames, no single precision.
 //
-// Space: a vertex is (x, y, depth), x and y being raster coordinates from the middle of the picture times w (w = depth; 1 if the
-// projection is orthographic). That is linear in the point of the scene, so a vertex moves on a straight line at constant speed
-// between the keys, and what a sample looks along is the line
-//   perspective    x = u L + depth (sx - u L / f)      (sx: from the middle of the picture, L: lens_scale, f: focus distance)
-//   orthographic   x = sx + u L - depth u L / f
+// Space: a vertex is (x, y, depth), x and y being raster coordinates from the middle of the picture times w (w = depth;
+// 1 if the projection is orthographic). That is linear in the point of the scene, so a vertex moves on a straight line
+// at constant speed between the keys, and what a sample looks along is the line
+//   perspective    x = u L + depth (sx - u L / f)      (sx: from the middle of the picture, L: lens_scale, f: focus
+//   distance) orthographic   x = sx + u L - depth u L / f
 // that is (x, y) = origin + depth * direction: the one parameter is the depth, and nothing needs clipping.
 //
 // Invariants (cited by the tests):
@@ -28,8 +29,8 @@ struct ReferenceScene {
   static constexpr std::size_t kLeafVertices = 24;
 
   struct Triangle {
-    std::uint32_t patch, triangle;         // as SurfaceLocation has them
-    std::array<std::uint8_t, 3> corner;    // of the leaf
+    std::uint32_t patch, triangle;              // as SurfaceLocation has them
+    std::array<std::uint8_t, 3> corner;         // of the leaf
     bool keep_positive : 1, keep_negative : 1;  // facing, as the machine's HitLimits
     bool opaque : 1;                            // else alpha decides, or it is a layer
   };
@@ -53,7 +54,7 @@ struct ReferenceScene {
 
   const frontend::FrameGeometry& frame;
   double center_x, center_y;
-  double near, far;                     // far: infinity where unlimited
+  double near, far;  // far: infinity where unlimited
   bool orthographic;
   double lens_scale, inverse_focus;
   // (u, v) of a point of a grid's triangle, from its corners' own.
@@ -65,9 +66,9 @@ struct ReferenceScene {
   std::vector<std::array<double, 6>> vertices;  // at open, at close; leaf by leaf
   std::vector<Triangle> triangles;
   std::vector<Leaf> leaves;
-  std::vector<Node> nodes;              // the root first; empty without triangles
-  double mean_travel_pixels = 0;        // of leaves on screen, from open to close
-  double mean_confusion_pixels = 0;     // radius of the circle of confusion
+  std::vector<Node> nodes;           // the root first; empty without triangles
+  double mean_travel_pixels = 0;     // of leaves on screen, from open to close
+  double mean_confusion_pixels = 0;  // radius of the circle of confusion
 
  private:
   void add_patch(std::uint32_t patch);

@@ -48,7 +48,9 @@ json spread(const json& rounds) {
   return {{"median", median}, {"low", n == 0 ? 0 : values.front()}, {"high", n == 0 ? 0 : values.back()}};
 }
 
-json value_or_null(const json& values, const std::string& name) { return values.contains(name) ? values[name] : json(); }
+json value_or_null(const json& values, const std::string& name) {
+  return values.contains(name) ? values[name] : json();
+}
 
 class Tradeoff {
  public:
@@ -65,13 +67,25 @@ class Tradeoff {
     std::size_t steps = 1;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
-    ReferenceSettings wanted{options_.width, options_.height, place_.frame, options_.reference_samples, options_.reference_edge_pixels};
-    const Reference reference = get_reference(*prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
+    ReferenceSettings wanted{options_.width, options_.height, place_.frame, options_.reference_samples,
+                             options_.reference_edge_pixels};
+    const Reference reference =
+        get_reference(*prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
     std::size_t done = 1;
     progress.update(done, "reference");
-    json out = {{"schema", "tessera.tradeoff/1"}, {"capture", options_.capture.filename().string()}, {"frame", place_.frame}, {"first_frame", place_.first_frame},
-                {"size", {options_.width, options_.height}}, {"rounds", options_.rounds}, {"arguments", as_arguments(options_.base)}, {"settings", settings_json(options_.settings)},
-                {"gpu", hardware::gpu_json(options_.gpu)}, {"gpu_name", options_.gpu_name}, {"reference", reference.info}, {"knobs", json::array()}, {"stopped", false}};
+    json out = {{"schema", "tessera.tradeoff/1"},
+                {"capture", options_.capture.filename().string()},
+                {"frame", place_.frame},
+                {"first_frame", place_.first_frame},
+                {"size", {options_.width, options_.height}},
+                {"rounds", options_.rounds},
+                {"arguments", as_arguments(options_.base)},
+                {"settings", settings_json(options_.settings)},
+                {"gpu", hardware::gpu_json(options_.gpu)},
+                {"gpu_name", options_.gpu_name},
+                {"reference", reference.info},
+                {"knobs", json::array()},
+                {"stopped", false}};
     Trial base{options_.settings, options_.gpu, false, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
@@ -88,14 +102,20 @@ class Tradeoff {
 
  private:
   void check() const {
-    if (options_.settings.eye_separation > 0) throw UsageError("a tradeoff looks at one eye; stereo.eye_separation asks for two");
-    if (options_.settings.procedures_style == "lines") throw UsageError("the reference has no ink lines; procedures.style=lines cannot be compared with it");
-    if (!options_.settings.machine_model) throw UsageError("a tradeoff needs cycles and energy: output.machine_model must stay true");
+    if (options_.settings.eye_separation > 0)
+      throw UsageError("a tradeoff looks at one eye; stereo.eye_separation asks for two");
+    if (options_.settings.procedures_style == "lines")
+      throw UsageError("the reference has no ink lines; procedures.style=lines cannot be compared with it");
+    if (!options_.settings.machine_model)
+      throw UsageError("a tradeoff needs cycles and energy: output.machine_model must stay true");
     for (const std::string& name : options_.knobs) knob_named(name);
     for (const std::string& name : options_.joint) knob_named(name);
     // Scene, two pictures, histories: what reading the capture takes is checked there.
-    const std::uint64_t bytes = static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height) * 512;
-    if (bytes > options_.max_bytes) throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", options_.width, options_.height, bytes, options_.max_bytes));
+    const std::uint64_t bytes =
+        static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height) * 512;
+    if (bytes > options_.max_bytes)
+      throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", options_.width,
+                                   options_.height, bytes, options_.max_bytes));
   }
 
   void place(const frontend::Capture& capture) {
@@ -116,11 +136,14 @@ class Tradeoff {
   }
 
   std::vector<Block> plan(const PreparedCapture& prepared) const {
-    const auto frame = frontend::pose_frame(prepared.assembly, frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
-                                            frame_request(prepared.capture, options_.gpu, options_.settings, options_.width, options_.height, place_.frame));
+    const auto frame = frontend::pose_frame(
+        prepared.assembly, frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
+        frame_request(prepared.capture, options_.gpu, options_.settings, options_.width, options_.height,
+                      place_.frame));
     std::vector<Block> blocks;
     for (const Knob& knob : knobs()) {
-      if (!options_.knobs.empty() && std::find(options_.knobs.begin(), options_.knobs.end(), knob.name) == options_.knobs.end() &&
+      if (!options_.knobs.empty() &&
+          std::find(options_.knobs.begin(), options_.knobs.end(), knob.name) == options_.knobs.end() &&
           std::find(options_.joint.begin(), options_.joint.end(), knob.name) == options_.joint.end())
         continue;
       Block block{knob, why_without_effect(knob, *frame, place_.first_frame < place_.frame), {}};
@@ -144,8 +167,10 @@ class Tradeoff {
     for (const Row& row : block.rows) {
       const std::string& hash = row.trial.hash;
       if (results_.contains(hash) || !asked.insert(hash).second) continue;
-      if (fs::is_regular_file(trial_file(hash), ignored)) results_[hash] = parse_json(read_whole_text(trial_file(hash)), trial_file(hash).string());
-      else missing.push_back(row.trial);
+      if (fs::is_regular_file(trial_file(hash), ignored))
+        results_[hash] = parse_json(read_whole_text(trial_file(hash)), trial_file(hash).string());
+      else
+        missing.push_back(row.trial);
     }
     const std::vector<json> results = run_trials(prepared, missing, place_, reference);
     for (std::size_t t = 0; t < missing.size(); ++t) {
@@ -158,18 +183,37 @@ class Tradeoff {
     const json& result = results_.at(row.trial.hash);
     const json& values = result.at("values");
     json bytes;
-    if (values.contains("dram.read_bytes") || values.contains("dram.written_bytes")) bytes = values.value("dram.read_bytes", std::uint64_t{0}) + values.value("dram.written_bytes", std::uint64_t{0});
+    if (values.contains("dram.read_bytes") || values.contains("dram.written_bytes"))
+      bytes = values.value("dram.read_bytes", std::uint64_t{0}) + values.value("dram.written_bytes", std::uint64_t{0});
     KeyValues all = options_.base;
     all.insert(all.end(), row.values.begin(), row.values.end());
-    return {{"label", row.label}, {"arguments", as_arguments(all)}, {"base", row.trial.hash == base}, {"in_double", row.trial.in_double}, {"error", result.at("error")}, {"picture", result.at("picture")},
-            {"cycles", value_or_null(values, "timing.cycles")}, {"dram_bytes", bytes}, {"energy_nj", value_or_null(values, "energy.total_nj")},
-            {"watched", knob.watched.empty() ? json() : values.empty() ? json() : json(values.value(knob.watched, json(0)))},
-            {"host", {{"seconds", spread(result.at("host").at("seconds"))}, {"processor_seconds", spread(result.at("host").at("processor_seconds"))}}}};
+    return {{"label", row.label},
+            {"arguments", as_arguments(all)},
+            {"base", row.trial.hash == base},
+            {"in_double", row.trial.in_double},
+            {"error", result.at("error")},
+            {"picture", result.at("picture")},
+            {"cycles", value_or_null(values, "timing.cycles")},
+            {"dram_bytes", bytes},
+            {"energy_nj", value_or_null(values, "energy.total_nj")},
+            {"watched", knob.watched.empty() ? json()
+                        : values.empty()     ? json()
+                                             : json(values.value(knob.watched, json(0)))},
+            {"host",
+             {{"seconds", spread(result.at("host").at("seconds"))},
+              {"processor_seconds", spread(result.at("host").at("processor_seconds"))}}}};
   }
 
   json block_json(const Block& block, const std::string& base) const {
-    json out = {{"name", block.knob.name}, {"title", block.knob.title}, {"context", as_arguments(block.knob.context)}, {"against", block.knob.against}, {"visual", block.knob.visual},
-                {"watched", block.knob.watched}, {"watched_as", block.knob.watched_as}, {"skipped", block.skipped}, {"settings", json::array()}};
+    json out = {{"name", block.knob.name},
+                {"title", block.knob.title},
+                {"context", as_arguments(block.knob.context)},
+                {"against", block.knob.against},
+                {"visual", block.knob.visual},
+                {"watched", block.knob.watched},
+                {"watched_as", block.knob.watched_as},
+                {"skipped", block.skipped},
+                {"settings", json::array()}};
     for (const Row& row : block.rows) out["settings"].push_back(row_json(row, block.knob, base));
     finish_block(out);
     return out;
@@ -187,7 +231,9 @@ class Tradeoff {
       row["says"] = setting_in_words(row, against, block);
     }
     block["idle"] = std::all_of(rows.begin(), rows.end(), [&](const json& row) {
-      return row["picture"] == against["picture"] && row["cycles"] == against["cycles"] && row["dram_bytes"] == against["dram_bytes"] && row["energy_nj"] == against["energy_nj"] && row["watched"] == against["watched"];
+      return row["picture"] == against["picture"] && row["cycles"] == against["cycles"] &&
+             row["dram_bytes"] == against["dram_bytes"] && row["energy_nj"] == against["energy_nj"] &&
+             row["watched"] == against["watched"];
     });
     for (const std::string cost : kCosts) {
       std::vector<ErrorAndCost> points;
@@ -198,18 +244,22 @@ class Tradeoff {
           of.push_back(r);
         }
       const std::vector<bool> front = pareto_front(points);
-      for (std::size_t k = 0; k < of.size(); ++k) (cost.ends_with("seconds") ? rows[of[k]]["host"]["front_" + cost] : rows[of[k]]["front"][cost]) = static_cast<bool>(front[k]);
+      for (std::size_t k = 0; k < of.size(); ++k)
+        (cost.ends_with("seconds") ? rows[of[k]]["host"]["front_" + cost] : rows[of[k]]["front"][cost]) =
+            static_cast<bool>(front[k]);
     }
   }
 
   // All combinations of the settings that lie on the knobs' own fronts of error against cycles, with the one asked for.
-  void add_joint(const std::shared_ptr<const PreparedCapture>& prepared, const Image& reference, const std::string& base, json& out) {
+  void add_joint(const std::shared_ptr<const PreparedCapture>& prepared, const Image& reference,
+                 const std::string& base, json& out) {
     std::vector<std::vector<KnobSetting>> axes;
     std::set<std::string> keys;
     std::size_t count = 1;
     std::string title;
     for (const std::string& name : options_.joint) {
-      const auto at = std::find_if(out["knobs"].begin(), out["knobs"].end(), [&](const json& k) { return k["name"] == name; });
+      const auto at =
+          std::find_if(out["knobs"].begin(), out["knobs"].end(), [&](const json& k) { return k["name"] == name; });
       if (at == out["knobs"].end() || !at->at("skipped").get<std::string>().empty()) continue;
       const Knob& knob = knob_named(name);
       std::vector<KnobSetting> axis;
@@ -224,13 +274,15 @@ class Tradeoff {
       for (const KnobSetting& setting : axis)
         for (const auto& [key, value] : setting.values) own.insert(key);
       for (const std::string& key : own)
-        if (!keys.insert(key).second) throw UsageError(fmt::format("--joint: {} would be set by two of the knobs", key));
+        if (!keys.insert(key).second)
+          throw UsageError(fmt::format("--joint: {} would be set by two of the knobs", key));
       count *= axis.size();
       axes.push_back(std::move(axis));
       title += (title.empty() ? "" : ", ") + knob.title;
     }
     if (axes.empty()) return;
-    if (count > options_.max_points) throw LimitError(fmt::format("--joint: {} combinations, --max-points allows {}", count, options_.max_points));
+    if (count > options_.max_points)
+      throw LimitError(fmt::format("--joint: {} combinations, --max-points allows {}", count, options_.max_points));
     Block block{{}, "", {}};
     block.knob.name = "joint";
     block.knob.title = title;
@@ -269,11 +321,14 @@ std::vector<bool> pareto_front(const std::vector<ErrorAndCost>& points) {
   std::vector<bool> front(points.size(), true);
   for (std::size_t a = 0; a < points.size(); ++a)
     for (const ErrorAndCost& b : points)
-      if (b.error <= points[a].error && b.cost <= points[a].cost && (b.error < points[a].error || b.cost < points[a].cost)) front[a] = false;
+      if (b.error <= points[a].error && b.cost <= points[a].cost &&
+          (b.error < points[a].error || b.cost < points[a].cost))
+        front[a] = false;
   return front;
 }
 
-json cheapest(const json& tradeoff, const std::string& cost, std::optional<double> max_flip, std::optional<double> min_psnr) {
+json cheapest(const json& tradeoff, const std::string& cost, std::optional<double> max_flip,
+              std::optional<double> min_psnr) {
   json best;
   double least = std::numeric_limits<double>::infinity(), error = least;
   for (const json& knob : tradeoff.at("knobs"))

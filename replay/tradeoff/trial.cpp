@@ -22,7 +22,8 @@ using nlohmann::json;
 // Adds a round to "host" when it ends.
 class RoundTimer {
  public:
-  explicit RoundTimer(json& host) : host_(host), processor_(process_seconds()), start_(std::chrono::steady_clock::now()) {}
+  explicit RoundTimer(json& host)
+      : host_(host), processor_(process_seconds()), start_(std::chrono::steady_clock::now()) {}
   ~RoundTimer() {
     host_["seconds"].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
     host_["processor_seconds"].push_back(process_seconds() - processor_);
@@ -38,8 +39,12 @@ class RoundTimer {
 
 class Runner {
  public:
-  Runner(std::shared_ptr<const PreparedCapture> prepared, const TrialPlace& place, const Image& reference, const RunSettings& settings)
-      : prepared_(std::move(prepared)), place_(place), exposure_(settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared_->capture.settings.exposure), reference_(display_values(reference, exposure_)) {}
+  Runner(std::shared_ptr<const PreparedCapture> prepared, const TrialPlace& place, const Image& reference,
+         const RunSettings& settings)
+      : prepared_(std::move(prepared)),
+        place_(place),
+        exposure_(settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared_->capture.settings.exposure),
+        reference_(display_values(reference, exposure_)) {}
 
   // The frame before the compared one is what a history is of.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) const {
@@ -50,7 +55,10 @@ class Runner {
   }
 
   void run(const Trial& trial, const std::optional<tilecore::History>& history, json& result) {
-    if (result.is_null()) result = {{"schema", "tessera.trial/1"}, {"values", json::object()}, {"host", {{"seconds", json::array()}, {"processor_seconds", json::array()}}}};
+    if (result.is_null())
+      result = {{"schema", "tessera.trial/1"},
+                {"values", json::object()},
+                {"host", {{"seconds", json::array()}, {"processor_seconds", json::array()}}}};
     const Image picture = trial.in_double ? render_in_double(trial, result) : render(trial, history, result);
     Sha256 hash;
     hash.add({reinterpret_cast<const std::uint8_t*>(picture.values.data()), picture.values.size() * sizeof(float)});
@@ -87,8 +95,9 @@ class Runner {
   Image render_in_double(const Trial& trial, json& result) const {
     const frontend::Capture& capture = prepared_->capture;
     const RoundTimer timer(result["host"]);
-    const auto frame = frontend::pose_frame(prepared_->assembly, frame_camera(capture, trial.settings, place_.width, place_.height),
-                                            frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
+    const auto frame = frontend::pose_frame(
+        prepared_->assembly, frame_camera(capture, trial.settings, place_.width, place_.height),
+        frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const ReferenceScene scene(*frame);
     const tilecore::SamplePattern pattern(sampling_settings(trial.settings, place_.frame));
     ReferenceRequest wanted;
@@ -101,26 +110,36 @@ class Runner {
   json measure(const Image& picture) const {
     const Image shown = display_values(picture, exposure_);
     const double db = psnr(reference_, shown);
-    return {{"psnr_db", std::isinf(db) ? json() : json(db)}, {"ssim", mssim(reference_, shown)}, {"flip", mean_value(flip_map(reference_, shown))}, {"max_error", max_difference(reference_, shown)}};
+    return {{"psnr_db", std::isinf(db) ? json() : json(db)},
+            {"ssim", mssim(reference_, shown)},
+            {"flip", mean_value(flip_map(reference_, shown))},
+            {"max_error", max_difference(reference_, shown)}};
   }
 
   std::shared_ptr<const PreparedCapture> prepared_;
   const TrialPlace& place_;
   float exposure_;
-  Image reference_;  // as shown
+  Image reference_;                     // as shown
   std::map<std::string, json> errors_;  // of pictures that were measured
 };
 
 }  // namespace
 
 void name_trial(Trial& trial, const TrialPlace& place) {
-  json inputs = {{"schema", "tessera.trial/1"}, {"inputs", place.inputs}, {"size", {place.width, place.height}}, {"frame", place.frame}, {"rounds", place.rounds}, {"in_double", trial.in_double},
-                 {"gpu", hardware::gpu_json(trial.gpu)}, {"settings", settings_json(trial.settings)}};
+  json inputs = {{"schema", "tessera.trial/1"},
+                 {"inputs", place.inputs},
+                 {"size", {place.width, place.height}},
+                 {"frame", place.frame},
+                 {"rounds", place.rounds},
+                 {"in_double", trial.in_double},
+                 {"gpu", hardware::gpu_json(trial.gpu)},
+                 {"settings", settings_json(trial.settings)}};
   if (trial.settings.desampling == "adaptive") inputs["first_frame"] = place.first_frame;
   trial.hash = sha256_hex(inputs.dump()).substr(0, 32);
 }
 
-std::vector<json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared, const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear) {
+std::vector<json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared, const std::vector<Trial>& trials,
+                             const TrialPlace& place, const Image& reference_linear) {
   std::vector<json> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) hardware::check_gpu(trial.gpu);

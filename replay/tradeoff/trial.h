@@ -25,7 +25,7 @@ struct TrialPlace {
   int frame = 0;        // the one that is compared
   int first_frame = 0;  // with resolve.desampling=adaptive the frames from here on come first
   int rounds = 3;
-  std::string inputs;   // fingerprints of capture and program
+  std::string inputs;  // fingerprints of capture and program
 };
 
 // Fills `hash`.
@@ -38,6 +38,8 @@ void name_trial(Trial& trial, const TrialPlace& place);
 //    "values": every counter, cycle and energy of the compared frame by its name ({} in double),
 //    "host": {"seconds": [one per round], "processor_seconds": [...]}}
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
-std::vector<nlohmann::json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared, const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear);
+std::vector<nlohmann::json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared,
+                                       const std::vector<Trial>& trials, const TrialPlace& place,
+                                       const Image& reference_linear);
 
 }  // namespace tessera::replay

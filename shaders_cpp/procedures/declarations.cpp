@@ -7,8 +7,11 @@ namespace {
 
 template <class Stage>
 StageDeclaration declare_shape() {
-  return {Stage::kName, Stage::kMeaning, Stage::kParameters, Stage::kPatchesU, Stage::kPatchesV, requires { Stage::kKinks; }};
+  return {Stage::kName, Stage::kMeaning, Stage::kParameters, Stage::kPatchesU, Stage::kPatchesV,
+          requires {Stage::kKinks;
 }
+};  // namespace
+}  // namespace tessera::shaders
 template <class Stage>
 StageDeclaration declare() {
   return {Stage::kName, Stage::kMeaning, Stage::kParameters};

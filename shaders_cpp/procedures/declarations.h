@@ -12,7 +12,8 @@ namespace tessera::shaders {
 // How a parameter is written in a capture and laid out in the block that a procedure reads.
 enum class ParameterLayout : std::uint8_t {
   kNumbers,  // `size` numbers, as many in the block
-  kChainU,   // points (a, b) of joined cubic Bezier curves, 3 n + 1 of them; the surface is cut into n pieces along u, each
+  kChainU,   // points (a, b) of joined cubic Bezier curves, 3 n + 1 of them; the surface is cut into n pieces along u,
+             // each
   kChainV,   // the same along v; a piece's block has the 8 numbers of its own curve's control points
 };
 
@@ -42,11 +43,15 @@ struct ShapeInput {
   const GeometryImage* image = nullptr;
 };
 
-// Every stage that captures can name, by kind. To add one: write the struct (shapes.inc, textures.inc, shading.inc) and its
-// name here; the reader, the bounds, the sampling controller, the tessellator and the documents walk these lists.
-#define TESSERA_SHAPES(X) X(Sphere) X(Cylinder) X(Torus) X(Revolution) X(SweptCubic) X(BilinearPatch) X(BicubicPatch) X(HeightField) X(Spring) X(GeometryImageMesh)
+// Every stage that captures can name, by kind. To add one: write the struct (shapes.inc, textures.inc, shading.inc) and
+// its name here; the reader, the bounds, the sampling controller, the tessellator and the documents walk these lists.
+// clang-format off
+#define TESSERA_SHAPES(X) \
+  X(Sphere) X(Cylinder) X(Torus) X(Revolution) X(SweptCubic) X(BilinearPatch) X(BicubicPatch) X(HeightField) X(Spring) \
+  X(GeometryImageMesh)
 #define TESSERA_TEXTURES(X) X(Plain) X(Checker) X(Marble) X(Wood)
 #define TESSERA_SHADING(X) X(Material) X(Phong) X(Gooch)
+// clang-format on
 
 #define TESSERA_STAGE_NAME(name) k##name,
 enum class ShapeId : std::uint8_t { TESSERA_SHAPES(TESSERA_STAGE_NAME) };

@@ -23,7 +23,9 @@ Counted real_abs(Counted a) { return ++current->comparisons, shaders::real_abs(a
 Counted real_min(Counted a, Counted b) { return ++current->comparisons, shaders::real_min(a.value, b.value); }
 Counted real_max(Counted a, Counted b) { return ++current->comparisons, shaders::real_max(a.value, b.value); }
 Counted real_floor(Counted a) { return ++current->comparisons, shaders::real_floor(a.value); }
-Counted select_less(Counted a, Counted b, Counted x, Counted y) { return ++current->comparisons, shaders::select_less(a.value, b.value, x.value, y.value); }
+Counted select_less(Counted a, Counted b, Counted x, Counted y) {
+  return ++current->comparisons, shaders::select_less(a.value, b.value, x.value, y.value);
+}
 Counted power_of_two(Counted n) { return ++current->adds, shaders::power_of_two(n.value); }
 void real_sincos_turns(Counted turns, Counted& sine, Counted& cosine) { sincos_by_series(turns, sine, cosine); }
 
@@ -34,13 +36,16 @@ PlaneNoise<Counted> plane_noise_with_slopes(Counted x, Counted y) {
 Counted plane_noise(Counted x, Counted y) { return plane_noise_with_slopes(x, y).value; }
 Counted space_noise(Counted x, Counted y, Counted z) {
   Counted corner[8];
-  return mix_corners(corner, smooth_step(x - real_floor(x)), smooth_step(y - real_floor(y)), smooth_step(z - real_floor(z)));
+  return mix_corners(corner, smooth_step(x - real_floor(x)), smooth_step(y - real_floor(y)),
+                     smooth_step(z - real_floor(z)));
 }
 // Texture hardware interpolates; the array only scales the coordinates.
 PlaneNoise<Counted> image_value_with_slopes(const float*, int width, int height, Counted u, Counted v) {
   return {u * Counted(static_cast<float>(width)), v * Counted(static_cast<float>(height)), Counted(0.0f)};
 }
-Counted image_value(const float* values, int width, int height, Counted u, Counted v) { return image_value_with_slopes(values, width, height, u, v).value; }
+Counted image_value(const float* values, int width, int height, Counted u, Counted v) {
+  return image_value_with_slopes(values, width, height, u, v).value;
+}
 
 // Operations of body().
 template <class Body>
@@ -61,7 +66,8 @@ OperationCount count_position(ShapeId shape, const ShapeInput& input) {
 OperationCount count_geometry(ShapeId shape, const ShapeInput& input) {
   return counting::count([&] {
     with_shape(shape, [&](auto type) {
-      const ShapePoint<counting::Counted> p = shape_tangents<decltype(type)>(input, counting::Counted(0.3f), counting::Counted(0.4f));
+      const ShapePoint<counting::Counted> p =
+          shape_tangents<decltype(type)>(input, counting::Counted(0.3f), counting::Counted(0.4f));
       counting::Counted margin;
       unit_normal(p.by_u, p.by_v, margin);
     });

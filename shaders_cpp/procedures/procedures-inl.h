@@ -6,8 +6,8 @@
 
 #include "base/simd-inl.h"
 #include "shaders_cpp/procedures/declarations.h"
-#include "shaders_cpp/procedures/uniforms.h"
 #include "shaders_cpp/procedures/scalar.h"
+#include "shaders_cpp/procedures/uniforms.h"
 
 #if defined(TESSERA_SHADERS_CPP_PROCEDURES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_SHADERS_CPP_PROCEDURES_INL_H_
@@ -23,10 +23,10 @@ namespace shaders {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using tessera::HWY_NAMESPACE::FloatLanes;
-using tessera::HWY_NAMESPACE::Vector3;
 using tessera::HWY_NAMESPACE::cross;
 using tessera::HWY_NAMESPACE::dot;
+using tessera::HWY_NAMESPACE::FloatLanes;
+using tessera::HWY_NAMESPACE::Vector3;
 
 // ---- What scalar.h has, lane by lane with the same bits ---------------------------------------------------------
 
@@ -35,9 +35,13 @@ using UnsignedTag = hn::RebindToUnsigned<FloatLanes::D>;
 using IntLanes = hn::Vec<IntTag>;
 using UnsignedLanes = hn::Vec<UnsignedTag>;
 
-HWY_INLINE FloatLanes real_min(FloatLanes a, FloatLanes b) { return FloatLanes(hn::IfThenElse(hn::Lt(b.v, a.v), b.v, a.v)); }
+HWY_INLINE FloatLanes real_min(FloatLanes a, FloatLanes b) {
+  return FloatLanes(hn::IfThenElse(hn::Lt(b.v, a.v), b.v, a.v));
+}
 HWY_INLINE FloatLanes real_floor(FloatLanes a) { return FloatLanes(hn::Floor(a.v)); }
-HWY_INLINE FloatLanes select_less(FloatLanes a, FloatLanes b, FloatLanes x, FloatLanes y) { return FloatLanes(hn::IfThenElse(hn::Lt(a.v, b.v), x.v, y.v)); }
+HWY_INLINE FloatLanes select_less(FloatLanes a, FloatLanes b, FloatLanes x, FloatLanes y) {
+  return FloatLanes(hn::IfThenElse(hn::Lt(a.v, b.v), x.v, y.v));
+}
 HWY_INLINE FloatLanes power_of_two(FloatLanes n) {
   const IntTag di;
   const IntLanes biased = hn::Add(hn::ConvertTo(di, n.v), hn::Set(di, 127));
@@ -56,22 +60,28 @@ HWY_INLINE UnsignedLanes hash32_lanes(UnsignedLanes a, UnsignedLanes b, Unsigned
   return mix32_lanes(mix32_lanes(hn::Add(mix32_lanes(hn::Add(mix32_lanes(a), b)), c)));
 }
 // Whole numbers up to 2^24, which floats hold exactly.
-HWY_INLINE FloatLanes float_of(UnsignedLanes x) { return FloatLanes(hn::ConvertTo(FloatLanes::D(), hn::BitCast(IntTag(), x))); }
+HWY_INLINE FloatLanes float_of(UnsignedLanes x) {
+  return FloatLanes(hn::ConvertTo(FloatLanes::D(), hn::BitCast(IntTag(), x)));
+}
 
 #include "shaders_cpp/procedures/functions.inc"
 
-HWY_INLINE void real_sincos_turns(FloatLanes turns, FloatLanes& sine, FloatLanes& cosine) { sincos_by_series(turns, sine, cosine); }
+HWY_INLINE void real_sincos_turns(FloatLanes turns, FloatLanes& sine, FloatLanes& cosine) {
+  sincos_by_series(turns, sine, cosine);
+}
 
 HWY_INLINE PlaneNoise<FloatLanes> plane_noise_with_slopes(FloatLanes x, FloatLanes y) {
   const UnsignedTag du;
   const FloatLanes::D d;
   const FloatLanes column = real_floor(x), row = real_floor(y);
   const auto inside = hn::And(hn::Lt(hn::Abs(column.v), hn::Set(d, 1e9f)), hn::Lt(hn::Abs(row.v), hn::Set(d, 1e9f)));
-  const auto whole = [&](FloatLanes a) HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(IntTag(), hn::IfThenElseZero(inside, a.v))); };
+  const auto whole = [&](FloatLanes a)
+                         HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(IntTag(), hn::IfThenElseZero(inside, a.v))); };
   const UnsignedLanes i = whole(column), j = whole(row);
   FloatLanes gx[4], gy[4];
   for (std::uint32_t k = 0; k < 4; ++k) {
-    const UnsignedLanes h = hash32_lanes(hn::Add(i, hn::Set(du, k & 1u)), hn::Add(j, hn::Set(du, k >> 1)), hn::Zero(du));
+    const UnsignedLanes h =
+        hash32_lanes(hn::Add(i, hn::Set(du, k & 1u)), hn::Add(j, hn::Set(du, k >> 1)), hn::Zero(du));
     gx[k] = float_of(hn::And(h, hn::Set(du, 0xFFFFu))) * FloatLanes(0x1p-15f) - FloatLanes(1.0f);
     gy[k] = float_of(hn::ShiftRight<16>(h)) * FloatLanes(0x1p-15f) - FloatLanes(1.0f);
   }
@@ -81,20 +91,26 @@ HWY_INLINE PlaneNoise<FloatLanes> plane_noise_with_slopes(FloatLanes x, FloatLan
 }
 HWY_INLINE FloatLanes plane_noise(FloatLanes x, FloatLanes y) { return plane_noise_with_slopes(x, y).value; }
 
-HWY_INLINE PlaneNoise<FloatLanes> image_value_with_slopes(const float* values, int width, int height, FloatLanes u, FloatLanes v) {
+HWY_INLINE PlaneNoise<FloatLanes> image_value_with_slopes(const float* values, int width, int height, FloatLanes u,
+                                                          FloatLanes v) {
   const FloatLanes::D d;
   const IntTag di;
   const FloatLanes su(static_cast<float>(width - 1)), sv(static_cast<float>(height - 1)), none(0.0f), one(1.0f);
-  // As std::max and std::min, which keep their first argument when a comparison fails: a coordinate that is no number stays one,
-  // and its lane must not reach memory.
-  const auto clamped = [&](FloatLanes a, FloatLanes most) HWY_ATTR { return real_min(tessera::HWY_NAMESPACE::real_max(a, none), most); };
+  // As std::max and std::min, which keep their first argument when a comparison fails: a coordinate that is no number
+  // stays one, and its lane must not reach memory.
+  const auto clamped = [&](FloatLanes a, FloatLanes most)
+                           HWY_ATTR { return real_min(tessera::HWY_NAMESPACE::real_max(a, none), most); };
   const FloatLanes x = clamped(u * su, su), y = clamped(v * sv, sv);
-  const FloatLanes column = real_min(real_floor(x), su - one), row = real_min(real_floor(y), sv - one), fx = x - column, fy = y - row;
+  const FloatLanes column = real_min(real_floor(x), su - one), row = real_min(real_floor(y), sv - one), fx = x - column,
+                   fy = y - row;
   const auto number = [&](FloatLanes a) HWY_ATTR { return hn::IfThenElseZero(hn::Eq(a.v, a.v), a.v); };
-  const IntLanes at = hn::Add(hn::Mul(hn::ConvertTo(di, number(row)), hn::Set(di, width)), hn::ConvertTo(di, number(column)));
+  const IntLanes at =
+      hn::Add(hn::Mul(hn::ConvertTo(di, number(row)), hn::Set(di, width)), hn::ConvertTo(di, number(column)));
   const auto corner = [&](int offset) HWY_ATTR { return FloatLanes(hn::GatherIndex(d, values + offset, at)); };
-  const FloatLanes c00 = corner(0), c10 = corner(1), c01 = corner(width), c11 = corner(width + 1), gx = one - fx, gy = one - fy;
-  return {(c00 * gx + c10 * fx) * gy + (c01 * gx + c11 * fx) * fy, ((c10 - c00) * gy + (c11 - c01) * fy) * su, ((c01 - c00) * gx + (c11 - c10) * fx) * sv};
+  const FloatLanes c00 = corner(0), c10 = corner(1), c01 = corner(width), c11 = corner(width + 1), gx = one - fx,
+                   gy = one - fy;
+  return {(c00 * gx + c10 * fx) * gy + (c01 * gx + c11 * fx) * fy, ((c10 - c00) * gy + (c11 - c01) * fy) * su,
+          ((c01 - c00) * gx + (c11 - c10) * fx) * sv};
 }
 HWY_INLINE FloatLanes image_value(const float* values, int width, int height, FloatLanes u, FloatLanes v) {
   return image_value_with_slopes(values, width, height, u, v).value;
@@ -103,23 +119,29 @@ HWY_INLINE FloatLanes image_value(const float* values, int width, int height, Fl
 // Declared for the textures; below, since it uses one of their functions.
 HWY_INLINE FloatLanes space_noise(FloatLanes x, FloatLanes y, FloatLanes z);
 
+// Each needs those before it.
+// clang-format off
 #include "shaders_cpp/procedures/dual.inc"
 #include "shaders_cpp/procedures/shapes.inc"
 #include "shaders_cpp/procedures/textures.inc"
 #include "shaders_cpp/procedures/shading.inc"
 #include "shaders_cpp/procedures/stages.inc"
+// clang-format on
 
 HWY_INLINE FloatLanes space_noise(FloatLanes x, FloatLanes y, FloatLanes z) {
   const UnsignedTag du;
   const FloatLanes::D d;
   const FloatLanes fx = real_floor(x), fy = real_floor(y), fz = real_floor(z);
   const auto limit = hn::Set(d, 1e9f);
-  const auto inside = hn::And(hn::Lt(hn::Abs(fx.v), limit), hn::And(hn::Lt(hn::Abs(fy.v), limit), hn::Lt(hn::Abs(fz.v), limit)));
-  const auto whole = [&](FloatLanes a) HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(IntTag(), hn::IfThenElseZero(inside, a.v))); };
+  const auto inside =
+      hn::And(hn::Lt(hn::Abs(fx.v), limit), hn::And(hn::Lt(hn::Abs(fy.v), limit), hn::Lt(hn::Abs(fz.v), limit)));
+  const auto whole = [&](FloatLanes a)
+                         HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(IntTag(), hn::IfThenElseZero(inside, a.v))); };
   const UnsignedLanes i = whole(fx), j = whole(fy), k = whole(fz);
   FloatLanes corner[8];
   for (std::uint32_t c = 0; c < 8; ++c) {
-    const UnsignedLanes h = hash32_lanes(hn::Add(i, hn::Set(du, c & 1u)), hn::Add(j, hn::Set(du, c >> 1 & 1u)), hn::Add(k, hn::Set(du, c >> 2)));
+    const UnsignedLanes h = hash32_lanes(hn::Add(i, hn::Set(du, c & 1u)), hn::Add(j, hn::Set(du, c >> 1 & 1u)),
+                                         hn::Add(k, hn::Set(du, c >> 2)));
     corner[c] = float_of(hn::ShiftRight<8>(h)) * FloatLanes(0x1p-23f) - FloatLanes(1.0f);
   }
   const FloatLanes n = mix_corners(corner, smooth_step(x - fx), smooth_step(y - fy), smooth_step(z - fz));

@@ -25,12 +25,15 @@ template <class Real>
 PlaneNoise<Real> image_at(const float* values, int width, int height, Real u, Real v) {
   const Real su = static_cast<Real>(width - 1), sv = static_cast<Real>(height - 1);
   const Real x = std::min(std::max(u * su, Real(0)), su), y = std::min(std::max(v * sv, Real(0)), sv);
-  const Real column = std::min(std::floor(x), su - Real(1)), row = std::min(std::floor(y), sv - Real(1)), fx = x - column, fy = y - row;
+  const Real column = std::min(std::floor(x), su - Real(1)), row = std::min(std::floor(y), sv - Real(1)),
+             fx = x - column, fy = y - row;
   const float* at = values + static_cast<std::ptrdiff_t>(row) * width + static_cast<std::ptrdiff_t>(column);
-  const auto c00 = static_cast<Real>(at[0]), c10 = static_cast<Real>(at[1]), c01 = static_cast<Real>(at[width]), c11 = static_cast<Real>(at[width + 1]);
+  const auto c00 = static_cast<Real>(at[0]), c10 = static_cast<Real>(at[1]), c01 = static_cast<Real>(at[width]),
+             c11 = static_cast<Real>(at[width + 1]);
   const Real gx = Real(1) - fx, gy = Real(1) - fy;
   // Weights of exactly 0 and 1 at the grid's points: what is equal there stays equal.
-  return {(c00 * gx + c10 * fx) * gy + (c01 * gx + c11 * fx) * fy, ((c10 - c00) * gy + (c11 - c01) * fy) * su, ((c01 - c00) * gx + (c11 - c10) * fx) * sv};
+  return {(c00 * gx + c10 * fx) * gy + (c01 * gx + c11 * fx) * fy, ((c10 - c00) * gy + (c11 - c01) * fy) * su,
+          ((c01 - c00) * gx + (c11 - c10) * fx) * sv};
 }
 
 }  // namespace
@@ -43,8 +46,12 @@ void real_sincos_turns(double turns, double& sine, double& cosine) {
 
 PlaneNoise<float> plane_noise_with_slopes(float x, float y) { return noise_at(x, y); }
 PlaneNoise<double> plane_noise_with_slopes(double x, double y) { return noise_at(x, y); }
-PlaneNoise<float> image_value_with_slopes(const float* values, int width, int height, float u, float v) { return image_at(values, width, height, u, v); }
-PlaneNoise<double> image_value_with_slopes(const float* values, int width, int height, double u, double v) { return image_at(values, width, height, u, v); }
+PlaneNoise<float> image_value_with_slopes(const float* values, int width, int height, float u, float v) {
+  return image_at(values, width, height, u, v);
+}
+PlaneNoise<double> image_value_with_slopes(const float* values, int width, int height, double u, double v) {
+  return image_at(values, width, height, u, v);
+}
 
 float space_noise(float x, float y, float z) {
   const float fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);

@@ -6,11 +6,12 @@
 
 #include "base/vector3.h"
 #include "shaders_cpp/procedures/declarations.h"
-#include "shaders_cpp/procedures/uniforms.h"
 #include "shaders_cpp/procedures/scalar.h"
+#include "shaders_cpp/procedures/uniforms.h"
 
 // Procedures over Real (US 2007/0002066): shapes, textures and shading models as templates, for float, double, Dual and
-// counting reals. The same text is compiled for SIMD lanes by procedures-inl.h; Enclosure (frontend) brings its own functions.
+// counting reals. The same text is compiled for SIMD lanes by procedures-inl.h; Enclosure (frontend) brings its own
+// functions.
 
 #define TESSERA_STAGE_ATTR  // lambdas carry the SIMD target's attribute where there is one
 
@@ -32,13 +33,20 @@ float space_noise(float x, float y, float z);
 // Bilinear value of a plane of a geometry image at (u, v) in [0, 1]^2, and its slopes. Outside, the border continues.
 PlaneNoise<float> image_value_with_slopes(const float* values, int width, int height, float u, float v);
 PlaneNoise<double> image_value_with_slopes(const float* values, int width, int height, double u, double v);
-inline float image_value(const float* values, int width, int height, float u, float v) { return image_value_with_slopes(values, width, height, u, v).value; }
-inline double image_value(const float* values, int width, int height, double u, double v) { return image_value_with_slopes(values, width, height, u, v).value; }
+inline float image_value(const float* values, int width, int height, float u, float v) {
+  return image_value_with_slopes(values, width, height, u, v).value;
+}
+inline double image_value(const float* values, int width, int height, double u, double v) {
+  return image_value_with_slopes(values, width, height, u, v).value;
+}
 
+// Each needs those before it.
+// clang-format off
 #include "shaders_cpp/procedures/dual.inc"
 #include "shaders_cpp/procedures/shapes.inc"
 #include "shaders_cpp/procedures/textures.inc"
 #include "shaders_cpp/procedures/shading.inc"
+// clang-format on
 
 #include "shaders_cpp/procedures/stages.inc"
 

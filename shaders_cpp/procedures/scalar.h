@@ -19,7 +19,9 @@ inline float select_less(float a, float b, float x, float y) { return a < b ? x 
 inline double select_less(double a, double b, double x, double y) { return a < b ? x : y; }
 
 // 2^n for whole n in [-126, 127].
-inline float power_of_two(float n) { return std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<std::int32_t>(n) + 127) << 23); }
+inline float power_of_two(float n) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<std::int32_t>(n) + 127) << 23);
+}
 
 // Gradients of the noise at lattice points: two numbers in [-1, 1) from the halves of a hash.
 struct LatticeGradient {
@@ -31,7 +33,10 @@ inline LatticeGradient lattice_gradient(std::int32_t x, std::int32_t y) {
 }
 // A number in [-1, 1) at a point of the lattice in space.
 inline float lattice_value(std::int32_t x, std::int32_t y, std::int32_t z) {
-  return static_cast<float>(hash32(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z)) >> 8) * 0x1p-23f - 1.0f;
+  return static_cast<float>(
+             hash32(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z)) >> 8) *
+             0x1p-23f -
+         1.0f;
 }
 
 }  // namespace tessera::shaders

@@ -12,7 +12,7 @@ struct ProcedureLight {
   bool directional = true;
   std::array<float, 3> direction{0, 1, 0};  // towards the light, unit
   std::array<float, 3> position{};
-  std::array<float, 3> color{1, 1, 1};      // linear irradiance, or intensity of a point
+  std::array<float, 3> color{1, 1, 1};  // linear irradiance, or intensity of a point
 };
 
 // The first is what Gooch shading looks to. A scene without lights has one from above, front left.
@@ -30,7 +30,8 @@ struct SurfaceProgram {
   ShadingId shading = ShadingId::kPhong;
   std::array<float, 12> texture_numbers{};
   std::array<float, 8> shading_numbers{};
-  float u_first = 0, u_scale = 1, v_first = 0, v_scale = 1;  // (u, v) of the whole shape = first + scale * (u, v) of the piece
+  float u_first = 0, u_scale = 1, v_first = 0,
+        v_scale = 1;       // (u, v) of the whole shape = first + scale * (u, v) of the piece
   bool two_sided = false;  // normals turn towards the viewer; else backs are as dark as they are
   Mat4 to_world{1.0f};
   Mat3 normal_to_world{1.0f};

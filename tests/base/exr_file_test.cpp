@@ -14,9 +14,11 @@ namespace {
 TEST(ExrFile, ColourComesBackToHalfPrecisionAndKeepsValuesAboveOne) {
   const test::TemporaryFolder folder;
   Image image(5, 3, 4);
-  for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(i) * 0.75f;  // exact in half up to 2048
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] = static_cast<float>(i) * 0.75f;  // exact in half up to 2048
   std::vector<ExrChannel> channels;
-  for (std::size_t c = 0; c < 4; ++c) channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, image.values.data() + c, 4});
+  for (std::size_t c = 0; c < 4; ++c)
+    channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, image.values.data() + c, 4});
   write_exr(folder / "a.exr", 5, 3, channels);
   const Image back = read_exr(folder / "a.exr");
   ASSERT_TRUE(back.same_shape(image));
@@ -28,7 +30,9 @@ TEST(ExrFile, WritingIsDeterministic) {
   const std::vector<float> values(64, 0.1f);
   const std::vector<std::uint32_t> ids(64, 77);
   for (const char* name : {"a.exr", "b.exr"})
-    write_exr(folder / name, 8, 8, {{"depth.Z", ExrChannel::Type::kFloat, values.data(), 1}, {"patch.id", ExrChannel::Type::kUint, ids.data(), 1}});
+    write_exr(folder / name, 8, 8,
+              {{"depth.Z", ExrChannel::Type::kFloat, values.data(), 1},
+               {"patch.id", ExrChannel::Type::kUint, ids.data(), 1}});
   EXPECT_EQ(test::read_text(folder / "a.exr"), test::read_text(folder / "b.exr"));
 }
 
@@ -46,7 +50,8 @@ TEST(ExrFile, EveryTruncationOfAFileIsRefused) {
   const test::TemporaryFolder folder;
   const std::vector<float> values(3 * 16, 0.5f);
   std::vector<ExrChannel> channels;
-  for (std::size_t c = 0; c < 3; ++c) channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kHalf, values.data() + c, 3});
+  for (std::size_t c = 0; c < 3; ++c)
+    channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kHalf, values.data() + c, 3});
   write_exr(folder / "a.exr", 4, 4, channels);
   const std::string whole = test::read_text(folder / "a.exr");
   for (std::size_t length = 0; length < whole.size(); length += 3) {
@@ -55,11 +60,14 @@ TEST(ExrFile, EveryTruncationOfAFileIsRefused) {
   }
 }
 
-// A display window that says it has one byte: OpenEXR would take sixteen, and the bytes behind it for the next size to allocate.
+// A display window that says it has one byte: OpenEXR would take sixteen, and the bytes behind it for the next size to
+// allocate.
 TEST(ExrFile, AnAttributeOfAnotherLengthThanItsTypeIsRefusedBeforeOpenExrReadsIt) {
   const test::TemporaryFolder folder;
   const std::vector<float> values(3, 0.5f);
-  const auto channel = [&](const char* name, std::size_t c) { return ExrChannel{name, ExrChannel::Type::kHalf, values.data() + c, 3}; };
+  const auto channel = [&](const char* name, std::size_t c) {
+    return ExrChannel{name, ExrChannel::Type::kHalf, values.data() + c, 3};
+  };
   const auto file = folder / "picture.exr";
   write_exr(file, 1, 1, {channel("R", 0), channel("G", 1), channel("B", 2)});
   const std::string good = test::read_text(file);
@@ -86,7 +94,9 @@ TEST(ExrFile, AnAttributeOfAnotherLengthThanItsTypeIsRefusedBeforeOpenExrReadsIt
 TEST(ExrFile, SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated) {
   const test::TemporaryFolder folder;
   const std::vector<float> values(3 * 40 * 30, 0.5f);
-  const auto channel = [&](const char* name, std::size_t c) { return ExrChannel{name, ExrChannel::Type::kHalf, values.data() + c, 3}; };
+  const auto channel = [&](const char* name, std::size_t c) {
+    return ExrChannel{name, ExrChannel::Type::kHalf, values.data() + c, 3};
+  };
   const auto file = folder / "picture.exr";
   write_exr(file, 40, 30, {channel("R", 0), channel("G", 1), channel("B", 2)});
   ImageLimits limits;
@@ -103,7 +113,8 @@ TEST(ExrFile, AFolderThatCannotBeMadeIsReportedAndNothingIsLeft) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "file", "");
   const std::vector<float> values(4, 1.0f);
-  EXPECT_THROW(write_exr(folder / "file" / "a.exr", 2, 2, {{"Y", ExrChannel::Type::kHalf, values.data(), 1}}), SystemError);
+  EXPECT_THROW(write_exr(folder / "file" / "a.exr", 2, 2, {{"Y", ExrChannel::Type::kHalf, values.data(), 1}}),
+               SystemError);
 }
 
 }  // namespace

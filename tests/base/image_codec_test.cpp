@@ -10,12 +10,15 @@
 namespace tessera {
 namespace {
 
-std::span<const std::uint8_t> bytes_of(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+std::span<const std::uint8_t> bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 template <class T>
 ImageOf<T> noise_image(int width, int height, int channels) {
   ImageOf<T> image(width, height, channels);
-  for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<T>(mix32(static_cast<std::uint32_t>(i)));
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] = static_cast<T>(mix32(static_cast<std::uint32_t>(i)));
   return image;
 }
 

@@ -12,13 +12,15 @@ namespace {
 
 Image flat(int width, int height, float r, float g, float b) {
   Image image(width, height, 3);
-  for (std::size_t i = 0; i < image.values.size(); i += 3) image.values[i] = r, image.values[i + 1] = g, image.values[i + 2] = b;
+  for (std::size_t i = 0; i < image.values.size(); i += 3)
+    image.values[i] = r, image.values[i + 1] = g, image.values[i + 2] = b;
   return image;
 }
 
 Image noisy(int width, int height, std::uint32_t seed) {
   Image image(width, height, 3);
-  for (std::size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>(hash32(seed, static_cast<std::uint32_t>(i)) >> 8) * 0x1p-24f;
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] = static_cast<float>(hash32(seed, static_cast<std::uint32_t>(i)) >> 8) * 0x1p-24f;
   return image;
 }
 
@@ -36,7 +38,8 @@ TEST(Psnr, OfIndependentUniformNoiseIsThatOfASixthOfMeanSquareError) {
 TEST(Ssim, OfTwoFlatPicturesIsTheLuminanceTermAlone) {
   // (2ab + C1) / (a^2 + b^2 + C1): variances vanish.
   const double a = 0.6, b = 0.3, c1 = 1e-4;
-  EXPECT_NEAR(mssim(flat(16, 16, 0.6f, 0.6f, 0.6f), flat(16, 16, 0.3f, 0.3f, 0.3f)), (2 * a * b + c1) / (a * a + b * b + c1), 1e-6);
+  EXPECT_NEAR(mssim(flat(16, 16, 0.6f, 0.6f, 0.6f), flat(16, 16, 0.3f, 0.3f, 0.3f)),
+              (2 * a * b + c1) / (a * a + b * b + c1), 1e-6);
 }
 
 TEST(Ssim, IsOneForEqualPicturesAndNegativeForInvertedOnes) {
@@ -59,11 +62,13 @@ double ssim_by_definition(const Image& a, const Image& b) {
       double weights = 0, ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
       for (int dy = -5; dy <= 5; ++dy)
         for (int dx = -5; dx <= 5; ++dx) {
-          const double w = std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5)), va = luma(a, x + dx, y + dy), vb = luma(b, x + dx, y + dy);
+          const double w = std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5)), va = luma(a, x + dx, y + dy),
+                       vb = luma(b, x + dx, y + dy);
           weights += w, ma += w * va, mb += w * vb, aa += w * va * va, bb += w * vb * vb, ab += w * va * vb;
         }
       ma /= weights, mb /= weights;
-      const double sa = aa / weights - ma * ma, sb = bb / weights - mb * mb, covariance = ab / weights - ma * mb, c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
+      const double sa = aa / weights - ma * ma, sb = bb / weights - mb * mb, covariance = ab / weights - ma * mb,
+                   c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
       sum += (2 * ma * mb + c1) * (2 * covariance + c2) / ((ma * ma + mb * mb + c1) * (sa + sb + c2));
     }
   return sum / (a.width * a.height);
@@ -72,8 +77,10 @@ double ssim_by_definition(const Image& a, const Image& b) {
 TEST(Ssim, IsThePapersFormulaOverAWindowOfElevenPixels) {
   Image grey = noisy(23, 17, 3), other = noisy(23, 17, 5);
   for (Image* image : {&grey, &other})
-    for (std::size_t i = 0; i < image->values.size(); i += 3) image->values[i + 1] = image->values[i + 2] = image->values[i];  // whatever makes luma of colours
-  for (std::size_t i = 0; i < other.values.size(); ++i) other.values[i] = 0.7f * grey.values[i] + 0.2f * other.values[i];
+    for (std::size_t i = 0; i < image->values.size(); i += 3)
+      image->values[i + 1] = image->values[i + 2] = image->values[i];  // whatever makes luma of colours
+  for (std::size_t i = 0; i < other.values.size(); ++i)
+    other.values[i] = 0.7f * grey.values[i] + 0.2f * other.values[i];
   EXPECT_NEAR(mssim(grey, other), ssim_by_definition(grey, other), 1e-6);
   EXPECT_LT(ssim_by_definition(grey, other), 0.95) << "the pictures are far enough apart to tell";
 }
@@ -83,7 +90,8 @@ TEST(Ssim, GrowsWorseWithMoreNoise) {
   double last = 1.0;
   for (const float share : {0.05f, 0.2f, 0.5f, 1.0f}) {
     Image mixed = image;
-    for (std::size_t i = 0; i < mixed.values.size(); ++i) mixed.values[i] += share * (other.values[i] - image.values[i]);
+    for (std::size_t i = 0; i < mixed.values.size(); ++i)
+      mixed.values[i] += share * (other.values[i] - image.values[i]);
     const double value = mssim(image, mixed);
     EXPECT_LT(value, last);
     last = value;
@@ -93,8 +101,8 @@ TEST(Ssim, GrowsWorseWithMoreNoise) {
 TEST(Flip, OfEqualPicturesIsZero) { EXPECT_EQ(mean_value(flip_map(noisy(24, 24, 1), noisy(24, 24, 1))), 0.0); }
 
 TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
-  // Flat pictures have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and 100
-  // to the power 0.7 (published constants), with the largest distance that of green and blue.
+  // Flat pictures have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and
+  // 100 to the power 0.7 (published constants), with the largest distance that of green and blue.
   const double distance = std::pow(100.0, 0.7);
   // Hunt-adjusted CIELAB of linear green and blue, by hand from the CIE formulas.
   const auto lab = [](double x, double y, double z) {
@@ -105,14 +113,16 @@ TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
     return std::array<double, 3>{l, 0.01 * l * 500 * (f[0] - f[1]), 0.01 * l * 200 * (f[1] - f[2])};
   };
   const auto green = lab(0.35759149, 0.71518298, 0.11919716), blue = lab(0.18045049, 0.07218020, 0.95037259);
-  const double largest = std::pow(std::abs(green[0] - blue[0]) + std::hypot(green[1] - blue[1], green[2] - blue[2]), 0.7);
+  const double largest =
+      std::pow(std::abs(green[0] - blue[0]) + std::hypot(green[1] - blue[1], green[2] - blue[2]), 0.7);
   const double split = 0.4 * largest;
-  const double expected = distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (largest - split) * 0.05;
+  const double expected =
+      distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (largest - split) * 0.05;
   EXPECT_NEAR(mean_value(flip_map(flat(8, 8, 0, 0, 0), flat(8, 8, 1, 1, 1))), expected, 1e-4);
 }
 
-// Flat pictures of two greys: no features, no chroma; the redistributed power of the difference in CIE lightness (Andersson et al.
-// 2020, sections 4.1 and 4.3, with their constants 0.7, 0.4 and 0.95).
+// Flat pictures of two greys: no features, no chroma; the redistributed power of the difference in CIE lightness
+// (Andersson et al. 2020, sections 4.1 and 4.3, with their constants 0.7, 0.4 and 0.95).
 TEST(Flip, OfTwoGreysIsThePowerOfTheirDifferenceInLightness) {
   const auto lightness = [](double srgb) {
     const double y = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
@@ -120,8 +130,11 @@ TEST(Flip, OfTwoGreysIsThePowerOfTheirDifferenceInLightness) {
   };
   constexpr double kLargest = 41.2760;  // distance of green and blue to the power 0.7, as computed in the test above
   for (const auto& [a, b] : {std::pair<float, float>{0.2f, 0.25f}, {0.5f, 0.8f}, {0.9f, 0.1f}}) {
-    const double distance = std::pow(std::abs(lightness(static_cast<double>(a)) - lightness(static_cast<double>(b))), 0.7), split = 0.4 * kLargest;
-    const double expected = distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (kLargest - split) * 0.05;
+    const double distance =
+                     std::pow(std::abs(lightness(static_cast<double>(a)) - lightness(static_cast<double>(b))), 0.7),
+                 split = 0.4 * kLargest;
+    const double expected =
+        distance < split ? distance * 0.95 / split : 0.95 + (distance - split) / (kLargest - split) * 0.05;
     EXPECT_NEAR(mean_value(flip_map(flat(8, 8, a, a, a), flat(8, 8, b, b, b))), expected, 1e-3) << a << " " << b;
   }
 }

@@ -26,8 +26,11 @@ using Bytes = std::vector<std::uint8_t>;
 
 // ---- Pictures and their files -----------------------------------------------------------------------------------
 
-// Channels rise linearly along x and y, by less than two steps a pixel: what halved chroma planes give back between their samples.
-std::uint8_t ramp(int x, int y, int c) { return static_cast<std::uint8_t>(c == 0 ? 20 + x + y : c == 1 ? 230 - 2 * x : c == 2 ? 60 + 2 * y : 255 - x); }
+// Channels rise linearly along x and y, by less than two steps a pixel: what halved chroma planes give back between
+// their samples.
+std::uint8_t ramp(int x, int y, int c) {
+  return static_cast<std::uint8_t>(c == 0 ? 20 + x + y : c == 1 ? 230 - 2 * x : c == 2 ? 60 + 2 * y : 255 - x);
+}
 
 Image8 ramps(int width, int height, int channels) {
   Image8 image(width, height, channels);
@@ -43,7 +46,8 @@ Bytes encode(const Image8& image, int subsampling, int quality = 100, int flags 
   const std::unique_ptr<void, int (*)(void*)> encoder(tjInitCompress(), tjDestroy);
   unsigned char* data = nullptr;
   unsigned long size = 0;
-  if (tjCompress2(encoder.get(), image.values.data(), image.width, 0, image.height, kFormats[image.channels], &data, &size, subsampling, quality, flags | TJFLAG_ACCURATEDCT) != 0)
+  if (tjCompress2(encoder.get(), image.values.data(), image.width, 0, image.height, kFormats[image.channels], &data,
+                  &size, subsampling, quality, flags | TJFLAG_ACCURATEDCT) != 0)
     throw SystemError(tjGetErrorStr2(encoder.get()));
   Bytes bytes(data, data + size);
   tjFree(data);
@@ -58,7 +62,9 @@ std::size_t segment(const Bytes& bytes, std::uint8_t marker) {
   return 0;
 }
 
-std::size_t segment_end(const Bytes& bytes, std::size_t at) { return at + 2u + (std::size_t{bytes[at + 2]} << 8) + bytes[at + 3]; }
+std::size_t segment_end(const Bytes& bytes, std::size_t at) {
+  return at + 2u + (std::size_t{bytes[at + 2]} << 8) + bytes[at + 3];
+}
 
 constexpr std::uint8_t kApp14 = 0xEE, kHuffman = 0xC4, kQuantisation = 0xDB, kFrame = 0xC0, kScan = 0xDA;
 
@@ -73,7 +79,8 @@ Answer decode(const Bytes& file) {
   const Bytes exact(file.begin(), file.end());
   Answer answer;
   JpegHeader header;
-  answer.accepted = read_jpeg_header(exact, header, answer.fault) && decode_jpeg(exact, header, answer.image, answer.fault);
+  answer.accepted =
+      read_jpeg_header(exact, header, answer.fault) && decode_jpeg(exact, header, answer.image, answer.fault);
   EXPECT_EQ(answer.accepted, answer.fault.empty());
   return answer;
 }
@@ -81,7 +88,8 @@ Answer decode(const Bytes& file) {
 int greatest_difference(const Image8& a, const Image8& b) {
   if (a.width != b.width || a.height != b.height || a.channels != b.channels) return 256;
   int most = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i) most = std::max(most, std::abs(int{a.values[i]} - int{b.values[i]}));
+  for (std::size_t i = 0; i < a.values.size(); ++i)
+    most = std::max(most, std::abs(int{a.values[i]} - int{b.values[i]}));
   return most;
 }
 
@@ -90,11 +98,15 @@ int greatest_difference(const Image8& a, const Image8& b) {
 struct Kind {
   const char* name;
   int channels, subsampling, flags;
-  int tolerance;  // at quality 100: steps of one and the rounding of two colour transformations; the slope of a ramp at borders of halved chroma
+  int tolerance;  // at quality 100: steps of one and the rounding of two colour transformations; the slope of a ramp at
+                  // borders of halved chroma
 };
-constexpr Kind kKinds[] = {{"grey", 1, TJSAMP_GRAY, 0, 2},         {"4:4:4", 3, TJSAMP_444, 0, 3},
-                           {"4:2:2", 3, TJSAMP_422, 0, 5},         {"4:2:0", 3, TJSAMP_420, 0, 5},
-                           {"grey, progressive", 1, TJSAMP_GRAY, TJFLAG_PROGRESSIVE, 2}, {"4:2:0, progressive", 3, TJSAMP_420, TJFLAG_PROGRESSIVE, 5}};
+constexpr Kind kKinds[] = {{"grey", 1, TJSAMP_GRAY, 0, 2},
+                           {"4:4:4", 3, TJSAMP_444, 0, 3},
+                           {"4:2:2", 3, TJSAMP_422, 0, 5},
+                           {"4:2:0", 3, TJSAMP_420, 0, 5},
+                           {"grey, progressive", 1, TJSAMP_GRAY, TJFLAG_PROGRESSIVE, 2},
+                           {"4:2:0, progressive", 3, TJSAMP_420, TJFLAG_PROGRESSIVE, 5}};
 
 TEST(JpegDecoder, APictureComesBackWithinQuantisationWhateverItsChannelsAndSampling) {
   for (const Kind& kind : kKinds)
@@ -112,7 +124,8 @@ TEST(JpegDecoder, AnotherPictureIsNotWithinQuantisation) {  // the twin of the l
     Image8 mirrored = ramps(64, 33, kind.channels), swapped = mirrored;
     for (int y = 0; y < 33; ++y)
       for (int x = 0; x < 64; ++x)
-        for (int c = 0; c < kind.channels; ++c) mirrored.at(x, y)[c] = ramp(63 - x, y, c), swapped.at(x, y)[c] = ramp(x, y, kind.channels - 1 - c);
+        for (int c = 0; c < kind.channels; ++c)
+          mirrored.at(x, y)[c] = ramp(63 - x, y, c), swapped.at(x, y)[c] = ramp(x, y, kind.channels - 1 - c);
     EXPECT_GT(greatest_difference(answer.image, mirrored), kind.tolerance) << kind.name;
     if (kind.channels == 3) {
       EXPECT_GT(greatest_difference(answer.image, swapped), kind.tolerance) << kind.name;
@@ -130,7 +143,8 @@ TEST(JpegDecoder, ReadsWhatAnotherEncoderWrote) {  // stb's
     ASSERT_EQ(answer.image.channels, 3);
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x)
-        for (int c = 0; c < 3; ++c) ASSERT_NEAR(answer.image.at(x, y)[c], ramp(x, y, channels == 1 ? 0 : c), 4) << x << " " << y << " " << c;
+        for (int c = 0; c < 3; ++c)
+          ASSERT_NEAR(answer.image.at(x, y)[c], ramp(x, y, channels == 1 ? 0 : c), 4) << x << " " << y << " " << c;
   }
 }
 
@@ -153,11 +167,13 @@ TEST(JpegDecoder, TheBitsAreTheSameWithoutSimd) {
   for (const Kind& kind : kKinds) {
     const Answer answer = decode(encode(ramps(200, 77, kind.channels), kind.subsampling, 60, kind.flags));
     ASSERT_TRUE(answer.accepted) << answer.fault;
-    digests += "<" + sha256_hex({reinterpret_cast<const char*>(answer.image.values.data()), answer.image.values.size()}) + ">";
+    digests +=
+        "<" + sha256_hex({reinterpret_cast<const char*>(answer.image.values.data()), answer.image.values.size()}) + ">";
   }
   if (std::getenv("JSIMD_FORCENONE") != nullptr) return void(std::cout << digests << "\n");
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
-  const test::ProcessResult plain = test::run_process({"/usr/bin/env", "JSIMD_FORCENONE=1", self, "--gtest_filter=JpegDecoder.TheBitsAreTheSameWithoutSimd"});
+  const test::ProcessResult plain = test::run_process(
+      {"/usr/bin/env", "JSIMD_FORCENONE=1", self, "--gtest_filter=JpegDecoder.TheBitsAreTheSameWithoutSimd"});
   EXPECT_EQ(plain.status, 0) << plain.output << plain.errors;
   EXPECT_NE(plain.output.find(digests), std::string::npos) << plain.output;
 }
@@ -182,7 +198,8 @@ TEST(JpegDecoder, EveryTruncatedFileIsRefused) {
   for (const Kind& kind : kKinds) {
     const Bytes whole = encode(ramps(17, 9, kind.channels), kind.subsampling, 90, kind.flags);
     for (std::size_t length = 0; length < whole.size(); ++length)
-      ASSERT_FALSE(decode({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)}).accepted) << kind.name << ", " << length << " of " << whole.size() << " bytes";
+      ASSERT_FALSE(decode({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)}).accepted)
+          << kind.name << ", " << length << " of " << whole.size() << " bytes";
     EXPECT_TRUE(decode(whole).accepted);
   }
 }
@@ -202,18 +219,23 @@ TEST(JpegDecoder, WhatTheLibraryWouldOnlyWarnOfIsRefused) {
   EXPECT_NE(decode(ended).fault.find("premature end"), std::string::npos) << decode(ended).fault;
 
   Bytes ones = sound;  // no code is all ones
-  for (std::ptrdiff_t k = data; k + 3 < static_cast<std::ptrdiff_t>(ones.size()); k += 2) ones[static_cast<std::size_t>(k)] = 0xFF, ones[static_cast<std::size_t>(k) + 1] = 0x00;
+  for (std::ptrdiff_t k = data; k + 3 < static_cast<std::ptrdiff_t>(ones.size()); k += 2)
+    ones[static_cast<std::size_t>(k)] = 0xFF, ones[static_cast<std::size_t>(k) + 1] = 0x00;
   EXPECT_NE(decode(ones).fault.find("Huffman code"), std::string::npos) << decode(ones).fault;
 }
 
-// ---- Tables that are missing or do not fit, which stb's decoder reads or writes outside of -----------------------------
+// ---- Tables that are missing or do not fit, which stb's decoder reads or writes outside of
+// -----------------------------
 
 struct Mutation {
   const char* name;
   void (*apply)(Bytes& bytes);
 };
 
-void remove_segment(Bytes& bytes, std::size_t at) { bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.begin() + static_cast<std::ptrdiff_t>(segment_end(bytes, at))); }
+void remove_segment(Bytes& bytes, std::size_t at) {
+  bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+              bytes.begin() + static_cast<std::ptrdiff_t>(segment_end(bytes, at)));
+}
 
 // A table of codes in place of the first: how many there are of each length, then as many values.
 void replace_codes(Bytes& bytes, const std::array<std::uint8_t, 16>& counts) {
@@ -222,7 +244,8 @@ void replace_codes(Bytes& bytes, const std::array<std::uint8_t, 16>& counts) {
   remove_segment(bytes, at);
   std::size_t values = 0;
   for (const std::uint8_t count : counts) values += count;
-  Bytes made = {0xFF, kHuffman, static_cast<std::uint8_t>((19 + values) >> 8), static_cast<std::uint8_t>((19 + values) & 0xFF), table};
+  Bytes made = {0xFF, kHuffman, static_cast<std::uint8_t>((19 + values) >> 8),
+                static_cast<std::uint8_t>((19 + values) & 0xFF), table};
   made.insert(made.end(), counts.begin(), counts.end());
   made.resize(made.size() + values, 1);
   bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), made.begin(), made.end());
@@ -232,11 +255,19 @@ constexpr Mutation kMutations[] = {
     {"the scan names code tables that the file has not", [](Bytes& bytes) { bytes[segment(bytes, kScan) + 8] = 0x13; }},
     {"the scan names code tables that no file has", [](Bytes& bytes) { bytes[segment(bytes, kScan) + 8] = 0x7F; }},
     {"a quantisation table less", [](Bytes& bytes) { remove_segment(bytes, segment(bytes, kQuantisation)); }},
-    {"more codes than a table has room for", [](Bytes& bytes) { replace_codes(bytes, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255}); }},
-    {"more codes of a length than there are", [](Bytes& bytes) { replace_codes(bytes, {3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}); }},
+    {"more codes than a table has room for",
+     [](Bytes& bytes) {
+       replace_codes(bytes, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255});
+     }},
+    {"more codes of a length than there are",
+     [](Bytes& bytes) {
+       replace_codes(bytes, {3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+     }},
     {"a code table of a number that there is not", [](Bytes& bytes) { bytes[segment(bytes, kHuffman) + 4] = 0x07; }},
-    {"the frame names a quantisation table that the file has not", [](Bytes& bytes) { bytes[segment(bytes, kFrame) + 12] = 3; }},
-    {"a quantisation table of a number that there is not", [](Bytes& bytes) { bytes[segment(bytes, kQuantisation) + 4] = 0x07; }},
+    {"the frame names a quantisation table that the file has not",
+     [](Bytes& bytes) { bytes[segment(bytes, kFrame) + 12] = 3; }},
+    {"a quantisation table of a number that there is not",
+     [](Bytes& bytes) { bytes[segment(bytes, kQuantisation) + 4] = 0x07; }},
     {"a channel sampled zero times", [](Bytes& bytes) { bytes[segment(bytes, kFrame) + 11] = 0x01; }},
     {"a channel sampled more often than it may be", [](Bytes& bytes) { bytes[segment(bytes, kFrame) + 11] = 0xF1; }},
     {"no pixels", [](Bytes& bytes) { bytes[segment(bytes, kFrame) + 7] = bytes[segment(bytes, kFrame) + 8] = 0; }},
@@ -266,7 +297,8 @@ TEST(JpegDecoder, CodeTablesThatAreLeftOutAreThoseOfTheStandard) {  // as in Mot
 Bytes claiming(int width, int height) {
   Bytes bytes = encode(ramps(16, 16, 3), TJSAMP_444);
   const std::size_t frame = segment(bytes, kFrame);
-  for (const auto& [at, side] : {std::pair{frame + 5, height}, {frame + 7, width}}) bytes[at] = static_cast<std::uint8_t>(side >> 8), bytes[at + 1] = static_cast<std::uint8_t>(side & 0xFF);
+  for (const auto& [at, side] : {std::pair{frame + 5, height}, {frame + 7, width}})
+    bytes[at] = static_cast<std::uint8_t>(side >> 8), bytes[at + 1] = static_cast<std::uint8_t>(side & 0xFF);
   return bytes;
 }
 
@@ -278,7 +310,8 @@ TEST(JpegDecoder, APictureBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
     std::string fault;
     bool charged = false;
     const test::HeapMeter heap;
-    EXPECT_THROW(decode_image(bytes, limits, image, fault, [&](std::uint64_t) { charged = true; }), LimitError) << width << "x" << height;
+    EXPECT_THROW(decode_image(bytes, limits, image, fault, [&](std::uint64_t) { charged = true; }), LimitError)
+        << width << "x" << height;
     EXPECT_FALSE(charged);
     EXPECT_LT(heap.peak_bytes(), 1 << 18);
   }

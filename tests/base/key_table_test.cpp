@@ -41,8 +41,10 @@ TEST(KeyTable, ValuesComeFromTextsAndFromJsonAlike) {
 
 TEST(KeyTable, ValuesOutsideTheDeclaredRangeOrFormAreRefused) {
   Thing thing;
-  for (const char* bad : {"0", "11", "x", "", "7.5", "7 ", "99999999999999999999"}) EXPECT_THROW(set(thing, "a.whole", bad), UsageError) << bad;
-  for (const char* bad : {"-0.1", "1.1", "nan", "inf", "1e999", "0.5x"}) EXPECT_THROW(set(thing, "a.real", bad), UsageError) << bad;
+  for (const char* bad : {"0", "11", "x", "", "7.5", "7 ", "99999999999999999999"})
+    EXPECT_THROW(set(thing, "a.whole", bad), UsageError) << bad;
+  for (const char* bad : {"-0.1", "1.1", "nan", "inf", "1e999", "0.5x"})
+    EXPECT_THROW(set(thing, "a.real", bad), UsageError) << bad;
   EXPECT_THROW(set(thing, "a.flag", "maybe"), UsageError);
   EXPECT_THROW(set(thing, "a.word", "three"), UsageError);
   EXPECT_THROW(set(thing, "a.whole", nlohmann::json::array()), UsageError);

@@ -33,7 +33,8 @@ TEST(Random, ReversedBitsAndSobolFormATwoDimensionalNet) {
   for (int log_x = 0; log_x <= 4; ++log_x) {
     std::set<std::uint32_t> cells;
     for (std::uint32_t i = 0; i < 16; ++i) {
-      const std::uint32_t x = log_x == 0 ? 0 : reverse_bits32(i) >> (32 - log_x), y = log_x == 4 ? 0 : sobol2_32(i) >> (28 + log_x);
+      const std::uint32_t x = log_x == 0 ? 0 : reverse_bits32(i) >> (32 - log_x),
+                          y = log_x == 4 ? 0 : sobol2_32(i) >> (28 + log_x);
       cells.insert(x << 8 | y);
     }
     EXPECT_EQ(cells.size(), 16u) << log_x;

@@ -13,9 +13,9 @@ namespace {
 
 TEST(Text, EscapedTextStaysOneLineOfPrintableCharacters) {
   EXPECT_EQ(escape_control("a\nb\t\x7F"), "a\\x0Ab\\x09\\x7F");
-  EXPECT_EQ(escape_control("\xC3\xA9 ok"), "\xC3\xA9 ok");        // valid UTF-8 stays
-  EXPECT_EQ(escape_control("\xC3("), "\\xC3(");                   // a broken sequence does not
-  EXPECT_EQ(escape_control("\xC0\xAF"), "\\xC0\\xAF");            // nor an overlong one
+  EXPECT_EQ(escape_control("\xC3\xA9 ok"), "\xC3\xA9 ok");  // valid UTF-8 stays
+  EXPECT_EQ(escape_control("\xC3("), "\\xC3(");             // a broken sequence does not
+  EXPECT_EQ(escape_control("\xC0\xAF"), "\\xC0\\xAF");      // nor an overlong one
 }
 
 TEST(Text, LongTextLosesItsMiddleNotItsEnds) {
@@ -43,7 +43,8 @@ std::size_t plain_distance(const std::string& a, const std::string& b) {
         continue;
       }
       cell = std::min({table[i - 1][j] + 1, table[i][j - 1] + 1, table[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) cell = std::min(cell, table[i - 2][j - 2] + 1);
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        cell = std::min(cell, table[i - 2][j - 2] + 1);
     }
   return table[a.size()][b.size()];
 }
@@ -78,7 +79,8 @@ TEST(Text, NearestNameIsWhatComparingWithEveryCandidateGives) {
     std::string expected;
     std::size_t least = name.size() / 2 + 1;
     for (const std::string& candidate : candidates)
-      if (const std::size_t distance = plain_distance(name, candidate); distance < least) least = distance, expected = candidate;
+      if (const std::size_t distance = plain_distance(name, candidate); distance < least)
+        least = distance, expected = candidate;
     ASSERT_EQ(nearest_name(name, candidates), expected) << name;
     ++(expected.empty() ? none : found);
   }

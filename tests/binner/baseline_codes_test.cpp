@@ -6,10 +6,10 @@
 #include <map>
 #include <set>
 
-#include "hardware/recency_cache.h"
 #include "binner/baselines/strip_code.h"
 #include "binner/baselines/tile_reference.h"
 #include "binner/baselines/triangle_buffer.h"
+#include "hardware/recency_cache.h"
 #include "tests/binner/baseline_decoders.h"
 #include "tests/support/captures.h"
 
@@ -20,7 +20,9 @@ using test::Random;
 
 // ---- Strips -----------------------------------------------------------------------------------------------------
 
-BlockTriangle turned(const BlockTriangle& t) { return std::min({t, BlockTriangle{t[1], t[2], t[0]}, BlockTriangle{t[2], t[0], t[1]}}); }
+BlockTriangle turned(const BlockTriangle& t) {
+  return std::min({t, BlockTriangle{t[1], t[2], t[0]}, BlockTriangle{t[2], t[0], t[1]}});
+}
 // Equal but for rotation, which keeps the winding.
 bool same_triangles(const std::vector<BlockTriangle>& a, const std::vector<BlockTriangle>& b) {
   if (a.size() != b.size()) return false;
@@ -35,7 +37,8 @@ std::vector<BlockTriangle> numbered(const std::vector<std::array<int, 3>>& trian
   std::vector<BlockTriangle> out;
   for (const auto& t : triangles) {
     BlockTriangle n;
-    for (std::size_t k = 0; k < 3; ++k) n[k] = numbers.try_emplace(t[k], static_cast<std::uint8_t>(numbers.size())).first->second;
+    for (std::size_t k = 0; k < 3; ++k)
+      n[k] = numbers.try_emplace(t[k], static_cast<std::uint8_t>(numbers.size())).first->second;
     out.push_back(n);
   }
   return out;
@@ -68,14 +71,16 @@ TEST(StripCode, DecodesAnyTrianglesDegenerateOnesToo) {
   for (int trial = 0; trial < 300; ++trial) {
     std::vector<std::array<int, 3>> triangles;
     const int vertices = random.integer(1, 64);
-    for (int t = random.integer(1, 126); t > 0; --t) triangles.push_back({random.integer(1, vertices), random.integer(1, vertices), random.integer(1, vertices)});
+    for (int t = random.integer(1, 126); t > 0; --t)
+      triangles.push_back({random.integer(1, vertices), random.integer(1, vertices), random.integer(1, vertices)});
     const auto expected = numbered(triangles);
     EXPECT_TRUE(same_triangles(test::decode_strip_bits(encode_strip(expected), expected.size()), expected));
   }
 }
 
 TEST(StripCode, AWholeGroupTakesWhatTheHeaderSays) {
-  // 7x7 cells: each row begins with three vertices; along the first row all are new, later one of each cell's two further ones is old.
+  // 7x7 cells: each row begins with three vertices; along the first row all are new, later one of each cell's two
+  // further ones is old.
   Random random(3);
   const auto triangles = grid(7, 7, 0, random);
   std::size_t bits = 0;
@@ -127,8 +132,10 @@ TEST(TileReference, EverySetOfTrianglesComesBackInTheSmallestForm) {
     // Sizes of the forms from their descriptions.
     const std::size_t taken = reference.triangles.count();
     std::size_t runs = 0, address_bytes = 1;
-    for (std::size_t t = 0; t < count; ++t) runs += reference.triangles[t] && (t == 0 || !reference.triangles[t - 1]) ? 1u : 0u;
-    for (std::uint64_t delta = (reference.address - before) / kBlockAlignment; delta >= 128; delta /= 128) ++address_bytes;
+    for (std::size_t t = 0; t < count; ++t)
+      runs += reference.triangles[t] && (t == 0 || !reference.triangles[t - 1]) ? 1u : 0u;
+    for (std::uint64_t delta = (reference.address - before) / kBlockAlignment; delta >= 128; delta /= 128)
+      ++address_bytes;
     std::size_t smallest = taken == count ? 0 : (count + 7) / 8;
     if (taken <= 64) smallest = std::min(smallest, taken);
     if (runs <= 64) smallest = std::min(smallest, 2 * runs);
@@ -187,8 +194,10 @@ TEST(TriangleBuffer, T2WithRoomForAllBurstsEachLeavesOnceAndWithoutManyLeaveTwic
     const std::uint64_t bursts = (buffer.bytes_in_use() + 63) / 64 * 64;
     // Lists of 150 bytes: two chunks, of which the second uses one burst.
     const std::uint64_t used = bursts - 4 * 64;
-    if (lines == 4096) EXPECT_EQ(buffer.ledger().total().written_bytes, used);
-    else EXPECT_GT(buffer.ledger().total().written_bytes, 2 * used);
+    if (lines == 4096)
+      EXPECT_EQ(buffer.ledger().total().written_bytes, used);
+    else
+      EXPECT_GT(buffer.ledger().total().written_bytes, 2 * used);
     EXPECT_EQ(buffer.ledger().total().read_bytes == 0, lines == 4096);
     EXPECT_EQ(buffer.bytes_written(), 30u * 100 + 4 * (16 + 8 + 150));
   }
@@ -263,7 +272,8 @@ bool caches_agree(std::uint32_t seed, std::uint64_t capacity, std::uint64_t orac
 
 TEST(RecencyCache, L1L2IsAListInOrderOfUse) {
   std::uint32_t seed = 1;
-  for (const std::uint64_t capacity : {0u, 8u, 50u, 104u, 400u, 2000u, 100000u}) EXPECT_TRUE(caches_agree(seed++, capacity, capacity)) << capacity;
+  for (const std::uint64_t capacity : {0u, 8u, 50u, 104u, 400u, 2000u, 100000u})
+    EXPECT_TRUE(caches_agree(seed++, capacity, capacity)) << capacity;
 }
 
 TEST(RecencyCacheTwin, OneByteLessIsCaught) { EXPECT_FALSE(caches_agree(1, 400, 399)); }

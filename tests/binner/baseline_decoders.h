@@ -53,7 +53,8 @@ struct DecodedReference {
 
 // The reference at the beginning of `bytes`; `count_at(address)` says how many triangles its block has.
 template <class CountAt>
-DecodedReference decode_reference_with(std::span<const std::uint8_t> bytes, std::uint64_t before, const CountAt& count_at) {
+DecodedReference decode_reference_with(std::span<const std::uint8_t> bytes, std::uint64_t before,
+                                       const CountAt& count_at) {
   DecodedReference r;
   std::uint64_t scale = binner::kBlockAlignment;
   r.address = before;
@@ -83,7 +84,8 @@ DecodedReference decode_reference_with(std::span<const std::uint8_t> bytes, std:
   return r;
 }
 
-inline DecodedReference decode_reference_bytes(std::span<const std::uint8_t> bytes, std::size_t count, std::uint64_t before) {
+inline DecodedReference decode_reference_bytes(std::span<const std::uint8_t> bytes, std::size_t count,
+                                               std::uint64_t before) {
   return decode_reference_with(bytes, before, [count](std::uint64_t) { return count; });
 }
 

@@ -1,4 +1,5 @@
-// The baselines: coverage and culling of moving, defocused triangles, blocks in the parameter buffer, the immediate machine's memory.
+// The baselines: coverage and culling of moving, defocused triangles, blocks in the parameter buffer, the immediate
+// machine's memory.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -44,17 +45,21 @@ TessellatedPatch scattered(const Scatter& s, Random& random) {
       const float px = on_grid(x + random.uniform(-s.size, s.size)), py = on_grid(y + random.uniform(-s.size, s.size));
       patch.x0.push_back(px), patch.y0.push_back(py), patch.z0.push_back(random.uniform(1, 8));
       if (s.moving) {
-        patch.x1.push_back(on_grid(px + dx + random.uniform(-5, 5))), patch.y1.push_back(on_grid(py + dy + random.uniform(-5, 5)));
+        patch.x1.push_back(on_grid(px + dx + random.uniform(-5, 5))),
+            patch.y1.push_back(on_grid(py + dy + random.uniform(-5, 5)));
         patch.z1.push_back(random.uniform(1, 8));
       }
       patch.projected.push_back(1);
     }
     const auto first = static_cast<std::uint32_t>(3 * t);
     patch.triangles.push_back({first, first + 1, first + 2});
-    if (t % 30 == 29 && t + 1 < s.triangles) patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
-    else if (t % 20 == 19) patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
+    if (t % 30 == 29 && t + 1 < s.triangles)
+      patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
+    else if (t % 20 == 19)
+      patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
   }
-  if (patch.group_ends.empty() || patch.group_ends.back() != patch.triangles.size()) patch.group_ends.push_back(static_cast<std::uint32_t>(s.triangles));
+  if (patch.group_ends.empty() || patch.group_ends.back() != patch.triangles.size())
+    patch.group_ends.push_back(static_cast<std::uint32_t>(s.triangles));
   return patch;
 }
 
@@ -71,11 +76,13 @@ struct Placed {
 };
 
 // Where a triangle is at a time, seen through a point of the lens: the formulas of raster space.
-Placed placed(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, double t, double u, double v, const frontend::Projection& p) {
+Placed placed(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, double t, double u, double v,
+              const frontend::Projection& p) {
   Placed out{};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::uint32_t n = vertex[k];
-    double x = static_cast<double>(patch.x0[n]), y = static_cast<double>(patch.y0[n]), z = static_cast<double>(patch.z0[n]);
+    double x = static_cast<double>(patch.x0[n]), y = static_cast<double>(patch.y0[n]),
+           z = static_cast<double>(patch.z0[n]);
     if (patch.moving) {
       const double z1 = static_cast<double>(patch.z1[n]), rate = t * z1 / ((1 - t) * z + t * z1);
       x += rate * (static_cast<double>(patch.x1[n]) - x);
@@ -89,8 +96,10 @@ Placed placed(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>&
   return out;
 }
 
-// Points of triangles that fall into tiles which their lists lack, and front sides that were culled; `seen_through` is what the points are placed with.
-int missed(const TessellatedPatch& patch, const TriangleSetup& setup, const TileGrid& grid, const frontend::Projection& seen_through, Random& random) {
+// Points of triangles that fall into tiles which their lists lack, and front sides that were culled; `seen_through` is
+// what the points are placed with.
+int missed(const TessellatedPatch& patch, const TriangleSetup& setup, const TileGrid& grid,
+           const frontend::Projection& seen_through, Random& random) {
   BaselineCounters counters;
   const TriangleList list = setup.run(patch, counters);
   std::map<std::array<std::uint32_t, 3>, std::set<TileIndex>> tiles;
@@ -98,15 +107,18 @@ int missed(const TessellatedPatch& patch, const TriangleSetup& setup, const Tile
   int wrong = 0;
   for (const auto& vertex : patch.triangles)
     for (int n = 0; n < 200; ++n) {
-      const double radius = std::sqrt(static_cast<double>(random.uniform(0, 1))), angle = static_cast<double>(random.uniform(0, 6.2831853f));
+      const double radius = std::sqrt(static_cast<double>(random.uniform(0, 1))),
+                   angle = static_cast<double>(random.uniform(0, 6.2831853f));
       const double t = static_cast<double>(random.integer(0, 4)) / 4;
       const Placed at = placed(patch, vertex, t, radius * std::cos(angle), radius * std::sin(angle), seen_through);
       if (at.area() > 0 ? !patch.keep_positive : !patch.keep_negative) continue;
       double b1 = static_cast<double>(random.uniform(0, 1)), b2 = static_cast<double>(random.uniform(0, 1));
       if (b1 + b2 > 1) b1 = 1 - b1, b2 = 1 - b2;
-      const double x = at.x[0] + b1 * (at.x[1] - at.x[0]) + b2 * (at.x[2] - at.x[0]), y = at.y[0] + b1 * (at.y[1] - at.y[0]) + b2 * (at.y[2] - at.y[0]);
+      const double x = at.x[0] + b1 * (at.x[1] - at.x[0]) + b2 * (at.x[2] - at.x[0]),
+                   y = at.y[0] + b1 * (at.y[1] - at.y[0]) + b2 * (at.y[2] - at.y[0]);
       if (x < 0 || y < 0 || x >= kWidth || y >= kHeight || std::abs(at.area()) < 1e-3) continue;
-      const TileIndex tile = grid.index(static_cast<int>(x) / grid.tile_width(), static_cast<int>(y) / grid.tile_height());
+      const TileIndex tile =
+          grid.index(static_cast<int>(x) / grid.tile_width(), static_cast<int>(y) / grid.tile_height());
       const auto found = tiles.find(vertex);
       if (found == tiles.end() || !found->second.contains(tile)) ++wrong;
     }
@@ -122,7 +134,8 @@ TEST(TriangleSetup, S1S3EveryPointOfAMovingDefocusedTriangleLiesInATileOfItsList
         for (const float size : {1.0f, 6.0f, 60.0f}) {
           const frontend::Projection p = projection(lens);
           const TriangleSetup setup(grid, p);
-          EXPECT_EQ(missed(scattered({40, moving, two_sided, size}, random), setup, grid, p, random), 0) << moving << lens << two_sided << size;
+          EXPECT_EQ(missed(scattered({40, moving, two_sided, size}, random), setup, grid, p, random), 0)
+              << moving << lens << two_sided << size;
         }
 }
 
@@ -134,9 +147,11 @@ TEST(TriangleSetupTwin, ForgettingTheLensIsCaught) {
 }
 
 // Whether a triangle and a closed rectangle meet, by cutting the one with the other (Sutherland and Hodgman 1974).
-bool meets(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, double x0, double y0, double x1, double y1) {
+bool meets(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, double x0, double y0, double x1,
+           double y1) {
   std::vector<std::array<double, 2>> polygon;
-  for (const std::uint32_t v : vertex) polygon.push_back({static_cast<double>(patch.x0[v]), static_cast<double>(patch.y0[v])});
+  for (const std::uint32_t v : vertex)
+    polygon.push_back({static_cast<double>(patch.x0[v]), static_cast<double>(patch.y0[v])});
   const std::array<std::array<double, 3>, 4> sides = {{{1, 0, -x0}, {-1, 0, x1}, {0, 1, -y0}, {0, -1, y1}}};
   for (const auto& s : sides) {
     std::vector<std::array<double, 2>> cut;
@@ -144,7 +159,8 @@ bool meets(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& ve
       const auto &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
       const double da = s[0] * a[0] + s[1] * a[1] + s[2], db = s[0] * b[0] + s[1] * b[1] + s[2];
       if (da >= 0) cut.push_back(a);
-      if ((da > 0 && db < 0) || (da < 0 && db > 0)) cut.push_back({a[0] + (b[0] - a[0]) * da / (da - db), a[1] + (b[1] - a[1]) * da / (da - db)});
+      if ((da > 0 && db < 0) || (da < 0 && db > 0))
+        cut.push_back({a[0] + (b[0] - a[0]) * da / (da - db), a[1] + (b[1] - a[1]) * da / (da - db)});
     }
     polygon = cut;
   }
@@ -165,7 +181,8 @@ TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
     for (const auto& vertex : patch.triangles)
       for (int row = 0; row < grid.rows(); ++row)
         for (int column = 0; column < grid.columns(); ++column)
-          EXPECT_EQ(tiles[vertex].contains(grid.index(column, row)), meets(patch, vertex, column * 16, row * 16, column * 16 + 16, row * 16 + 16));
+          EXPECT_EQ(tiles[vertex].contains(grid.index(column, row)),
+                    meets(patch, vertex, column * 16, row * 16, column * 16 + 16, row * 16 + 16));
     EXPECT_EQ(counters.primitives + counters.culled_frustum + counters.culled_zero_area, 60u);
   }
 }
@@ -178,14 +195,16 @@ TEST(TriangleSetup, CountsWhatEachTestDrops) {
   patch.keep_positive = false;
   const auto add = [&](std::array<float, 6> xy, float z) {
     const auto first = static_cast<std::uint32_t>(patch.x0.size());
-    for (std::size_t k = 0; k < 3; ++k) patch.x0.push_back(xy[2 * k]), patch.y0.push_back(xy[2 * k + 1]), patch.z0.push_back(z), patch.projected.push_back(1);
+    for (std::size_t k = 0; k < 3; ++k)
+      patch.x0.push_back(xy[2 * k]), patch.y0.push_back(xy[2 * k + 1]), patch.z0.push_back(z),
+          patch.projected.push_back(1);
     patch.triangles.push_back({first, first + 1, first + 2});
   };
-  add({1, 1, 1, 9, 9, 1}, 2);      // negative area: front
-  add({1, 1, 9, 1, 1, 9}, 2);      // back
-  add({1, 1, 5, 5, 9, 9}, 2);      // a line
-  add({-9, 1, -9, 9, -1, 1}, 2);   // left of the frame
-  add({1, 1, 1, 9, 9, 1}, 6);      // beyond the far plane
+  add({1, 1, 1, 9, 9, 1}, 2);     // negative area: front
+  add({1, 1, 9, 1, 1, 9}, 2);     // back
+  add({1, 1, 5, 5, 9, 9}, 2);     // a line
+  add({-9, 1, -9, 9, -1, 1}, 2);  // left of the frame
+  add({1, 1, 1, 9, 9, 1}, 6);     // beyond the far plane
   patch.group_ends = {5};
   BaselineCounters counters;
   EXPECT_EQ(TriangleSetup(grid, p).run(patch, counters).triangles.size(), 1u);
@@ -237,11 +256,13 @@ Decoded decode(const PostTessellationBinner& post, TileIndex tile_count) {
     const std::vector<std::uint8_t> list = post.buffer().read_list(tile, ledger, ignored);
     std::uint64_t before = 0;
     for (std::size_t at = 0; at < list.size();) {
-      const auto reference = test::decode_reference_with(std::span(list).subspan(at), before, [&](std::uint64_t address) { return std::size_t{memory[address + 5]}; });
+      const auto reference = test::decode_reference_with(
+          std::span(list).subspan(at), before, [&](std::uint64_t address) { return std::size_t{memory[address + 5]}; });
       at += reference.bytes;
       before = reference.address;
       const std::uint8_t* block = &memory[before];
-      const std::size_t strip = block[6] + 256u * (block[7] & 127u), vertex_bytes = (block[7] & 128u) != 0 ? 44 : 32, first = 8 + (strip + 3) / 4 * 4;
+      const std::size_t strip = block[6] + 256u * (block[7] & 127u), vertex_bytes = (block[7] & 128u) != 0 ? 44 : 32,
+                        first = 8 + (strip + 3) / 4 * 4;
       const auto triangles = test::decode_strip_bits({block + 8, strip}, block[5]);
       std::vector<Position> vertices(block[4]);
       for (std::size_t v = 0; v < vertices.size(); ++v) {
@@ -252,7 +273,9 @@ Decoded decode(const PostTessellationBinner& post, TileIndex tile_count) {
       std::set<std::uint8_t> used;
       for (std::size_t t = 0; t < triangles.size(); ++t) {
         used.insert(triangles[t].begin(), triangles[t].end());
-        if (reference.triangles[t]) out.tiles[tile].insert(turned({vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]}));
+        if (reference.triangles[t])
+          out.tiles[tile].insert(
+              turned({vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]}));
       }
       if (!seen.insert(before).second) continue;
       out.vertices += vertices.size();
@@ -287,7 +310,8 @@ TessellatedPatch flat_grid(int n, float x0, float y0, float side) {
     for (int gi = 0; gi < n; gi += 7) {
       for (int j = gj; j < std::min(gj + 7, n); ++j)
         for (int i = gi; i < std::min(gi + 7, n); ++i) {
-          const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1, d = a + static_cast<std::uint32_t>(n) + 1, c = d + 1;
+          const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1,
+                     d = a + static_cast<std::uint32_t>(n) + 1, c = d + 1;
           patch.triangles.push_back({a, c, d});
           patch.triangles.push_back({a, b, c});
         }
@@ -299,7 +323,8 @@ TessellatedPatch flat_grid(int n, float x0, float y0, float side) {
 
 std::vector<TessellatedPatch> mixed_scene(std::uint32_t seed) {
   Random random(seed);
-  std::vector<TessellatedPatch> scene = {flat_grid(20, 5, 5, 120), flat_grid(3, 60, 20, 70), scattered({40, false, true, 20}, random),
+  std::vector<TessellatedPatch> scene = {flat_grid(20, 5, 5, 120), flat_grid(3, 60, 20, 70),
+                                         scattered({40, false, true, 20}, random),
                                          scattered({40, true, false, 8}, random), flat_grid(1, 10, 90, 30)};
   for (std::size_t p = 0; p < scene.size(); ++p) scene[p].state = static_cast<std::uint32_t>(p == 3 ? 1 : 0);
   return scene;
@@ -315,7 +340,8 @@ Binned bin(PostTessellationBinner& post, const std::vector<TessellatedPatch>& sc
   for (const TessellatedPatch& patch : scene) {
     const TriangleList list = post.setup().run(patch, out.setup);
     for (std::size_t t = 0; t < list.triangles.size(); ++t)
-      for (const TileIndex tile : tiles_of(list, t)) out.expected[tile].insert(triangle_of(patch, list.triangles[t].vertex));
+      for (const TileIndex tile : tiles_of(list, t))
+        out.expected[tile].insert(triangle_of(patch, list.triangles[t].vertex));
     post.add(patch, list);
   }
   post.finish();
@@ -368,10 +394,10 @@ TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
     const std::uint64_t block = 8 + 4 + 4 * (moving ? 44u : 32u), bursts = (block + 63) / 64;
     EXPECT_EQ(c.vertices_stored, 4u);
     EXPECT_EQ(c.entries, 1u);
-    EXPECT_EQ(c.queue_bytes_written, block + 2 + 16);                        // reference: address, "all"; list head
-    EXPECT_EQ(c.queue_bytes_peak, 64 + bursts * 64 + 256);                   // list heads, block, chunk
-    EXPECT_EQ(c.queue_bytes_read, 16 + 8 + 2 + bursts * 64);                 // head, link, reference; block in bursts
-    EXPECT_EQ(post.dram_bytes(), 64 * (2 + bursts) + 64 * (2 + bursts));     // written, read
+    EXPECT_EQ(c.queue_bytes_written, block + 2 + 16);                     // reference: address, "all"; list head
+    EXPECT_EQ(c.queue_bytes_peak, 64 + bursts * 64 + 256);                // list heads, block, chunk
+    EXPECT_EQ(c.queue_bytes_read, 16 + 8 + 2 + bursts * 64);              // head, link, reference; block in bursts
+    EXPECT_EQ(post.dram_bytes(), 64 * (2 + bursts) + 64 * (2 + bursts));  // written, read
     EXPECT_EQ(post.dram_bytes_uncached(), post.dram_bytes());
   }
 }
@@ -406,11 +432,13 @@ TEST(PostTessellation, TrianglesOverPatchRecordsAre4And13And48And181Times) {
   for (const auto& [factor, times] : expected) {
     const TessellatedPatch patch = flat_grid(factor, 1, 1, 128);
     EXPECT_EQ(patch.domain_evaluations * kVertexBytes / 192, times);
-    // What is stored is that and the copies at the borders of blocks: vertices of groups of 7 cells a side, of which some share a block.
+    // What is stored is that and the copies at the borders of blocks: vertices of groups of 7 cells a side, of which
+    // some share a block.
     const frontend::Projection p = projection(0);
     PostTessellationBinner binner({}, TileGrid(130, 130, 32, 32), p);
     bin(binner, {patch});
-    const std::uint64_t groups = static_cast<std::uint64_t>((factor + 6) / 7), line = static_cast<std::uint64_t>(factor) + groups;
+    const std::uint64_t groups = static_cast<std::uint64_t>((factor + 6) / 7),
+                        line = static_cast<std::uint64_t>(factor) + groups;
     EXPECT_GE(binner.counters().vertices_stored, patch.domain_evaluations);
     EXPECT_LE(binner.counters().vertices_stored, line * line);
   }

@@ -60,15 +60,20 @@ TEST(TileGrid, BoundsOutsideOnAnySideCoverNothingAndHugeOnesEverything) {
 TEST(TileGrid, CoversExactlyTheTilesWhosePixelsTheBoundTouches) {
   Random random(1);
   for (int trial = 0; trial < 3000; ++trial) {
-    const TileGrid grid(150, 90, 16, 24, {random.integer(0, 60), random.integer(0, 40), random.integer(61, 150), random.integer(41, 90)});
-    const float x0 = static_cast<float>(random.integer(-40, 180)) * 0.5f, y0 = static_cast<float>(random.integer(-40, 120)) * 0.5f;
-    const ScreenBounds b = bounds_at(x0, y0, x0 + static_cast<float>(random.integer(0, 80)), y0 + static_cast<float>(random.integer(0, 80)));
+    const TileGrid grid(
+        150, 90, 16, 24,
+        {random.integer(0, 60), random.integer(0, 40), random.integer(61, 150), random.integer(41, 90)});
+    const float x0 = static_cast<float>(random.integer(-40, 180)) * 0.5f,
+                y0 = static_cast<float>(random.integer(-40, 120)) * 0.5f;
+    const ScreenBounds b = bounds_at(x0, y0, x0 + static_cast<float>(random.integer(0, 80)),
+                                     y0 + static_cast<float>(random.integer(0, 80)));
     const IntRect covered = grid.covered(b);
     for (TileIndex t = 0; t < grid.tile_count(); ++t) {
       const int column = static_cast<int>(t) % grid.columns(), row = static_cast<int>(t) / grid.columns();
       // Whole tiles, not cut to the region: a bound may reach into one from outside the region.
       const IntRect r = grid.pixels(t);
-      const bool touches = b.x1 >= static_cast<float>(r.x0) && b.x0 <= static_cast<float>(r.x1) && b.y1 >= static_cast<float>(r.y0) && b.y0 <= static_cast<float>(r.y1);
+      const bool touches = b.x1 >= static_cast<float>(r.x0) && b.x0 <= static_cast<float>(r.x1) &&
+                           b.y1 >= static_cast<float>(r.y0) && b.y0 <= static_cast<float>(r.y1);
       if (touches) {
         EXPECT_TRUE(covered.contains(column, row));
       }
@@ -136,7 +141,8 @@ QueueEntry entry_number(std::uint32_t n) {
 }
 
 // Patches of a queue's entries, and the payload bytes read with them.
-std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex queue, hardware::Ledger& ledger, std::uint64_t& bytes_read) {
+std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex queue, hardware::Ledger& ledger,
+                                   std::uint64_t& bytes_read) {
   std::vector<QueueEntry> entries;
   buffer.read_queue(queue, entries, ledger, bytes_read);
   std::vector<std::uint32_t> out;
@@ -268,12 +274,12 @@ TEST(WriteCombiner, EvictsTheLeastRecentlyUsedLine) {
   WriteCombiner combiner(2, 64, ledger);
   combiner.write(0, 8);
   combiner.write(64, 8);
-  combiner.write(8, 8);     // line 0 is young again
-  combiner.write(128, 8);   // line 1 leaves
+  combiner.write(8, 8);    // line 0 is young again
+  combiner.write(128, 8);  // line 1 leaves
   EXPECT_EQ(ledger.total().written_bytes, 64u);
-  combiner.write(16, 8);    // line 0 is still here
+  combiner.write(16, 8);  // line 0 is still here
   EXPECT_EQ(ledger.total().written_bytes, 64u);
-  combiner.write(64, 8);    // line 2 leaves
+  combiner.write(64, 8);  // line 2 leaves
   EXPECT_EQ(ledger.total().written_bytes, 128u);
 }
 
@@ -296,7 +302,10 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
   Random random(2);
   for (std::uint32_t n = 0; n < 60; ++n) {
     const float x = random.uniform(-20, 140), y = random.uniform(-20, 140);
-    sub_patches.push_back({n % 6, {static_cast<std::uint8_t>(n), 0, 1, 1}, bounds_at(x, y, x + random.uniform(0, 90), y + random.uniform(0, 90)), {}});
+    sub_patches.push_back({n % 6,
+                           {static_cast<std::uint8_t>(n), 0, 1, 1},
+                           bounds_at(x, y, x + random.uniform(0, 90), y + random.uniform(0, 90)),
+                           {}});
   }
   // Every (sub-patch, tile) pair arrives once, in order, however small the buffer.
   const auto collect = [&](std::int64_t bytes, std::uint64_t& passes, std::uint64_t& overlaps) {

@@ -31,11 +31,15 @@ Projection projection(bool orthographic, double lens) {
   return p;
 }
 
-double draw(Random& random, double low, double high) { return low + (high - low) * static_cast<double>(random.uniform(0, 1)); }
+double draw(Random& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random.uniform(0, 1));
+}
 
 // A box as the front end makes them: one frame for both keys, extents and camera of each key its own.
 MovingCorners random_corners(Random& random, const Projection& p) {
-  const auto turn = [&](double angle) { return glm::mat3_cast(glm::angleAxis(angle, glm::normalize(DVec3(random.in_box(1)) + DVec3(1e-3)))); };
+  const auto turn = [&](double angle) {
+    return glm::mat3_cast(glm::angleAxis(angle, glm::normalize(DVec3(random.in_box(1)) + DVec3(1e-3))));
+  };
   const DMat3 frame = turn(draw(random, 0, 3));
   const bool deforming = random.coin();
   const double reach = random.coin() ? 0.3 : 1.5;
@@ -45,7 +49,10 @@ MovingCorners random_corners(Random& random, const Projection& p) {
   for (std::size_t key = 0; key < 2; ++key) {
     const DMat3 camera = random.coin() ? turn(draw(random, 0, 0.6)) : DMat3(1.0);
     for (std::size_t i = 0; i < 8; ++i)
-      corners[8 * key + i] = p.matrix() * DVec4(camera * (frame * (half * DVec3((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1)) + center) + away, 1);
+      corners[8 * key + i] =
+          p.matrix() *
+          DVec4(camera * (frame * (half * DVec3((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1)) + center) + away,
+                1);
     away += DVec3(random.in_box(1)) * reach;
     if (deforming) half *= draw(random, 0.3, 3), center += DVec3(random.in_box(0.5f));
   }
@@ -57,7 +64,8 @@ DVec4 random_point(Random& random, const MovingCorners& corners, std::size_t key
   const auto place = [&] { return random.coin() ? (random.coin() ? 1.0 : 0.0) : draw(random, 0, 1); };
   const double a = place(), b = place(), c = place();
   DVec4 sum(0);
-  for (std::size_t i = 0; i < 8; ++i) sum += corners[8 * key + i] * ((i & 1 ? a : 1 - a) * (i & 2 ? b : 1 - b) * (i & 4 ? c : 1 - c));
+  for (std::size_t i = 0; i < 8; ++i)
+    sum += corners[8 * key + i] * ((i & 1 ? a : 1 - a) * (i & 2 ? b : 1 - b) * (i & 4 ? c : 1 - c));
   return sum;
 }
 
@@ -85,10 +93,12 @@ Missed missed_by(const Method& method, std::uint32_t seed) {
       const double t = random.coin() ? draw(random, 0, 1) : random.integer(0, 255) / 256.0;
       const DVec4 r = random_point(random, corners, 0) * (1 - t) + random_point(random, corners, 1) * t;
       if (!(r.z >= p.near)) continue;
-      const double coc = p.lens_scale * (p.orthographic ? 1 - r.z * p.inverse_focus : 1 / r.w - p.inverse_focus), angle = draw(random, 0, 6.3);
+      const double coc = p.lens_scale * (p.orthographic ? 1 - r.z * p.inverse_focus : 1 / r.w - p.inverse_focus),
+                   angle = draw(random, 0, 6.3);
       const double x = r.x / r.w + std::cos(angle) * coc, y = r.y / r.w + std::sin(angle) * coc;
       if (x < 0 || y < 0 || x >= kWidth || y >= kHeight) continue;
-      const TimeInterval times = times_of(static_cast<int>(x / grid.tile_width()), static_cast<int>(y / grid.tile_height()));
+      const TimeInterval times =
+          times_of(static_cast<int>(x / grid.tile_width()), static_cast<int>(y / grid.tile_height()));
       const int code = std::min(255, static_cast<int>(t * 256));
       missed.tiles += times.empty() ? 1 : 0;
       missed.times += times.empty() || (code >= times.first && code <= times.last) ? 0 : 1;
@@ -108,7 +118,8 @@ hardware::GpuConfiguration methods(const char* coverage, bool intervals, int seg
 using Change = std::function<void(BoundedSubPatch&)>;
 
 // The binner's own coverage of a sub-patch that `change` has tampered with.
-Method binners(const hardware::GpuConfiguration& gpu, const Change& change = [](BoundedSubPatch&) {}) {
+Method binners(
+    const hardware::GpuConfiguration& gpu, const Change& change = [](BoundedSubPatch&) {}) {
   return [=](const BoundedSubPatch& sub_patch, const TileGrid& grid) {
     BoundedSubPatch changed = sub_patch;
     change(changed);
@@ -121,7 +132,9 @@ Method binners(const hardware::GpuConfiguration& gpu, const Change& change = [](
 
 // ---- Nothing that is seen is left out ---------------------------------------------------------------------------
 
-TEST(ExactCoverage, NeverDropsATileThatTheMovingBoxTouches) { EXPECT_EQ(missed_by(binners(methods("exact", false, 1)), 1).tiles, 0); }
+TEST(ExactCoverage, NeverDropsATileThatTheMovingBoxTouches) {
+  EXPECT_EQ(missed_by(binners(methods("exact", false, 1)), 1).tiles, 0);
+}
 
 TEST(TimeIntervals, HoldEveryTimeAtWhichTheMovingBoxTouchesTheTile) {
   const Missed missed = missed_by(binners(methods("rectangle", true, 1)), 2);
@@ -232,7 +245,9 @@ TEST(ExactCoverage, ADiagonalKeepsTheTilesAlongItOnly) {
 
 TEST(ExactCoverage, ATileTouchedInItsCornerOnlyIsCoveredAndOneAHairAwayIsNot) {
   for (const auto& [shift, covered] : {std::pair{0.0, 4u}, {1.0 / 64, 3u}}) {
-    const TileCoverage c = cover(segment_between({{{48 + shift, 16}, {16 + shift, 48}, {48 + shift, 16}, {16 + shift, 48}}}), methods("exact", false, 1));
+    const TileCoverage c =
+        cover(segment_between({{{48 + shift, 16}, {16 + shift, 48}, {48 + shift, 16}, {16 + shift, 48}}}),
+              methods("exact", false, 1));
     EXPECT_EQ(c.covered, covered);
     EXPECT_EQ(c.at(0, 0).empty(), shift > 0);
   }
@@ -262,7 +277,8 @@ TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes
 TEST(TimeIntervals, AreTightForMotionAlongOneAxis) {
   // A dot that crosses the four tiles of a row at constant speed: each for a quarter of the shutter.
   const BoundedSubPatch dot = segment_between({{{0, 10}, {0, 10}, {128, 10}, {128, 10}}});
-  const TileCoverage intervals = cover(dot, methods("rectangle", true, 1)), segments = cover(dot, methods("rectangle", false, 8));
+  const TileCoverage intervals = cover(dot, methods("rectangle", true, 1)),
+                     segments = cover(dot, methods("rectangle", false, 8));
   for (int column = 0; column < 4; ++column) {
     EXPECT_NEAR(intervals.at(column, 0).first, 64 * column, 2);
     EXPECT_NEAR(intervals.at(column, 0).last, 64 * column + 64, 2);
@@ -272,7 +288,8 @@ TEST(TimeIntervals, AreTightForMotionAlongOneAxis) {
 }
 
 TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
-  // A wide, flat box shoots down and to the right: its rectangle over the shutter covers the upper right and lower left.
+  // A wide, flat box shoots down and to the right: its rectangle over the shutter covers the upper right and lower
+  // left.
   const BoundedSubPatch s = segment_between({{{2, 2}, {20, 3}, {106, 120}, {124, 121}}});
   for (const auto& gpu : {methods("rectangle", true, 1), methods("rectangle", false, 16)}) {
     const TileCoverage c = cover(s, gpu);
@@ -286,7 +303,8 @@ TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
 TEST(TimeIntervals, WhatDoesNotMoveHasAllTimes) {
   const BoundedSubPatch still = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   for (const bool moving : {false, true})
-    for (const TimeInterval& times : cover(still, methods("rectangle", true, 16), moving).times) EXPECT_EQ(times, TimeInterval{});
+    for (const TimeInterval& times : cover(still, methods("rectangle", true, 16), moving).times)
+      EXPECT_EQ(times, TimeInterval{});
 }
 
 TEST(TimeSegments, AsManyAsTheCentreTravelsItsOwnSideButAtLeastATile) {
@@ -308,7 +326,8 @@ TEST(TimeSegments, TheBoxAtATimeHoldsEveryPairOfCornersAndNoMore) {
     for (std::size_t i = 0; i < 8; ++i)
       for (std::size_t j = 8; j < 16; ++j) {
         const DVec4 r = corners[i] * (1 - t) + corners[j] * t;
-        expected = {std::min(expected.x0, r.x / r.w), std::min(expected.y0, r.y / r.w), std::max(expected.x1, r.x / r.w), std::max(expected.y1, r.y / r.w)};
+        expected = {std::min(expected.x0, r.x / r.w), std::min(expected.y0, r.y / r.w),
+                    std::max(expected.x1, r.x / r.w), std::max(expected.y1, r.y / r.w)};
       }
     const ScreenBox box = screen_box_at(corners, t);
     EXPECT_NEAR(box.x0, expected.x0, 1e-8);

@@ -35,7 +35,8 @@ TileCoverage random_coverage(Random& random, const TileGrid& grid) {
 using Placements = std::vector<QueueHierarchy::Placement>;
 
 // Covered tiles that do not read exactly one entry that holds their times; others may read one in vain, not two.
-int misplaced(const QueueHierarchy& hierarchy, const TileGrid& grid, const TileCoverage& coverage, const Placements& placements) {
+int misplaced(const QueueHierarchy& hierarchy, const TileGrid& grid, const TileCoverage& coverage,
+              const Placements& placements) {
   std::map<QueueIndex, TimeInterval> queues;
   for (const auto& p : placements) queues[p.queue] = p.times;
   int wrong = queues.size() == placements.size() ? 0 : 1;
@@ -56,9 +57,11 @@ int misplaced(const QueueHierarchy& hierarchy, const TileGrid& grid, const TileC
 }
 
 // Bytes that entries move: written once, read by every tile of their queue, which then fetches the patch.
-std::uint64_t bytes_moved(const QueueHierarchy& hierarchy, const TileGrid& grid, const Placements& placements, std::uint64_t patch_bytes) {
+std::uint64_t bytes_moved(const QueueHierarchy& hierarchy, const TileGrid& grid, const Placements& placements,
+                          std::uint64_t patch_bytes) {
   std::map<QueueIndex, std::uint64_t> readers;
-  for (TileIndex tile = 0; tile < grid.tile_count(); ++tile) hierarchy.for_each_queue_of(tile, [&](QueueIndex queue) { ++readers[queue]; });
+  for (TileIndex tile = 0; tile < grid.tile_count(); ++tile)
+    hierarchy.for_each_queue_of(tile, [&](QueueIndex queue) { ++readers[queue]; });
   std::uint64_t bytes = 0;
   for (const auto& p : placements) bytes += kQueueEntryBytes + readers[p.queue] * (kQueueEntryBytes + patch_bytes);
   return bytes;
@@ -92,7 +95,8 @@ TEST(QueueHierarchy, EveryCoveredTileReadsOneEntryWithItsTimesAndNoLevelAloneMov
     ASSERT_EQ(misplaced(hierarchy, grid, coverage, placements), 0);
     const std::uint64_t moved = bytes_moved(hierarchy, grid, placements, patch_bytes);
     for (int level = 0; level < levels; ++level)
-      ASSERT_LE(moved, bytes_moved(hierarchy, grid, uniform(hierarchy, coverage, level), patch_bytes)) << level << " of " << levels;
+      ASSERT_LE(moved, bytes_moved(hierarchy, grid, uniform(hierarchy, coverage, level), patch_bytes))
+          << level << " of " << levels;
     if (levels == 1) {
       ASSERT_EQ(placements.size(), coverage.covered);
     }
@@ -103,7 +107,8 @@ TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
   Random random(2);
   const TileGrid grid(640, 360, 32, 32);
   const QueueHierarchy hierarchy(grid, 3);
-  TileCoverage coverage{{0, 0, grid.columns(), grid.rows()}, std::vector<TimeInterval>(grid.tile_count()), grid.tile_count(), 0, 0};
+  TileCoverage coverage{
+      {0, 0, grid.columns(), grid.rows()}, std::vector<TimeInterval>(grid.tile_count()), grid.tile_count(), 0, 0};
   Placements good;
   hierarchy.place(coverage, 0, good);
   ASSERT_EQ(misplaced(hierarchy, grid, coverage, good), 0);
@@ -111,7 +116,8 @@ TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
   doubled.push_back({0, {}});
   shifted[0].queue += 1;
   cut[0].times.last = 254;
-  for (const Placements& bad : {forgotten, doubled, shifted, cut}) EXPECT_GT(misplaced(hierarchy, grid, coverage, bad), 0);
+  for (const Placements& bad : {forgotten, doubled, shifted, cut})
+    EXPECT_GT(misplaced(hierarchy, grid, coverage, bad), 0);
 }
 
 TEST(QueueHierarchy, QueuesAreNumberedLevelByLevelAndThoseOfTilesAsTheTiles) {
@@ -174,8 +180,10 @@ struct TrafficOracle {
       if (!queue.chunks.empty()) access(chunk_at(queue.chunks.back()), 8, true), payload += 8;
       queue.chunks.push_back(chunks++);
     }
-    if (queue.entries > 0) access(number * 16, 16, false);
-    else payload += 16;
+    if (queue.entries > 0)
+      access(number * 16, 16, false);
+    else
+      payload += 16;
     access(chunk_at(queue.chunks.back()) + 8 + slot * 16, 16, true);
     access(number * 16, 16, true);
     payload += 16;
@@ -186,7 +194,9 @@ struct TrafficOracle {
   }
   // Bursts that a tile core reads for one queue.
   std::uint64_t queue_bursts(QueueIndex number) {
-    const auto bursts = [&](std::uint64_t address, std::uint64_t bytes) { return (address + bytes - 1) / burst - address / burst + 1; };
+    const auto bursts = [&](std::uint64_t address, std::uint64_t bytes) {
+      return (address + bytes - 1) / burst - address / burst + 1;
+    };
     std::uint64_t sum = bursts(number * 16, 16), left = queues[number].entries;
     for (const std::uint64_t chunk : queues[number].chunks) {
       const std::uint64_t here = std::min((chunk_bytes - 8) / 16, left);
@@ -198,7 +208,8 @@ struct TrafficOracle {
 };
 
 // Appends at random; whether the ledger and the counter say what the oracle with `lines` lines says.
-bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, std::int64_t lines, std::int64_t oracle_lines) {
+bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, std::int64_t lines,
+                    std::int64_t oracle_lines) {
   Random random(seed);
   hardware::GpuConfiguration gpu;
   gpu.memory_burst_bytes = burst;
@@ -207,7 +218,16 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   constexpr QueueIndex kQueues = 23;
   ParameterBuffer buffer(gpu, kQueues);
   const auto b = static_cast<std::uint64_t>(burst);
-  TrafficOracle oracle{b, static_cast<std::uint64_t>(oracle_lines), (kQueues * 16 + b - 1) / b * b, static_cast<std::uint64_t>(chunk), 0, 0, 0, 0, {}, {}};
+  TrafficOracle oracle{b,
+                       static_cast<std::uint64_t>(oracle_lines),
+                       (kQueues * 16 + b - 1) / b * b,
+                       static_cast<std::uint64_t>(chunk),
+                       0,
+                       0,
+                       0,
+                       0,
+                       {},
+                       {}};
   for (int n = 0; n < 900; ++n) {
     const auto queue = static_cast<QueueIndex>(random.coin() ? random.integer(0, kQueues - 1) : random.integer(3, 5));
     EXPECT_TRUE(buffer.append(queue, {}));
@@ -216,13 +236,15 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   buffer.finish();
   oracle.finish();
   const hardware::Traffic& binner = buffer.ledger().traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue);
-  bool agrees = binner.read_bytes == oracle.read && binner.written_bytes == oracle.written && buffer.counters().queue_bytes_written == oracle.payload;
+  bool agrees = binner.read_bytes == oracle.read && binner.written_bytes == oracle.written &&
+                buffer.counters().queue_bytes_written == oracle.payload;
   for (QueueIndex queue = 0; queue < kQueues; ++queue) {
     hardware::Ledger ledger;
     std::uint64_t payload = 0;
     std::vector<QueueEntry> entries;
     buffer.read_queue(queue, entries, ledger, payload);
-    agrees = agrees && ledger.total().read_bytes == oracle.queue_bursts(queue) * b && payload == 16 + 8 * oracle.queues[queue].chunks.size() + 16 * entries.size();
+    agrees = agrees && ledger.total().read_bytes == oracle.queue_bursts(queue) * b &&
+             payload == 16 + 8 * oracle.queues[queue].chunks.size() + 16 * entries.size();
   }
   return agrees;
 }
@@ -231,17 +253,21 @@ TEST(QueueTraffic, P3EveryBurstIsThatOfAReplayOfTheAccesses) {
   std::uint32_t seed = 1;
   for (const std::int64_t burst : {16, 32, 64, 128})
     for (const std::int64_t chunk : {128, 256, 1024})
-      for (const std::int64_t lines : {1, 3, 16, 4096}) EXPECT_TRUE(traffic_agrees(seed++, burst, chunk, lines, lines)) << burst << " " << chunk << " " << lines;
+      for (const std::int64_t lines : {1, 3, 16, 4096})
+        EXPECT_TRUE(traffic_agrees(seed++, burst, chunk, lines, lines)) << burst << " " << chunk << " " << lines;
 }
 
 TEST(QueueTrafficTwin, OneLineLessInFrontOfMemoryIsCaught) { EXPECT_FALSE(traffic_agrees(1, 32, 256, 16, 15)); }
 
 // ---- The binner's hard cases ------------------------------------------------------------------------------------
 
-BoundedSubPatch rectangle(std::uint32_t patch, float x0, float y0, float x1, float y1) { return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, {}}; }
+BoundedSubPatch rectangle(std::uint32_t patch, float x0, float y0, float x1, float y1) {
+  return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, {}};
+}
 
 // What every tile reads, over as many passes as the buffer needs.
-std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObject& scene, std::span<const BoundedSubPatch> sub_patches, int& passes) {
+std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObject& scene,
+                                                 std::span<const BoundedSubPatch> sub_patches, int& passes) {
   std::map<TileIndex, std::multiset<int>> tiles;
   Binner::Cursor cursor;
   for (bool done = false; !done; ++passes) {
@@ -270,7 +296,8 @@ TEST(HardCases, LevelsOfQueuesAndPartialRendersGiveEveryTileItsSubPatchesOnce) {
   std::vector<BoundedSubPatch> sub_patches;
   for (int n = 0; n < 70; ++n) {
     const float x = random.uniform(-40, 160), y = random.uniform(-40, 160);
-    sub_patches.push_back(rectangle(static_cast<std::uint32_t>(n % 6), x, y, x + random.uniform(0, 150), y + random.uniform(0, 150)));
+    sub_patches.push_back(
+        rectangle(static_cast<std::uint32_t>(n % 6), x, y, x + random.uniform(0, 150), y + random.uniform(0, 150)));
     sub_patches.back().range.i0 = static_cast<std::uint8_t>(n);
   }
   const TileGrid grid(130, 125, 16, 16);
@@ -313,7 +340,9 @@ TEST(HardCases, FramesOfOnePixelAndOfNoMultipleOfATile) {
   for (const auto& [width, height] : {std::pair{1, 1}, {33, 1}, {1, 65}, {97, 31}})
     for (const int levels : {1, 5}) {
       Binner binner(gpu_with(1 << 16, levels), TileGrid(width, height, 32, 32));
-      const std::vector<BoundedSubPatch> all = {rectangle(0, 0, 0, static_cast<float>(width), static_cast<float>(height)), rectangle(1, 0.25f, 0.25f, 0.5f, 0.5f)};
+      const std::vector<BoundedSubPatch> all = {
+          rectangle(0, 0, 0, static_cast<float>(width), static_cast<float>(height)),
+          rectangle(1, 0.25f, 0.25f, 0.5f, 0.5f)};
       int passes = 0;
       const auto tiles = read_all(binner, scene, all, passes);
       EXPECT_EQ(tiles.size(), binner.grid().tile_count());
@@ -323,8 +352,8 @@ TEST(HardCases, FramesOfOnePixelAndOfNoMultipleOfATile) {
 
 TEST(HardCases, OffScreenOnAnySideGivesNoEntryAtAnyLevel) {
   const PosedObject scene;
-  const std::vector<BoundedSubPatch> outside = {rectangle(0, -90, 10, -1, 20), rectangle(0, 129, 10, 300, 20), rectangle(0, 10, -90, 20, -1),
-                                                rectangle(0, 10, 129, 20, 300)};
+  const std::vector<BoundedSubPatch> outside = {rectangle(0, -90, 10, -1, 20), rectangle(0, 129, 10, 300, 20),
+                                                rectangle(0, 10, -90, 20, -1), rectangle(0, 10, 129, 20, 300)};
   for (const int levels : {1, 4}) {
     Binner binner(gpu_with(1 << 16, levels), TileGrid(128, 128, 32, 32));
     Binner::Cursor cursor;

@@ -18,8 +18,10 @@ std::unique_ptr<Capture> empty_capture() {
 Primitive bent_patches(Random& random, int material) {
   std::vector<Vec3> points;
   for (int k = 0; k < 4; ++k) {
-    const Vec3 at(static_cast<float>(k % 2) * 1.2f - 1.2f, static_cast<float>(k / 2) * 1.0f - 1.0f, random.uniform(-0.3f, 0.3f));
-    for (Vec3 p : flat_patch(at, {1.1f, 0, random.uniform(-0.1f, 0.1f)}, {0, 0.9f, random.uniform(-0.1f, 0.1f)})) points.push_back(p + random.in_box(0.03f));
+    const Vec3 at(static_cast<float>(k % 2) * 1.2f - 1.2f, static_cast<float>(k / 2) * 1.0f - 1.0f,
+                  random.uniform(-0.3f, 0.3f));
+    for (Vec3 p : flat_patch(at, {1.1f, 0, random.uniform(-0.1f, 0.1f)}, {0, 0.9f, random.uniform(-0.1f, 0.1f)}))
+      points.push_back(p + random.in_box(0.03f));
   }
   return patches(points, material);
 }
@@ -53,7 +55,9 @@ std::unique_ptr<Capture> slow_scene(std::uint32_t seed) {
   const int material = add_material(*capture, plain);
   for (int k = 0; k < 6; ++k) {
     Primitive primitive = k % 3 == 2 ? closed_patches(material) : bent_patches(random, material);
-    if (k == 5) primitive = triangles({{-1, -1, 0.1f}, {1, -1, 0}, {1, 1, 0.2f}, {-1, 1, 0}, {0, 0, 0.5f}}, {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4}, material);
+    if (k == 5)
+      primitive = triangles({{-1, -1, 0.1f}, {1, -1, 0}, {1, 1, 0.2f}, {-1, 1, 0}, {0, 0, 0.5f}},
+                            {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4}, material);
     const int node = add_node(*capture, primitive, DVec3(random.in_box(1.0f)) + DVec3(0, 0, -0.5 * k));
     capture->nodes[static_cast<std::size_t>(node)].transform.scale = DVec3(0.6);
     if (random.coin()) add_motion(*capture, node, small_way(random));
@@ -61,7 +65,8 @@ std::unique_ptr<Capture> slow_scene(std::uint32_t seed) {
   Camera camera;
   if (seed % 4 == 1) camera.type = Camera::Type::kOrthographic, camera.x_mag = 1.6f, camera.y_mag = 1.0f;
   if (seed % 2 == 0) {
-    camera.lens.aperture_radius = random.uniform(1e-6f, 6e-5f);  // so small that parts of the scene are in focus to the last bit
+    camera.lens.aperture_radius =
+        random.uniform(1e-6f, 6e-5f);  // so small that parts of the scene are in focus to the last bit
     camera.lens.focus_distance = random.uniform(3.5f, 6.0f);
   }
   add_camera(*capture, {0.1, 0.2, 4}, camera);
@@ -76,12 +81,14 @@ std::unique_ptr<Capture> partly_displaced_scene(std::uint32_t seed) {
     Material material;
     material.double_sided = true;
     std::vector<float> heights(32 * 32, 0.0f);
-    for (int bumps = 0; bumps < k; ++bumps) heights[static_cast<std::size_t>(random.integer(0, 1023))] = random.uniform(0.3f, 1.0f);
+    for (int bumps = 0; bumps < k; ++bumps)
+      heights[static_cast<std::size_t>(random.integer(0, 1023))] = random.uniform(0.3f, 1.0f);
     material.displacement = displacement(32, 32, heights, random.uniform(0.1f, 0.4f), 0.0f);
     if (seed % 5 == 0 && k == 0) material.displacement->bias = 0.01f;
     const int number = add_material(*capture, material);
     add_node(*capture, bent_patches(random, number), DVec3(random.in_box(0.5f)));
-    add_motion(*capture, add_node(*capture, closed_patches(number), DVec3(random.in_box(1.5f))), DVec3(random.in_box(0.1f)));
+    add_motion(*capture, add_node(*capture, closed_patches(number), DVec3(random.in_box(1.5f))),
+               DVec3(random.in_box(0.1f)));
   }
   add_camera(*capture, {0, 0, 5});
   return capture;
@@ -122,7 +129,9 @@ std::unique_ptr<Capture> one_moving_ball(const DVec3& ball_way, const DVec3& cam
   std::vector<Vec3> wall;
   for (int j = 0; j < 6; ++j)
     for (int i = 0; i < 8; ++i)
-      for (const Vec3& p : flat_patch({-4.0f + static_cast<float>(i), -3.0f + static_cast<float>(j), -1}, {1, 0, 0.1f}, {0, 1, 0.05f})) wall.push_back(p);
+      for (const Vec3& p :
+           flat_patch({-4.0f + static_cast<float>(i), -3.0f + static_cast<float>(j), -1}, {1, 0, 0.1f}, {0, 1, 0.05f}))
+        wall.push_back(p);
   add_node(*capture, patches(wall, material));
   const int ball = add_node(*capture, closed_patches(material), {-0.5, 0.2, 0.5});
   capture->nodes[static_cast<std::size_t>(ball)].transform.scale = DVec3(0.45);

@@ -10,7 +10,8 @@ namespace tessera::test {
 
 // Objects and cameras that move by fractions of a sub-pixel to a few pixels, around the focus of a lens.
 std::unique_ptr<frontend::Capture> slow_scene(std::uint32_t seed);
-// Displacement maps that are zero over most of their patches, and a closed surface whose shared edges read several of them.
+// Displacement maps that are zero over most of their patches, and a closed surface whose shared edges read several of
+// them.
 std::unique_ptr<frontend::Capture> partly_displaced_scene(std::uint32_t seed);
 // Masked patches and triangles whose textures have holes here and there.
 std::unique_ptr<frontend::Capture> masked_scene(std::uint32_t seed);

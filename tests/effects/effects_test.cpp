@@ -21,7 +21,8 @@ hardware::GpuConfiguration small_tiles() {
   return gpu;
 }
 
-FrameResult render(const Capture& capture, const RunSettings& settings, int frame = 0, const hardware::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
+FrameResult render(const Capture& capture, const RunSettings& settings, int frame = 0,
+                   const hardware::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
   FrameRenderer renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
   return renderer.render(frame);
 }
@@ -55,9 +56,12 @@ TEST(Effects, ForcedOnEverywhereTheyGiveTheSamePicture) {
     const Capture capture = frontend::read_capture(test::shipped_capture(name));
     compare(capture, capture.settings.first_frame, name);
   }
-  for (std::uint32_t seed = 1; seed <= 12; ++seed) compare(*test::slow_scene(seed), 0, "slow scene " + std::to_string(seed));
-  for (std::uint32_t seed = 1; seed <= 5; ++seed) compare(*test::partly_displaced_scene(seed), 0, "displaced scene " + std::to_string(seed));
-  for (std::uint32_t seed = 1; seed <= 5; ++seed) compare(*test::masked_scene(seed), 0, "masked scene " + std::to_string(seed));
+  for (std::uint32_t seed = 1; seed <= 12; ++seed)
+    compare(*test::slow_scene(seed), 0, "slow scene " + std::to_string(seed));
+  for (std::uint32_t seed = 1; seed <= 5; ++seed)
+    compare(*test::partly_displaced_scene(seed), 0, "displaced scene " + std::to_string(seed));
+  for (std::uint32_t seed = 1; seed <= 5; ++seed)
+    compare(*test::masked_scene(seed), 0, "masked scene " + std::to_string(seed));
 }
 
 TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
@@ -67,11 +71,14 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
     for (const char* method : {"brute", "segments", "partition", "clusters"}) {
       hardware::GpuConfiguration gpu = small_tiles();
       gpu.tilecore_visibility_method = method;
-      for (const char* force : {"auto", "on"}) EXPECT_EQ(picture_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " " << method << " " << force;
+      for (const char* force : {"auto", "on"})
+        EXPECT_EQ(picture_bytes(render(*capture, forced(force), 0, gpu).targets), expected)
+            << seed << " " << method << " " << force;
     }
     hardware::GpuConfiguration gpu = small_tiles();
     gpu.tilecore_traversal = "ray";
-    for (const char* force : {"auto", "on"}) EXPECT_EQ(picture_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
+    for (const char* force : {"auto", "on"})
+      EXPECT_EQ(picture_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
   }
 }
 
@@ -82,7 +89,8 @@ TEST(Effects, ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem) {
     apply_setting(std::string(key) + "=off", off, gpu);
     const FrameResult plain = render(without, {}), result = render(with, off);
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(plain.targets)) << key;
-    EXPECT_NE(picture_bytes(render(with, {}).targets), picture_bytes(plain.targets)) << key << " makes no difference here";
+    EXPECT_NE(picture_bytes(render(with, {}).targets), picture_bytes(plain.targets))
+        << key << " makes no difference here";
     const std::string name = std::string(key).substr(8);
     EXPECT_FALSE(result.effects.at(name));
     EXPECT_EQ(result.effect_places.at(name).tiles, 0u);
@@ -193,7 +201,8 @@ TEST(Effects, AnObjectThatMovesByLessThanASubPixelNeedsNoCodeForMotion) {
   EXPECT_EQ(result.counters.frontend.sub_patches_moving, 0u);
   EXPECT_GT(result.counters.frontend.motion_elided, 0u);
   EXPECT_EQ(sum(result.maps, &TileCounts::moving_sub_patches), 0u);
-  EXPECT_EQ(result.effect_reasons.at("motion"), "1 of 2 drawables move on screen, but no vertex moves by more than a sub-pixel");
+  EXPECT_EQ(result.effect_reasons.at("motion"),
+            "1 of 2 drawables move on screen, but no vertex moves by more than a sub-pixel");
   EXPECT_EQ(picture_bytes(render(*slow, forced("on")).targets), picture_bytes(result.targets));
   EXPECT_GT(render(*faster, {}).counters.frontend.sub_patches_moving, 0u);
 }
@@ -240,7 +249,10 @@ std::unique_ptr<Capture> wall_in_focus(float tilt, float focus) {
   const int material = test::add_material(*capture, grey);
   std::vector<Vec3> points;
   for (int i = 0; i < 8; ++i)
-    for (const Vec3& p : test::flat_patch({-2.0f + 0.5f * static_cast<float>(i), -1, tilt * (-2.0f + 0.5f * static_cast<float>(i))}, {0.5f, 0, 0.5f * tilt}, {0, 2, 0})) points.push_back(p);
+    for (const Vec3& p :
+         test::flat_patch({-2.0f + 0.5f * static_cast<float>(i), -1, tilt * (-2.0f + 0.5f * static_cast<float>(i))},
+                          {0.5f, 0, 0.5f * tilt}, {0, 2, 0}))
+      points.push_back(p);
   test::add_node(*capture, test::patches(points, material));
   frontend::Camera camera;
   camera.lens = {0.05f, focus};
@@ -272,7 +284,8 @@ TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
 
 TEST(Effects, AMapThatIsZeroReadsNoHeights) {
   auto capture = test::partly_displaced_scene(1);
-  for (frontend::Material& m : capture->materials) m.displacement = test::displacement(32, 32, std::vector<float>(32 * 32, 0.0f), 0.3f, 0.0f);
+  for (frontend::Material& m : capture->materials)
+    m.displacement = test::displacement(32, 32, std::vector<float>(32 * 32, 0.0f), 0.3f, 0.0f);
   const FrameResult zero = render(*capture, {}), on = render(*capture, forced("on"));
   EXPECT_EQ(zero.counters.frontend.sub_patches_displaced, 0u);
   EXPECT_GT(zero.counters.frontend.displacement_elided, 0u);
@@ -297,7 +310,8 @@ TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
 
 TEST(Effects, EachHasAReasonAndPlacesInEveryFrame) {
   const FrameResult result = render(frontend::read_capture(test::shipped_capture("eggs")), {}, 14);
-  for (const char* name : {"advection", "alpha_test", "blending", "defocus", "desampling", "displacement", "foveation", "frame_buffer_compression", "motion", "procedures", "stereo"}) {
+  for (const char* name : {"advection", "alpha_test", "blending", "defocus", "desampling", "displacement", "foveation",
+                           "frame_buffer_compression", "motion", "procedures", "stereo"}) {
     ASSERT_TRUE(result.effects.contains(name)) << name;
     EXPECT_FALSE(result.effect_reasons.at(name).empty()) << name;
     EXPECT_EQ(result.effect_places.at(name).tiles > 0, result.effects.at(name)) << name;

@@ -51,7 +51,8 @@ bool is_sharp(const MicroMesh& m, const Projection& projection) {
   const float focus = static_cast<float>(projection.inverse_focus), most = sharp_factor(projection);
   for (std::size_t v = 0; v < m.vertex_count; ++v)
     for (const float t : {0.0f, 0.25f, 0.7f, 1.0f}) {
-      const float z = std::fma(t, m.z1[v] - m.z0[v], m.z0[v]), factor = projection.orthographic ? 1.0f - z * focus : 1.0f / z - focus;
+      const float z = std::fma(t, m.z1[v] - m.z0[v], m.z0[v]),
+                  factor = projection.orthographic ? 1.0f - z * focus : 1.0f / z - focus;
       if (!m.projected[v] || std::abs(factor) > most) return false;
     }
   return true;
@@ -97,9 +98,11 @@ TEST(SubPatchEffects, AnElisionThatLeavesOutTooMuchBreaksE1AndE2) {
       bounder.begin(s.base_patch);
       const SubPatchBody body = bounder.body(s.range);
       const PosedDrawable& drawable = scene.frame->drawable_of(s.base_patch);
-      if (drawable.moving && !drawable.deforming && stays_still(body, projection, 8 * static_cast<double>(kStillPixels), 8 * static_cast<double>(kStillDepth)))
+      if (drawable.moving && !drawable.deforming &&
+          stays_still(body, projection, 8 * static_cast<double>(kStillPixels), 8 * static_cast<double>(kStillDepth)))
         wrong_still += stands_still(scene.mesh(s)) ? 0 : 1;
-      if (projection.lens_scale != 0 && stays_sharp(s.bounds, projection, 8 * static_cast<double>(kSharpPixels))) wrong_sharp += is_sharp(scene.mesh(s), projection) ? 0 : 1;
+      if (projection.lens_scale != 0 && stays_sharp(s.bounds, projection, 8 * static_cast<double>(kSharpPixels)))
+        wrong_sharp += is_sharp(scene.mesh(s), projection) ? 0 : 1;
     }
   }
   EXPECT_GT(wrong_still, 0u);
@@ -112,7 +115,8 @@ TEST(SubPatchEffects, E3SubPatchesWithoutDisplacementHaveTheSameVerticesWithAndW
     const Posed scene(test::partly_displaced_scene(seed));
     for (const BoundedSubPatch& s : scene.sub_patches()) {
       const MicroMesh with = scene.mesh(s, true), without = scene.mesh(s, false);
-      const bool same = with.x0 == without.x0 && with.y0 == without.y0 && with.z0 == without.z0 && with.x1 == without.x1 && with.z1 == without.z1;
+      const bool same = with.x0 == without.x0 && with.y0 == without.y0 && with.z0 == without.z0 &&
+                        with.x1 == without.x1 && with.z1 == without.z1;
       EXPECT_TRUE(same || (s.effects & kEffectDisplacement) != 0) << "seed " << seed << " patch " << s.base_patch;
       flat += (s.effects & kEffectDisplacement) == 0 ? 1 : 0;
       displaced += (s.effects & kEffectDisplacement) != 0 ? 1 : 0;

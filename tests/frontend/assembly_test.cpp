@@ -23,7 +23,8 @@ Primitive grid_mesh(int n, Random& random) {
   std::vector<Vec3> positions;
   std::vector<std::uint32_t> indices;
   for (int y = 0; y <= n; ++y)
-    for (int x = 0; x <= n; ++x) positions.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(0, 1));
+    for (int x = 0; x <= n; ++x)
+      positions.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(0, 1));
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) {
       const auto a = static_cast<std::uint32_t>(y * (n + 1) + x), row = static_cast<std::uint32_t>(n + 1);
@@ -49,7 +50,8 @@ TEST(Clusters, HoldEveryTriangleOnceWithItsWinding) {
   for (const int n : {1, 2, 9, 30}) {
     const Primitive mesh = grid_mesh(n, random);
     std::multiset<Triangle> expected;
-    for (std::size_t t = 0; t < mesh.indices.size(); t += 3) expected.insert(canonical({mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]}));
+    for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+      expected.insert(canonical({mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]}));
     EXPECT_EQ(triangles_of(build_clusters(mesh)), expected);
   }
 }
@@ -66,11 +68,14 @@ TEST(Clusters, StayWithinTheLimitsOfAMeshShader) {
 TEST(Clusters, PairMostTrianglesOfAGridIntoQuads) {
   Random random(3);
   const MeshClusters clusters = build_clusters(grid_mesh(20, random));
-  const auto singles = std::count_if(clusters.cells.begin(), clusters.cells.end(), [](const ClusterCell& c) { return c.single(); });
+  const auto singles =
+      std::count_if(clusters.cells.begin(), clusters.cells.end(), [](const ClusterCell& c) { return c.single(); });
   EXPECT_LT(static_cast<double>(singles), 0.1 * static_cast<double>(clusters.cells.size()));
 }
 
-TEST(Clusters, OfAnEmptyPrimitiveAreNone) { EXPECT_TRUE(build_clusters(test::triangles({{0, 0, 0}}, {})).clusters.empty()); }
+TEST(Clusters, OfAnEmptyPrimitiveAreNone) {
+  EXPECT_TRUE(build_clusters(test::triangles({{0, 0, 0}}, {})).clusters.empty());
+}
 
 TEST(Neighbours, SharedEdgesHaveOneOwnerAndTheRightDirection) {
   // Two patches side by side: edge u=1 of the first is edge u=0 of the second.

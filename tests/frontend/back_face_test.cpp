@@ -47,7 +47,8 @@ struct RoundScene {
     if (options.moving) test::add_motion(capture, node, DVec3(random.in_box(2)));
     if (options.deforming) {
       if (capture.animations.empty()) capture.animations.emplace_back();
-      capture.animations[0].channels.push_back({node, AnimatedPath::kWeights, Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+      capture.animations[0].channels.push_back(
+          {node, AnimatedPath::kWeights, Interpolation::kLinear, 1, {0, 1}, {0, 1}});
       capture.played_animations = {0};
     }
     Camera camera;
@@ -79,10 +80,12 @@ RasterVertex project(const FrameGeometry& frame, std::uint32_t patch, int i, int
   const PosedDrawable& drawable = frame.drawable_of(patch);
   const TessellationPattern& pattern = frame.patterns[patch];
   OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
-  if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) vertex = boundary_vertex(pattern, frame.assembly->neighbours[0][patch], i, j);
+  if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv)
+    vertex = boundary_vertex(pattern, frame.assembly->neighbours[0][patch], i, j);
   RasterVertex out;
   for (std::size_t key = 0; key < 2; ++key) {
-    const Vec4 r = drawable.to_raster[key] * Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f);
+    const Vec4 r =
+        drawable.to_raster[key] * Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f);
     const float w = frame.projection.orthographic ? 1.0f : r.w;
     const auto snap = [](float x) { return static_cast<double>(std::nearbyint(x * kSubpixels) / kSubpixels); };
     out.at[key] = {snap(r.x / w), snap(r.y / w)};
@@ -116,14 +119,17 @@ Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) 
     constexpr int kSide = 6;
     for (int j = 0; j < pattern.nv; j += kSide)
       for (int i = 0; i < pattern.nu; i += kSide) {
-        const CellRange cells{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j), static_cast<std::uint8_t>(std::min<int>(i + kSide, pattern.nu)),
+        const CellRange cells{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j),
+                              static_cast<std::uint8_t>(std::min<int>(i + kSide, pattern.nu)),
                               static_cast<std::uint8_t>(std::min<int>(j + kSide, pattern.nv))};
         const SubPatchBody body = bounder.body(cells);
         const std::uint64_t count = static_cast<std::uint64_t>((cells.i1 - cells.i0) * (cells.j1 - cells.j0));
         out.cells += count;
         bool culled = test.culls(bounder, *scene.pyramids, cells, body.corners);
         if (believe_the_middle) {
-          const RasterVertex a = project(frame, patch, cells.i0, cells.j0), b = project(frame, patch, cells.i1, cells.j0), c = project(frame, patch, cells.i1, cells.j1);
+          const RasterVertex a = project(frame, patch, cells.i0, cells.j0),
+                             b = project(frame, patch, cells.i1, cells.j0),
+                             c = project(frame, patch, cells.i1, cells.j1);
           const glm::dvec2 e = b.at[0] - a.at[0], f = c.at[0] - a.at[0];
           culled = e.x * f.y - e.y * f.x > 0;
         }
@@ -131,12 +137,16 @@ Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) 
         out.culled += count;
         for (int y = cells.j0; y < cells.j1; ++y)
           for (int x = cells.i0; x < cells.i1; ++x) {
-            const RasterVertex corner[4] = {project(frame, patch, x, y), project(frame, patch, x + 1, y), project(frame, patch, x + 1, y + 1), project(frame, patch, x, y + 1)};
+            const RasterVertex corner[4] = {project(frame, patch, x, y), project(frame, patch, x + 1, y),
+                                            project(frame, patch, x + 1, y + 1), project(frame, patch, x, y + 1)};
             for (int s = 0; s < 4; ++s) {
-              const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1)), angle = static_cast<double>(random.uniform(0, 6.2831f));
+              const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1)),
+                           angle = static_cast<double>(random.uniform(0, 6.2831f));
               const glm::dvec2 lens(std::cos(angle), std::sin(angle));
               for (const auto& [k, l] : {std::pair{1, 2}, {2, 3}}) {
-                const glm::dvec2 a = seen_at(corner[0], frame.projection, t, lens), b = seen_at(corner[k], frame.projection, t, lens), c = seen_at(corner[l], frame.projection, t, lens);
+                const glm::dvec2 a = seen_at(corner[0], frame.projection, t, lens),
+                                 b = seen_at(corner[k], frame.projection, t, lens),
+                                 c = seen_at(corner[l], frame.projection, t, lens);
                 double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
                 if (bounder.drawable().mirrored) area = -area;
                 if (area < -1e-9) ++out.front_facing;  // counter-clockwise with y down
@@ -171,18 +181,25 @@ TEST_P(BackFaceCulling, DropsNoTriangleThatCouldFaceTheCamera) {
 }
 
 std::string case_name(const testing::TestParamInfo<Case>& instance) { return instance.param.name; }
-INSTANTIATE_TEST_SUITE_P(Case, BackFaceCulling,
-                         testing::Values(Case{"Static", {}, 0.3}, Case{"Moving", {.moving = true}, 0.25}, Case{"Mirrored", {.mirrored = true}, 0.3},
-                                         Case{"Deforming", {.moving = true, .deforming = true}, 0.2}, Case{"Defocused", {.moving = true, .aperture = 0.1f}, 0.2},
-                                         Case{"Displaced", {.displacement = 0.03f}, 0.01}, Case{"DisplacedMovingDefocused", {.displacement = 0.03f, .moving = true, .aperture = 0.05f}, 0.01},
-                                         Case{"SteepDisplacement", {.displacement = 0.5f}, 0.0}, Case{"TinyTriangles", {.moving = true, .target_pixels = 0.5}, 0.05},
-                                         Case{"CoarseTriangles", {.moving = true, .target_pixels = 12}, 0.02}, Case{"Orthographic", {.moving = true, .aperture = 0.05f, .orthographic = true}, 0.25}),
-                         case_name);
+INSTANTIATE_TEST_SUITE_P(
+    Case, BackFaceCulling,
+    testing::Values(Case{"Static", {}, 0.3}, Case{"Moving", {.moving = true}, 0.25},
+                    Case{"Mirrored", {.mirrored = true}, 0.3},
+                    Case{"Deforming", {.moving = true, .deforming = true}, 0.2},
+                    Case{"Defocused", {.moving = true, .aperture = 0.1f}, 0.2},
+                    Case{"Displaced", {.displacement = 0.03f}, 0.01},
+                    Case{"DisplacedMovingDefocused", {.displacement = 0.03f, .moving = true, .aperture = 0.05f}, 0.01},
+                    Case{"SteepDisplacement", {.displacement = 0.5f}, 0.0},
+                    Case{"TinyTriangles", {.moving = true, .target_pixels = 0.5}, 0.05},
+                    Case{"CoarseTriangles", {.moving = true, .target_pixels = 12}, 0.02},
+                    Case{"Orthographic", {.moving = true, .aperture = 0.05f, .orthographic = true}, 0.25}),
+    case_name);
 
 TEST(BackFaceCullingTwin, BelievingTheMiddleOfASubPatchIsCaught) {
   Random random(31);
   std::uint64_t front_facing = 0;
-  for (int trial = 0; trial < 12; ++trial) front_facing += check(RoundScene({.displacement = 0.1f, .moving = true}, random), random, true).front_facing;
+  for (int trial = 0; trial < 12; ++trial)
+    front_facing += check(RoundScene({.displacement = 0.1f, .moving = true}, random), random, true).front_facing;
   EXPECT_GT(front_facing, 0u);
 }
 

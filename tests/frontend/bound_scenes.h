@@ -21,15 +21,35 @@ struct SampledPoint {
 // Where a raster-space point is seen through lens point (lu, lv) of the unit disc.
 inline SampledPoint see(const DVec4& r, const Projection& p, double lu, double lv) {
   const double coc = p.orthographic ? 1 - r.z * p.inverse_focus : 1 / r.w - p.inverse_focus;
-  return {r.x / r.w - p.lens_scale * lu * coc, r.y / r.w - p.lens_scale * lv * coc, r.z, r.z >= p.near && (p.far == 0 || r.z <= p.far)};
+  return {r.x / r.w - p.lens_scale * lu * coc, r.y / r.w - p.lens_scale * lv * coc, r.z,
+          r.z >= p.near && (p.far == 0 || r.z <= p.far)};
 }
 
 inline bool inside(const ScreenBounds& b, const SampledPoint& s) {
-  return s.x >= static_cast<double>(b.x0) && s.x <= static_cast<double>(b.x1) && s.y >= static_cast<double>(b.y0) && s.y <= static_cast<double>(b.y1) &&
-         s.z >= static_cast<double>(b.near_z) && s.z <= static_cast<double>(b.far_z);
+  return s.x >= static_cast<double>(b.x0) && s.x <= static_cast<double>(b.x1) && s.y >= static_cast<double>(b.y0) &&
+         s.y <= static_cast<double>(b.y1) && s.z >= static_cast<double>(b.near_z) &&
+         s.z <= static_cast<double>(b.far_z);
 }
 
-enum class Hard { kRandom, kPole, kPoint, kFolded, kParallel, kHuge, kTiny, kFarAway, kFlatTexture, kCrossing, kInside, kBigDisplacement, kNoMotion, kWholeScreenMotion, kOpposite, kZeroScale, kCount };
+enum class Hard {
+  kRandom,
+  kPole,
+  kPoint,
+  kFolded,
+  kParallel,
+  kHuge,
+  kTiny,
+  kFarAway,
+  kFlatTexture,
+  kCrossing,
+  kInside,
+  kBigDisplacement,
+  kNoMotion,
+  kWholeScreenMotion,
+  kOpposite,
+  kZeroScale,
+  kCount
+};
 
 inline std::vector<Vec3> hard_net(Hard kind, test::Random& random) {
   std::vector<Vec3> c = test::flat_patch({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
@@ -38,8 +58,12 @@ inline std::vector<Vec3> hard_net(Hard kind, test::Random& random) {
     case Hard::kPole:
       for (std::size_t i = 12; i < 16; ++i) c[i] = c[12];
       break;
-    case Hard::kPoint: std::fill(c.begin(), c.end(), c[0]); break;
-    case Hard::kFolded: std::swap(c[5], c[10]); break;
+    case Hard::kPoint:
+      std::fill(c.begin(), c.end(), c[0]);
+      break;
+    case Hard::kFolded:
+      std::swap(c[5], c[10]);
+      break;
     case Hard::kParallel:  // both tangents run along x, an angle of 1e-4 apart
       for (Vec3& p : c) p = Vec3(p.x + p.y, 1e-4f * p.y, 0.02f * p.z);
       break;
@@ -52,7 +76,8 @@ inline std::vector<Vec3> hard_net(Hard kind, test::Random& random) {
     case Hard::kFarAway:
       for (Vec3& p : c) p = p * 1e-2f + Vec3(1e4f, -2e4f, 5e3f);
       break;
-    default: break;
+    default:
+      break;
   }
   return c;
 }
@@ -67,7 +92,10 @@ struct Scene {
   Scene(Hard kind, test::Random& random) {
     Material material;
     material.double_sided = true;
-    const float scale = kind == Hard::kHuge ? 1e6f : kind == Hard::kTiny ? 1e-6f : kind == Hard::kFarAway ? 1e-2f : 1.0f;
+    const float scale = kind == Hard::kHuge      ? 1e6f
+                        : kind == Hard::kTiny    ? 1e-6f
+                        : kind == Hard::kFarAway ? 1e-2f
+                                                 : 1.0f;
     std::vector<float> heights(64);
     for (float& h : heights) h = kind == Hard::kFlatTexture ? 0.5f : random.uniform(-1, 1);
     const float strength = kind == Hard::kBigDisplacement ? -5.0f : random.uniform(-0.5f, 0.5f);
@@ -116,7 +144,8 @@ inline DVec4 displaced_point(const FrameGeometry& frame, std::uint32_t patch, fl
   const PosedDrawable& drawable = frame.drawable_of(patch);
   shaders::ControlPoints<double> c;
   const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
-  for (std::size_t i = 0; i < 16; ++i) c[i] = {static_cast<double>(points[i].x), static_cast<double>(points[i].y), static_cast<double>(points[i].z)};
+  for (std::size_t i = 0; i < 16; ++i)
+    c[i] = {static_cast<double>(points[i].x), static_cast<double>(points[i].y), static_cast<double>(points[i].z)};
   const double du = static_cast<double>(u), dv = static_cast<double>(v);
   const auto p = shaders::bicubic_point<double>(shaders::bicubic_row(c, dv), du);
   const auto n = shaders::bicubic_normal(c, du, dv, p);
@@ -124,8 +153,21 @@ inline DVec4 displaced_point(const FrameGeometry& frame, std::uint32_t patch, fl
   return DMat4(drawable.to_raster[key]) * DVec4(d.x, d.y, d.z, 1);
 }
 
-inline constexpr const char* kHardNames[] = {"Random",     "Pole",        "AllPointsEqual",    "Folded",           "NearlyParallelTangents", "HugeCoordinates",
-                                             "TinyCoordinates", "FarFromTheOrigin", "FlatTexture", "CrossingTheCameraPlane", "CameraInside",
-                                             "DisplacementLargerThanThePatch", "NoMotion", "MotionLargerThanTheScreen", "OppositeMotionAtTwoCorners", "ZeroScale"};
+inline constexpr const char* kHardNames[] = {"Random",
+                                             "Pole",
+                                             "AllPointsEqual",
+                                             "Folded",
+                                             "NearlyParallelTangents",
+                                             "HugeCoordinates",
+                                             "TinyCoordinates",
+                                             "FarFromTheOrigin",
+                                             "FlatTexture",
+                                             "CrossingTheCameraPlane",
+                                             "CameraInside",
+                                             "DisplacementLargerThanThePatch",
+                                             "NoMotion",
+                                             "MotionLargerThanTheScreen",
+                                             "OppositeMotionAtTwoCorners",
+                                             "ZeroScale"};
 
 }  // namespace tessera::frontend

@@ -20,12 +20,14 @@ shaders::ScalarTexture random_texture(Random& random, int width, int height) {
   std::vector<float> values(static_cast<std::size_t>(width * height));
   // Noise, or a ramp, whose coarse levels differ from what lies nearby.
   const bool ramp = random.coin();
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = ramp ? static_cast<float>(i) * 0.01f : random.uniform(-1, 1);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = ramp ? static_cast<float>(i) * 0.01f : random.uniform(-1, 1);
   return {width, height, values};
 }
 
 shaders::Sampler random_sampler(Random& random) {
-  constexpr shaders::Wrap kWraps[] = {shaders::Wrap::kRepeat, shaders::Wrap::kMirroredRepeat, shaders::Wrap::kClampToEdge};
+  constexpr shaders::Wrap kWraps[] = {shaders::Wrap::kRepeat, shaders::Wrap::kMirroredRepeat,
+                                      shaders::Wrap::kClampToEdge};
   shaders::Sampler sampler;
   sampler.wrap_s = kWraps[random.integer(0, 2)];
   sampler.wrap_t = kWraps[random.integer(0, 2)];
@@ -42,7 +44,8 @@ int pyramid_violations(std::uint32_t seed, bool honest) {
     const shaders::Sampler sampler = random_sampler(random);
     const float lod = random.coin() ? 0.0f : random.uniform(0, 6);
     const float size = random.coin() ? random.uniform(0, 0.1f) : random.uniform(0, 3);
-    const Vec2 low(random.uniform(-3, 3), random.uniform(-3, 3)), high = low + Vec2(random.uniform(0, size), random.uniform(0, size));
+    const Vec2 low(random.uniform(-3, 3), random.uniform(-3, 3)),
+        high = low + Vec2(random.uniform(0, size), random.uniform(0, size));
     const ValueRange range = pyramid.query(sampler, low, high, honest ? lod : 0.0f);
     for (int k = 0; k < 60; ++k) {
       const Vec2 uv(random.uniform(low.x, high.x), random.uniform(low.y, high.y));
@@ -65,7 +68,7 @@ TEST(MinMaxPyramid, ASmallFootprintGivesATightRange) {
   shaders::Sampler clamp;
   clamp.wrap_s = clamp.wrap_t = shaders::Wrap::kClampToEdge;
   const ValueRange range = pyramid.query(clamp, {0.5f, 0.5f}, {0.52f, 0.52f}, 0);
-  EXPECT_GT(range.low, 24.0f);   // the point is at 32; four texels of footprint, up to two entries of a level
+  EXPECT_GT(range.low, 24.0f);  // the point is at 32; four texels of footprint, up to two entries of a level
   EXPECT_LT(range.high, 44.0f);
 }
 
@@ -112,10 +115,12 @@ int screen_violations(std::uint32_t seed, Twin twin) {
     const Projection p = projection(random.integer(0, 3) == 0, random.coin() ? 0.0 : 0.05, 2.0);
     MovingCorners corners;
     for (std::size_t key = 0; key < 2; ++key) {
-      const DVec3 center(static_cast<double>(random.uniform(-2, 2)), static_cast<double>(random.uniform(-2, 2)), static_cast<double>(random.uniform(-4, 1)));
+      const DVec3 center(static_cast<double>(random.uniform(-2, 2)), static_cast<double>(random.uniform(-2, 2)),
+                         static_cast<double>(random.uniform(-4, 1)));
       const double half = static_cast<double>(random.uniform(0.01f, 1));
       for (std::size_t i = 0; i < 8; ++i)
-        corners[8 * key + i] = p.matrix() * DVec4(center + half * DVec3((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1), 1);
+        corners[8 * key + i] =
+            p.matrix() * DVec4(center + half * DVec3((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1), 1);
     }
     Projection bounded = p;
     if (twin == Twin::kNoLens) bounded.lens_scale = 0;
@@ -124,23 +129,36 @@ int screen_violations(std::uint32_t seed, Twin twin) {
       // A point of the box at each key, linearly in between.
       const double t = static_cast<double>(random.uniform(0, 1));
       const auto point = [&](std::size_t key) {
-        const double a = static_cast<double>(random.uniform(0, 1)), b = static_cast<double>(random.uniform(0, 1)), c = static_cast<double>(random.uniform(0, 1));
+        const double a = static_cast<double>(random.uniform(0, 1)), b = static_cast<double>(random.uniform(0, 1)),
+                     c = static_cast<double>(random.uniform(0, 1));
         DVec4 sum(0);
-        for (std::size_t i = 0; i < 8; ++i) sum += corners[8 * key + i] * ((i & 1 ? a : 1 - a) * (i & 2 ? b : 1 - b) * (i & 4 ? c : 1 - c));
+        for (std::size_t i = 0; i < 8; ++i)
+          sum += corners[8 * key + i] * ((i & 1 ? a : 1 - a) * (i & 2 ? b : 1 - b) * (i & 4 ? c : 1 - c));
         return sum;
       };
       const DVec4 at = point(0) * (1 - t) + point(1) * t;
-      const double angle = static_cast<double>(random.uniform(0, 6.2831f)), radius = std::sqrt(static_cast<double>(random.uniform(0, 1)));
+      const double angle = static_cast<double>(random.uniform(0, 6.2831f)),
+                   radius = std::sqrt(static_cast<double>(random.uniform(0, 1)));
       const SampledPoint s = see(at, p, radius * std::cos(angle), radius * std::sin(angle));
       if (!s.drawn) continue;
       if (twin == Twin::kLinearScreenMotion) {
         // What a box that is linear in screen space would claim at time t.
-        const auto key_bounds = [&](std::size_t key) { return screen_bounds(std::span(corners).subspan(8 * key, 8), bounded, {}); };
+        const auto key_bounds = [&](std::size_t key) {
+          return screen_bounds(std::span(corners).subspan(8 * key, 8), bounded, {});
+        };
         const auto open = key_bounds(0), close = key_bounds(1);
         if (!open || !close) continue;
-        const auto mix = [&](float a, float b) { return static_cast<float>((1 - t) * static_cast<double>(a) + t * static_cast<double>(b)); };
-        bounds = ScreenBounds{mix(open->x0, close->x0), mix(open->y0, close->y0), mix(open->x1, close->x1), mix(open->y1, close->y1), 0,
-                              mix(open->near_z, close->near_z), mix(open->far_z, close->far_z), false};
+        const auto mix = [&](float a, float b) {
+          return static_cast<float>((1 - t) * static_cast<double>(a) + t * static_cast<double>(b));
+        };
+        bounds = ScreenBounds{mix(open->x0, close->x0),
+                              mix(open->y0, close->y0),
+                              mix(open->x1, close->x1),
+                              mix(open->y1, close->y1),
+                              0,
+                              mix(open->near_z, close->near_z),
+                              mix(open->far_z, close->far_z),
+                              false};
       }
       if (!bounds || !inside(*bounds, s)) ++violations;
     }
@@ -148,16 +166,21 @@ int screen_violations(std::uint32_t seed, Twin twin) {
   return violations;
 }
 
-TEST(ScreenBounds, HoldEveryMovingDefocusedPointAlsoAcrossTheCameraPlane) { EXPECT_EQ(screen_violations(11, Twin::kHonest), 0); }
+TEST(ScreenBounds, HoldEveryMovingDefocusedPointAlsoAcrossTheCameraPlane) {
+  EXPECT_EQ(screen_violations(11, Twin::kHonest), 0);
+}
 
-TEST(ScreenBounds, BoxesThatMoveLinearlyOnScreenAreCaught) { EXPECT_GT(screen_violations(11, Twin::kLinearScreenMotion), 0); }
+TEST(ScreenBounds, BoxesThatMoveLinearlyOnScreenAreCaught) {
+  EXPECT_GT(screen_violations(11, Twin::kLinearScreenMotion), 0);
+}
 
 TEST(ScreenBounds, BoundsThatForgetTheLensAreCaught) { EXPECT_GT(screen_violations(11, Twin::kNoLens), 0); }
 
 TEST(ScreenBounds, BodiesWhollyBehindTheCameraOrBeyondTheFarPlaneAreDropped) {
   Projection p = projection(false, 0, 0);
   MovingCorners corners;
-  for (std::size_t i = 0; i < 16; ++i) corners[i] = p.matrix() * DVec4((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, 2 + static_cast<double>(i % 8) * 0.1, 1);
+  for (std::size_t i = 0; i < 16; ++i)
+    corners[i] = p.matrix() * DVec4((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, 2 + static_cast<double>(i % 8) * 0.1, 1);
   EXPECT_FALSE(screen_bounds(corners, p, {}).has_value());
   for (DVec4& c : corners) c = p.matrix() * DVec4(0, 0, -50, 1);
   EXPECT_TRUE(screen_bounds(corners, p, {}).has_value());
@@ -196,7 +219,8 @@ TEST_P(CameraPlane, IsCutWhereTheBoxPassesIt) {
       for (std::size_t b = 0; b < 8; ++b)
         for (const double s : {0.0, 0.3, 0.9}) {
           const double time = t / 64.0;
-          const DVec4 open = corners[a] * (1 - s) + corners[b] * s, close = corners[8 + a] * (1 - s) + corners[8 + b] * s;
+          const DVec4 open = corners[a] * (1 - s) + corners[b] * s,
+                      close = corners[8 + a] * (1 - s) + corners[8 + b] * s;
           const SampledPoint seen = see(open * (1 - time) + close * time, p, 0.6, -0.8);
           EXPECT_TRUE(!seen.drawn || inside(*bounds, seen)) << "time " << time;
         }
@@ -204,9 +228,12 @@ TEST_P(CameraPlane, IsCutWhereTheBoxPassesIt) {
 
 std::string plane_name(const testing::TestParamInfo<PlaneCase>& instance) { return instance.param.name; }
 INSTANTIATE_TEST_SUITE_P(Box, CameraPlane,
-                         testing::Values(PlaneCase{"InFrontAtBothKeys", 3, 4, true, false}, PlaneCase{"CrossingAtOneKey", 0.3, 4, true, true},
-                                         PlaneCase{"CrossingAtBothKeys", 0.3, -0.2, true, true}, PlaneCase{"CrossingOnlyBetween", 3, -3, true, true},
-                                         PlaneCase{"CameraInside", 0, 0, true, true}, PlaneCase{"BehindAtBothKeys", -2, -5, false, false}),
+                         testing::Values(PlaneCase{"InFrontAtBothKeys", 3, 4, true, false},
+                                         PlaneCase{"CrossingAtOneKey", 0.3, 4, true, true},
+                                         PlaneCase{"CrossingAtBothKeys", 0.3, -0.2, true, true},
+                                         PlaneCase{"CrossingOnlyBetween", 3, -3, true, true},
+                                         PlaneCase{"CameraInside", 0, 0, true, true},
+                                         PlaneCase{"BehindAtBothKeys", -2, -5, false, false}),
                          plane_name);
 
 TEST(ScreenBounds, AFocusDistanceInsideTheBoxGrowsByItsFartherEnd) {
@@ -237,10 +264,14 @@ TEST(MinMaxPyramid, TheWholeTextureAndFootprintsAcrossItsEdgesAreHeld) {
     const shaders::ScalarTexture texture = random_texture(random, random.integer(2, 20), random.integer(2, 20));
     const MinMaxPyramid pyramid(texture);
     const shaders::Sampler sampler = random_sampler(random);
-    for (const auto& [low, high] : {std::pair{Vec2(0), Vec2(1)}, {Vec2(0.95f, 0.4f), Vec2(1.05f, 0.45f)}, {Vec2(-0.05f), Vec2(0.05f)}, {Vec2(1.9f), Vec2(2.1f)}}) {
+    for (const auto& [low, high] : {std::pair{Vec2(0), Vec2(1)},
+                                    {Vec2(0.95f, 0.4f), Vec2(1.05f, 0.45f)},
+                                    {Vec2(-0.05f), Vec2(0.05f)},
+                                    {Vec2(1.9f), Vec2(2.1f)}}) {
       const ValueRange range = pyramid.query(sampler, low, high, 0.0f);
       for (int k = 0; k < 60; ++k) {
-        const float value = texture.sample(sampler, {random.uniform(low.x, high.x), random.uniform(low.y, high.y)}, 0.0f);
+        const float value =
+            texture.sample(sampler, {random.uniform(low.x, high.x), random.uniform(low.y, high.y)}, 0.0f);
         EXPECT_TRUE(value >= range.low && value <= range.high);
       }
     }
@@ -256,7 +287,8 @@ TEST(OcclusionGuess, AViewThatDoesNotChangeKeepsEveryBlocksDepth) {
   depth.projection = projection(false, 0.0, 0.0);
   depth.projection.center_x = 64;
   depth.projection.center_y = 48;
-  for (int k = 0; k < 12; ++k) depth.farthest.push_back(k == 5 ? std::numeric_limits<float>::infinity() : 2.0f + static_cast<float>(k));
+  for (int k = 0; k < 12; ++k)
+    depth.farthest.push_back(k == 5 ? std::numeric_limits<float>::infinity() : 2.0f + static_cast<float>(k));
   const OcclusionGuess guess(depth, depth.projection, depth.view);
   for (std::size_t k = 0; k < 12; ++k) {
     if (k == 5) {
@@ -266,7 +298,9 @@ TEST(OcclusionGuess, AViewThatDoesNotChangeKeepsEveryBlocksDepth) {
     }
   }
   // Block 0 ends at depth 2, block 1 at depth 3.
-  const auto bounds = [](float x0, float x1, float near_z) { return ScreenBounds{x0, 4, x1, 20, 0, near_z, 100, false}; };
+  const auto bounds = [](float x0, float x1, float near_z) {
+    return ScreenBounds{x0, 4, x1, 20, 0, near_z, 100, false};
+  };
   EXPECT_TRUE(guess.hides(bounds(4, 20, 2.5f)));
   EXPECT_FALSE(guess.hides(bounds(4, 40, 2.5f))) << "it reaches into block 1";
   EXPECT_TRUE(guess.hides(bounds(4, 40, 3.5f)));
@@ -288,7 +322,8 @@ int slope_violations(std::uint32_t seed, float share) {
       const Vec2 low(random.uniform(-1.5f, 1.5f), random.uniform(-1.5f, 1.5f)), high = low + Vec2(reach);
       const Vec2 slope = slopes.query(sampler, low, high, lod) * share;
       for (int s = 0; s < 10; ++s) {
-        const Vec2 a(random.uniform(low.x, high.x), random.uniform(low.y, high.y)), b(random.uniform(low.x, high.x), random.uniform(low.y, high.y));
+        const Vec2 a(random.uniform(low.x, high.x), random.uniform(low.y, high.y)),
+            b(random.uniform(low.x, high.x), random.uniform(low.y, high.y));
         const float change = std::abs(texture.sample(sampler, a, lod) - texture.sample(sampler, b, lod));
         const Vec2 way = glm::abs(a - b);
         if (change > (slope.x * way.x + slope.y * way.y) * 1.001f + 1e-3f) ++violations;

@@ -24,16 +24,21 @@ BrokenCapture damaged(std::string name, std::function<void(GltfAsset&)> damage, 
 
 BrokenCapture edited(std::string name, const char* pointer, json value, std::string place, std::string fault) {
   const std::string at = pointer;
-  return damaged(std::move(name), [=](GltfAsset& a) { a.document[json::json_pointer(at)] = value; }, place.empty() ? at : std::move(place), std::move(fault));
+  return damaged(
+      std::move(name), [=](GltfAsset& a) { a.document[json::json_pointer(at)] = value; },
+      place.empty() ? at : std::move(place), std::move(fault));
 }
 
 BrokenCapture without(std::string name, const char* pointer, std::string place, std::string fault) {
   const json::json_pointer at(pointer);
-  return damaged(std::move(name), [=](GltfAsset& a) { a.document[at.parent_pointer()].erase(at.back()); }, std::move(place), std::move(fault));
+  return damaged(
+      std::move(name), [=](GltfAsset& a) { a.document[at.parent_pointer()].erase(at.back()); }, std::move(place),
+      std::move(fault));
 }
 
 BrokenCapture file_of(std::string name, std::string contents, std::string place, std::string fault) {
-  return {name, [=](const fs::path& folder) { return put(folder, name, contents); }, std::move(place), std::move(fault)};
+  return {name, [=](const fs::path& folder) { return put(folder, name, contents); }, std::move(place),
+          std::move(fault)};
 }
 
 std::vector<BrokenClass> broken_captures() {

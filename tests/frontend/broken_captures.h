@@ -15,13 +15,13 @@ struct BrokenCapture {
   std::string name;
   // Writes the files into an empty folder and returns the capture.
   std::function<std::filesystem::path(const std::filesystem::path& folder)> make;
-  std::string place;   // part of the message that says where: JSON pointer, "byte N"; empty: the file as a whole
-  std::string fault;   // part of the message that says what; empty: any
-  int status = 3;      // 4: a limit refuses it, not its contents
+  std::string place;  // part of the message that says where: JSON pointer, "byte N"; empty: the file as a whole
+  std::string fault;  // part of the message that says what; empty: any
+  int status = 3;     // 4: a limit refuses it, not its contents
 };
 
 struct BrokenClass {
-  std::string name;    // of the law: "RefusesBroken..."
+  std::string name;  // of the law: "RefusesBroken..."
   std::vector<BrokenCapture> captures;
 };
 
@@ -33,9 +33,11 @@ inline void PrintTo(const BrokenClass& c, std::ostream* out) { *out << c.capture
 std::filesystem::path put(const std::filesystem::path& folder, const std::string& name, const std::string& contents);
 
 // everything_asset() after `damage`, as a .glb.
-BrokenCapture damaged(std::string name, std::function<void(GltfAsset&)> damage, std::string place, std::string fault = "");
+BrokenCapture damaged(std::string name, std::function<void(GltfAsset&)> damage, std::string place,
+                      std::string fault = "");
 // One value of the document replaced or added; the message names `pointer` unless `place` is given.
-BrokenCapture edited(std::string name, const char* pointer, nlohmann::json value, std::string place = "", std::string fault = "");
+BrokenCapture edited(std::string name, const char* pointer, nlohmann::json value, std::string place = "",
+                     std::string fault = "");
 // One property taken away.
 BrokenCapture without(std::string name, const char* pointer, std::string place, std::string fault = "");
 // A file of these bytes.
@@ -43,9 +45,9 @@ BrokenCapture file_of(std::string name, std::string contents, std::string place,
 
 // ---- The corpus -------------------------------------------------------------------------------------------------
 
-std::vector<BrokenClass> broken_captures();     // all of them
-std::vector<BrokenClass> broken_containers();   // GLB, JSON, URIs
-std::vector<BrokenClass> broken_documents();    // the JSON document
-std::vector<BrokenClass> broken_contents();     // values in buffers, Draco streams, images
+std::vector<BrokenClass> broken_captures();    // all of them
+std::vector<BrokenClass> broken_containers();  // GLB, JSON, URIs
+std::vector<BrokenClass> broken_documents();   // the JSON document
+std::vector<BrokenClass> broken_contents();    // values in buffers, Draco streams, images
 
 }  // namespace tessera::test

@@ -42,7 +42,8 @@ void expect_refused(const BrokenCapture& broken) {
   EXPECT_EQ(result.output, "");
   EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
   EXPECT_TRUE(result.errors.empty() || result.errors.back() == '\n');
-  for (const std::string& part : {capture.string() + ": " + (broken.place.starts_with("byte 0") ? broken.place : ""), broken.place, broken.fault})
+  for (const std::string& part :
+       {capture.string() + ": " + (broken.place.starts_with("byte 0") ? broken.place : ""), broken.place, broken.fault})
     EXPECT_NE(result.errors.find(part), std::string::npos) << "no '" << part << "' in: " << result.errors;
   EXPECT_EQ(files_below(folder.path()), before);
 }
@@ -53,7 +54,8 @@ TEST_P(BrokenCaptures, AreRefusedInOneLineThatNamesFilePlaceAndFault) {
   for (const BrokenCapture& broken : GetParam().captures) expect_refused(broken);
 }
 
-INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(broken_captures()), [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(broken_captures()),
+                         [](const auto& instance) { return instance.param.name; });
 
 TEST(BrokenCaptureCorpus, HoldsAtLeast130DifferentlyNamedCaptures) {
   std::set<std::string> names;
@@ -69,8 +71,10 @@ TEST(BrokenCaptureCorpus, HoldsAtLeast130DifferentlyNamedCaptures) {
 
 TEST(BrokenCaptureCorpus, StartsFromCapturesThatLoad) {
   const TemporaryFolder folder;
-  for (const auto& [name, contents] : {std::pair{"everything.glb", everything_asset().glb()}, {"everything.gltf", everything_asset().gltf()},
-                                       {"sequential.glb", draco_asset(true).glb()}, {"edgebreaker.glb", draco_asset(false).glb()}}) {
+  for (const auto& [name, contents] : {std::pair{"everything.glb", everything_asset().glb()},
+                                       {"everything.gltf", everything_asset().gltf()},
+                                       {"sequential.glb", draco_asset(true).glb()},
+                                       {"edgebreaker.glb", draco_asset(false).glb()}}) {
     const ProcessResult result = run_tessera({"inspect", put(folder.path(), name, contents).string()}, kLimits);
     EXPECT_EQ(result.status, 0) << name << ": " << result.errors;
     EXPECT_EQ(result.errors, "");

@@ -12,9 +12,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string header(std::uint32_t version, std::uint32_t length) { return "glTF" + little_endian32(version) + little_endian32(length); }
+std::string header(std::uint32_t version, std::uint32_t length) {
+  return "glTF" + little_endian32(version) + little_endian32(length);
+}
 
-std::string with_length(std::string glb) { return glb.replace(8, 4, little_endian32(static_cast<std::uint32_t>(glb.size()))); }
+std::string with_length(std::string glb) {
+  return glb.replace(8, 4, little_endian32(static_cast<std::uint32_t>(glb.size())));
+}
 
 const std::string kAsset = R"({"asset":{"version":"2.0"}})";
 
@@ -22,13 +26,15 @@ const std::string kAsset = R"({"asset":{"version":"2.0"}})";
 
 BrokenClass truncated_glb() {
   const std::string good = everything_asset().glb();
-  const auto json_bytes = static_cast<std::size_t>(static_cast<unsigned char>(good[12])) + 256 * static_cast<unsigned char>(good[13]);
+  const auto json_bytes =
+      static_cast<std::size_t>(static_cast<unsigned char>(good[12])) + 256 * static_cast<unsigned char>(good[13]);
   const std::size_t json_end = 20 + json_bytes;
   BrokenClass out{"GlbThatIsCutOff", {}};
   const auto cut = [&](const char* name, std::size_t size, const char* place) {
     out.captures.push_back(file_of(std::string(name) + ".glb", good.substr(0, size), place));
     // The same with a header that agrees with the shorter file.
-    if (size >= 12) out.captures.push_back(file_of(std::string(name) + "_length_mended.glb", with_length(good.substr(0, size)), ""));
+    if (size >= 12)
+      out.captures.push_back(file_of(std::string(name) + "_length_mended.glb", with_length(good.substr(0, size)), ""));
   };
   cut("nothing", 0, "byte 0");
   cut("one_byte", 1, "byte");
@@ -58,7 +64,9 @@ BrokenClass wrong_glb() {
               file_of("length_2_to_32.glb", header(2, 0xFFFFFFFF) + json_chunk, "byte 8"),
               file_of("length_zero.glb", header(2, 0) + json_chunk, "byte 8"),
               file_of("length_cuts_chunk.glb", header(2, 24) + json_chunk, "byte 12"),
-              file_of("json_length_not_multiple_of_4.glb", glb(little_endian32(static_cast<std::uint32_t>(odd.size())) + "JSON" + odd), "byte 12", "multiple of 4"),
+              file_of("json_length_not_multiple_of_4.glb",
+                      glb(little_endian32(static_cast<std::uint32_t>(odd.size())) + "JSON" + odd), "byte 12",
+                      "multiple of 4"),
               file_of("chunk_length_2_to_32.glb", glb(little_endian32(0xFFFFFFFC) + json_chunk.substr(4)), "byte 12"),
               file_of("no_json.glb", glb(binary_chunk), "byte 16", "not JSON"),
               file_of("two_json.glb", glb(json_chunk + json_chunk), "byte", "second"),
@@ -83,13 +91,17 @@ BrokenClass broken_json() {
               file_of("trailing_comma.gltf", R"({"asset":{"version":"2.0"},})", "byte 27"),
               file_of("text_after.gltf", kAsset + "}", "byte 27"),
               file_of("invalid_utf8.gltf", latin1, "byte"),
-              file_of("overlong_utf8.gltf", R"({"asset":{"version":"2.0"},"extras":")" "\xC0\x80\"}", "byte"),
+              file_of("overlong_utf8.gltf",
+                      R"({"asset":{"version":"2.0"},"extras":")"
+                      "\xC0\x80\"}",
+                      "byte"),
               file_of("control_character.gltf", "{\"asset\":{\"version\":\"2.0\n\"}}", "byte"),
               file_of("number_beyond_double.gltf", R"({"asset":{"version":"2.0"},"extras":1e999})", "byte"),
               file_of("not_a_number.gltf", R"({"asset":{"version":"2.0"},"extras":NaN})", "byte"),
               file_of("deep_arrays.gltf", std::string(1000000, '['), "/0/0/0...", "deeper"),
               file_of("deep_objects.gltf", objects, "/extras/extras/extras...", "deeper"),
-              file_of("key_twice.gltf", R"({"asset":{"version":"2.0"},"nodes":[{"scale":[1,1,1],"scale":[2,2,2]}]})", "/nodes/0", "twice"),
+              file_of("key_twice.gltf", R"({"asset":{"version":"2.0"},"nodes":[{"scale":[1,1,1],"scale":[2,2,2]}]})",
+                      "/nodes/0", "twice"),
               file_of("array.gltf", "[]", "the document", "not an object"),
               file_of("null.gltf", "null", "the document", "not an object"),
               file_of("utf16.gltf", std::string("\xFF\xFE{\0}\0", 6), "byte"),
@@ -156,8 +168,10 @@ BrokenClass files_that_fail() {
               data("data_too_short", "data:application/octet-stream;base64,AAAA", "says"),
               {"capture_missing", [](const fs::path& folder) { return folder / "none.glb"; }, "", "no such file"},
               {"capture_is_a_folder", [](const fs::path& folder) { return folder; }, "", "folder"},
-              damaged("no_binary_chunk", [](GltfAsset& a) { a.binary.clear(); }, "/buffers/0", "no binary chunk"),
-              damaged("binary_chunk_short", [](GltfAsset& a) { a.binary.resize(40); }, "/buffers/0", "40"),
+              damaged(
+                  "no_binary_chunk", [](GltfAsset& a) { a.binary.clear(); }, "/buffers/0", "no binary chunk"),
+              damaged(
+                  "binary_chunk_short", [](GltfAsset& a) { a.binary.resize(40); }, "/buffers/0", "40"),
               edited("second_buffer_without_uri", "/bufferViews/0/buffer", 1, "/bufferViews/0/buffer"),
           }};
 }

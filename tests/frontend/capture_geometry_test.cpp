@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <array>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -39,7 +39,8 @@ std::vector<float> some_positions(int count) {
 
 void expect_positions(const Primitive& primitive, const std::vector<float>& scalars) {
   ASSERT_EQ(primitive.vertices.count(), scalars.size() / 3);
-  for (std::size_t i = 0; i < scalars.size(); ++i) EXPECT_EQ(primitive.vertices.positions[i / 3][static_cast<int>(i % 3)], scalars[i]) << i;
+  for (std::size_t i = 0; i < scalars.size(); ++i)
+    EXPECT_EQ(primitive.vertices.positions[i / 3][static_cast<int>(i % 3)], scalars[i]) << i;
 }
 
 // ---- Topology ---------------------------------------------------------------------------------------------------
@@ -73,7 +74,8 @@ TEST(CaptureTriangles, WindAsTheDefinitionOfListStripAndFanSays) {
       GltfAsset asset;
       const int p = asset.add_accessor("VEC3", some_positions(count));
       const Primitive primitive = primitive_of(asset, {{"POSITION", p}}, {{"mode", mode}});
-      EXPECT_EQ(turned(primitive.indices), turned(triangles_by_definition(mode, static_cast<std::uint32_t>(count)))) << mode << " " << count;
+      EXPECT_EQ(turned(primitive.indices), turned(triangles_by_definition(mode, static_cast<std::uint32_t>(count))))
+          << mode << " " << count;
     }
 }
 
@@ -122,14 +124,21 @@ void expect_texcoords_of(bool normalize) {
     padded.insert(padded.end(), {values[2 * v], values[2 * v + 1]});
     padded.resize((v + 1) * pitch, T{77});
   }
-  const int view = asset.add_view({reinterpret_cast<const std::uint8_t*>(padded.data()), padded.size() * sizeof(T)}, {{"byteStride", 4}});
+  const int view = asset.add_view({reinterpret_cast<const std::uint8_t*>(padded.data()), padded.size() * sizeof(T)},
+                                  {{"byteStride", 4}});
   const int p = asset.add_accessor("VEC3", some_positions(3));
   const int component_type = sizeof(T) == 1 ? (std::is_signed_v<T> ? 5120 : 5121) : (std::is_signed_v<T> ? 5122 : 5123);
-  const int t = asset.add("accessors", {{"bufferView", view}, {"componentType", component_type}, {"type", "VEC2"}, {"count", 3}, {"normalized", normalize}});
+  const int t = asset.add("accessors", {{"bufferView", view},
+                                        {"componentType", component_type},
+                                        {"type", "VEC2"},
+                                        {"count", 3},
+                                        {"normalized", normalize}});
   const Primitive primitive = primitive_of(asset, {{"POSITION", p}, {"TEXCOORD_0", t}});
   for (std::size_t i = 0; i < 6; ++i) {
     const double expected = normalize ? normalized(values[i]) : static_cast<double>(values[i]);
-    EXPECT_NEAR(static_cast<double>(primitive.vertices.texcoords.at(0)[i / 2][static_cast<int>(i % 2)]), expected, 1e-7 * std::max(1.0, std::abs(expected))) << i;
+    EXPECT_NEAR(static_cast<double>(primitive.vertices.texcoords.at(0)[i / 2][static_cast<int>(i % 2)]), expected,
+                1e-7 * std::max(1.0, std::abs(expected)))
+        << i;
   }
 }
 TEST(CaptureAccessors, MapIntegersAsTheirTypeAndNormalizationSay) {
@@ -145,17 +154,19 @@ TEST(CaptureAccessors, ReadQuantizedPositionsAndNormals) {
   GltfAsset asset;
   asset.document["extensionsUsed"] = {"KHR_mesh_quantization"};
   asset.document["extensionsRequired"] = {"KHR_mesh_quantization"};
-  const std::vector<std::uint16_t> positions = {0, 1, 65535, 0, 300, 2, 7, 0, 9, 9, 1, 0};     // fourth: padding
+  const std::vector<std::uint16_t> positions = {0, 1, 65535, 0, 300, 2, 7, 0, 9, 9, 1, 0};  // fourth: padding
   const std::vector<std::int8_t> normals = {127, 0, 0, 0, -127, -128, 64, 0, 0, 1, 2, 0};
   const int pv = asset.add_view({reinterpret_cast<const std::uint8_t*>(positions.data()), 24}, {{"byteStride", 8}});
   const int nv = asset.add_view({reinterpret_cast<const std::uint8_t*>(normals.data()), 12}, {{"byteStride", 4}});
   const int p = asset.add("accessors", {{"bufferView", pv}, {"componentType", 5123}, {"type", "VEC3"}, {"count", 3}});
-  const int n = asset.add("accessors", {{"bufferView", nv}, {"componentType", 5120}, {"type", "VEC3"}, {"count", 3}, {"normalized", true}});
+  const int n = asset.add(
+      "accessors", {{"bufferView", nv}, {"componentType", 5120}, {"type", "VEC3"}, {"count", 3}, {"normalized", true}});
   const Primitive primitive = primitive_of(asset, {{"POSITION", p}, {"NORMAL", n}});
   for (std::size_t v = 0; v < 3; ++v)
     for (std::size_t c = 0; c < 3; ++c) {
       EXPECT_EQ(primitive.vertices.positions[v][static_cast<int>(c)], static_cast<float>(positions[4 * v + c]));
-      EXPECT_NEAR(static_cast<double>(primitive.vertices.normals[v][static_cast<int>(c)]), normalized(normals[4 * v + c]), 1e-7);
+      EXPECT_NEAR(static_cast<double>(primitive.vertices.normals[v][static_cast<int>(c)]),
+                  normalized(normals[4 * v + c]), 1e-7);
     }
 }
 
@@ -170,7 +181,8 @@ TEST(CaptureAccessors, FindInterleavedElementsByStrideAndOffset) {
         mixed[v * stride / 4 + 3 + c] = positions[3 * v + c];
       }
     GltfAsset asset;
-    const int view = asset.add_view({reinterpret_cast<const std::uint8_t*>(mixed.data()), mixed.size() * 4}, {{"byteStride", stride}});
+    const int view = asset.add_view({reinterpret_cast<const std::uint8_t*>(mixed.data()), mixed.size() * 4},
+                                    {{"byteStride", stride}});
     const json accessor = {{"bufferView", view}, {"componentType", 5126}, {"type", "VEC3"}, {"count", count}};
     const int n = asset.add("accessors", accessor), p = asset.add("accessors", accessor);
     asset.document["accessors"][static_cast<std::size_t>(p)]["byteOffset"] = 12;
@@ -189,8 +201,12 @@ TEST(CaptureAccessors, ReplaceSparseElementsOfDataOrOfZeros) {
     if (!with_view) accessor.erase("bufferView"), expected.assign(18, 0.0f);
     const std::vector<std::uint8_t> indices = {9, 9, 1, 4};  // the first two lie before the offset
     const std::vector<float> values = {10, 11, 12, 20, 21, 22};
-    const int iv = asset.add_view(indices), vv = asset.add_view({reinterpret_cast<const std::uint8_t*>(values.data()), 24});
-    asset.document["accessors"][0]["sparse"] = {{"count", 2}, {"indices", {{"bufferView", iv}, {"byteOffset", 2}, {"componentType", 5121}}}, {"values", {{"bufferView", vv}}}};
+    const int iv = asset.add_view(indices),
+              vv = asset.add_view({reinterpret_cast<const std::uint8_t*>(values.data()), 24});
+    asset.document["accessors"][0]["sparse"] = {
+        {"count", 2},
+        {"indices", {{"bufferView", iv}, {"byteOffset", 2}, {"componentType", 5121}}},
+        {"values", {{"bufferView", vv}}}};
     for (const std::size_t k : {0u, 1u}) std::copy_n(&values[3 * k], 3, &expected[3 * std::size_t{indices[2 + k]}]);
     expect_positions(primitive_of(asset, {{"POSITION", p}}), expected);
   }
@@ -200,8 +216,10 @@ TEST(CaptureAccessors, GiveColorsOfThreeComponentsAnAlphaOf1) {
   GltfAsset asset;
   const int p = asset.add_accessor("VEC3", some_positions(3));
   const int rgb = asset.add_accessor<float>("VEC3", {0.25f, 0.5f, 0.75f, 0, 0, 0, 1, 1, 1});
-  const int rgba = asset.add_accessor<std::uint8_t>("VEC4", {0, 51, 102, 153, 0, 0, 0, 0, 255, 255, 255, 255}, {{"normalized", true}});
-  EXPECT_EQ(primitive_of(asset, {{"POSITION", p}, {"COLOR_0", rgb}}).vertices.colors[0], Vec4(0.25f, 0.5f, 0.75f, 1.0f));
+  const int rgba = asset.add_accessor<std::uint8_t>("VEC4", {0, 51, 102, 153, 0, 0, 0, 0, 255, 255, 255, 255},
+                                                    {{"normalized", true}});
+  EXPECT_EQ(primitive_of(asset, {{"POSITION", p}, {"COLOR_0", rgb}}).vertices.colors[0],
+            Vec4(0.25f, 0.5f, 0.75f, 1.0f));
   const Vec4 color = primitive_of(asset, {{"POSITION", p}, {"COLOR_0", rgba}}).vertices.colors[0];
   for (int c = 0; c < 4; ++c) EXPECT_NEAR(static_cast<double>(color[c]), 0.2 * c, 1e-7);
 }
@@ -218,14 +236,18 @@ TEST(CaptureInfluences, AreRenormalizedOverBothSets) {
       joints0.push_back(static_cast<std::uint16_t>(k)), joints1.push_back(static_cast<std::uint16_t>(4 + k));
       weights0.push_back(v == 2 ? 0.0f : static_cast<float>(k + 1)), weights1.push_back(v == 0 ? 0.5f : 0.0f);
     }
-  const json attributes = {{"POSITION", p}, {"JOINTS_0", asset.add_accessor("VEC4", joints0)}, {"WEIGHTS_0", asset.add_accessor("VEC4", weights0)},
-                           {"JOINTS_1", asset.add_accessor("VEC4", joints1)}, {"WEIGHTS_1", asset.add_accessor("VEC4", weights1)}};
+  const json attributes = {{"POSITION", p},
+                           {"JOINTS_0", asset.add_accessor("VEC4", joints0)},
+                           {"WEIGHTS_0", asset.add_accessor("VEC4", weights0)},
+                           {"JOINTS_1", asset.add_accessor("VEC4", joints1)},
+                           {"WEIGHTS_1", asset.add_accessor("VEC4", weights1)}};
   const Primitive primitive = primitive_of(asset, attributes);
   for (std::size_t k = 0; k < 8; ++k) {
     const SkinInfluence& all = primitive.vertices.influences[0];
     EXPECT_EQ(all.joints[k], k);
     EXPECT_NEAR(static_cast<double>(all.weights[k]), (k < 4 ? static_cast<double>(k + 1) : 0.5) / 12.0, 1e-7);
-    EXPECT_NEAR(static_cast<double>(primitive.vertices.influences[1].weights[k]), k < 4 ? static_cast<double>(k + 1) / 10.0 : 0.0, 1e-7);
+    EXPECT_NEAR(static_cast<double>(primitive.vertices.influences[1].weights[k]),
+                k < 4 ? static_cast<double>(k + 1) / 10.0 : 0.0, 1e-7);
     EXPECT_EQ(primitive.vertices.influences[2].weights[k], k == 0 ? 1.0f : 0.0f) << "no weight at all: the first joint";
   }
 }
@@ -245,7 +267,9 @@ TEST(CapturePatches, KeepTheOrderOfTheirControlPoints) {
   EXPECT_EQ(patch.kind, Primitive::Kind::kBezierPatches);
   for (std::size_t n = 0; n < 16; ++n) {
     const Vec3 grid(static_cast<float>(n % 4) / 3.0f, static_cast<float>(n / 4) / 3.0f, 0.0f);
-    const Vec3 expected = n == 5 ? Vec3(0.3f, 0.3f, 0.5f) : n == 6 ? Vec3(0.6f, 0.3f, 0.5f) : grid;  // sparse replaces two
+    const Vec3 expected = n == 5   ? Vec3(0.3f, 0.3f, 0.5f)
+                          : n == 6 ? Vec3(0.6f, 0.3f, 0.5f)
+                                   : grid;  // sparse replaces two
     EXPECT_EQ(patch.vertices.positions[n], expected) << n;
   }
 }
@@ -261,7 +285,8 @@ std::vector<std::vector<double>> soup(const Primitive& primitive) {
       const Vec3 p = primitive.vertices.positions[i];
       const Vec2 t = primitive.vertices.texcoords.at(0)[i];
       corners.push_back({});
-      for (const float v : {p.x, p.y, p.z, t.x, t.y}) corners.back().push_back(std::round(static_cast<double>(v) * 1000.0) / 1000.0 + 0.0);
+      for (const float v : {p.x, p.y, p.z, t.x, t.y})
+        corners.back().push_back(std::round(static_cast<double>(v) * 1000.0) / 1000.0 + 0.0);
     }
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     out.emplace_back();
@@ -277,7 +302,8 @@ TEST(CaptureDraco, DecodesToTheSurfaceThatWasCompressed) {
                            {"TEXCOORD_0", plain.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1, 1, 1})}};
   const int indices = plain.add_accessor<std::uint16_t>("SCALAR", {0, 1, 2, 2, 1, 3});
   const auto expected = soup(primitive_of(plain, attributes, {{"indices", indices}}));
-  for (const bool sequential : {true, false}) EXPECT_EQ(soup(read(test::draco_asset(sequential)).meshes.at(0).primitives.at(0)), expected);
+  for (const bool sequential : {true, false})
+    EXPECT_EQ(soup(read(test::draco_asset(sequential)).meshes.at(0).primitives.at(0)), expected);
 }
 
 TEST(CaptureDraco, KeepsTheNumberingOfSequentialStreams) {

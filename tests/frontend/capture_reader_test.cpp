@@ -38,7 +38,8 @@ void expect_same_geometry(const Capture& a, const Capture& b) {
     EXPECT_EQ(a.meshes[m].primitives.at(0).indices, b.meshes[m].primitives.at(0).indices);
   }
   ASSERT_EQ(a.materials.size(), b.materials.size());
-  EXPECT_EQ(a.materials[0].base_color_texture.texture->texel(0, 1, 2), b.materials[0].base_color_texture.texture->texel(0, 1, 2));
+  EXPECT_EQ(a.materials[0].base_color_texture.texture->texel(0, 1, 2),
+            b.materials[0].base_color_texture.texture->texel(0, 1, 2));
 }
 
 TEST(CaptureFiles, MeanTheSameAsGlbDataUriOrFilesBeside) {
@@ -48,7 +49,8 @@ TEST(CaptureFiles, MeanTheSameAsGlbDataUriOrFilesBeside) {
   test::write_text(folder / "data.gltf", asset.gltf());
   expect_same_geometry(read_capture(folder / "data.gltf"), glb);
   std::filesystem::create_directory(folder / "dir");
-  for (const auto& [uri, file] : {std::pair{"a.bin", "a.bin"}, {"dir/b%20c.bin", "dir/b c.bin"}, {"./dir/../%64.bin", "d.bin"}}) {
+  for (const auto& [uri, file] :
+       {std::pair{"a.bin", "a.bin"}, {"dir/b%20c.bin", "dir/b c.bin"}, {"./dir/../%64.bin", "d.bin"}}) {
     test::write_text(folder / file, std::string(asset.binary.begin(), asset.binary.end()));
     test::write_text(folder / "files.gltf", asset.gltf_with_file(uri));
     const Capture capture = read_capture(folder / "files.gltf");
@@ -61,8 +63,15 @@ TEST(CaptureFiles, MeanTheSameAsGlbDataUriOrFilesBeside) {
 
 TEST(CaptureScene, PlacesNodesAsTransformsAndMatricesSay) {
   const double half = std::sqrt(0.5);
-  const Capture capture = read_with({{"/nodes/0/translation", {1, 2, 3}}, {"/nodes/3/rotation", {0, 0, half, half}}, {"/nodes/3/scale", {2, 3, 4}}});
-  const Pose pose = pose_at([&] { Capture still = capture; still.played_animations.clear(); return still; }(), 0);
+  const Capture capture = read_with(
+      {{"/nodes/0/translation", {1, 2, 3}}, {"/nodes/3/rotation", {0, 0, half, half}}, {"/nodes/3/scale", {2, 3, 4}}});
+  const Pose pose = pose_at(
+      [&] {
+        Capture still = capture;
+        still.played_animations.clear();
+        return still;
+      }(),
+      0);
   // Node 3 inside 2 (identity) inside 0: x is scaled by 2, turned to y, and moved by (0,1,0) and (1,2,3).
   const DVec4 p = pose.world[3] * DVec4(1, 0, 0, 1);
   EXPECT_NEAR(p.x, 1, 1e-12);
@@ -114,7 +123,8 @@ TEST(CaptureScene, ReadsCameras) {
 
 TEST(CaptureScene, ReadsLights) {
   const char* light = "/extensions/KHR_lights_punctual/lights/0";
-  const Capture spot = read_with({{"/extensions/KHR_lights_punctual/lights/0/color", {0.5, 1, 0}}, {"/extensions/KHR_lights_punctual/lights/0/intensity", 8}});
+  const Capture spot = read_with({{"/extensions/KHR_lights_punctual/lights/0/color", {0.5, 1, 0}},
+                                  {"/extensions/KHR_lights_punctual/lights/0/intensity", 8}});
   EXPECT_EQ(spot.lights.at(0).type, shaders::Light::Type::kSpot);
   EXPECT_EQ(spot.lights[0].color, Vec3(4, 8, 0));
   EXPECT_EQ(spot.lights[0].range, 10.0f);
@@ -151,14 +161,16 @@ TEST(CaptureScene, PlaysOnlyAnimationsThatDoNotFight) {
 // ---- Materials --------------------------------------------------------------------------------------------------
 
 TEST(CaptureMaterials, ReadFactorsAndDefaults) {
-  const Capture capture = read_with({{"/materials/0",
-                                      {{"pbrMetallicRoughness", {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}}, {"metallicFactor", 0.25}, {"roughnessFactor", 0.75}}},
-                                       {"emissiveFactor", {0.5, 0.25, 1}},
-                                       {"alphaMode", "MASK"},
-                                       {"alphaCutoff", 0.7},
-                                       {"doubleSided", true},
-                                       {"extensions", {{"KHR_materials_unlit", json::object()}}}}},
-                                     {"/materials/2", {{"alphaMode", "BLEND"}}}});
+  const Capture capture =
+      read_with({{"/materials/0",
+                  {{"pbrMetallicRoughness",
+                    {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}}, {"metallicFactor", 0.25}, {"roughnessFactor", 0.75}}},
+                   {"emissiveFactor", {0.5, 0.25, 1}},
+                   {"alphaMode", "MASK"},
+                   {"alphaCutoff", 0.7},
+                   {"doubleSided", true},
+                   {"extensions", {{"KHR_materials_unlit", json::object()}}}}},
+                 {"/materials/2", {{"alphaMode", "BLEND"}}}});
   const Material &full = capture.materials.at(0), &plain = capture.materials.at(2);
   EXPECT_EQ(full.base_color, Vec4(0.1f, 0.2f, 0.3f, 0.4f));
   EXPECT_EQ(full.metallic, 0.25f);
@@ -181,9 +193,14 @@ TEST(CaptureMaterials, ReadSamplers) {
     bool linear;
     shaders::MipFilter mip;
   };
-  for (const Row& row : {Row{9728, false, shaders::MipFilter::kNone}, {9729, true, shaders::MipFilter::kNone}, {9984, false, shaders::MipFilter::kNearest},
-                         {9985, true, shaders::MipFilter::kNearest}, {9986, false, shaders::MipFilter::kLinear}, {9987, true, shaders::MipFilter::kLinear}}) {
-    const Capture capture = read_with({{"/samplers/0", {{"minFilter", row.filter}, {"magFilter", 9728}, {"wrapS", 33071}, {"wrapT", 33648}}}});
+  for (const Row& row : {Row{9728, false, shaders::MipFilter::kNone},
+                         {9729, true, shaders::MipFilter::kNone},
+                         {9984, false, shaders::MipFilter::kNearest},
+                         {9985, true, shaders::MipFilter::kNearest},
+                         {9986, false, shaders::MipFilter::kLinear},
+                         {9987, true, shaders::MipFilter::kLinear}}) {
+    const Capture capture = read_with(
+        {{"/samplers/0", {{"minFilter", row.filter}, {"magFilter", 9728}, {"wrapS", 33071}, {"wrapT", 33648}}}});
     const shaders::Sampler& sampler = capture.materials.at(0).base_color_texture.sampler;
     EXPECT_EQ(sampler.minify_linear, row.linear) << row.filter;
     EXPECT_EQ(sampler.mip, row.mip) << row.filter;
@@ -195,8 +212,13 @@ TEST(CaptureMaterials, ReadSamplers) {
 
 TEST(CaptureMaterials, TransformTextureCoordinatesByOffsetTurnAndScale) {
   const double turn = 0.3;
-  const Capture capture = read_with({{"/materials/0/pbrMetallicRoughness/baseColorTexture",
-                                      {{"index", 0}, {"texCoord", 5}, {"extensions", {{"KHR_texture_transform", {{"offset", {0.1, 0.2}}, {"rotation", turn}, {"scale", {2, 3}}, {"texCoord", 0}}}}}}}});
+  const Capture capture =
+      read_with({{"/materials/0/pbrMetallicRoughness/baseColorTexture",
+                  {{"index", 0},
+                   {"texCoord", 5},
+                   {"extensions",
+                    {{"KHR_texture_transform",
+                      {{"offset", {0.1, 0.2}}, {"rotation", turn}, {"scale", {2, 3}}, {"texCoord", 0}}}}}}}});
   const TextureSlot& slot = capture.materials.at(0).base_color_texture;
   EXPECT_EQ(slot.texcoord, 0) << "the extension's set overrides";
   const Vec2 uv(0.7f, 0.4f), got = slot.transform.matrix * uv + slot.transform.offset;
@@ -213,7 +235,8 @@ TEST(CaptureMaterials, ReadDisplacement) {
   EXPECT_EQ(displacement.bias, -0.5f);
   // Texel (x, y) of the 4 x 4 picture has the red value 5 * 3 * (4 y + x).
   const auto& level = displacement.texture->levels().at(0);
-  for (std::size_t k = 0; k < 16; ++k) EXPECT_NEAR(static_cast<double>(level.values[k]), static_cast<double>((15 * k) % 256) / 255.0, 1e-7);
+  for (std::size_t k = 0; k < 16; ++k)
+    EXPECT_NEAR(static_cast<double>(level.values[k]), static_cast<double>((15 * k) % 256) / 255.0, 1e-7);
 }
 
 // ---- Settings ---------------------------------------------------------------------------------------------------

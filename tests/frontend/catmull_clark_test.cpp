@@ -50,12 +50,15 @@ class LimitSurface {
     description.cornerVertexIndices = topology.corner_points.data();
     description.cornerWeights = topology.corner_sharpness.data();
     OpenSubdiv::Sdc::Options options;
-    options.SetVtxBoundaryInterpolation(cage.rules.boundary == BoundaryRule::kEdge ? options.VTX_BOUNDARY_EDGE_ONLY : options.VTX_BOUNDARY_EDGE_AND_CORNER);
+    options.SetVtxBoundaryInterpolation(cage.rules.boundary == BoundaryRule::kEdge
+                                            ? options.VTX_BOUNDARY_EDGE_ONLY
+                                            : options.VTX_BOUNDARY_EDGE_AND_CORNER);
     using Factory = far::TopologyRefinerFactory<far::TopologyDescriptor>;
     refiner_.reset(Factory::Create(description, Factory::Options(OpenSubdiv::Sdc::SCHEME_CATMARK, options)));
     for (const std::uint32_t v : topology.point_vertex)
       for (int c = 0; c < 3; ++c) values_.push_back(static_cast<double>(cage.primitive.vertices.positions[v][c]));
-    factory_ = std::make_unique<bfr::RefinerSurfaceFactory<>>(*refiner_, bfr::SurfaceFactory::Options().SetApproxLevelSharp(8).SetApproxLevelSmooth(8));
+    factory_ = std::make_unique<bfr::RefinerSurfaceFactory<>>(
+        *refiner_, bfr::SurfaceFactory::Options().SetApproxLevelSharp(8).SetApproxLevelSmooth(8));
   }
 
   DVec3 at(int face, double u, double v) const {
@@ -79,7 +82,9 @@ class LimitSurface {
 // Distance of a patch's point at (u,v) from the limit surface where the patch's texture coordinates say it lies.
 double error_at(const LimitSurface& limit, const Primitive& patches, std::size_t patch, double u, double v) {
   const std::vector<Vec2>& uv = patches.vertices.texcoords[0];
-  const auto mix = [&](std::size_t a, std::size_t b, double t) { return DVec2(uv[16 * patch + a]) * (1 - t) + DVec2(uv[16 * patch + b]) * t; };
+  const auto mix = [&](std::size_t a, std::size_t b, double t) {
+    return DVec2(uv[16 * patch + a]) * (1 - t) + DVec2(uv[16 * patch + b]) * t;
+  };
   const DVec2 at = mix(0, 3, u) * (1 - v) + mix(12, 15, u) * v;
   const int face = static_cast<int>(patches.vertices.texcoords[1][16 * patch].x);
   return glm::length(test::bezier_point(&patches.vertices.positions[16 * patch], u, v) - limit.at(face, at.x, at.y));
@@ -91,7 +96,8 @@ double largest_error(const Cage& cage, const Primitive& patches, bool corners_on
   double worst = 0;
   for (std::size_t p = 0; p < patch_total(patches); ++p)
     for (int k = 0; k < 8; ++k) {
-      const double u = corners_only || k < 4 ? k & 1 : static_cast<double>(random.uniform(0, 1)), v = corners_only || k < 4 ? (k >> 1) & 1 : static_cast<double>(random.uniform(0, 1));
+      const double u = corners_only || k < 4 ? k & 1 : static_cast<double>(random.uniform(0, 1)),
+                   v = corners_only || k < 4 ? (k >> 1) & 1 : static_cast<double>(random.uniform(0, 1));
       worst = std::max(worst, error_at(limit, patches, p, u, v));
     }
   return worst;
@@ -111,10 +117,14 @@ DVec3 unit_normal(const Vec3* points, double u, double v) {
 
 DVec2 on_side(std::uint8_t edge, double t) {
   switch (edge) {
-    case 0: return {t, 0};
-    case 1: return {t, 1};
-    case 2: return {0, t};
-    default: return {1, t};
+    case 0:
+      return {t, 0};
+    case 1:
+      return {t, 1};
+    case 2:
+      return {0, t};
+    default:
+      return {1, t};
   }
 }
 
@@ -124,7 +134,8 @@ Shared shared_edges(const Primitive& patches) {
   for (const auto& patch : neighbours)
     for (const auto& edge : patch.edges) ++users[{edge.patch, edge.edge}];
   Shared out;
-  for (const auto& [owner, count] : users) (count == 2 ? out.matched : out.unmatched) += static_cast<std::size_t>(count);
+  for (const auto& [owner, count] : users)
+    (count == 2 ? out.matched : out.unmatched) += static_cast<std::size_t>(count);
   const auto& points = patches.vertices.positions;
   for (std::size_t p = 0; p < neighbours.size(); ++p)
     for (std::uint8_t e = 0; e < 4; ++e) {
@@ -132,7 +143,8 @@ Shared shared_edges(const Primitive& patches) {
       if (owner.patch == p && owner.edge == e) continue;
       for (double t = 0.0; t <= 1.0; t += 0.125) {
         const DVec2 here = on_side(e, t), there = on_side(owner.edge, owner.reversed ? 1 - t : t);
-        const double cosine = glm::dot(unit_normal(&points[16 * p], here.x, here.y), unit_normal(&points[16 * owner.patch], there.x, there.y));
+        const double cosine = glm::dot(unit_normal(&points[16 * p], here.x, here.y),
+                                       unit_normal(&points[16 * owner.patch], there.x, there.y));
         out.widest_angle = std::max(out.widest_angle, std::acos(std::min(1.0, cosine)));
       }
     }
@@ -146,14 +158,19 @@ TEST(CatmullClark, RegularFacesAreTheBicubicBSplinePatch) {
   cage.rules.levels = 0;
   const Primitive patches = converted(cage);
   // The inner face (2, 1) to (3, 2) from its 4 x 4 points, by the formula: basis conversion along u, then along v.
-  constexpr double kConvert[4][4] = {{1 / 6.0, 4 / 6.0, 1 / 6.0, 0}, {0, 4 / 6.0, 2 / 6.0, 0}, {0, 2 / 6.0, 4 / 6.0, 0}, {0, 1 / 6.0, 4 / 6.0, 1 / 6.0}};
+  constexpr double kConvert[4][4] = {{1 / 6.0, 4 / 6.0, 1 / 6.0, 0},
+                                     {0, 4 / 6.0, 2 / 6.0, 0},
+                                     {0, 2 / 6.0, 4 / 6.0, 0},
+                                     {0, 1 / 6.0, 4 / 6.0, 1 / 6.0}};
   const std::size_t patch = 1 * 5 + 2;
   for (std::size_t j = 0; j < 4; ++j)
     for (std::size_t i = 0; i < 4; ++i) {
       DVec3 expected(0.0);
       for (std::size_t y = 0; y < 4; ++y)
-        for (std::size_t x = 0; x < 4; ++x) expected += DVec3(cage.points[(0 + y) * 6 + 1 + x]) * (kConvert[i][x] * kConvert[j][y]);
-      EXPECT_LT(glm::length(DVec3(patches.vertices.positions[16 * patch + 4 * j + i]) - expected), kRounding) << i << ' ' << j;
+        for (std::size_t x = 0; x < 4; ++x)
+          expected += DVec3(cage.points[(0 + y) * 6 + 1 + x]) * (kConvert[i][x] * kConvert[j][y]);
+      EXPECT_LT(glm::length(DVec3(patches.vertices.positions[16 * patch + 4 * j + i]) - expected), kRounding)
+          << i << ' ' << j;
     }
 }
 
@@ -188,7 +205,8 @@ TEST(CatmullClark, TheApproximationAtExtraordinaryPointsShrinksWithEveryLevel) {
 }
 
 TEST(CatmullClark, CornersOfACubeAreWhereTheFormulaPutsThem) {
-  // Limit of a point of valence 3: (9 v + 4 sum e + sum f) / 24; for the unit cube's origin (4 + 2) / 24 along each axis.
+  // Limit of a point of valence 3: (9 v + 4 sum e + sum f) / 24; for the unit cube's origin (4 + 2) / 24 along each
+  // axis.
   Cage cage = test::cube_cage();
   cage.rules.levels = 0;
   const Primitive patches = converted(cage);
@@ -213,7 +231,9 @@ TEST(CatmullClark, ACubeOfInfinitelySharpEdgesStaysACube) {
       int flat = 0;
       for (int axis = 0; axis < 3; ++axis) {
         float low = 9, high = -9;
-        for (std::size_t k = 0; k < 16; ++k) low = std::min(low, patches.vertices.positions[16 * p + k][axis]), high = std::max(high, patches.vertices.positions[16 * p + k][axis]);
+        for (std::size_t k = 0; k < 16; ++k)
+          low = std::min(low, patches.vertices.positions[16 * p + k][axis]),
+          high = std::max(high, patches.vertices.positions[16 * p + k][axis]);
         flat += high - low < 1e-6f && (std::abs(low) < 1e-6f || std::abs(low - 1) < 1e-6f) ? 1 : 0;
       }
       EXPECT_EQ(flat, 1) << p;
@@ -229,7 +249,11 @@ TEST(CatmullClark, ACreaseIsTheLimitCurveOfItsPoints) {
   test::add_crease(cage, {10, 11, 12, 13, 14});
   const Primitive patches = converted(cage);
   EXPECT_LT(largest_error(cage, patches), kRounding);
-  const Cage smooth = [&] { Cage c = cage; c.rules.creases.clear(); return c; }();
+  const Cage smooth = [&] {
+    Cage c = cage;
+    c.rules.creases.clear();
+    return c;
+  }();
   EXPECT_GT(largest_error(smooth, patches), 0.01);  // and it matters
 }
 
@@ -267,7 +291,8 @@ TEST(CatmullClark, TheBoundaryRuleDecidesWhetherCornersAreRound) {
 // ---- Watertight (M1) --------------------------------------------------------------------------------------------
 
 std::vector<Cage> closed_cages() {
-  std::vector<Cage> cages = {test::cube_cage(), test::bracket_cage(), test::mixed_cage(), test::voxel_cage({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}}, 0.3f, 7)};
+  std::vector<Cage> cages = {test::cube_cage(), test::bracket_cage(), test::mixed_cage(),
+                             test::voxel_cage({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}}, 0.3f, 7)};
   Cage creased = test::bracket_cage(0.2f, 3);
   test::add_crease(creased, {creased.faces[0][0], creased.faces[0][1], creased.faces[0][2]}, 2.5f);
   test::add_crease(creased, {creased.faces[4][0], creased.faces[4][1]});
@@ -339,7 +364,9 @@ TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
   ASSERT_EQ(morphing.vertices.morph_targets.size(), 2u);
   EXPECT_TRUE(morphing.vertices.morph_targets[0].positions.empty());
   for (std::size_t v = 0; v < morphing.vertices.count(); ++v)
-    EXPECT_LT(glm::length(morphing.vertices.positions[v] + morphing.vertices.morph_targets[1].positions[v] - there.vertices.positions[v]), 2e-6f);
+    EXPECT_LT(glm::length(morphing.vertices.positions[v] + morphing.vertices.morph_targets[1].positions[v] -
+                          there.vertices.positions[v]),
+              2e-6f);
   EXPECT_EQ(shared_edges(morphing).unmatched, 0u);
 }
 
@@ -392,7 +419,8 @@ TEST(CatmullClark, TextureCoordinatesAreBilinearWithinEachFaceOfTheCage) {
     area[static_cast<int>(patches.vertices.texcoords[1][16 * p].x)] += 0.5 * static_cast<double>(a.x * b.y - a.y * b.x);
   }
   ASSERT_EQ(area.size(), cage.faces.size());
-  for (const auto& [face, covered] : area) EXPECT_NEAR(covered, cage.faces[static_cast<std::size_t>(face)][3] >= 0 ? 1.0 : 0.5, 1e-5) << face;
+  for (const auto& [face, covered] : area)
+    EXPECT_NEAR(covered, cage.faces[static_cast<std::size_t>(face)][3] >= 0 ? 1.0 : 0.5, 1e-5) << face;
 }
 
 TEST(CatmullClark, ColoursAreThoseOfTheFacesCorners) {
@@ -447,7 +475,8 @@ TEST(CatmullClark, RefusesAFanOfMoreEdgesThanThePermittedValence) {
   std::vector<std::array<int, 4>> faces;
   const int n = static_cast<int>(kMaxValence) + 1;
   for (int k = 0; k < n; ++k) {
-    points.emplace_back(std::cos(6.2831853f * static_cast<float>(k) / static_cast<float>(n)), std::sin(6.2831853f * static_cast<float>(k) / static_cast<float>(n)), 0.0f);
+    points.emplace_back(std::cos(6.2831853f * static_cast<float>(k) / static_cast<float>(n)),
+                        std::sin(6.2831853f * static_cast<float>(k) / static_cast<float>(n)), 0.0f);
     faces.push_back({0, 1 + k, 1 + (k + 1) % n, -1});
   }
   EXPECT_THAT(fault_of(test::cage_of(points, faces)), HasSubstr("more than 1024 edges"));
@@ -463,7 +492,8 @@ TEST(CatmullClark, AnySoupOfFacesIsConvertedOrRefused) {
     const int last = static_cast<int>(points.size()) - 1;
     std::vector<std::array<int, 4>> faces;
     for (int k = random.integer(1, 16); k > 0; --k)
-      faces.push_back({random.integer(0, last), random.integer(0, last), random.integer(0, last), random.coin() ? random.integer(0, last) : -1});
+      faces.push_back({random.integer(0, last), random.integer(0, last), random.integer(0, last),
+                       random.coin() ? random.integer(0, last) : -1});
     Cage cage = test::cage_of(points, faces);
     cage.rules.levels = random.integer(1, 2);
     cage.rules.boundary = random.coin() ? BoundaryRule::kEdge : BoundaryRule::kEdgeAndCorner;
@@ -472,7 +502,8 @@ TEST(CatmullClark, AnySoupOfFacesIsConvertedOrRefused) {
     try {
       const Primitive patches = converted(cage);
       const RefinedCage refined(build_cage(cage.primitive, cage.rules), cage.rules);
-      for (int p = 0; p < refined.finest().GetNumVertices(); ++p) ASSERT_FALSE(refined.finest().IsVertexNonManifold(p)) << run;
+      for (int p = 0; p < refined.finest().GetNumVertices(); ++p)
+        ASSERT_FALSE(refined.finest().IsVertexNonManifold(p)) << run;
       EXPECT_EQ(patch_total(patches), static_cast<std::size_t>(refined.patch_count()));
       EXPECT_EQ(patches.vertices.texcoords[0].size(), patches.vertices.count());
       ++converted_cages;

@@ -106,9 +106,17 @@ TEST(Deformation, IsTheWeightedSumOfDifferencesThenOfJoints) {
     const Deformed out = scene.deformed();
     ASSERT_EQ(out.positions.size(), kVertices);
     for (std::size_t i = 0; i < kVertices; ++i) {
-      expect_near(out.positions[i], skinned(scene, DVec4(morphed(scene, DVec3(scene.vertices().positions[i]), i, &MorphTarget::positions), 1.0), i));
-      expect_near(out.normals[i], skinned(scene, DVec4(morphed(scene, DVec3(scene.vertices().normals[i]), i, &MorphTarget::normals), 0.0), i));
-      expect_near(Vec3(out.tangents[i]), skinned(scene, DVec4(morphed(scene, DVec3(Vec3(scene.vertices().tangents[i])), i, &MorphTarget::tangents), 0.0), i));
+      expect_near(
+          out.positions[i],
+          skinned(scene, DVec4(morphed(scene, DVec3(scene.vertices().positions[i]), i, &MorphTarget::positions), 1.0),
+                  i));
+      expect_near(
+          out.normals[i],
+          skinned(scene, DVec4(morphed(scene, DVec3(scene.vertices().normals[i]), i, &MorphTarget::normals), 0.0), i));
+      expect_near(
+          Vec3(out.tangents[i]),
+          skinned(scene,
+                  DVec4(morphed(scene, DVec3(Vec3(scene.vertices().tangents[i])), i, &MorphTarget::tangents), 0.0), i));
       EXPECT_EQ(out.tangents[i].w, scene.vertices().tangents[i].w);
     }
   }
@@ -118,7 +126,8 @@ TEST(Deformation, OfAnUnskinnedMeshStaysInItsNodesSpace) {
   Scene scene(20);
   scene.capture.nodes[kJoints].skin = kNone;
   const Deformed out = scene.deformed();
-  for (std::size_t i = 0; i < kVertices; ++i) expect_near(out.positions[i], morphed(scene, DVec3(scene.vertices().positions[i]), i, &MorphTarget::positions));
+  for (std::size_t i = 0; i < kVertices; ++i)
+    expect_near(out.positions[i], morphed(scene, DVec3(scene.vertices().positions[i]), i, &MorphTarget::positions));
   EXPECT_EQ(object_to_world(scene.capture, kJoints, scene.primitive(), scene.pose), scene.pose.world[kJoints]);
 }
 
@@ -143,7 +152,9 @@ TEST(Deformation, WithZeroWeightsKeepsTheVerticesBitForBit) {
 TEST(Deformation, ByJointsAtTheirBindPoseKeepsTheVertices) {
   Scene scene(23);
   scene.primitive().vertices.morph_targets.clear();
-  for (std::size_t j = 0; j < kJoints; ++j) scene.capture.skins[0].inverse_bind[j] = glm::inverse(scene.pose.world[j] = DMat4(1.0) * static_cast<double>(j + 1));
+  for (std::size_t j = 0; j < kJoints; ++j)
+    scene.capture.skins[0].inverse_bind[j] =
+        glm::inverse(scene.pose.world[j] = DMat4(1.0) * static_cast<double>(j + 1));
   const Deformed out = scene.deformed();
   for (std::size_t i = 0; i < kVertices; ++i) expect_near(out.positions[i], DVec3(scene.vertices().positions[i]));
 }

@@ -39,8 +39,10 @@ TEST(GltfContainer, RefusesEveryTruncatedLength) {
     std::vector<std::uint8_t> bytes = as_bytes(good.substr(0, length));
     bytes.shrink_to_fit();
     // Below four bytes there is no magic number: taken for text, which then is no JSON.
-    if (length > 0 && length < 4) EXPECT_NO_THROW(open_container(bytes, "f")) << length;
-    else EXPECT_THROW(open_container(bytes, "f"), InputError) << length;
+    if (length > 0 && length < 4)
+      EXPECT_NO_THROW(open_container(bytes, "f")) << length;
+    else
+      EXPECT_THROW(open_container(bytes, "f"), InputError) << length;
   }
 }
 
@@ -90,7 +92,8 @@ TEST(ResolveUri, UndoesPercentEscapes) {
 
 TEST(ResolveUri, RefusesSchemesAndBrokenEscapes) {
   const test::TemporaryFolder folder;
-  for (const char* uri : {"http://h/f", "file:///f", "c:f", "a+b:f", "/f", "//h/f", "\\f", "a\\f", "%", "%4", "%4g", "a%00b", ""})
+  for (const char* uri :
+       {"http://h/f", "file:///f", "c:f", "a+b:f", "/f", "//h/f", "\\f", "a\\f", "%", "%4", "%4g", "a%00b", ""})
     EXPECT_THROW(resolve_uri(uri, folder.path(), Place("f")), InputError) << uri;
 }
 
@@ -108,10 +111,13 @@ TEST(DataUri, GivesBackEveryByteStringThroughBase64) {
   }
 }
 
-TEST(DataUri, ReadsPercentEscapedText) { EXPECT_EQ(as_text(decode_data_uri("data:text/plain,a%20b%2C", Place("f"))), "a b,"); }
+TEST(DataUri, ReadsPercentEscapedText) {
+  EXPECT_EQ(as_text(decode_data_uri("data:text/plain,a%20b%2C", Place("f"))), "a b,");
+}
 
 TEST(DataUri, RefusesWhatIsNeither) {
-  for (const char* uri : {"data:", "data:;base64", "data:;base64,A", "data:;base64,AAAAA", "data:;base64,A*AA", "data:;base64,AA=A", "data:,%4"})
+  for (const char* uri : {"data:", "data:;base64", "data:;base64,A", "data:;base64,AAAAA", "data:;base64,A*AA",
+                          "data:;base64,AA=A", "data:,%4"})
     EXPECT_THROW(decode_data_uri(uri, Place("f")), InputError) << uri;
 }
 
@@ -126,7 +132,8 @@ void expect_sound_or_refused(const GltfAsset& asset, const fs::path& file, const
     const Capture capture = read_capture(file, limits);
     const Primitive& primitive = capture.meshes.at(0).primitives.at(0);
     for (const std::uint32_t index : primitive.indices) EXPECT_LT(index, primitive.vertices.count()) << what;
-    for (const Vec3& p : primitive.vertices.positions) EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) << what;
+    for (const Vec3& p : primitive.vertices.positions)
+      EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) << what;
   } catch (const InputError&) {
   } catch (const LimitError&) {
   }

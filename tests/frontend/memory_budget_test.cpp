@@ -51,7 +51,9 @@ GltfAsset grid(int n, int mode, bool quantized_indices) {
         for (const int k : {0, 1, n, n, 1, n + 1}) indices.push_back(static_cast<std::uint32_t>(j * n + i + k));
     }
   const int p = asset.add_accessor("VEC3", positions);
-  json primitive = {{"attributes", {{"POSITION", p}, {"NORMAL", p}}}, {"mode", mode}, {"targets", {{{"POSITION", p}}, {{"POSITION", p}, {"NORMAL", p}}}}};
+  json primitive = {{"attributes", {{"POSITION", p}, {"NORMAL", p}}},
+                    {"mode", mode},
+                    {"targets", {{{"POSITION", p}}, {{"POSITION", p}, {"NORMAL", p}}}}};
   if (quantized_indices) primitive["indices"] = asset.add_accessor("SCALAR", indices);
   asset.add("meshes", {{"primitives", json::array({primitive})}});
   asset.add("nodes", {{"mesh", 0}});
@@ -74,8 +76,12 @@ GltfAsset draco_grid(int n, bool sequential) {
   asset.add_view(output.bytes);
   asset.add("accessors", {{"componentType", 5126}, {"type", "VEC3"}, {"count", input.vertex_count}});
   asset.add("accessors", {{"componentType", 5125}, {"type", "SCALAR"}, {"count", input.indices.size()}});
-  asset.add("meshes", {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1},
-                                        {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", 0}, {"attributes", {{"POSITION", output.unique_ids[0]}}}}}}}}}}});
+  asset.add("meshes", {{"primitives",
+                        {{{"attributes", {{"POSITION", 0}}},
+                          {"indices", 1},
+                          {"extensions",
+                           {{"KHR_draco_mesh_compression",
+                             {{"bufferView", 0}, {"attributes", {{"POSITION", output.unique_ids[0]}}}}}}}}}}});
   asset.add("nodes", {{"mesh", 0}});
   return asset;
 }
@@ -117,14 +123,25 @@ std::vector<Sized> captures() {
       {"empty_objects.gltf", [=] { return repeated(asset + R"("extras":[)", "{}", 100000, "]}"); }},
       {"empty_arrays.gltf", [=] { return repeated(asset + R"("extras":[)", "[]", 100000, "]}"); }},
       {"numbers.gltf", [=] { return repeated(asset + R"("extras":[)", "1e5", 200000, "]}"); }},
-      {"keys.gltf", [=] {
+      {"keys.gltf",
+       [=] {
          std::string out = asset + R"("extras":{"k":0)";
          for (int i = 0; i < 60000; ++i) out += fmt::format(R"(,"{}":0)", i);
          return out + "}}";
        }},
-      {"texts.gltf", [=] { return repeated(asset + R"("extensionsUsed":[)", R"("A text longer than any that lies inside")", 30000, "]}"); }},
-      {"extension_values.gltf", [=] { return repeated(asset + R"("nodes":[{"extensions":{"MADE_up":{"rows":[)", "[0]", 30000, "]}}}]}"); }},
-      {"named_nodes.gltf", [=] { return repeated(asset + R"("nodes":[)", R"({"name":"a name that is quite long for a node","matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]})", 5000, "]}"); }},
+      {"texts.gltf",
+       [=] {
+         return repeated(asset + R"("extensionsUsed":[)", R"("A text longer than any that lies inside")", 30000, "]}");
+       }},
+      {"extension_values.gltf",
+       [=] { return repeated(asset + R"("nodes":[{"extensions":{"MADE_up":{"rows":[)", "[0]", 30000, "]}}}]}"); }},
+      {"named_nodes.gltf",
+       [=] {
+         return repeated(
+             asset + R"("nodes":[)",
+             R"({"name":"a name that is quite long for a node","matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]})", 5000,
+             "]}");
+       }},
   };
 }
 
@@ -198,7 +215,8 @@ std::vector<Sized> hostile() {
       {"sequential_of_2_to_26_faces.glb", draco_counts(0, 3ull << 27 >> 1)},
       {"edgebreaker_of_2_to_26_faces.glb", draco_counts(1, 3ull << 27 >> 1)},
       {"image_8000_a_side.glb", [] { return textured(encode_png(Image8(8000, 8000, 1))).glb(); }},
-      {"million_objects.gltf", [] { return repeated(R"({"asset":{"version":"2.0"},"extras":[)", "{}", 1000000, "]}"); }},
+      {"million_objects.gltf",
+       [] { return repeated(R"({"asset":{"version":"2.0"},"extras":[)", "{}", 1000000, "]}"); }},
       {"million_nodes.gltf", [] { return repeated(R"({"asset":{"version":"2.0"},"nodes":[)", "{}", 1000000, "]}"); }},
   };
 }
@@ -209,7 +227,8 @@ TEST(MemoryBudget, RefusesWhatUnpacksToMoreBeforeUnpackingIt) {
     const TemporaryFolder folder;
     const fs::path file = folder / sized.name;
     write_text(file, sized.contents());
-    EXPECT_THROW(frontend::read_capture(file, memory_limit(kLimit)), LimitError) << sized.name;  // makes what is made once
+    EXPECT_THROW(frontend::read_capture(file, memory_limit(kLimit)), LimitError)
+        << sized.name;  // makes what is made once
     const HeapMeter meter;
     EXPECT_THROW(frontend::read_capture(file, memory_limit(kLimit)), LimitError) << sized.name;
     EXPECT_LE(meter.peak_bytes(), static_cast<std::int64_t>(kLimit) + kConstantBytes) << sized.name;

@@ -29,7 +29,8 @@ Split split_all(const Scene& scene, const SplitSettings& s) {
 
 std::uint64_t cells_of(const std::vector<BoundedSubPatch>& pieces) {
   std::uint64_t cells = 0;
-  for (const BoundedSubPatch& p : pieces) cells += static_cast<std::uint64_t>((p.range.i1 - p.range.i0) * (p.range.j1 - p.range.j0));
+  for (const BoundedSubPatch& p : pieces)
+    cells += static_cast<std::uint64_t>((p.range.i1 - p.range.i0) * (p.range.j1 - p.range.j0));
   return cells;
 }
 
@@ -53,7 +54,8 @@ TEST_P(EveryCriterion, PartsTheCellsThatItDoesNotCull) {
       EXPECT_LE(p.range.j1 - p.range.j0, s.max_cells);
       ++count[p.base_patch];
       for (int j = p.range.j0; j < p.range.j1; ++j)
-        for (int i = p.range.i0; i < p.range.i1; ++i) EXPECT_TRUE(seen.emplace(p.base_patch, i, j).second) << "a cell is in two sub-patches";
+        for (int i = p.range.i0; i < p.range.i1; ++i)
+          EXPECT_TRUE(seen.emplace(p.base_patch, i, j).second) << "a cell is in two sub-patches";
     }
     const FrontendCounters& c = split.counters;
     EXPECT_EQ(seen.size() + c.cells_culled_frustum + c.cells_culled_backface, c.cells);
@@ -63,8 +65,11 @@ TEST_P(EveryCriterion, PartsTheCellsThatItDoesNotCull) {
   }
 }
 
-std::string criterion_name(const testing::TestParamInfo<std::size_t>& instance) { return std::string(kSplitCriterionNames[instance.param]); }
-INSTANTIATE_TEST_SUITE_P(Criterion, EveryCriterion, testing::Range(std::size_t{0}, kSplitCriterionNames.size()), criterion_name);
+std::string criterion_name(const testing::TestParamInfo<std::size_t>& instance) {
+  return std::string(kSplitCriterionNames[instance.param]);
+}
+INSTANTIATE_TEST_SUITE_P(Criterion, EveryCriterion, testing::Range(std::size_t{0}, kSplitCriterionNames.size()),
+                         criterion_name);
 
 TEST(PatchSplitter, TheBudgetLimitsWhatTheCriterionMakes) {
   Random random(8);
@@ -103,7 +108,8 @@ TEST(PatchSplitter, SplitsTheWidestFirst) {
   // No piece that could have been split is wider than the widest that was made by the last split allowed.
   double widest = 0, mean = 0;
   for (const BoundedSubPatch& p : few.pieces) {
-    const double extent = std::max(static_cast<double>(p.bounds.x1 - p.bounds.x0), static_cast<double>(p.bounds.y1 - p.bounds.y0));
+    const double extent =
+        std::max(static_cast<double>(p.bounds.x1 - p.bounds.x0), static_cast<double>(p.bounds.y1 - p.bounds.y0));
     widest = std::max(widest, extent);
     mean += extent / static_cast<double>(few.pieces.size());
   }
@@ -122,7 +128,8 @@ TEST(PatchSplitter, AFinerLimitOnScreenNeverGivesWiderPieces) {
     const Split split = split_all(scene, s);
     EXPECT_GE(split.pieces.size(), last);
     last = split.pieces.size();
-    EXPECT_EQ(cells_of(split.pieces) + split.counters.cells_culled_frustum + split.counters.cells_culled_backface, split.counters.cells);
+    EXPECT_EQ(cells_of(split.pieces) + split.counters.cells_culled_frustum + split.counters.cells_culled_backface,
+              split.counters.cells);
   }
 }
 
@@ -150,7 +157,8 @@ TEST(FrontEnd, IsTheSameForAnyNumberOfThreadsAndRefusesUnknownNames) {
   Random random(5);
   const Scene scene(Hard::kRandom, random);
   const hardware::GpuConfiguration gpu;
-  const FrontEndResult a = run_front_end(*scene.frame, *scene.pyramids, gpu), b = run_front_end(*scene.frame, *scene.pyramids, gpu);
+  const FrontEndResult a = run_front_end(*scene.frame, *scene.pyramids, gpu),
+                       b = run_front_end(*scene.frame, *scene.pyramids, gpu);
   ASSERT_EQ(a.sub_patches.size(), b.sub_patches.size());
   for (std::size_t k = 0; k < a.sub_patches.size(); ++k) EXPECT_EQ(a.sub_patches[k].range, b.sub_patches[k].range);
 }

@@ -10,7 +10,8 @@
 namespace tessera::frontend {
 namespace {
 
-AnimationChannel channel_of(Interpolation interpolation, int components, std::vector<float> times, std::vector<float> values) {
+AnimationChannel channel_of(Interpolation interpolation, int components, std::vector<float> times,
+                            std::vector<float> values) {
   AnimationChannel channel;
   channel.interpolation = interpolation;
   channel.components = components;
@@ -37,19 +38,23 @@ std::pair<std::size_t, double> span_at(double time) {
 
 TEST(AnimationChannels, HoldTheFirstAndTheLastKeyOutsideTheirTimes) {
   test::Random random(1);
-  for (const Interpolation interpolation : {Interpolation::kStep, Interpolation::kLinear, Interpolation::kCubicSpline}) {
+  for (const Interpolation interpolation :
+       {Interpolation::kStep, Interpolation::kLinear, Interpolation::kCubicSpline}) {
     const std::size_t parts = interpolation == Interpolation::kCubicSpline ? 3 : 1;
     const auto values = random_values(random, 2 * parts * kTimes.size());
     const AnimationChannel channel = channel_of(interpolation, 2, kTimes, values);
     const std::size_t first = 2 * (parts / 2), last = 2 * (parts * (kTimes.size() - 1) + parts / 2);
-    for (const double time : {-100.0, 0.0, 0.499, 0.5}) EXPECT_EQ(evaluate_channel(channel, time), std::vector<double>(&values[first], &values[first] + 2));
-    for (const double time : {4.0, 4.001, 1e9}) EXPECT_EQ(evaluate_channel(channel, time), std::vector<double>(&values[last], &values[last] + 2));
+    for (const double time : {-100.0, 0.0, 0.499, 0.5})
+      EXPECT_EQ(evaluate_channel(channel, time), std::vector<double>(&values[first], &values[first] + 2));
+    for (const double time : {4.0, 4.001, 1e9})
+      EXPECT_EQ(evaluate_channel(channel, time), std::vector<double>(&values[last], &values[last] + 2));
   }
 }
 
 TEST(AnimationChannels, MeetEveryKeyExactly) {
   test::Random random(2);
-  for (const Interpolation interpolation : {Interpolation::kStep, Interpolation::kLinear, Interpolation::kCubicSpline}) {
+  for (const Interpolation interpolation :
+       {Interpolation::kStep, Interpolation::kLinear, Interpolation::kCubicSpline}) {
     const std::size_t parts = interpolation == Interpolation::kCubicSpline ? 3 : 1;
     const auto values = random_values(random, 3 * parts * kTimes.size());
     const AnimationChannel channel = channel_of(interpolation, 3, kTimes, values);
@@ -62,7 +67,8 @@ TEST(AnimationChannels, MeetEveryKeyExactly) {
 
 TEST(AnimationChannels, StepKeepsTheKeyUntilTheNext) {
   const AnimationChannel channel = channel_of(Interpolation::kStep, 1, kTimes, {1, 2, 3, 4});
-  for (double time = 0.5; time < 4; time += 0.01) EXPECT_EQ(evaluate_channel(channel, time)[0], static_cast<double>(span_at(time).first + 1)) << time;
+  for (double time = 0.5; time < 4; time += 0.01)
+    EXPECT_EQ(evaluate_channel(channel, time)[0], static_cast<double>(span_at(time).first + 1)) << time;
 }
 
 TEST(AnimationChannels, SwitchAtTheKeyNotAtItsNearestFloat) {
@@ -96,13 +102,16 @@ TEST(AnimationChannels, CubicSplineIsTheHermiteCurveOfValuesAndScaledTangents) {
   test::Random random(4);
   const auto values = random_values(random, 2 * 3 * kTimes.size());
   const AnimationChannel channel = channel_of(Interpolation::kCubicSpline, 2, kTimes, values);
-  const auto part = [&](std::size_t key, std::size_t which, std::size_t c) { return static_cast<double>(values[2 * (3 * key + which) + c]); };
+  const auto part = [&](std::size_t key, std::size_t which, std::size_t c) {
+    return static_cast<double>(values[2 * (3 * key + which) + c]);
+  };
   for (double time = 0.5; time < 4; time += 0.037) {
     const auto [key, s] = span_at(time);
     const double span = static_cast<double>(kTimes[key + 1]) - static_cast<double>(kTimes[key]);
     const std::vector<double> got = evaluate_channel(channel, time);
     for (std::size_t c = 0; c < 2; ++c)
-      EXPECT_NEAR(got[c], spline(part(key, 1, c), part(key, 2, c), part(key + 1, 0, c), part(key + 1, 1, c), span, s), 1e-12);
+      EXPECT_NEAR(got[c], spline(part(key, 1, c), part(key, 2, c), part(key + 1, 0, c), part(key + 1, 1, c), span, s),
+                  1e-12);
   }
 }
 

@@ -25,7 +25,8 @@ Box random_box(Random& random) {
 }
 
 Vector3<Enclosure> enclose(ShapeId id, const ShapeInput& in, const Box& box) {
-  return shaders::shape_point(id, in, Enclosure::first_parameter(box.u0, box.u1), Enclosure::second_parameter(box.v0, box.v1));
+  return shaders::shape_point(id, in, Enclosure::first_parameter(box.u0, box.u1),
+                              Enclosure::second_parameter(box.v0, box.v1));
 }
 
 bool holds(const Enclosure& e, double value) { return !(value < e.low() || value > e.high()) || std::isnan(value); }
@@ -44,12 +45,15 @@ int violations(std::uint32_t seed, int boxes, double shrink) {
       return shrink > 0 ? std::abs(value - middle) > half : !holds(a, value);
     };
     for (int k = 0; k < 8; ++k) {
-      float u = random.uniform(static_cast<float>(box.u0), static_cast<float>(box.u1)), v = random.uniform(static_cast<float>(box.v0), static_cast<float>(box.v1));
-      if (k < 4) u = static_cast<float>(k & 1 ? box.u1 : box.u0), v = static_cast<float>(k & 2 ? box.v1 : box.v0);  // corners
+      float u = random.uniform(static_cast<float>(box.u0), static_cast<float>(box.u1)),
+            v = random.uniform(static_cast<float>(box.v0), static_cast<float>(box.v1));
+      if (k < 4)
+        u = static_cast<float>(k & 1 ? box.u1 : box.u0), v = static_cast<float>(k & 2 ? box.v1 : box.v0);  // corners
       const Vector3<float> p = shaders::shape_point(id, in, u, v);
       const Vector3<double> q = shaders::shape_point(id, in, static_cast<double>(u), static_cast<double>(v));
-      const bool bad = outside(e.x, static_cast<double>(p.x)) || outside(e.y, static_cast<double>(p.y)) || outside(e.z, static_cast<double>(p.z)) ||
-                       outside(e.x, q.x) || outside(e.y, q.y) || outside(e.z, q.z);
+      const bool bad = outside(e.x, static_cast<double>(p.x)) || outside(e.y, static_cast<double>(p.y)) ||
+                       outside(e.z, static_cast<double>(p.z)) || outside(e.x, q.x) || outside(e.y, q.y) ||
+                       outside(e.z, q.z);
       count += bad ? 1 : 0;
     }
   }
@@ -67,14 +71,18 @@ TEST(ProcedureEnclosure, DerivativesHoldTheSlopesOfDuals) {
     const ShapeInput in = test::random_shape(random, id);
     const Box box = random_box(random);
     const Vector3<Enclosure> e = enclose(id, in, box);
-    const double u = box.u0 + (box.u1 - box.u0) * static_cast<double>(random.uniform(0, 1)), v = box.v0 + (box.v1 - box.v0) * static_cast<double>(random.uniform(0, 1));
+    const double u = box.u0 + (box.u1 - box.u0) * static_cast<double>(random.uniform(0, 1)),
+                 v = box.v0 + (box.v1 - box.v0) * static_cast<double>(random.uniform(0, 1));
     shaders::with_shape(id, [&](auto shape) {
       const shaders::ShapePoint<double> p = shaders::shape_tangents<decltype(shape)>(in, u, v);
       const auto check = [&](const Enclosure& a, double by_u, double by_v) {
         // An enclosure's derivatives are scaled to [-1, 1]; the shape's numbers round differently in double.
-        const double s = by_u * (box.u1 - box.u0) / 2, t = by_v * (box.v1 - box.v0) / 2, slack = 1e-6 * (1 + std::abs(s) + std::abs(t));
-        ASSERT_FALSE(s < a.by_s().low() - slack || s > a.by_s().high() + slack) << static_cast<int>(id) << " trial " << trial;
-        ASSERT_FALSE(t < a.by_t().low() - slack || t > a.by_t().high() + slack) << static_cast<int>(id) << " trial " << trial;
+        const double s = by_u * (box.u1 - box.u0) / 2, t = by_v * (box.v1 - box.v0) / 2,
+                     slack = 1e-6 * (1 + std::abs(s) + std::abs(t));
+        ASSERT_FALSE(s < a.by_s().low() - slack || s > a.by_s().high() + slack)
+            << static_cast<int>(id) << " trial " << trial;
+        ASSERT_FALSE(t < a.by_t().low() - slack || t > a.by_t().high() + slack)
+            << static_cast<int>(id) << " trial " << trial;
       };
       check(e.x, p.by_u.x, p.by_v.x);
       check(e.y, p.by_u.y, p.by_v.y);
@@ -92,7 +100,8 @@ TEST(ProcedureEnclosure, TightensWithItsBox) {
     double bound = 0, truth = 0;
     for (int trial = 0; trial < 50; ++trial) {
       const ShapeInput in = test::random_shape(random, id);
-      const double u = static_cast<double>(random.uniform(0.1f, 0.8f)), v = static_cast<double>(random.uniform(0.1f, 0.8f));
+      const double u = static_cast<double>(random.uniform(0.1f, 0.8f)),
+                   v = static_cast<double>(random.uniform(0.1f, 0.8f));
       const Vector3<Enclosure> e = enclose(id, in, {u, u + 0.03125, v, v + 0.03125});
       double low[3] = {1e30, 1e30, 1e30}, high[3] = {-1e30, -1e30, -1e30};
       for (int k = 0; k < 81; ++k) {
@@ -112,9 +121,11 @@ TEST(ProcedureEnclosure, TightensWithItsBox) {
 TEST(ProcedureEnclosure, NoiseStaysInItsRangeAcrossLatticeLines) {
   Random random(4);
   for (int trial = 0; trial < 20000; ++trial) {
-    const double x = static_cast<double>(random.uniform(-5, 5)), y = static_cast<double>(random.uniform(-5, 5)), w = static_cast<double>(random.uniform(0, 2.5f));
+    const double x = static_cast<double>(random.uniform(-5, 5)), y = static_cast<double>(random.uniform(-5, 5)),
+                 w = static_cast<double>(random.uniform(0, 2.5f));
     const NoiseRange r = noise_range({x, x + w}, {y, y + w});
-    const double px = x + w * static_cast<double>(random.uniform(0, 1)), py = y + w * static_cast<double>(random.uniform(0, 1));
+    const double px = x + w * static_cast<double>(random.uniform(0, 1)),
+                 py = y + w * static_cast<double>(random.uniform(0, 1));
     const auto n = shaders::plane_noise_with_slopes(px, py);
     ASSERT_TRUE(n.value >= r.value.low() && n.value <= r.value.high());
     ASSERT_TRUE(n.by_x >= r.by_x.low() && n.by_x <= r.by_x.high());

@@ -17,7 +17,9 @@ using nlohmann::json;
 
 Capture read(const json& procedure, const json& more = json::object()) {
   const test::TemporaryFolder folder;
-  json document = {{"asset", {{"version", "2.0"}}}, {"extensionsUsed", {"TESSERA_procedure"}}, {"scenes", json::array({{{"nodes", {0}}}})},
+  json document = {{"asset", {{"version", "2.0"}}},
+                   {"extensionsUsed", {"TESSERA_procedure"}},
+                   {"scenes", json::array({{{"nodes", {0}}}})},
                    {"nodes", json::array({{{"extensions", {{"TESSERA_procedure", procedure}}}}})}};
   document.update(more);
   test::write_text(folder.path() / "a.gltf", document.dump());
@@ -34,7 +36,10 @@ std::string refusal(const json& procedure, const json& more = json::object()) {
 }
 
 TEST(ProcedureReader, ParametersComeInTheOrderOfTheirDeclarationWithDefaults) {
-  const Capture capture = read({{"shape", "torus"}, {"parameters", {{"minorRadius", 0.5}}}, {"texture", {{"pattern", "checker"}, {"repeat", {3, 4}}}}, {"shading", {{"model", "phong"}, {"exponent", 64}}}});
+  const Capture capture = read({{"shape", "torus"},
+                                {"parameters", {{"minorRadius", 0.5}}},
+                                {"texture", {{"pattern", "checker"}, {"repeat", {3, 4}}}},
+                                {"shading", {{"model", "phong"}, {"exponent", 64}}}});
   ASSERT_EQ(capture.procedures.size(), 1u);
   const Procedure& p = capture.procedures[0];
   EXPECT_EQ(p.shape, shaders::ShapeId::kTorus);
@@ -49,11 +54,12 @@ TEST(ProcedureReader, ParametersComeInTheOrderOfTheirDeclarationWithDefaults) {
 }
 
 TEST(ProcedureReader, ChainsBecomePieces) {
-  const json path = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}, {6, 0}}, profile = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}};
+  const json path = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}, {6, 0}},
+             profile = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}};
   const Capture capture = read({{"shape", "sweptCubic"}, {"parameters", {{"path", path}, {"profile", profile}}}});
   const auto& pieces = capture.procedures[0].pieces;
   ASSERT_EQ(pieces.size(), 2u);
-  EXPECT_EQ(pieces[1].input.p[0], 3.0f);   // the second curve begins where the first ends
+  EXPECT_EQ(pieces[1].input.p[0], 3.0f);  // the second curve begins where the first ends
   EXPECT_EQ(pieces[1].input.p[8], 1.0f);
   EXPECT_EQ(pieces[1].u_first, 0.5f);
   EXPECT_EQ(pieces[1].v_scale, 1.0f);
@@ -67,7 +73,8 @@ TEST(ProcedureReader, FaultsAreNamedWhereTheyAre) {
   EXPECT_THAT(refusal({{"shape", "sphere"}, {"parameters", {{"radius", -1}}}}), HasSubstr("outside"));
   EXPECT_THAT(refusal({{"shape", "sphere"}, {"parameters", {{"radius", "1"}}}}), HasSubstr("is not a number"));
   EXPECT_THAT(refusal({{"shape", "revolution"}}), HasSubstr("profile"));
-  EXPECT_THAT(refusal({{"shape", "revolution"}, {"parameters", {{"profile", {{0, 0}, {1, 1}}}}}}), HasSubstr("3 n + 1"));
+  EXPECT_THAT(refusal({{"shape", "revolution"}, {"parameters", {{"profile", {{0, 0}, {1, 1}}}}}}),
+              HasSubstr("3 n + 1"));
   EXPECT_THAT(refusal({{"shape", "sphere"}, {"texture", {{"pattern", "paisley"}}}}), HasSubstr("/texture/pattern"));
   EXPECT_THAT(refusal({{"shape", "sphere"}, {"shading", json::object()}}), HasSubstr("model"));
   EXPECT_THAT(refusal({{"shape", "sphere"}, {"material", 0}}), HasSubstr("material"));
@@ -80,7 +87,8 @@ TEST(ProcedureReader, AGeometryImageIsAGridOfWholeRows) {
   const json buffer = {{"accessors", json::array({{{"componentType", 5126}, {"type", "VEC3"}, {"count", 6}}})}};
   const Capture capture = read({{"shape", "geometryImage"}, {"image", {{"positions", 0}, {"width", 3}}}}, buffer);
   EXPECT_EQ(capture.procedures[0].image->height, 2);
-  EXPECT_THAT(refusal({{"shape", "geometryImage"}, {"image", {{"positions", 0}, {"width", 4}}}}, buffer), testing::HasSubstr("whole rows"));
+  EXPECT_THAT(refusal({{"shape", "geometryImage"}, {"image", {{"positions", 0}, {"width", 4}}}}, buffer),
+              testing::HasSubstr("whole rows"));
 }
 
 }  // namespace

@@ -37,11 +37,15 @@ TEST(PatchNet, PartsReproduceTheSurface) {
   Random random(9);
   for (int trial = 0; trial < 300; ++trial) {
     const PatchNet net = random_net(random, 1.0f);
-    const ParameterRange range{random.uniform(0, 0.5f), random.uniform(0, 0.5f), random.uniform(0.5f, 1), random.uniform(0.5f, 1)};
+    const ParameterRange range{random.uniform(0, 0.5f), random.uniform(0, 0.5f), random.uniform(0.5f, 1),
+                               random.uniform(0.5f, 1)};
     const PatchNet part = restrict_net(net, range);
     const double s = static_cast<double>(random.uniform(0, 1)), t = static_cast<double>(random.uniform(0, 1));
-    const auto mix = [](float a, float b, double w) { return static_cast<double>(a) * (1 - w) + static_cast<double>(b) * w; };
-    const DVec3 a = evaluate(part, s, t).position, b = evaluate(net, mix(range.u0, range.u1, s), mix(range.v0, range.v1, t)).position;
+    const auto mix = [](float a, float b, double w) {
+      return static_cast<double>(a) * (1 - w) + static_cast<double>(b) * w;
+    };
+    const DVec3 a = evaluate(part, s, t).position,
+                b = evaluate(net, mix(range.u0, range.u1, s), mix(range.v0, range.v1, t)).position;
     EXPECT_LT(glm::length(a - b), 1e-12);
   }
 }
@@ -79,11 +83,15 @@ ConeOutcome cone_outcome(std::uint32_t seed, bool npatch) {
     for (int k = 0; k < 30; ++k) {
       DVec3 n;
       if (npatch) {
-        const DoublePoint p = evaluate(net[0], static_cast<double>(random.uniform(0, 1)), static_cast<double>(random.uniform(0, 1)));
+        const DoublePoint p =
+            evaluate(net[0], static_cast<double>(random.uniform(0, 1)), static_cast<double>(random.uniform(0, 1)));
         n = glm::normalize(glm::cross(p.u, p.v));
       } else {
         // TPATCH holds for tangents at different points as well, which back-face culling relies on.
-        const auto draw = [&] { return evaluate(net[0], static_cast<double>(random.integer(0, 4)) / 4, static_cast<double>(random.integer(0, 4)) / 4); };
+        const auto draw = [&] {
+          return evaluate(net[0], static_cast<double>(random.integer(0, 4)) / 4,
+                          static_cast<double>(random.integer(0, 4)) / 4);
+        };
         n = glm::normalize(glm::cross(draw().u, draw().v));
       }
       ++out.normals;
@@ -110,11 +118,14 @@ int cone_pair_violations(bool signed_cosine) {
   Random random(17);
   int violations = 0;
   for (int trial = 0; trial < 20000; ++trial) {
-    const double beta = static_cast<double>(random.uniform(0.3f, 2.84f)), room = std::min(beta, 3.14159265358979 - beta);
-    const double alpha_u = room * static_cast<double>(random.uniform(0.02f, 0.6f)), alpha_v = (room - alpha_u) * static_cast<double>(random.uniform(0.05f, 0.98f));
+    const double beta = static_cast<double>(random.uniform(0.3f, 2.84f)),
+                 room = std::min(beta, 3.14159265358979 - beta);
+    const double alpha_u = room * static_cast<double>(random.uniform(0.02f, 0.6f)),
+                 alpha_v = (room - alpha_u) * static_cast<double>(random.uniform(0.05f, 0.98f));
     const DVec3 t(1, 0, 0), b(std::cos(beta), std::sin(beta), 0);
     const double cosine = signed_cosine ? std::cos(beta) : std::abs(std::cos(beta));
-    TangentCones cones{std::sin(alpha_u), std::sin(alpha_v), std::sin(beta), cosine, std::sin(room - alpha_u - alpha_v), 1, 1, 1, 1};
+    TangentCones cones{
+        std::sin(alpha_u), std::sin(alpha_v), std::sin(beta), cosine, std::sin(room - alpha_u - alpha_v), 1, 1, 1, 1};
     const auto cone = tpatch_cone(cones, {0, 1, 1});
     if (!cone) continue;
     const auto edge_of = [&](const DVec3& axis, double alpha) {
@@ -167,7 +178,8 @@ TEST(NormalCones, DegenerateNetsHaveNone) {
 template <class Real>
 Real stage(Real u, Real v) {
   using tessera::real_abs, tessera::real_max, tessera::real_min, tessera::real_sqrt;
-  const Real a = (Real(1) - u) * (Real(2) + v * v) - Real(0.25f) * u, b = real_max(real_abs(u * v - Real(0.1f)), Real(0.05f));
+  const Real a = (Real(1) - u) * (Real(2) + v * v) - Real(0.25f) * u,
+             b = real_max(real_abs(u * v - Real(0.1f)), Real(0.05f));
   return real_sqrt(a * a + b) / (Real(0.5f) + b * b) - real_min(u, v) * Real(1000.0f);
 }
 
@@ -175,10 +187,13 @@ TEST(Enclosure, HoldsWhatAStageComputesInFloatsAnywhereInItsBox) {
   Random random(6);
   for (int trial = 0; trial < 20000; ++trial) {
     const float size = std::exp2(static_cast<float>(-random.integer(0, 22)));
-    const float u0 = random.uniform(-1, 1), v0 = random.uniform(-1, 1), u1 = u0 + size * random.uniform(0, 1), v1 = v0 + size * random.uniform(0, 1);
-    const Enclosure e = stage(Enclosure::first_parameter(static_cast<double>(u0), static_cast<double>(u1)), Enclosure::second_parameter(static_cast<double>(v0), static_cast<double>(v1)));
+    const float u0 = random.uniform(-1, 1), v0 = random.uniform(-1, 1), u1 = u0 + size * random.uniform(0, 1),
+                v1 = v0 + size * random.uniform(0, 1);
+    const Enclosure e = stage(Enclosure::first_parameter(static_cast<double>(u0), static_cast<double>(u1)),
+                              Enclosure::second_parameter(static_cast<double>(v0), static_cast<double>(v1)));
     for (int k = 0; k < 8; ++k) {
-      const float u = std::clamp(random.uniform(u0, u1), u0, u1), v = std::clamp(random.uniform(v0, v1), v0, v1), result = stage(u, v);
+      const float u = std::clamp(random.uniform(u0, u1), u0, u1), v = std::clamp(random.uniform(v0, v1), v0, v1),
+                  result = stage(u, v);
       EXPECT_GE(static_cast<double>(result), e.low());
       EXPECT_LE(static_cast<double>(result), e.high());
     }
@@ -203,10 +218,13 @@ TEST(Interval, HoldsEveryResultAndWhatHasNoValueIsEverything) {
       return Interval(std::min(a, b), std::max(a, b));
     };
     const Interval a = draw(), b = draw();
-    const auto member = [&](const Interval& i) { return i.low() + (i.high() - i.low()) * static_cast<double>(random.uniform(0, 1)); };
+    const auto member = [&](const Interval& i) {
+      return i.low() + (i.high() - i.low()) * static_cast<double>(random.uniform(0, 1));
+    };
     const auto holds = [](const Interval& i, double x) { return i.low() <= x && x <= i.high(); };
     const double x = member(a), y = member(b);
-    EXPECT_TRUE(holds(a + b, x + y) && holds(a - b, x - y) && holds(a * b, x * y) && holds(a / b, x / y) && holds(square_root(absolute(a)), std::sqrt(std::abs(x))));
+    EXPECT_TRUE(holds(a + b, x + y) && holds(a - b, x - y) && holds(a * b, x * y) && holds(a / b, x / y) &&
+                holds(square_root(absolute(a)), std::sqrt(std::abs(x))));
   }
   const Interval infinite(0, std::numeric_limits<double>::infinity());
   EXPECT_TRUE(std::isinf((Interval(0.0) * infinite).high()));
@@ -243,13 +261,16 @@ SubPatchBody twin_body(Twin twin, SubPatchBounder& bounder, const CellRange& cel
     if (const auto cones = tangent_cones(m, frame)) normals = normal_range(tpatch_cone(*cones, {0, 1, 1}));
     const double reach = twin == Twin::kNoDisplacement ? 0 : 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [low, high] = std::minmax({static_cast<double>(bounder.offsets().low) * normals.low[axis], static_cast<double>(bounder.offsets().low) * normals.high[axis],
-                                            static_cast<double>(bounder.offsets().high) * normals.low[axis], static_cast<double>(bounder.offsets().high) * normals.high[axis]});
+      const auto [low, high] = std::minmax({static_cast<double>(bounder.offsets().low) * normals.low[axis],
+                                            static_cast<double>(bounder.offsets().low) * normals.high[axis],
+                                            static_cast<double>(bounder.offsets().high) * normals.low[axis],
+                                            static_cast<double>(bounder.offsets().high) * normals.high[axis]});
       box.low[key][axis] = e.low[axis] + reach * low;
       box.high[key][axis] = e.high[axis] + reach * high;
     }
   }
-  return {box_corners(box, to_raster), vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(kSubpixels))};
+  return {box_corners(box, to_raster),
+          vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(kSubpixels))};
 }
 
 // Random cell ranges of a scene, and points of theirs at random times and lens points: points of the surface in double
@@ -261,8 +282,10 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
   const auto add = [&](const std::optional<ScreenBounds>& bounds, const DVec4& open, const DVec4& close, int times) {
     for (int s = 0; s < times; ++s) {
       const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1));
-      const double angle = static_cast<double>(random.uniform(0, 6.2831f)), radius = s < 4 ? 1.0 : static_cast<double>(random.uniform(0, 1));
-      const SampledPoint seen = see(open * (1 - t) + close * t, frame.projection, radius * std::cos(angle), radius * std::sin(angle));
+      const double angle = static_cast<double>(random.uniform(0, 6.2831f)),
+                   radius = s < 4 ? 1.0 : static_cast<double>(random.uniform(0, 1));
+      const SampledPoint seen =
+          see(open * (1 - t) + close * t, frame.projection, radius * std::cos(angle), radius * std::sin(angle));
       if (seen.drawn) outcome.add(bounds && inside(*bounds, seen));
     }
   };
@@ -277,7 +300,8 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
       cells.j0 = static_cast<std::uint8_t>(random.coin() ? 0 : random.integer(0, pattern.nv - 1));
       cells.i1 = static_cast<std::uint8_t>(std::min<int>(pattern.nu, cells.i0 + random.integer(1, 16)));
       cells.j1 = static_cast<std::uint8_t>(std::min<int>(pattern.nv, cells.j0 + random.integer(1, 16)));
-      const SubPatchBody body = twin == Twin::kHonest ? bounder.body(cells) : (bounder.body(cells), twin_body(twin, bounder, cells));
+      const SubPatchBody body =
+          twin == Twin::kHonest ? bounder.body(cells) : (bounder.body(cells), twin_body(twin, bounder, cells));
       const auto bounds = screen_bounds(body.corners, frame.projection, body.margin);
       const ParameterRange& range = bounder.range();
       for (int k = 0; k < 30; ++k) {
@@ -293,7 +317,9 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
         OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
         if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) vertex = boundary_vertex(pattern, neighbours, i, j);
         std::array<DVec4, 2> r;
-        for (std::size_t key = 0; key < 2; ++key) r[key] = DVec4(drawable.to_raster[key] * Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f));
+        for (std::size_t key = 0; key < 2; ++key)
+          r[key] = DVec4(drawable.to_raster[key] *
+                         Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f));
         add(bounds, r[0], r[1], 8);
       }
     }
@@ -330,21 +356,29 @@ std::string case_name(const testing::TestParamInfo<std::tuple<int, int>>& instan
   return std::string(kHardNames[kind]) + "_" + std::string(kBoundMethodNames[static_cast<std::size_t>(method)]);
 }
 INSTANTIATE_TEST_SUITE_P(HardCase, SubPatchBounds,
-                         testing::Combine(testing::Range(0, static_cast<int>(Hard::kCount)), testing::Range(0, static_cast<int>(kBoundMethodNames.size()))),
+                         testing::Combine(testing::Range(0, static_cast<int>(Hard::kCount)),
+                                          testing::Range(0, static_cast<int>(kBoundMethodNames.size()))),
                          case_name);
 
 std::int64_t twin_violations(Hard kind, Twin twin) {
   Random random(7);
   std::int64_t violations = 0;
-  for (int trial = 0; trial < 20; ++trial) violations += check_scene(Scene(kind, random), random, BoundMethod::kTpatch, twin, 6).violations;
+  for (int trial = 0; trial < 20; ++trial)
+    violations += check_scene(Scene(kind, random), random, BoundMethod::kTpatch, twin, 6).violations;
   return violations;
 }
 
-TEST(SubPatchBoundsTwin, ABoundThatForgetsDisplacementIsCaught) { EXPECT_GT(twin_violations(Hard::kBigDisplacement, Twin::kNoDisplacement), 0); }
+TEST(SubPatchBoundsTwin, ABoundThatForgetsDisplacementIsCaught) {
+  EXPECT_GT(twin_violations(Hard::kBigDisplacement, Twin::kNoDisplacement), 0);
+}
 
-TEST(SubPatchBoundsTwin, ABoundThatForgetsVerticesOfOtherPatchesIsCaught) { EXPECT_GT(twin_violations(Hard::kRandom, Twin::kNoForeignVertices), 0); }
+TEST(SubPatchBoundsTwin, ABoundThatForgetsVerticesOfOtherPatchesIsCaught) {
+  EXPECT_GT(twin_violations(Hard::kRandom, Twin::kNoForeignVertices), 0);
+}
 
-TEST(SubPatchBoundsTwin, ABoundThatForgetsMotionIsCaught) { EXPECT_GT(twin_violations(Hard::kRandom, Twin::kNoMotion), 0); }
+TEST(SubPatchBoundsTwin, ABoundThatForgetsMotionIsCaught) {
+  EXPECT_GT(twin_violations(Hard::kRandom, Twin::kNoMotion), 0);
+}
 
 TEST(BoundMethods, AreOrderedByTightness) {
   // Mean extent of random displaced patches: each method's reason to exist.

@@ -61,7 +61,8 @@ TEST(ChooseCamera, AutomaticFramingShowsEveryPointOfTheScene) {
       const CameraChoice choice = choose_camera(capture, 0, width, height);
       EXPECT_EQ(choice.node, kNone);
       const Pose pose = pose_at(capture, 0);
-      const DMat4 m = make_projection(choice.camera, width, height).matrix() * choice.view(pose).world_to_camera * pose.world[0];
+      const DMat4 m =
+          make_projection(choice.camera, width, height).matrix() * choice.view(pose).world_to_camera * pose.world[0];
       for (const Vec3& point : capture.meshes[0].primitives[0].vertices.positions) {
         const DVec4 r = m * DVec4(DVec3(point), 1.0);
         EXPECT_GT(r.z, static_cast<double>(choice.camera.near));

@@ -46,7 +46,8 @@ std::vector<std::string> seeds() {
       fs::create_directories(folder);
       const fs::path file = capture.make(folder);
       std::ifstream in(file, std::ios::binary);
-      if (fs::is_regular_file(file)) all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+      if (fs::is_regular_file(file))
+        all.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
       fs::remove_all(folder);
     }
   return all;
@@ -54,6 +55,8 @@ std::vector<std::string> seeds() {
 
 }  // namespace
 
-const Target kCaptureTarget{"capture", "any bytes as a capture (.glb, .gltf), Draco and images inside it", 32 << 10, read, seeds, mutate_capture};
+const Target kCaptureTarget{"capture", "any bytes as a capture (.glb, .gltf), Draco and images inside it",
+                            32 << 10,  read,
+                            seeds,     mutate_capture};
 
 }  // namespace tessera::fuzz

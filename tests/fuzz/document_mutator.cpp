@@ -40,16 +40,94 @@ const auto& pick(const List& list, Generator& random) {
 }
 
 json interesting_value(Generator& random) {
-  static const std::vector<json> kValues = {0, -1, 1, 2, 3, 7, 255, 256, 65535, 65536, 2147483647, 2147483648ll, 4294967295ll, 4294967296ll, 9007199254740993ll, -9223372036854775807ll, 18446744073709551615ull,
-                                            0.0, -0.0, 0.5, -0.5, 1e-45, 1e-310, 1e-7, 1e7, 1e20, 3.4028234663852886e38, 3.5e38, 1e308, -1e308, 5120, 5121, 5123, 5125, 5126, true, false, nullptr, "",
-                                            "a", "../a", "MASK", "BLEND", "SCALAR", "VEC3", "MAT4", "data:;base64,AAAA", "beside.bin", "16x16", "0:1", json::object(), json::array(), json::array({0, 0, 0}), json::array({0, 1, 0, 0})};
+  static const std::vector<json> kValues = {0,
+                                            -1,
+                                            1,
+                                            2,
+                                            3,
+                                            7,
+                                            255,
+                                            256,
+                                            65535,
+                                            65536,
+                                            2147483647,
+                                            2147483648ll,
+                                            4294967295ll,
+                                            4294967296ll,
+                                            9007199254740993ll,
+                                            -9223372036854775807ll,
+                                            18446744073709551615ull,
+                                            0.0,
+                                            -0.0,
+                                            0.5,
+                                            -0.5,
+                                            1e-45,
+                                            1e-310,
+                                            1e-7,
+                                            1e7,
+                                            1e20,
+                                            3.4028234663852886e38,
+                                            3.5e38,
+                                            1e308,
+                                            -1e308,
+                                            5120,
+                                            5121,
+                                            5123,
+                                            5125,
+                                            5126,
+                                            true,
+                                            false,
+                                            nullptr,
+                                            "",
+                                            "a",
+                                            "../a",
+                                            "MASK",
+                                            "BLEND",
+                                            "SCALAR",
+                                            "VEC3",
+                                            "MAT4",
+                                            "data:;base64,AAAA",
+                                            "beside.bin",
+                                            "16x16",
+                                            "0:1",
+                                            json::object(),
+                                            json::array(),
+                                            json::array({0, 0, 0}),
+                                            json::array({0, 1, 0, 0})};
   return pick(kValues, random);
 }
 
 std::string interesting_name(const std::vector<Spot>& spots, Generator& random) {
-  static const std::vector<std::string> kNames = {"extensions", "extras", "TESSERA_procedure", "TESSERA_bezier_patches", "TESSERA_subdivision_surface", "TESSERA_displacement", "TESSERA_lens", "TESSERA_capture",
-                                                  "KHR_draco_mesh_compression", "KHR_texture_transform", "KHR_lights_punctual", "KHR_materials_unlit", "sparse", "byteStride", "normalized", "targets", "weights",
-                                                  "matrix", "uri", "bufferView", "min", "max", "skin", "children", "mode", "range", "factor", "step", "keys", "values"};
+  static const std::vector<std::string> kNames = {"extensions",
+                                                  "extras",
+                                                  "TESSERA_procedure",
+                                                  "TESSERA_bezier_patches",
+                                                  "TESSERA_subdivision_surface",
+                                                  "TESSERA_displacement",
+                                                  "TESSERA_lens",
+                                                  "TESSERA_capture",
+                                                  "KHR_draco_mesh_compression",
+                                                  "KHR_texture_transform",
+                                                  "KHR_lights_punctual",
+                                                  "KHR_materials_unlit",
+                                                  "sparse",
+                                                  "byteStride",
+                                                  "normalized",
+                                                  "targets",
+                                                  "weights",
+                                                  "matrix",
+                                                  "uri",
+                                                  "bufferView",
+                                                  "min",
+                                                  "max",
+                                                  "skin",
+                                                  "children",
+                                                  "mode",
+                                                  "range",
+                                                  "factor",
+                                                  "step",
+                                                  "keys",
+                                                  "values"};
   if (!spots.empty() && random() % 2 == 0) {
     const Spot& spot = pick(spots, random);
     if (!spot.key.empty()) return spot.key;
@@ -58,17 +136,25 @@ std::string interesting_name(const std::vector<Spot>& spots, Generator& random) 
 }
 
 // A whole number and another one, wrapping around.
-std::int64_t stepped(const json& value, std::uint64_t by) { return static_cast<std::int64_t>(static_cast<std::uint64_t>(value.get<std::int64_t>()) + by); }
+std::int64_t stepped(const json& value, std::uint64_t by) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(value.get<std::int64_t>()) + by);
+}
 
 json changed_number(const json& value, Generator& random) {
   const double number = value.get<double>();
   switch (random() % 6) {
-    case 0: return value.is_number_integer() ? json(stepped(value, 1)) : json(std::nextafter(number, 1e300));
-    case 1: return value.is_number_integer() ? json(stepped(value, ~std::uint64_t{0})) : json(number - 1);
-    case 2: return number * 2;
-    case 3: return -number;
-    case 4: return random() % 16;
-    default: return number / 3;
+    case 0:
+      return value.is_number_integer() ? json(stepped(value, 1)) : json(std::nextafter(number, 1e300));
+    case 1:
+      return value.is_number_integer() ? json(stepped(value, ~std::uint64_t{0})) : json(number - 1);
+    case 2:
+      return number * 2;
+    case 3:
+      return -number;
+    case 4:
+      return random() % 16;
+    default:
+      return number / 3;
   }
 }
 
@@ -80,8 +166,10 @@ std::string changed_text(std::string text) {
 }
 
 void erase(const Spot& spot) {
-  if (spot.parent->is_object()) spot.parent->erase(spot.key);
-  else spot.parent->erase(spot.index);
+  if (spot.parent->is_object())
+    spot.parent->erase(spot.key);
+  else
+    spot.parent->erase(spot.index);
 }
 
 void change_one(json& document, Generator& random) {
@@ -94,15 +182,23 @@ void change_one(json& document, Generator& random) {
   const Spot& spot = pick(spots, random);
   switch (random() % 10) {
     case 0:
-    case 1: *spot.value = interesting_value(random); break;
+    case 1:
+      *spot.value = interesting_value(random);
+      break;
     case 2:
     case 3:
-      if (spot.value->is_number()) *spot.value = changed_number(*spot.value, random);
-      else if (spot.value->is_string()) *spot.value = changed_text(spot.value->get<std::string>());
-      else if (spot.value->is_boolean()) *spot.value = !spot.value->get<bool>();
-      else *spot.value = interesting_value(random);
+      if (spot.value->is_number())
+        *spot.value = changed_number(*spot.value, random);
+      else if (spot.value->is_string())
+        *spot.value = changed_text(spot.value->get<std::string>());
+      else if (spot.value->is_boolean())
+        *spot.value = !spot.value->get<bool>();
+      else
+        *spot.value = interesting_value(random);
       break;
-    case 4: erase(spot); break;
+    case 4:
+      erase(spot);
+      break;
     case 5: {
       const json copy = *pick(spots, random).value;
       *spot.value = copy;
@@ -110,8 +206,10 @@ void change_one(json& document, Generator& random) {
     }
     case 6: {
       const json copy = *spot.value;
-      if (spot.parent->is_array()) spot.parent->push_back(copy);
-      else (*spot.parent)[interesting_name(spots, random)] = copy;
+      if (spot.parent->is_array())
+        spot.parent->push_back(copy);
+      else
+        (*spot.parent)[interesting_name(spots, random)] = copy;
       break;
     }
     case 7:
@@ -126,13 +224,17 @@ void change_one(json& document, Generator& random) {
       break;
     case 8: {
       // Indices are most of a glTF document: another object of the same kind, or the first beyond the last.
-      if (spot.value->is_number_integer()) *spot.value = random() % 24;
-      else *spot.value = interesting_value(random);
+      if (spot.value->is_number_integer())
+        *spot.value = random() % 24;
+      else
+        *spot.value = interesting_value(random);
       break;
     }
     default: {
-      if (spot.value->is_array() && spot.value->size() > 1) std::swap((*spot.value)[random() % spot.value->size()], (*spot.value)[random() % spot.value->size()]);
-      else if (spot.value->is_number()) *spot.value = changed_number(*spot.value, random);
+      if (spot.value->is_array() && spot.value->size() > 1)
+        std::swap((*spot.value)[random() % spot.value->size()], (*spot.value)[random() % spot.value->size()]);
+      else if (spot.value->is_number())
+        *spot.value = changed_number(*spot.value, random);
       break;
     }
   }
@@ -141,7 +243,8 @@ void change_one(json& document, Generator& random) {
 std::string text_of(const json& document) { return document.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 std::uint32_t little_endian(Bytes bytes, std::size_t at) {
-  return bytes[at] | (std::uint32_t{bytes[at + 1]} << 8) | (std::uint32_t{bytes[at + 2]} << 16) | (std::uint32_t{bytes[at + 3]} << 24);
+  return bytes[at] | (std::uint32_t{bytes[at + 1]} << 8) | (std::uint32_t{bytes[at + 2]} << 16) |
+         (std::uint32_t{bytes[at + 3]} << 24);
 }
 
 }  // namespace
@@ -194,7 +297,8 @@ std::size_t mutate_capture(std::uint8_t* data, std::size_t size, std::size_t max
     const std::size_t before = binary.size();
     binary.resize(room);
     binary.resize(mutate_bytes(binary.data(), before, room));
-    if (random() % 2 == 0 && document->is_object() && document->contains("buffers") && (*document)["buffers"].is_array() && !(*document)["buffers"].empty() && (*document)["buffers"][0].is_object())
+    if (random() % 2 == 0 && document->is_object() && document->contains("buffers") &&
+        (*document)["buffers"].is_array() && !(*document)["buffers"].empty() && (*document)["buffers"][0].is_object())
       (*document)["buffers"][0]["byteLength"] = binary.size();
   } else {
     mutate_document(*document, random);

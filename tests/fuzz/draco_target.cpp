@@ -34,9 +34,14 @@ std::string wrap(Bytes input) {
   if ((flags & kTexcoords) != 0) attribute("TEXCOORD_0", "VEC2", 5126, 2, false);
   if ((flags & kColors) != 0) attribute("COLOR_0", "VEC4", 5121, 3, true);
   const bool strip = (flags & kStrip) != 0;
-  const int indices = asset.add("accessors", {{"componentType", 5125}, {"type", "SCALAR"}, {"count", strip ? triangles + 2 : 3 * triangles}});
-  asset.add("meshes", {{"primitives", {{{"attributes", attributes}, {"indices", indices}, {"mode", strip ? 5 : 4},
-                                        {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", 0}, {"attributes", ids}}}}}}}}});
+  const int indices = asset.add(
+      "accessors", {{"componentType", 5125}, {"type", "SCALAR"}, {"count", strip ? triangles + 2 : 3 * triangles}});
+  asset.add("meshes",
+            {{"primitives",
+              {{{"attributes", attributes},
+                {"indices", indices},
+                {"mode", strip ? 5 : 4},
+                {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", 0}, {"attributes", ids}}}}}}}}});
   asset.add("nodes", {{"mesh", 0}});
   asset.document["extensionsUsed"] = {"KHR_draco_mesh_compression"};
   return asset.glb();
@@ -57,7 +62,8 @@ std::string seed(int n, int flags, bool sequential, bool tube, replay::Quantizat
   std::vector<float> positions, normals, texcoords, colors;
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
-      positions.insert(positions.end(), {static_cast<float>(i) * 0.37f, static_cast<float>(j), static_cast<float>(i * j % 5)});
+      positions.insert(positions.end(),
+                       {static_cast<float>(i) * 0.37f, static_cast<float>(j), static_cast<float>(i * j % 5)});
       normals.insert(normals.end(), {i % 2 == 0 ? 0.6f : 0.0f, i % 2 == 0 ? 0.0f : -0.6f, 0.8f});
       texcoords.insert(texcoords.end(), {static_cast<float>(i) / static_cast<float>(n), static_cast<float>(j % 3)});
       colors.insert(colors.end(), {static_cast<float>(i * 20 % 256), 0, 255, static_cast<float>(j * 30 % 256)});
@@ -65,7 +71,9 @@ std::string seed(int n, int flags, bool sequential, bool tube, replay::Quantizat
   for (int j = 0; j + 1 < n; ++j)
     for (int i = 0; i + (tube ? 0 : 1) < n; ++i) {
       const int right = (i + 1) % n;
-      for (const int k : {j * n + i, j * n + right, (j + 1) * n + i, (j + 1) * n + i, j * n + right, (j + 1) * n + right}) input.indices.push_back(static_cast<std::uint32_t>(k));
+      for (const int k :
+           {j * n + i, j * n + right, (j + 1) * n + i, (j + 1) * n + i, j * n + right, (j + 1) * n + right})
+        input.indices.push_back(static_cast<std::uint32_t>(k));
     }
   input.vertex_count = static_cast<std::size_t>(n * n);
   input.attributes.push_back({"POSITION", 3, 5126, false, positions});
@@ -74,7 +82,9 @@ std::string seed(int n, int flags, bool sequential, bool tube, replay::Quantizat
   if ((flags & kColors) != 0) input.attributes.push_back({"COLOR_0", 4, 5121, true, colors});
   const replay::DracoOutput output = replay::encode_draco(input, bits, sequential);
   const std::size_t triangles = input.indices.size() / 3;
-  std::string bytes = {static_cast<char>(flags), static_cast<char>(input.vertex_count & 255), static_cast<char>(input.vertex_count >> 8), static_cast<char>(triangles & 255), static_cast<char>(triangles >> 8)};
+  std::string bytes = {static_cast<char>(flags), static_cast<char>(input.vertex_count & 255),
+                       static_cast<char>(input.vertex_count >> 8), static_cast<char>(triangles & 255),
+                       static_cast<char>(triangles >> 8)};
   return bytes.append(output.bytes.begin(), output.bytes.end());
 }
 

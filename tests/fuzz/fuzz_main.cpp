@@ -1,6 +1,6 @@
-// One program for all fuzz targets: tessera_fuzz TARGET [--corpus FOLDER] [libFuzzer's options and files]. Writes the target's seeds into
-// the corpus folder and hands over to libFuzzer with the limits below, which options of the caller's come after and replace.
-// `tessera_fuzz --list` names the targets.
+// One program for all fuzz targets: tessera_fuzz TARGET [--corpus FOLDER] [libFuzzer's options and files]. Writes the
+// target's seeds into the corpus folder and hands over to libFuzzer with the limits below, which options of the
+// caller's come after and replace. `tessera_fuzz --list` names the targets.
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,7 +14,8 @@
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed);
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed);
 
 namespace tessera::fuzz {
 namespace {
@@ -28,7 +29,8 @@ struct Scratch {
   Scratch() {
     const fs::path memory = "/dev/shm";
     std::error_code missing;
-    std::string name = ((fs::is_directory(memory, missing) ? memory : fs::temp_directory_path()) / "tessera_fuzz_XXXXXX").string();
+    std::string name =
+        ((fs::is_directory(memory, missing) ? memory : fs::temp_directory_path()) / "tessera_fuzz_XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) {
       std::perror("tessera_fuzz: no folder for inputs");
       std::exit(1);
@@ -43,7 +45,8 @@ struct Scratch {
 
 [[noreturn]] void usage() {
   std::fprintf(stderr, "usage: tessera_fuzz TARGET [--corpus FOLDER] [OPTIONS OF LIBFUZZER] [FILES]\n");
-  for (const Target& t : targets()) std::fprintf(stderr, "  %-10s %s\n", std::string(t.name).c_str(), std::string(t.about).c_str());
+  for (const Target& t : targets())
+    std::fprintf(stderr, "  %-10s %s\n", std::string(t.name).c_str(), std::string(t.about).c_str());
   std::exit(2);
 }
 
@@ -58,7 +61,8 @@ void write_seeds(const fs::path& folder) {
 }  // namespace
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kReplayTarget, kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPictureTarget, kExrTarget, kHistoryTarget};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget,  kStudyTarget, kMachineTarget,
+                                    kOptionTarget,  kResultTarget, kPictureTarget, kExrTarget,   kHistoryTarget};
   return kTargets;
 }
 
@@ -69,12 +73,17 @@ const fs::path& scratch_folder() {
 
 void write_scratch(const fs::path& file, Bytes bytes) {
   std::FILE* out = std::fopen(file.c_str(), "wb");
-  require(out != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size() && std::fclose(out) == 0, "a file for the input could not be written");
+  require(out != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size() && std::fclose(out) == 0,
+          "a file for the input could not be written");
 }
 
-void write_scratch(const fs::path& file, std::string_view text) { write_scratch(file, Bytes{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}); }
+void write_scratch(const fs::path& file, std::string_view text) {
+  write_scratch(file, Bytes{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
 
-std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_size) { return LLVMFuzzerMutate(data, size, max_size); }
+std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_size) {
+  return LLVMFuzzerMutate(data, size, max_size);
+}
 
 void require(bool holds, const char* what) {
   if (holds) return;
@@ -111,12 +120,13 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
     if (t.name == name) g_target = &t;
   if (g_target == nullptr) fuzz::usage();
 
-  // [assumed] ten seconds are a hang: the slowest input of a seed corpus takes a hundredth of that. With Draco, a minute.
-  // Debian's Draco sizes a vector of bits by a number of the stream, 2^31 at most, before it looks at the number, and then decodes as many
-  // bits: 256 MiB, and some seconds.
+  // [assumed] ten seconds are a hang: the slowest input of a seed corpus takes a hundredth of that. With Draco, a
+  // minute. Debian's Draco sizes a vector of bits by a number of the stream, 2^31 at most, before it looks at the
+  // number, and then decodes as many bits: 256 MiB, and some seconds.
   const bool draco = name == "capture" || name == "draco" || name == "replay";
   const std::uint64_t most = fuzz::kMostBytes + (draco ? 256u << 20 : 0u);
-  std::vector<std::string> arguments = {words[0], "-max_len=" + std::to_string(g_target->max_bytes), std::string("-timeout=") + (draco ? "60" : "10"), "-rss_limit_mb=2048",
+  std::vector<std::string> arguments = {words[0], "-max_len=" + std::to_string(g_target->max_bytes),
+                                        std::string("-timeout=") + (draco ? "60" : "10"), "-rss_limit_mb=2048",
                                         "-malloc_limit_mb=" + std::to_string(most >> 20)};
   for (std::size_t i = 1; i < words.size(); ++i) {
     if (words[i] == "--corpus" && i + 1 < words.size()) {
@@ -140,7 +150,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size, unsigned seed) {
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
   tessera::fuzz::Generator random(seed | 1u);
   // Plain bytes as well, always: the container's own checks are code, too.
   if (g_target->mutate == nullptr || random() % 4 == 0) return LLVMFuzzerMutate(data, size, max_size);

@@ -16,15 +16,15 @@ namespace tessera::fuzz {
 using Bytes = std::span<const std::uint8_t>;
 using Generator = std::minstd_rand;
 
-// What a fuzz target promises for any bytes: it returns. A refusal is one of the project's errors and is swallowed by run();
-// everything else that gets out of it, a broken invariant, a report of the sanitizers, a leak, a hang and a single
-// allocation beyond kMostBytes (256 MiB more where Draco takes part, see fuzz_main.cpp) each end the program.
+// What a fuzz target promises for any bytes: it returns. A refusal is one of the project's errors and is swallowed by
+// run(); everything else that gets out of it, a broken invariant, a report of the sanitizers, a leak, a hang and a
+// single allocation beyond kMostBytes (256 MiB more where Draco takes part, see fuzz_main.cpp) each end the program.
 struct Target {
   std::string_view name;
   std::string_view about;
-  std::size_t max_bytes;                 // of an input
+  std::size_t max_bytes;  // of an input
   void (*run)(Bytes input);
-  std::vector<std::string> (*seeds)();   // inputs to begin with, made by code
+  std::vector<std::string> (*seeds)();  // inputs to begin with, made by code
   // Changes an input in place and returns its new size, at most `max_size`; null: libFuzzer's own mutations only.
   std::size_t (*mutate)(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random);
 };
@@ -58,8 +58,9 @@ void write_scratch(const std::filesystem::path& file, Bytes bytes);
 void write_scratch(const std::filesystem::path& file, std::string_view text);
 
 // Targets, by the file that has them.
-extern const Target kCaptureTarget, kDracoTarget, kReplayTarget;        // capture_targets.cpp, draco_target.cpp, replay_target.cpp
+extern const Target kCaptureTarget, kDracoTarget,
+    kReplayTarget;  // capture_targets.cpp, draco_target.cpp, replay_target.cpp
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget;  // text_targets.cpp
-extern const Target kPictureTarget, kExrTarget, kHistoryTarget;         // picture_targets.cpp
+extern const Target kPictureTarget, kExrTarget, kHistoryTarget;                  // picture_targets.cpp
 
 }  // namespace tessera::fuzz

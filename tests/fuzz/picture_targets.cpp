@@ -35,8 +35,11 @@ void decode(Bytes input) {
       require(!fault.empty(), "a picture is refused without a word");
       return;
     }
-    const std::uint64_t values = static_cast<std::uint64_t>(image.width()) * static_cast<std::uint64_t>(image.height()) * static_cast<std::uint64_t>(image.channels());
-    require(image.width() > 0 && image.height() > 0 && image.channels() >= 1 && image.channels() <= 4, "a picture without pixels was accepted");
+    const std::uint64_t values = static_cast<std::uint64_t>(image.width()) *
+                                 static_cast<std::uint64_t>(image.height()) *
+                                 static_cast<std::uint64_t>(image.channels());
+    require(image.width() > 0 && image.height() > 0 && image.channels() >= 1 && image.channels() <= 4,
+            "a picture without pixels was accepted");
     require(values <= charged, "a picture takes more than was charged");
     const float last = image.unorm(image.width() - 1, image.height() - 1, image.channels() - 1);
     require(last >= 0 && last <= 1, "a channel lies outside of [0, 1]");
@@ -57,7 +60,9 @@ std::vector<std::string> pictures() {
   return all;
 }
 
-std::uint32_t big_endian(const std::uint8_t* at) { return (std::uint32_t{at[0]} << 24) | (std::uint32_t{at[1]} << 16) | (std::uint32_t{at[2]} << 8) | at[3]; }
+std::uint32_t big_endian(const std::uint8_t* at) {
+  return (std::uint32_t{at[0]} << 24) | (std::uint32_t{at[1]} << 16) | (std::uint32_t{at[2]} << 8) | at[3];
+}
 void put_big_endian(std::uint8_t* at, std::uint32_t value) {
   for (int k = 0; k < 4; ++k) at[k] = static_cast<std::uint8_t>(value >> (24 - 8 * k));
 }
@@ -72,7 +77,8 @@ std::vector<Chunk> chunks_of(Bytes png) {
   for (std::size_t at = 8; at + 12 <= png.size();) {
     const std::size_t length = big_endian(png.data() + at);
     if (length > png.size() - at - 12) break;
-    chunks.push_back({{png.begin() + static_cast<std::ptrdiff_t>(at + 4), png.begin() + static_cast<std::ptrdiff_t>(at + 8 + length)}});
+    chunks.push_back({{png.begin() + static_cast<std::ptrdiff_t>(at + 4),
+                       png.begin() + static_cast<std::ptrdiff_t>(at + 8 + length)}});
     at += length + 12;
   }
   return chunks;
@@ -98,8 +104,12 @@ std::size_t mutate_picture(std::uint8_t* data, std::size_t size, std::size_t max
   const std::size_t which = random() % chunks.size();
   std::vector<std::uint8_t>& bytes = chunks[which].bytes;
   switch (random() % 5) {
-    case 0: chunks.insert(chunks.begin() + static_cast<std::ptrdiff_t>(which), Chunk(chunks[random() % chunks.size()])); break;
-    case 1: chunks.erase(chunks.begin() + static_cast<std::ptrdiff_t>(which)); break;
+    case 0:
+      chunks.insert(chunks.begin() + static_cast<std::ptrdiff_t>(which), Chunk(chunks[random() % chunks.size()]));
+      break;
+    case 1:
+      chunks.erase(chunks.begin() + static_cast<std::ptrdiff_t>(which));
+      break;
     case 2:
       if (bytes.size() > 4 && std::memcmp(bytes.data(), "IDAT", 4) == 0) {
         mutate_pixels(bytes);
@@ -119,7 +129,8 @@ std::size_t mutate_picture(std::uint8_t* data, std::size_t size, std::size_t max
     put_big_endian(word, static_cast<std::uint32_t>(chunk.bytes.size() - 4));
     out.insert(out.end(), word, word + 4);
     out.insert(out.end(), chunk.bytes.begin(), chunk.bytes.end());
-    put_big_endian(word, static_cast<std::uint32_t>(crc32(0, chunk.bytes.data(), static_cast<uInt>(chunk.bytes.size()))));
+    put_big_endian(word,
+                   static_cast<std::uint32_t>(crc32(0, chunk.bytes.data(), static_cast<uInt>(chunk.bytes.size()))));
     out.insert(out.end(), word, word + 4);
   }
   if (out.size() > max_size) return mutate_bytes(data, size, max_size);
@@ -136,11 +147,14 @@ void read_exr_bytes(Bytes input) {
   limits.max_pixels = kMostPixels;
   expect_answer([&] {
     const Image image = read_exr(kFile, limits);
-    require(image.width > 0 && image.height > 0 && image.values.size() <= 4 * kMostPixels, "an EXR beyond the limits was accepted");
+    require(image.width > 0 && image.height > 0 && image.values.size() <= 4 * kMostPixels,
+            "an EXR beyond the limits was accepted");
     // What `compare` does with it.
     if (image.values.size() < 4096) {
       const Image8 shown = shaders::to_display(image, 1.0f);
-      require(shown.values.size() == image.values.size() / static_cast<std::size_t>(image.channels) * static_cast<std::size_t>(shown.channels), "tone mapping loses pixels");
+      require(shown.values.size() == image.values.size() / static_cast<std::size_t>(image.channels) *
+                                         static_cast<std::size_t>(shown.channels),
+              "tone mapping loses pixels");
     }
   });
 }
@@ -163,14 +177,29 @@ std::vector<std::string> exr_files() {
 
 // Attributes are named: sizes and counts of the header are what a damaged file most often has wrong.
 std::size_t mutate_exr(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
-  static const char* const kNames[] = {"dataWindow", "displayWindow", "channels", "compression", "lineOrder", "pixelAspectRatio"};
+  static const char* const kNames[] = {"dataWindow",  "displayWindow", "channels",
+                                       "compression", "lineOrder",     "pixelAspectRatio"};
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const std::string_view name = kNames[random() % std::size(kNames)];
   const std::size_t at = text.find(name);
   if (at == std::string_view::npos || random() % 3 == 0) return mutate_bytes(data, size, max_size);
   const std::size_t value = at + name.size() + 1 + random() % 32;
   if (value + 4 >= size) return mutate_bytes(data, size, max_size);
-  static const std::int32_t kWords[] = {0, 1, -1, 2, 5, 9, 255, 16384, 65535, 1 << 20, -(1 << 20), 1 << 30, -(1 << 30), std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::min()};
+  static const std::int32_t kWords[] = {0,
+                                        1,
+                                        -1,
+                                        2,
+                                        5,
+                                        9,
+                                        255,
+                                        16384,
+                                        65535,
+                                        1 << 20,
+                                        -(1 << 20),
+                                        1 << 30,
+                                        -(1 << 30),
+                                        std::numeric_limits<std::int32_t>::max(),
+                                        std::numeric_limits<std::int32_t>::min()};
   const std::int32_t word = kWords[random() % std::size(kWords)];
   std::memcpy(data + value, &word, random() % 2 == 0 ? 4 : 1);
   return size;
@@ -183,9 +212,12 @@ void restore(Bytes input) {
   write_scratch(kFile, input);
   expect_answer([&] {
     const tilecore::History history = tilecore::History::restore(kFile, kMostPixels);
-    const auto pixels = static_cast<std::size_t>(history.region.width()) * static_cast<std::size_t>(history.region.height());
-    require(history.color.size() == pixels && history.depth.size() == pixels && history.surface.size() == pixels, "a history without all of its pixels");
-    require(history.pixel(history.region.x1 - 1, history.region.y1 - 1) + 1 == pixels, "pixels of a history are not where they belong");
+    const auto pixels =
+        static_cast<std::size_t>(history.region.width()) * static_cast<std::size_t>(history.region.height());
+    require(history.color.size() == pixels && history.depth.size() == pixels && history.surface.size() == pixels,
+            "a history without all of its pixels");
+    require(history.pixel(history.region.x1 - 1, history.region.y1 - 1) + 1 == pixels,
+            "pixels of a history are not where they belong");
     for (int y = history.region.y0; y < history.region.y1; ++y)
       for (int x = history.region.x0; x < history.region.x1; ++x) {
         require(history.block(x, y) < history.memory.size(), "a pixel of a history has no block");
@@ -225,7 +257,10 @@ std::size_t mutate_history(std::uint8_t* data, std::size_t size, std::size_t max
 }  // namespace
 
 const Target kPictureTarget{"picture", "any bytes as a PNG or JPEG", 8 << 10, decode, pictures, mutate_picture};
-const Target kExrTarget{"exr", "any bytes as an EXR that `compare` reads", 8 << 10, read_exr_bytes, exr_files, mutate_exr};
-const Target kHistoryTarget{"history", "any bytes as a history that `replay --history` goes on from", 16 << 10, restore, histories, mutate_history};
+const Target kExrTarget{"exr",     "any bytes as an EXR that `compare` reads", 8 << 10, read_exr_bytes, exr_files,
+                        mutate_exr};
+const Target kHistoryTarget{"history", "any bytes as a history that `replay --history` goes on from",
+                            16 << 10,  restore,
+                            histories, mutate_history};
 
 }  // namespace tessera::fuzz

@@ -1,4 +1,5 @@
-// Any capture that loads, through the whole machine: a few pixels of its first frame. The first bytes choose machine and settings.
+// Any capture that loads, through the whole machine: a few pixels of its first frame. The first bytes choose machine
+// and settings.
 #include "base/parallel.h"
 #include "frontend/capture_reader.h"
 #include "replay/frame_renderer.h"
@@ -31,19 +32,22 @@ replay::RunSettings settings_of(Bytes choices) {
 hardware::GpuConfiguration machine_of(Bytes choices) {
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = choose<std::int64_t>(choices[2], {8, 16, 32});
-  gpu.tilecore_visibility_method = choose(choices[2] / 4, {"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"});
+  gpu.tilecore_visibility_method =
+      choose(choices[2] / 4, {"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"});
   gpu.frontend_bound_method = choose(choices[3], {"npatch", "tpatch", "aabb", "interval"});
   gpu.tessellator_max_factor = choose<std::int64_t>(choices[3] / 4, {8, 16});
   gpu.binner_time_segments = choose<std::int64_t>(choices[3] / 8, {0, 1, 3});
   return gpu;
 }
 
-// Work that a fuzzer has no time for: the inputs are small, but a matrix of zeros and a path of a thousand curves are small, too.
+// Work that a fuzzer has no time for: the inputs are small, but a matrix of zeros and a path of a thousand curves are
+// small, too.
 bool too_much(const frontend::Capture& capture) {
   std::size_t vertices = 0, pieces = 0;
   for (const frontend::Node& node : capture.nodes)
     if (node.mesh != frontend::kNone)
-      for (const frontend::Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) vertices += primitive.vertices.count() + primitive.indices.size();
+      for (const frontend::Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+        vertices += primitive.vertices.count() + primitive.indices.size();
   for (const frontend::Procedure& procedure : capture.procedures) pieces += procedure.pieces.size();
   return vertices > 256 || pieces > 2;
 }

@@ -14,8 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-// Takes away what refers to buffers: what is left of a shipped capture is small, and still has its nodes, lights, lens, animation-free
-// materials and procedures.
+// Takes away what refers to buffers: what is left of a shipped capture is small, and still has its nodes, lights, lens,
+// animation-free materials and procedures.
 void drop_textures(json& value) {
   if (value.is_array())
     for (json& v : value) drop_textures(v);
@@ -31,7 +31,9 @@ std::string without_buffers(const std::string& glb) {
   std::uint32_t length = 0;
   std::memcpy(&length, glb.data() + 12, 4);
   json document = json::parse(glb.substr(20, length));
-  for (const char* part : {"accessors", "bufferViews", "buffers", "images", "textures", "samplers", "meshes", "skins", "animations"}) document.erase(part);
+  for (const char* part :
+       {"accessors", "bufferViews", "buffers", "images", "textures", "samplers", "meshes", "skins", "animations"})
+    document.erase(part);
   if (document.contains("nodes"))
     for (json& node : document["nodes"]) node.erase("mesh"), node.erase("skin"), node.erase("weights");
   drop_textures(document);
@@ -39,7 +41,11 @@ std::string without_buffers(const std::string& glb) {
 }
 
 std::string procedure_capture(const json& procedure) {
-  return json{{"asset", {{"version", "2.0"}}}, {"extensionsUsed", {"TESSERA_procedure"}}, {"scenes", {{{"nodes", {0}}}}}, {"nodes", {{{"extensions", {{"TESSERA_procedure", procedure}}}}}}}.dump();
+  return json{{"asset", {{"version", "2.0"}}},
+              {"extensionsUsed", {"TESSERA_procedure"}},
+              {"scenes", {{{"nodes", {0}}}}},
+              {"nodes", {{{"extensions", {{"TESSERA_procedure", procedure}}}}}}}
+      .dump();
 }
 
 // A cube of six quads as a control cage, with creases.
@@ -49,10 +55,14 @@ std::string cage_capture() {
   for (int p = 0; p < 8; ++p)
     for (int axis = 0; axis < 3; ++axis) points.push_back(static_cast<float>((p >> axis) & 1));
   std::vector<std::uint16_t> indices;
-  for (const auto& quad : {std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}, std::array{0, 1, 5, 4}, std::array{2, 6, 7, 3}, std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}})
+  for (const auto& quad : {std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}, std::array{0, 1, 5, 4},
+                           std::array{2, 6, 7, 3}, std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}})
     for (const std::size_t k : {0u, 1u, 2u, 0u, 2u, 3u}) indices.push_back(static_cast<std::uint16_t>(quad[k]));
   const int positions = asset.add_accessor("VEC3", points), list = asset.add_accessor("SCALAR", indices);
-  asset.add("meshes", {{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", list}, {"extensions", {{"TESSERA_subdivision", {{"levels", 1}, {"quads", 6}}}}}}}}});
+  asset.add("meshes", {{"primitives",
+                        {{{"attributes", {{"POSITION", positions}}},
+                          {"indices", list},
+                          {"extensions", {{"TESSERA_subdivision", {{"levels", 1}, {"quads", 6}}}}}}}}});
   asset.add("nodes", {{"mesh", 0}});
   asset.document["extensionsUsed"] = {"TESSERA_subdivision"};
   return asset.glb();
@@ -62,20 +72,31 @@ std::string cage_capture() {
 std::string moving_capture() {
   test::GltfAsset asset = test::everything_asset();
   asset.document["extensions"]["TESSERA_capture"]["shutter"] = {0, 20};
-  asset.document["animations"][0]["channels"].push_back({{"sampler", 0}, {"target", {{"node", 5}, {"path", "translation"}}}});
+  asset.document["animations"][0]["channels"].push_back(
+      {{"sampler", 0}, {"target", {{"node", 5}, {"path", "translation"}}}});
   return asset.glb();
 }
 
 }  // namespace
 
 std::vector<std::string> small_captures() {
-  std::vector<std::string> all = {test::everything_asset().glb(), test::everything_asset().gltf(), test::draco_asset(true).glb(), test::draco_asset(false).glb(),
-                                  test::everything_asset().gltf_with_file("beside.bin"), cage_capture(), moving_capture()};
-  for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"}) all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
-  for (const shaders::StageDeclaration& shape : shaders::shape_declarations()) all.push_back(procedure_capture({{"shape", shape.name}}));
+  std::vector<std::string> all = {test::everything_asset().glb(),
+                                  test::everything_asset().gltf(),
+                                  test::draco_asset(true).glb(),
+                                  test::draco_asset(false).glb(),
+                                  test::everything_asset().gltf_with_file("beside.bin"),
+                                  cage_capture(),
+                                  moving_capture()};
+  for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"})
+    all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
+  for (const shaders::StageDeclaration& shape : shaders::shape_declarations())
+    all.push_back(procedure_capture({{"shape", shape.name}}));
   const json path = {{0, 0}, {1, 0}, {2, 0}, {3, 0}}, profile = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}};
   all.push_back(procedure_capture({{"shape", "sweptCubic"}, {"parameters", {{"path", path}, {"profile", profile}}}}));
-  all.push_back(procedure_capture({{"shape", "torus"}, {"parameters", {{"minorRadius", 0.5}}}, {"texture", {{"pattern", "checker"}, {"repeat", {3, 4}}}}, {"shading", {{"model", "phong"}, {"exponent", 64}}}}));
+  all.push_back(procedure_capture({{"shape", "torus"},
+                                   {"parameters", {{"minorRadius", 0.5}}},
+                                   {"texture", {{"pattern", "checker"}, {"repeat", {3, 4}}}},
+                                   {"shading", {{"model", "phong"}, {"exponent", 64}}}}));
   return all;
 }
 

@@ -5,7 +5,8 @@
 
 namespace tessera::fuzz {
 
-// Captures of a few kilobytes that load: everything that the reader knows, all sorts of surfaces, and parts of the shipped captures.
+// Captures of a few kilobytes that load: everything that the reader knows, all sorts of surfaces, and parts of the
+// shipped captures.
 std::vector<std::string> small_captures();
 
 }  // namespace tessera::fuzz

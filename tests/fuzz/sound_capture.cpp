@@ -26,17 +26,22 @@ void require_sound_primitive(const Capture& capture, const frontend::Primitive& 
   require(v.tangents.empty() || v.tangents.size() == v.count(), "tangents are not one per vertex");
   require(v.colors.empty() || v.colors.size() == v.count(), "colours are not one per vertex");
   require(v.influences.empty() || v.influences.size() == v.count(), "influences are not one per vertex");
-  for (const auto& set : v.texcoords) require(set.empty() || set.size() == v.count(), "texture coordinates are not one per vertex");
+  for (const auto& set : v.texcoords)
+    require(set.empty() || set.size() == v.count(), "texture coordinates are not one per vertex");
   for (const frontend::MorphTarget& target : v.morph_targets)
-    for (const auto* list : {&target.positions, &target.normals, &target.tangents}) require(list->empty() || list->size() == v.count(), "a morph target is not one per vertex");
-  if (primitive.kind == frontend::Primitive::Kind::kTriangles) require(primitive.indices.size() % 3 == 0, "indices are not three per triangle");
-  if (primitive.kind == frontend::Primitive::Kind::kBezierPatches) require(v.count() % 16 == 0, "control points are not sixteen per patch");
+    for (const auto* list : {&target.positions, &target.normals, &target.tangents})
+      require(list->empty() || list->size() == v.count(), "a morph target is not one per vertex");
+  if (primitive.kind == frontend::Primitive::Kind::kTriangles)
+    require(primitive.indices.size() % 3 == 0, "indices are not three per triangle");
+  if (primitive.kind == frontend::Primitive::Kind::kBezierPatches)
+    require(v.count() % 16 == 0, "control points are not sixteen per patch");
   require(names_one(primitive.material, capture.materials), "a material is not there");
 }
 
 void require_sound_node(const Capture& capture, const frontend::Node& node) {
   require(names_one(node.parent, capture.nodes), "a parent is not there");
-  for (const int child : node.children) require(child != kNone && names_one(child, capture.nodes), "a child is not there");
+  for (const int child : node.children)
+    require(child != kNone && names_one(child, capture.nodes), "a child is not there");
   require(names_one(node.mesh, capture.meshes), "a mesh is not there");
   require(names_one(node.skin, capture.skins), "a skin is not there");
   require(names_one(node.camera, capture.cameras), "a camera is not there");
@@ -46,7 +51,8 @@ void require_sound_node(const Capture& capture, const frontend::Node& node) {
   const std::size_t joints = capture.skins[static_cast<std::size_t>(node.skin)].joints.size();
   for (const frontend::Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
     for (const frontend::SkinInfluence& influence : primitive.vertices.influences)
-      for (std::size_t k = 0; k < influence.joints.size(); ++k) require(influence.weights[k] == 0 || influence.joints[k] < joints, "a joint is not there");
+      for (std::size_t k = 0; k < influence.joints.size(); ++k)
+        require(influence.weights[k] == 0 || influence.joints[k] < joints, "a joint is not there");
 }
 
 }  // namespace
@@ -58,16 +64,21 @@ void require_sound(const Capture& capture) {
   for (const int root : capture.roots) require(root != kNone && names_one(root, capture.nodes), "a root is not there");
   for (const frontend::Skin& skin : capture.skins) {
     require(skin.joints.size() == skin.inverse_bind.size(), "a joint has no inverse bind matrix");
-    for (const int joint : skin.joints) require(joint != kNone && names_one(joint, capture.nodes), "a skin's joint is not there");
+    for (const int joint : skin.joints)
+      require(joint != kNone && names_one(joint, capture.nodes), "a skin's joint is not there");
   }
   for (const frontend::Animation& animation : capture.animations)
     for (const frontend::AnimationChannel& channel : animation.channels) {
       require(names_one(channel.node, capture.nodes), "an animated node is not there");
-      for (std::size_t k = 0; k < channel.times.size(); ++k) require(std::isfinite(channel.times[k]) && (k == 0 || channel.times[k] > channel.times[k - 1]), "key times do not increase");
-      const std::size_t per_key = static_cast<std::size_t>(channel.components) * (channel.interpolation == frontend::Interpolation::kCubicSpline ? 3 : 1);
+      for (std::size_t k = 0; k < channel.times.size(); ++k)
+        require(std::isfinite(channel.times[k]) && (k == 0 || channel.times[k] > channel.times[k - 1]),
+                "key times do not increase");
+      const std::size_t per_key = static_cast<std::size_t>(channel.components) *
+                                  (channel.interpolation == frontend::Interpolation::kCubicSpline ? 3 : 1);
       require(channel.values.size() == channel.times.size() * per_key, "keys and values do not match");
     }
-  for (const int played : capture.played_animations) require(played != kNone && names_one(played, capture.animations), "a played animation is not there");
+  for (const int played : capture.played_animations)
+    require(played != kNone && names_one(played, capture.animations), "a played animation is not there");
   require(capture.charged_bytes <= kMostBytes, "more was charged than allowed");
 }
 

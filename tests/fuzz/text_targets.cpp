@@ -1,4 +1,5 @@
-// Texts that people write: studies, machines, options. And results that other runs of the program wrote: sweeps, statistics, tradeoffs.
+// Texts that people write: studies, machines, options. And results that other runs of the program wrote: sweeps,
+// statistics, tradeoffs.
 #include <algorithm>
 
 #include "base/json_text.h"
@@ -43,7 +44,8 @@ void read_any_study(Bytes input) {
     // First and last step of every axis: values may not fit each other, and nothing else may go wrong.
     for (const bool last : {false, true}) {
       std::vector<std::uint32_t> steps;
-      for (const replay::StudyAxis& axis : study.axes) steps.push_back(last ? static_cast<std::uint32_t>(axis.values.size()) - 1 : 0);
+      for (const replay::StudyAxis& axis : study.axes)
+        steps.push_back(last ? static_cast<std::uint32_t>(axis.values.size()) - 1 : 0);
       const replay::PointConfiguration point = replay::configure_point(study, steps);
       hardware::check_gpu(point.gpu);
     }
@@ -51,11 +53,22 @@ void read_any_study(Bytes input) {
 }
 
 std::vector<std::string> studies() {
-  const json small = {{"title", "t"}, {"captures", {"a.glb", "b.glb"}}, {"frames", "0:2"}, {"size", "64x32"}, {"gpu", "small"}, {"settings", {{"sampling.samples_per_pixel", 4}}},
-                      {"axes", {{{"key", "tile.width"}, {"values", {8, 16}}}, {{"keys", {"tile.height", "frontend.split_depth"}}, {"values", {{8, 1}, {16, 2}}}}, {{"key", "parameter_buffer.bytes"}, {"range", {{"from", 65536}, {"to", 1048576}, {"factor", 4}}}}}},
-                      {"columns", {"binner.*", "dram.read_bytes", "timing.cycles"}}, {"pictures", true}};
+  const json small = {
+      {"title", "t"},
+      {"captures", {"a.glb", "b.glb"}},
+      {"frames", "0:2"},
+      {"size", "64x32"},
+      {"gpu", "small"},
+      {"settings", {{"sampling.samples_per_pixel", 4}}},
+      {"axes",
+       {{{"key", "tile.width"}, {"values", {8, 16}}},
+        {{"keys", {"tile.height", "frontend.split_depth"}}, {"values", {{8, 1}, {16, 2}}}},
+        {{"key", "parameter_buffer.bytes"}, {"range", {{"from", 65536}, {"to", 1048576}, {"factor", 4}}}}}},
+      {"columns", {"binner.*", "dram.read_bytes", "timing.cycles"}},
+      {"pictures", true}};
   json ranges = small, machines = small;
-  ranges["axes"] = {{{"key", "resolve.k_stat"}, {"range", {{"from", 0.1}, {"to", 1}, {"step", 0.3}}}}, {{"key", "size"}, {"values", {"8x8", "16x16"}}}};
+  ranges["axes"] = {{{"key", "resolve.k_stat"}, {"range", {{"from", 0.1}, {"to", 1}, {"step", 0.3}}}},
+                    {{"key", "size"}, {"values", {"8x8", "16x16"}}}};
   machines["gpu"] = "gpu.json";
   machines["axes"] = {{{"key", "gpu"}, {"values", {"small", "middle", "gpu.json"}}}};
   machines["baselines"] = true;
@@ -83,13 +96,16 @@ void read_machine(Bytes input) {
     if (!fits) return;
     // What a replay writes of its machine reads back as the same machine.
     write_scratch(kFile, written);
-    require(hardware::gpu_json(hardware::load_gpu(kFile.string())).dump() == written, "a machine does not read back as itself");
+    require(hardware::gpu_json(hardware::load_gpu(kFile.string())).dump() == written,
+            "a machine does not read back as itself");
   });
 }
 
 std::vector<std::string> machines() {
-  std::vector<std::string> all = {R"({"preset":"small"})", R"({"tile":{"width":16,"height":8},"memory":{"burst_bytes":32}})"};
-  for (const std::string& name : hardware::preset_names()) all.push_back(hardware::gpu_json(hardware::load_gpu(name)).dump());
+  std::vector<std::string> all = {R"({"preset":"small"})",
+                                  R"({"tile":{"width":16,"height":8},"memory":{"burst_bytes":32}})"};
+  for (const std::string& name : hardware::preset_names())
+    all.push_back(hardware::gpu_json(hardware::load_gpu(name)).dump());
   return all;
 }
 
@@ -105,7 +121,8 @@ void parse_option(Bytes input) {
     switch (input[0] % 6) {
       case 0: {
         const replay::PictureSize size = replay::parse_size("--size", text);
-        require(size.width >= 1 && size.height >= 1 && size.width <= 16384 && size.height <= 16384, "a size beyond its range");
+        require(size.width >= 1 && size.height >= 1 && size.width <= 16384 && size.height <= 16384,
+                "a size beyond its range");
         break;
       }
       case 1: {
@@ -118,8 +135,14 @@ void parse_option(Bytes input) {
         require(pair.a - pair.a == 0 && pair.b - pair.b == 0, "a number that is not finite");
         break;
       }
-      case 3: require(replay::parse_whole_numbers("--region", text, ',', 4, "X,Y,W,H").size() == 4, "a region of not four numbers"); break;
-      case 4: hardware::gpu_json(hardware::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : "")); break;
+      case 3:
+        require(replay::parse_whole_numbers("--region", text, ',', 4, "X,Y,W,H").size() == 4,
+                "a region of not four numbers");
+        break;
+      case 4:
+        hardware::gpu_json(
+            hardware::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : ""));
+        break;
       default: {
         replay::RunSettings settings;
         hardware::GpuConfiguration gpu;
@@ -132,11 +155,21 @@ void parse_option(Bytes input) {
 }
 
 std::vector<std::string> options() {
-  std::vector<std::string> all = {std::string("\0", 1) + "1280x720", "\x01" "0:24", "\x02" "0:0.5", "\x02-1e-3:2", "\x03" "0,0,64,64", "\x04small"};
+  std::vector<std::string> all = {std::string("\0", 1) + "1280x720",
+                                  "\x01"
+                                  "0:24",
+                                  "\x02"
+                                  "0:0.5",
+                                  "\x02-1e-3:2",
+                                  "\x03"
+                                  "0,0,64,64",
+                                  "\x04small"};
   const replay::RunSettings settings;
   for (const auto& key : replay::settings_keys().keys())
-    all.push_back("\x05" + std::string(key.name) + "=" + key_value_json(replay::settings_keys().value(settings, key)).dump());
-  for (const auto& key : hardware::gpu_keys().keys()) all.push_back("\x05" + std::string(key.name) + "=" + std::to_string(static_cast<long long>(key.max)));
+    all.push_back("\x05" + std::string(key.name) + "=" +
+                  key_value_json(replay::settings_keys().value(settings, key)).dump());
+  for (const auto& key : hardware::gpu_keys().keys())
+    all.push_back("\x05" + std::string(key.name) + "=" + std::to_string(static_cast<long long>(key.max)));
   return all;
 }
 
@@ -159,7 +192,8 @@ void read_results(Bytes input) {
       if (kind == 0) {
         const std::size_t cut = std::min(text.find('\n'), text.size());
         write_scratch(kFolder / "sweep.json", text.substr(0, cut));
-        write_scratch(kFolder / "points" / "0123456789abcdef0123456789abcdef.json", text.substr(std::min(cut + 1, text.size())));
+        write_scratch(kFolder / "points" / "0123456789abcdef0123456789abcdef.json",
+                      text.substr(std::min(cut + 1, text.size())));
         replay::sweep_report(kFolder, note);
       } else if (kind == 1) {
         write_scratch(kFolder / "stats.json", text);
@@ -167,7 +201,9 @@ void read_results(Bytes input) {
       } else {
         write_scratch(kFolder / "tradeoff.json", text);
         const json page = replay::tradeoff_report(kFolder, note);
-        require(page.at("title").is_string() && page.at("subtitle").is_string() && page.at("tradeoff").at("knobs").is_array(), "a tradeoff was accepted that no page can show");
+        require(page.at("title").is_string() && page.at("subtitle").is_string() &&
+                    page.at("tradeoff").at("knobs").is_array(),
+                "a tradeoff was accepted that no page can show");
       }
     } catch (const json::exception&) {
     }
@@ -175,24 +211,67 @@ void read_results(Bytes input) {
 }
 
 json tradeoff_seed() {
-  const json times = {{"seconds", {{"median", 1.5}, {"low", 1}, {"high", 2}}}, {"processor_seconds", {{"median", 1.5}, {"low", 1}, {"high", 2}}}};
-  const json row = {{"label", "4"}, {"says", "s"}, {"arguments", "--set a=4"}, {"base", true}, {"in_double", false}, {"picture", "p"}, {"same_picture", true}, {"cycles", 9}, {"dram_bytes", 8}, {"energy_nj", 1.5}, {"watched", nullptr},
-                    {"error", {{"psnr_db", 40.5}, {"ssim", 0.9}, {"flip", 0.1}, {"max_error", 0.2}}}, {"front", {{"cycles", true}}}, {"host", times}};
-  const json knob = {{"name", "samples"}, {"title", "t"}, {"context", ""}, {"against", 0}, {"visual", false}, {"watched", ""}, {"watched_as", ""}, {"skipped", ""}, {"idle", false}, {"settings", {row}}};
-  return {{"schema", "tessera.tradeoff/1"}, {"capture", "a.glb"}, {"frame", 3}, {"first_frame", 0}, {"size", {8, 8}}, {"rounds", 1}, {"stopped", true}, {"settings", {{"a", 4}}}, {"gpu", {{"preset", "middle"}}}, {"knobs", {knob}},
-          {"reference", {{"samples", 16}, {"edge_pixels", 1.0}, {"psnr_db", nullptr}, {"convergence", {{"samples", {8, 16}}, {"rms_error", {0.2, 0.1}}, {"slope", -0.5}, {"size", {2, 2}}}}}},
-          {"cheapest", {{"cost", "cycles"}, {"max_flip", 0.5}, {"min_psnr", nullptr}, {"setting", {{"label", "4"}, {"knob", "t"}, {"arguments", ""}}}}}};
+  const json times = {{"seconds", {{"median", 1.5}, {"low", 1}, {"high", 2}}},
+                      {"processor_seconds", {{"median", 1.5}, {"low", 1}, {"high", 2}}}};
+  const json row = {{"label", "4"},
+                    {"says", "s"},
+                    {"arguments", "--set a=4"},
+                    {"base", true},
+                    {"in_double", false},
+                    {"picture", "p"},
+                    {"same_picture", true},
+                    {"cycles", 9},
+                    {"dram_bytes", 8},
+                    {"energy_nj", 1.5},
+                    {"watched", nullptr},
+                    {"error", {{"psnr_db", 40.5}, {"ssim", 0.9}, {"flip", 0.1}, {"max_error", 0.2}}},
+                    {"front", {{"cycles", true}}},
+                    {"host", times}};
+  const json knob = {{"name", "samples"}, {"title", "t"},     {"context", ""}, {"against", 0},  {"visual", false},
+                     {"watched", ""},     {"watched_as", ""}, {"skipped", ""}, {"idle", false}, {"settings", {row}}};
+  return {{"schema", "tessera.tradeoff/1"},
+          {"capture", "a.glb"},
+          {"frame", 3},
+          {"first_frame", 0},
+          {"size", {8, 8}},
+          {"rounds", 1},
+          {"stopped", true},
+          {"settings", {{"a", 4}}},
+          {"gpu", {{"preset", "middle"}}},
+          {"knobs", {knob}},
+          {"reference",
+           {{"samples", 16},
+            {"edge_pixels", 1.0},
+            {"psnr_db", nullptr},
+            {"convergence", {{"samples", {8, 16}}, {"rms_error", {0.2, 0.1}}, {"slope", -0.5}, {"size", {2, 2}}}}}},
+          {"cheapest",
+           {{"cost", "cycles"},
+            {"max_flip", 0.5},
+            {"min_psnr", nullptr},
+            {"setting", {{"label", "4"}, {"knob", "t"}, {"arguments", ""}}}}}};
 }
 
 std::vector<std::string> results() {
-  const json frame = {{"frame", 3}, {"counters", {{"binner.entries", 7}}}, {"timing", {{"cycles", 9}, {"bound_by", "dram"}}}, {"energy", {{"total_nj", 1.5}}}};
-  const json sweep = {{"schema", "tessera.sweep/1"}, {"title", "t"}, {"captures", {"a.glb"}}, {"axes", {"tile.width"}}, {"columns", {"binner.entries", "timing.cycles"}},
+  const json frame = {{"frame", 3},
+                      {"counters", {{"binner.entries", 7}}},
+                      {"timing", {{"cycles", 9}, {"bound_by", "dram"}}},
+                      {"energy", {{"total_nj", 1.5}}}};
+  const json sweep = {{"schema", "tessera.sweep/1"},
+                      {"title", "t"},
+                      {"captures", {"a.glb"}},
+                      {"axes", {"tile.width"}},
+                      {"columns", {"binner.entries", "timing.cycles"}},
                       {"points", {{{"hash", "0123456789abcdef0123456789abcdef"}, {"capture", 0}, {"values", {8}}}}}};
   const json point = {{"schema", "tessera.point/1"}, {"frames", {frame}}};
-  const json stats = {{"schema", "tessera.stats/1"}, {"capture", {{"file", "a.glb"}}}, {"gpu", {{"preset", "middle"}}}, {"settings", {{"width", 8}, {"height", 8}, {"region", {0, 0, 8, 8}}}},
-                      {"frames", {frame}}, {"total", {{"counters", {{"binner.entries", 7}}}}}};
-  return {std::string(1, '\0') + sweep.dump() + "\n" + point.dump(), std::string(1, '\0') + sweep.dump() + "\n" + json{{"fault", "no"}}.dump(), std::string(1, '\1') + stats.dump(),
-          std::string(1, '\2') + tradeoff_seed().dump()};
+  const json stats = {{"schema", "tessera.stats/1"},
+                      {"capture", {{"file", "a.glb"}}},
+                      {"gpu", {{"preset", "middle"}}},
+                      {"settings", {{"width", 8}, {"height", 8}, {"region", {0, 0, 8, 8}}}},
+                      {"frames", {frame}},
+                      {"total", {{"counters", {{"binner.entries", 7}}}}}};
+  return {std::string(1, '\0') + sweep.dump() + "\n" + point.dump(),
+          std::string(1, '\0') + sweep.dump() + "\n" + json{{"fault", "no"}}.dump(),
+          std::string(1, '\1') + stats.dump(), std::string(1, '\2') + tradeoff_seed().dump()};
 }
 
 std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
@@ -213,8 +292,13 @@ std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max
 }  // namespace
 
 const Target kStudyTarget{"study", "any bytes as a study of `sweep`", 8 << 10, read_any_study, studies, mutate_json};
-const Target kMachineTarget{"machine", "any bytes as a machine of `--gpu`", 16 << 10, read_machine, machines, mutate_json};
-const Target kOptionTarget{"option", "any text as a number, range, size or KEY=VALUE of the command line", 256, parse_option, options, nullptr};
-const Target kResultTarget{"result", "any bytes as results that `compare`, `report` and `sweep` read back", 8 << 10, read_results, results, mutate_results};
+const Target kMachineTarget{"machine",  "any bytes as a machine of `--gpu`", 16 << 10, read_machine, machines,
+                            mutate_json};
+const Target kOptionTarget{"option", "any text as a number, range, size or KEY=VALUE of the command line",
+                           256,      parse_option,
+                           options,  nullptr};
+const Target kResultTarget{"result", "any bytes as results that `compare`, `report` and `sweep` read back",
+                           8 << 10,  read_results,
+                           results,  mutate_results};
 
 }  // namespace tessera::fuzz

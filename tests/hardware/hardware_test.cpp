@@ -66,7 +66,8 @@ TEST(Configuration, EveryPresetIsConsistentAndNamesItself) {
 
 TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
   const test::TemporaryFolder folder;
-  test::write_text(folder / "gpu.json", R"({"preset": "small", "tile": {"width": 24}, "parameter_buffer": {"full_policy": "spill"}})");
+  test::write_text(folder / "gpu.json",
+                   R"({"preset": "small", "tile": {"width": 24}, "parameter_buffer": {"full_policy": "spill"}})");
   const GpuConfiguration gpu = load_gpu((folder / "gpu.json").string());
   EXPECT_EQ(gpu.tile_width, 24);
   EXPECT_EQ(gpu.tile_height, load_gpu("small").tile_height);
@@ -93,7 +94,8 @@ TEST(Configuration, FaultsInAFileNameTheNearestKey) {
     return std::string("none");
   };
   EXPECT_EQ(fault_of(R"({"tile": {"widht": 8}})"), "unknown key 'tile.widht'; did you mean 'tile.width'?");
-  EXPECT_EQ(fault_of(R"({"tile": {"width": "wide"}})"), "tile.width: 'wide' is not a whole number from 8 to 256 pixels");
+  EXPECT_EQ(fault_of(R"({"tile": {"width": "wide"}})"),
+            "tile.width: 'wide' is not a whole number from 8 to 256 pixels");
   EXPECT_EQ(fault_of(R"([1])"), "a GPU configuration is a JSON object");
   EXPECT_NE(fault_of(R"({"preset": "nosuch"})"), "none");
   EXPECT_NE(fault_of(R"({"preset": 3})"), "none");
@@ -114,7 +116,8 @@ TEST(Configuration, NumbersThatDoNotFitEachOtherAreRefused) {
 
 TEST(Configuration, EveryKeySaysWhereItsNumberComesFrom) {
   for (const auto& key : gpu_keys().keys()) {
-    const bool marked = key.source.find("[spec]") != std::string_view::npos || key.source.find("[assumed]") != std::string_view::npos ||
+    const bool marked = key.source.find("[spec]") != std::string_view::npos ||
+                        key.source.find("[assumed]") != std::string_view::npos ||
                         key.source.find("[measured]") != std::string_view::npos;
     EXPECT_TRUE(marked) << key.name;
   }

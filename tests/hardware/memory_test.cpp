@@ -59,10 +59,11 @@ TEST(AddressMap, BuffersDoNotOverlap) {
   struct Range {
     std::uint64_t begin, end;
   };
-  std::vector<Range> ranges = {{map.base(Purpose::kPatchData), map.base(Purpose::kPatchData) + sizes.patch_data},
-                               {map.base(Purpose::kTexture), map.base(Purpose::kTexture) + sizes.textures},
-                               {map.base(Purpose::kFrameBuffer), map.base(Purpose::kFrameBuffer) + sizes.frame_buffer},
-                               {map.base(Purpose::kTileQueue), map.base(Purpose::kTileQueue) + (std::uint64_t{1} << 40)}};
+  std::vector<Range> ranges = {
+      {map.base(Purpose::kPatchData), map.base(Purpose::kPatchData) + sizes.patch_data},
+      {map.base(Purpose::kTexture), map.base(Purpose::kTexture) + sizes.textures},
+      {map.base(Purpose::kFrameBuffer), map.base(Purpose::kFrameBuffer) + sizes.frame_buffer},
+      {map.base(Purpose::kTileQueue), map.base(Purpose::kTileQueue) + (std::uint64_t{1} << 40)}};
   for (std::uint64_t t = 0; t < sizes.tiles; ++t) {
     const std::uint64_t begin = map.address({0, 64, Unit::kTilecore, Purpose::kTileState, true}, t);
     ranges.push_back({begin, begin + sizes.tile_state});

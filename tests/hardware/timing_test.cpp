@@ -16,10 +16,14 @@ GpuConfiguration instant_machine(std::int64_t cores = 1) {
   GpuConfiguration gpu;
   gpu.tilecore_count = cores;
   gpu.tilecore_memory_bytes = 1 << 20;
-  for (double MachineNumbers::* rate : {&MachineNumbers::frontend_bounds_per_clk, &MachineNumbers::binner_entries_per_clk, &MachineNumbers::binner_tiles_per_clk, &MachineNumbers::tilecore_entries_per_clk,
-                                        &MachineNumbers::tessellator_vertices_per_clk, &MachineNumbers::tilecore_boxes_per_clk, &MachineNumbers::tilecore_box_tests_per_clk,
-                                        &MachineNumbers::tilecore_triangle_tests_per_clk, &MachineNumbers::tilecore_alpha_tests_per_clk, &MachineNumbers::texture_texels_per_clk,
-                                        &MachineNumbers::tilecore_blends_per_clk, &MachineNumbers::resolve_pixels_per_clk, &MachineNumbers::memory_bytes_per_clk})
+  for (double MachineNumbers::*rate :
+       {&MachineNumbers::frontend_bounds_per_clk, &MachineNumbers::binner_entries_per_clk,
+        &MachineNumbers::binner_tiles_per_clk, &MachineNumbers::tilecore_entries_per_clk,
+        &MachineNumbers::tessellator_vertices_per_clk, &MachineNumbers::tilecore_boxes_per_clk,
+        &MachineNumbers::tilecore_box_tests_per_clk, &MachineNumbers::tilecore_triangle_tests_per_clk,
+        &MachineNumbers::tilecore_alpha_tests_per_clk, &MachineNumbers::texture_texels_per_clk,
+        &MachineNumbers::tilecore_blends_per_clk, &MachineNumbers::resolve_pixels_per_clk,
+        &MachineNumbers::memory_bytes_per_clk})
     gpu.*rate = 1e30;
   gpu.shader_lanes = 1;
   gpu.shader_operations = 0;
@@ -28,7 +32,8 @@ GpuConfiguration instant_machine(std::int64_t cores = 1) {
   return gpu;
 }
 
-// Tiles that need `tests` triangle tests, `runs` runs of the shader and `bytes` stored bytes each. Two tiles fit in the memory.
+// Tiles that need `tests` triangle tests, `runs` runs of the shader and `bytes` stored bytes each. Two tiles fit in the
+// memory.
 FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std::uint64_t bytes) {
   FrameWork work;
   work.tile_samples = (1 << 20) / 2 / 20;
@@ -147,10 +152,12 @@ TEST(Timing, APipelineEndsWhenItsLastItemHasLeft) {
     std::vector<double> free_at(whole.size(), 0.0);
     for (std::uint64_t i = 0; i < items; ++i) {
       double at = 0;
-      for (std::size_t u = 0; u < whole.size(); ++u) at = free_at[u] = std::max(at, free_at[u]) + whole[u] / static_cast<double>(items);
+      for (std::size_t u = 0; u < whole.size(); ++u)
+        at = free_at[u] = std::max(at, free_at[u]) + whole[u] / static_cast<double>(items);
     }
     const std::vector<double> ends = pipeline_ends(whole, items);
-    for (std::size_t u = 0; u < whole.size(); ++u) EXPECT_NEAR(ends[u], free_at[u], 1e-6 * (1 + free_at[u])) << "seed 7, round " << round << ", unit " << u;
+    for (std::size_t u = 0; u < whole.size(); ++u)
+      EXPECT_NEAR(ends[u], free_at[u], 1e-6 * (1 + free_at[u])) << "seed 7, round " << round << ", unit " << u;
   }
 }
 
@@ -163,8 +170,10 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       TileWork t;
       t.tile = static_cast<std::uint32_t>(i);
-      for (const auto member : {&TileWork::entries, &TileWork::sub_patches, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests, &TileWork::triangle_tests, &TileWork::hits,
-                                &TileWork::alpha_tests, &TileWork::shader_runs, &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers, &TileWork::pixels})
+      for (const auto member :
+           {&TileWork::entries, &TileWork::sub_patches, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests,
+            &TileWork::triangle_tests, &TileWork::hits, &TileWork::alpha_tests, &TileWork::shader_runs,
+            &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers, &TileWork::pixels})
         t.*member = random() % 3 == 0 ? 0 : random() % 5000;
       for (std::uint64_t& bytes : t.dram_bytes) bytes = random() % 3 == 0 ? 0 : random() % 50000;
       round.tiles.push_back(t);
@@ -184,7 +193,8 @@ TEST(Timing, NoUnitIsBusyLongerThanTheFrameAndPhasesFollowEachOther) {
       const FrameWork work = random_frame(random, 40);
       const Schedule schedule = schedule_frame(gpu, work);
       const FrameTiming timing = time_frame(gpu, work, schedule);
-      for (std::size_t s = 0; s < kStageCount; ++s) EXPECT_LE(timing.busy[s], timing.cycles * (1 + 1e-9)) << name(static_cast<Stage>(s));
+      for (std::size_t s = 0; s < kStageCount; ++s)
+        EXPECT_LE(timing.busy[s], timing.cycles * (1 + 1e-9)) << name(static_cast<Stage>(s));
       EXPECT_LE(timing.cores_busy, timing.cycles * (1 + 1e-9));
       ASSERT_EQ(schedule.tiles.size(), 80u);
       std::vector<std::array<double, kPhaseCount>> until(static_cast<std::size_t>(gpu.tilecore_count));
@@ -277,12 +287,14 @@ TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
   double sum = 0;
   for (const auto& [unit, nj] : before.by_unit_nj) sum += nj;
   EXPECT_EQ(sum, before.total_nj());
-  for (const auto member : {&TileWork::entries, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests, &TileWork::triangle_tests, &TileWork::hits, &TileWork::alpha_tests, &TileWork::shader_runs,
+  for (const auto member : {&TileWork::entries, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests,
+                            &TileWork::triangle_tests, &TileWork::hits, &TileWork::alpha_tests, &TileWork::shader_runs,
                             &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers, &TileWork::pixels}) {
     FrameWork more = work;
     more.rounds[0].tiles[0].*member += 1000;
     int changed = 0;
-    for (const auto& [unit, nj] : frame_energy(gpu, more, 1e6).by_unit_nj) changed += nj != before.by_unit_nj.at(unit) ? 1 : 0;
+    for (const auto& [unit, nj] : frame_energy(gpu, more, 1e6).by_unit_nj)
+      changed += nj != before.by_unit_nj.at(unit) ? 1 : 0;
     EXPECT_EQ(changed, 1);
   }
 }

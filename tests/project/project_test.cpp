@@ -24,8 +24,10 @@ namespace fs = std::filesystem;
 using test::read_text;
 
 const fs::path kRoot = TESSERA_SOURCE_DIR;
+const char* const kFormatter = "/usr/bin/clang-format";
 // In the order in which they may include each other.
-const std::vector<std::string> kFolders = {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay"};
+const std::vector<std::string> kFolders = {"base",   "hardware", "shaders_cpp", "frontend",
+                                           "binner", "tilecore", "replay"};
 
 bool is_source(const fs::path& file) {
   static const std::set<std::string> kEndings = {".h", ".cpp", ".inc", ".c"};
@@ -50,7 +52,8 @@ std::vector<std::string> lines_of(const std::string& text) {
 std::set<std::string> included_folders(const std::string& text) {
   static const std::regex kInclude("#include \"([a-z_]+)/");
   std::set<std::string> folders;
-  for (auto at = std::sregex_iterator(text.begin(), text.end(), kInclude); at != std::sregex_iterator(); ++at) folders.insert((*at)[1]);
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), kInclude); at != std::sregex_iterator(); ++at)
+    folders.insert((*at)[1]);
   return folders;
 }
 
@@ -63,18 +66,22 @@ bool may_include(std::size_t folder, const std::string& other) {
 TEST(Layout, FoldersIncludeOnlyThoseAboveThem) {
   for (std::size_t f = 0; f < kFolders.size(); ++f)
     for (const fs::path& file : sources_in(kRoot / kFolders[f]))
-      for (const std::string& other : included_folders(read_text(file))) EXPECT_TRUE(may_include(f, other)) << file << " includes " << other;
+      for (const std::string& other : included_folders(read_text(file)))
+        EXPECT_TRUE(may_include(f, other)) << file << " includes " << other;
 }
 
 TEST(Layout, AnIncludeAgainstTheDirectionIsCaught) {
-  EXPECT_EQ(included_folders("#include \"tilecore/tile_core.h\"\n#include <vector>\n"), std::set<std::string>{"tilecore"});
+  EXPECT_EQ(included_folders("#include \"tilecore/tile_core.h\"\n#include <vector>\n"),
+            std::set<std::string>{"tilecore"});
   EXPECT_FALSE(may_include(3, "tilecore"));
   EXPECT_TRUE(may_include(3, "base"));
 }
 
 TEST(Layout, TopLevelHoldsWhatTheReadmeNames) {
-  const std::set<std::string> allowed = {"CMakeLists.txt", "CMakePresets.json", "README.md", "tessera", "base", "hardware", "shaders_cpp", "frontend", "binner",
-                                         "tilecore", "replay", "tests", "bench", "captures", "docs", "build", "out"};
+  const std::set<std::string> allowed = {
+      "CMakeLists.txt", "CMakePresets.json", "README.md", "tessera",  "base",   "hardware",
+      "shaders_cpp",    "frontend",          "binner",    "tilecore", "replay", "tests",
+      "bench",          "captures",          "docs",      "build",    "out"};
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(".")) {
@@ -83,13 +90,86 @@ TEST(Layout, TopLevelHoldsWhatTheReadmeNames) {
   }
 }
 
+std::vector<fs::path> all_sources() {
+  std::vector<fs::path> all;
+  for (const char* folder :
+       {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
+    for (fs::path& file : sources_in(kRoot / folder)) all.push_back(std::move(file));
+  return all;
+}
+
 TEST(Layout, NoSourceOutgrowsItsUnit) {
-  for (const char* folder : {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
-    for (const fs::path& file : sources_in(kRoot / folder)) EXPECT_LE(lines_of(read_text(file)).size(), 800u) << file;
+  for (const fs::path& file : all_sources()) EXPECT_LE(lines_of(read_text(file)).size(), 800u) << file;
+}
+
+// Lines of each function's body and its first line; by the braces that the formatter puts at the margin.
+std::vector<std::pair<std::size_t, std::string>> function_lengths(const std::vector<std::string>& lines) {
+  std::vector<std::pair<std::size_t, std::string>> found;
+  std::size_t begin = 0;
+  std::string head;
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    const std::string& line = lines[l];
+    if (line.empty() || line[0] == ' ' || line[0] == '#' || line[0] == '/') continue;
+    if (line[0] == '}') {
+      if (!head.empty()) found.emplace_back(l - begin, head);
+      head.clear();
+    } else {
+      const bool scope = line.starts_with("namespace") || line.starts_with("class ") || line.starts_with("struct ") ||
+                         line.starts_with("enum ");
+      head = scope ? "" : line;
+      begin = l;
+    }
+  }
+  return found;
+}
+
+TEST(Layout, NoFunctionOutgrowsTwoScreens) {
+  std::size_t functions = 0;
+  for (const fs::path& file : all_sources())
+    for (const auto& [length, head] : function_lengths(lines_of(read_text(file)))) {
+      EXPECT_LE(length, 100u) << file << ": " << head;
+      ++functions;
+    }
+  EXPECT_GT(functions, 2000u);
+}
+
+TEST(Layout, AFunctionThatIsTooLongIsCaught) {
+  std::string text = "namespace a {\nint f() {\n";
+  for (int line = 0; line < 120; ++line) text += "  ++x;\n";
+  const auto found = function_lengths(lines_of(text + "}\n}  // namespace a\n"));
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0], std::pair(std::size_t{121}, std::string("int f() {")));
+}
+
+// What clang-format would change of the given files; its exit status is 1 when that is anything.
+test::ProcessResult formatter(const std::vector<fs::path>& files) {
+  std::vector<std::string> arguments = {kFormatter, "--dry-run", "--Werror", "--ferror-limit=1", "--style=file"};
+  for (const fs::path& file : files) arguments.push_back(file.string());
+  return test::run_process(arguments);
+}
+
+// Other versions break lines elsewhere.
+bool has_formatter() {
+  return test::run_process({kFormatter, "--version"}).output.find("version 14.") != std::string::npos;
+}
+
+TEST(Layout, SourcesAreFormatted) {
+  if (!has_formatter()) GTEST_SKIP() << "no clang-format 14";
+  const test::ProcessResult result = formatter(all_sources());
+  EXPECT_EQ(result.status, 0) << result.errors << "put right by: clang-format -i FILE";
+}
+
+TEST(Layout, ASourceThatIsNotFormattedIsCaught) {
+  if (!has_formatter()) GTEST_SKIP() << "no clang-format 14";
+  const test::TemporaryFolder folder;
+  fs::copy_file(kRoot / ".clang-format", folder / ".clang-format");
+  test::write_text(folder / "a.cpp", "int  main( ){return 0;}\n");
+  EXPECT_NE(formatter({folder / "a.cpp"}).status, 0);
 }
 
 TEST(Layout, EveryFolderHasAReadme) {
-  for (const char* folder : {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
+  for (const char* folder :
+       {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
     EXPECT_TRUE(fs::exists(kRoot / folder / "README.md")) << folder;
 }
 
@@ -97,7 +177,9 @@ std::vector<fs::path> documents() {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot)) {
     const std::string path = fs::relative(entry.path(), kRoot).string();
-    if (entry.path().extension() == ".md" && !path.starts_with("build") && !path.starts_with("out") && !path.starts_with(".")) files.push_back(entry.path());
+    if (entry.path().extension() == ".md" && !path.starts_with("build") && !path.starts_with("out") &&
+        !path.starts_with("."))
+      files.push_back(entry.path());
   }
   return files;
 }
@@ -108,16 +190,19 @@ TEST(Documents, GeneratedPagesAreCurrent) {
     std::string page = read_text(kRoot / "docs" / (topic + ".md"));
     // The page of effects goes on behind what is generated.
     if (topic == "effects") page.resize(std::min(page.size(), generated.size()));
-    EXPECT_EQ(page, generated) << "run: tessera describe " << topic << " --markdown, for " << (topic == "effects" ? "the beginning of " : "") << "docs/" << topic << ".md";
+    EXPECT_EQ(page, generated) << "run: tessera describe " << topic << " --markdown, for "
+                               << (topic == "effects" ? "the beginning of " : "") << "docs/" << topic << ".md";
   }
 }
 
 TEST(Documents, TheStabilityPageIsCurrent) {
-  EXPECT_EQ(read_text(kRoot / "docs" / "stability.md"), stability_page()) << "run: build/release/tests/tessera_stability_page > docs/stability.md";
+  EXPECT_EQ(read_text(kRoot / "docs" / "stability.md"), stability_page())
+      << "run: build/release/tests/tessera_stability_page > docs/stability.md";
 }
 
 TEST(Documents, EveryTestOfTheStabilityPageExists) {
-  const test::ProcessResult listed = test::run_process({"/usr/bin/env", "ctest", "--show-only", "--test-dir", TESSERA_BINARY_DIR});
+  const test::ProcessResult listed =
+      test::run_process({"/usr/bin/env", "ctest", "--show-only", "--test-dir", TESSERA_BINARY_DIR});
   ASSERT_EQ(listed.status, 0) << listed.errors;
   std::vector<std::string> names;
   static const std::regex kTest("^ *Test +#[0-9]+: (.*)$");
@@ -126,7 +211,8 @@ TEST(Documents, EveryTestOfTheStabilityPageExists) {
     if (!std::regex_match(line, match, kTest)) continue;
     std::string name = match[1];
     // ctest drops the space between the folder and the suite.
-    if (const std::size_t colon = name.find(':'); colon != std::string::npos && name[colon + 1] != ' ') name.insert(colon + 1, " ");
+    if (const std::size_t colon = name.find(':'); colon != std::string::npos && name[colon + 1] != ' ')
+      name.insert(colon + 1, " ");
     names.push_back(name);
   }
   ASSERT_GT(names.size(), 100u);
@@ -138,9 +224,12 @@ TEST(Documents, EveryTestOfTheStabilityPageExists) {
 }
 
 TEST(Documents, ATestThatIsNotThereIsCaught) {
-  const std::vector<StabilityTopic> topics = {{"topic", "", {{"case", "", "", {"base: Suite.Law", "base: Case/Suite.Law/Pole_"}}, {"bare", "", "", {}}}}};
-  EXPECT_THAT(missing_tests(topics, {"base: Suite.Law/0", "base: Case/Suite.Law/Pole_obb"}), testing::ElementsAre("bare: no test"));
-  EXPECT_THAT(missing_tests(topics, {"base: Suite.LawAndMore", "base: Case/Suite.Law/Point_obb"}), testing::ElementsAre("case: base: Suite.Law", "case: base: Case/Suite.Law/Pole_", "bare: no test"));
+  const std::vector<StabilityTopic> topics = {
+      {"topic", "", {{"case", "", "", {"base: Suite.Law", "base: Case/Suite.Law/Pole_"}}, {"bare", "", "", {}}}}};
+  EXPECT_THAT(missing_tests(topics, {"base: Suite.Law/0", "base: Case/Suite.Law/Pole_obb"}),
+              testing::ElementsAre("bare: no test"));
+  EXPECT_THAT(missing_tests(topics, {"base: Suite.LawAndMore", "base: Case/Suite.Law/Point_obb"}),
+              testing::ElementsAre("case: base: Suite.Law", "case: base: Case/Suite.Law/Pole_", "bare: no test"));
 }
 
 TEST(Documents, LinksLeadSomewhere) {
@@ -158,7 +247,8 @@ TEST(Documents, LinksLeadSomewhere) {
 
 TEST(Documents, PathsInCodeMarksExist) {
   // `folder/file.ext` and `folder/`: a document that names a file names one that is there.
-  static const std::regex kPath("`((base|hardware|shaders_cpp|frontend|binner|tilecore|replay|tests|bench|captures|docs)/[A-Za-z0-9_./-]*)`");
+  static const std::regex kPath(
+      "`((base|hardware|shaders_cpp|frontend|binner|tilecore|replay|tests|bench|captures|docs)/[A-Za-z0-9_./-]*)`");
   for (const fs::path& file : documents()) {
     const std::string text = read_text(file);
     for (auto at = std::sregex_iterator(text.begin(), text.end(), kPath); at != std::sregex_iterator(); ++at)
@@ -189,8 +279,10 @@ std::vector<std::string> readme_commands() {
   std::vector<std::string> commands;
   bool shell = false;
   for (const std::string& line : lines_of(read_text(kRoot / "README.md"))) {
-    if (line.starts_with("```")) shell = line == "```sh";
-    else if (shell) commands.push_back(line.substr(0, line.find(" #")));
+    if (line.starts_with("```"))
+      shell = line == "```sh";
+    else if (shell)
+      commands.push_back(line.substr(0, line.find(" #")));
   }
   return commands;
 }
@@ -224,7 +316,10 @@ std::uint64_t number_of(std::string digits) {
 const nlohmann::json& readme_statistics() {
   static const nlohmann::json kTotal = [] {
     const test::TemporaryFolder out;
-    EXPECT_EQ(test::run_tessera({"replay", test::shipped_capture("eggs").string(), "--baselines", "--quiet", "--out", out.path().string()}).status, 0);
+    EXPECT_EQ(test::run_tessera({"replay", test::shipped_capture("eggs").string(), "--baselines", "--quiet", "--out",
+                                 out.path().string()})
+                  .status,
+              0);
     return nlohmann::json::parse(read_text(out / "stats.json"))["total"];
   }();
   return kTotal;
@@ -246,18 +341,25 @@ TEST(Readme, ItsFiguresAreThoseOfAReplay) {
 TEST(Readme, ItsComparisonIsThatOfAReplay) {
   const nlohmann::json& schemes = readme_statistics()["baselines"];
   const std::vector<std::string> columns = {"pre-tessellation", "patch-whole", "post-tessellation", "immediate"};
-  static const std::regex kRow("^\\| `(baseline[a-z_.]+)` \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9.]+) \\|$");
+  static const std::regex kRow(
+      "^\\| `(baseline[a-z_.]+)` \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9.]+) \\|$");
   int rows = 0;
   for (const std::string& line : lines_of(read_text(kRoot / "README.md"))) {
     std::smatch match;
     if (!std::regex_match(line, match, kRow)) continue;
     const std::string counter = match[1];
-    for (std::size_t c = 0; c < columns.size(); ++c) EXPECT_EQ(number_of(match[c + 2]), schemes[columns[c]][counter].get<std::uint64_t>()) << counter << " of " << columns[c];
-    EXPECT_NEAR(std::stod(match[6]), schemes[columns[2]][counter].get<double>() / schemes[columns[0]][counter].get<double>(), 0.00501) << counter;
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      EXPECT_EQ(number_of(match[c + 2]), schemes[columns[c]][counter].get<std::uint64_t>())
+          << counter << " of " << columns[c];
+    EXPECT_NEAR(std::stod(match[6]),
+                schemes[columns[2]][counter].get<double>() / schemes[columns[0]][counter].get<double>(), 0.00501)
+        << counter;
     ++rows;
   }
   EXPECT_GE(rows, 8);
-  EXPECT_THAT(read_text(kRoot / "README.md"), testing::HasSubstr("| counter | pre-tessellation | patch-whole | post-tessellation | immediate | post / pre |"));
+  EXPECT_THAT(
+      read_text(kRoot / "README.md"),
+      testing::HasSubstr("| counter | pre-tessellation | patch-whole | post-tessellation | immediate | post / pre |"));
 }
 
 TEST(ShadingPage, ItsInvocationsAreThoseOfReplays) {
@@ -267,11 +369,17 @@ TEST(ShadingPage, ItsInvocationsAreThoseOfReplays) {
     std::smatch match;
     if (!std::regex_match(line, match, kRow)) continue;
     const test::TemporaryFolder out;
-    ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture(match[1]).string(), "--set", "shading.rate=cache", "--quiet", "--out", out.path().string()}).status, 0);
+    ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture(match[1]).string(), "--set", "shading.rate=cache",
+                                 "--quiet", "--out", out.path().string()})
+                  .status,
+              0);
     const nlohmann::json counters = nlohmann::json::parse(read_text(out / "stats.json"))["total"]["counters"];
-    EXPECT_EQ(number_of(match[2]), counters["tilecore.samples_visible"].get<std::uint64_t>()) << match[1] << ": run docs/images/shading.sh";
-    EXPECT_EQ(number_of(match[3]), counters["tilecore.pixel_shader_invocations"].get<std::uint64_t>()) << match[1] << ": run docs/images/shading.sh";
-    EXPECT_EQ(number_of(match[4]), counters["tilecore.pixel_shader_invocations_saved"].get<std::uint64_t>()) << match[1] << ": run docs/images/shading.sh";
+    EXPECT_EQ(number_of(match[2]), counters["tilecore.samples_visible"].get<std::uint64_t>())
+        << match[1] << ": run docs/images/shading.sh";
+    EXPECT_EQ(number_of(match[3]), counters["tilecore.pixel_shader_invocations"].get<std::uint64_t>())
+        << match[1] << ": run docs/images/shading.sh";
+    EXPECT_EQ(number_of(match[4]), counters["tilecore.pixel_shader_invocations_saved"].get<std::uint64_t>())
+        << match[1] << ": run docs/images/shading.sh";
     ++rows;
   }
   EXPECT_EQ(rows, 4);
@@ -294,8 +402,15 @@ std::vector<double> numbers_of_row(const std::string& line) {
 nlohmann::json study_replay(int tile, int depth, bool baselines) {
   const test::TemporaryFolder out;
   const std::string side = std::to_string(tile);
-  std::vector<std::string> arguments = {"replay", test::shipped_capture("eggs").string(), "--size", "640x360", "--quiet", "--no-report", "--set", "frontend.split_pixels=16", "--set", "tile.width=" + side, "--set",
-                                        "tile.height=" + side, "--set", "frontend.split_depth=" + std::to_string(depth), "--set", "parameter_buffer.bytes=16777216", "--out", out.path().string()};
+  std::vector<std::string> arguments = {"replay",  test::shipped_capture("eggs").string(),
+                                        "--size",  "640x360",
+                                        "--quiet", "--no-report",
+                                        "--set",   "frontend.split_pixels=16",
+                                        "--set",   "tile.width=" + side,
+                                        "--set",   "tile.height=" + side,
+                                        "--set",   "frontend.split_depth=" + std::to_string(depth),
+                                        "--set",   "parameter_buffer.bytes=16777216",
+                                        "--out",   out.path().string()};
   if (baselines) arguments.push_back("--baselines");
   EXPECT_EQ(test::run_tessera(arguments).status, 0);
   return nlohmann::json::parse(read_text(out / "stats.json"))["frames"][0];
@@ -310,7 +425,8 @@ TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
     if (row[0] >= 16) {
       const nlohmann::json of = study_replay(static_cast<int>(row[0]), 0, true)["baselines"];
       const auto value = [&](const char* scheme, const char* counter) { return of[scheme][counter].get<double>(); };
-      const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"), post = value("post-tessellation", "baseline.queue_bytes_peak");
+      const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"),
+                   post = value("post-tessellation", "baseline.queue_bytes_peak");
       EXPECT_EQ(row[1], pre);
       EXPECT_EQ(row[2], value("patch-whole", "baseline.queue_bytes_peak"));
       EXPECT_EQ(row[3], post);
@@ -324,11 +440,13 @@ TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
       const nlohmann::json frame = study_replay(32, static_cast<int>(row[0]), false);
       const nlohmann::json& counters = frame["counters"];
       const char* const names[] = {"frontend.sub_patches", "binner.entries", "binner.queue_bytes_peak"};
-      for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(row[c + 1], counters[names[c]].get<double>()) << names[c] << ": run docs/images/studies/make.sh";
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_EQ(row[c + 1], counters[names[c]].get<double>()) << names[c] << ": run docs/images/studies/make.sh";
       EXPECT_EQ(row[5], counters["tilecore.domain_evaluations"].get<double>());
       double bytes = 0;
       for (const nlohmann::json& part : frame["dram"])
-        if (part["purpose"] != "texture") bytes += part["read_bytes"].get<double>() + part["written_bytes"].get<double>();
+        if (part["purpose"] != "texture")
+          bytes += part["read_bytes"].get<double>() + part["written_bytes"].get<double>();
       EXPECT_EQ(row[8], bytes);
       ++depths;
     }
@@ -337,11 +455,14 @@ TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
   EXPECT_EQ(depths, 5);
 }
 
-// What the project is for: one to two orders of magnitude less queue memory. Less is a fault of the binner, more means that a cost was forgotten.
+// What the project is for: one to two orders of magnitude less queue memory. Less is a fault of the binner, more means
+// that a cost was forgotten.
 TEST(Readme, QueuesAreOneToTwoOrdersOfMagnitudeSmallerThanThoseOfTriangles) {
   const nlohmann::json& schemes = readme_statistics()["baselines"];
-  for (const char* counter : {"baseline.queue_bytes_written", "baseline.queue_bytes_read", "baseline.queue_bytes_peak"}) {
-    const double ratio = schemes["post-tessellation"][counter].get<double>() / schemes["pre-tessellation"][counter].get<double>();
+  for (const char* counter :
+       {"baseline.queue_bytes_written", "baseline.queue_bytes_read", "baseline.queue_bytes_peak"}) {
+    const double ratio =
+        schemes["post-tessellation"][counter].get<double>() / schemes["pre-tessellation"][counter].get<double>();
     EXPECT_GE(ratio, 10) << counter;
     EXPECT_LE(ratio, 1000) << counter;
   }
@@ -349,11 +470,14 @@ TEST(Readme, QueuesAreOneToTwoOrdersOfMagnitudeSmallerThanThoseOfTriangles) {
 
 TEST(ShippedCaptures, AreWhatTheirSourcesMakeAndSmall) {
   const test::TemporaryFolder out;
-  const test::ProcessResult r = test::run_process({"/usr/bin/env", "TESSERA_BUILD=" + fs::path(TESSERA_PROGRAM).parent_path().string(), (kRoot / "captures" / "make.sh").string(), out.path().string()});
+  const test::ProcessResult r =
+      test::run_process({"/usr/bin/env", "TESSERA_BUILD=" + fs::path(TESSERA_PROGRAM).parent_path().string(),
+                         (kRoot / "captures" / "make.sh").string(), out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   std::uintmax_t bytes = 0;
   for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"}) {
-    EXPECT_TRUE(read_text(out / (std::string(name) + ".glb")) == read_text(test::shipped_capture(name))) << name << " differs: run captures/make.sh";
+    EXPECT_TRUE(read_text(out / (std::string(name) + ".glb")) == read_text(test::shipped_capture(name)))
+        << name << " differs: run captures/make.sh";
     bytes += fs::file_size(test::shipped_capture(name));
   }
   EXPECT_LE(bytes, 2u << 20);

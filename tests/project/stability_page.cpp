@@ -27,7 +27,8 @@ A test is `folder: Suite.Law`; it stands in `tests/` in the folder of that name.
 
 bool begins(std::string_view name, std::string_view beginning) {
   if (!name.starts_with(beginning)) return false;
-  // "Suite.Law" is not meant by "Suite.LawAndMore", but by "Suite.Law/0"; a beginning may also end inside an instance's name.
+  // "Suite.Law" is not meant by "Suite.LawAndMore", but by "Suite.Law/0"; a beginning may also end inside an instance's
+  // name.
   return name.size() == beginning.size() || name[beginning.size()] == '/' || beginning.find('/') < beginning.rfind('/');
 }
 
@@ -57,13 +58,16 @@ std::string stability_page() {
   return page;
 }
 
-std::vector<std::string> missing_tests(std::span<const StabilityTopic> topics, const std::vector<std::string>& ctest_names) {
+std::vector<std::string> missing_tests(std::span<const StabilityTopic> topics,
+                                       const std::vector<std::string>& ctest_names) {
   std::vector<std::string> missing;
   for (const StabilityTopic& topic : topics)
     for (const StabilityCase& row : topic.cases) {
       if (row.tests.empty()) missing.push_back(fmt::format("{}: no test", row.name));
       for (const std::string_view test : row.tests)
-        if (std::none_of(ctest_names.begin(), ctest_names.end(), [&](const std::string& name) { return begins(name, test); })) missing.push_back(fmt::format("{}: {}", row.name, test));
+        if (std::none_of(ctest_names.begin(), ctest_names.end(),
+                         [&](const std::string& name) { return begins(name, test); }))
+          missing.push_back(fmt::format("{}: {}", row.name, test));
     }
   return missing;
 }

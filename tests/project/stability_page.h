@@ -10,9 +10,10 @@ namespace tessera {
 // A case that is hard for the machine, and what is made of it. docs/stability.md is generated from these rows.
 struct StabilityCase {
   std::string_view name;
-  std::string_view wrong;               // what could go wrong
-  std::string_view done;                // what is done
-  std::vector<std::string_view> tests;  // beginnings of names of ctest: "frontend: Suite.Law", "frontend: HardCase/Suite.Law/Pole"
+  std::string_view wrong;  // what could go wrong
+  std::string_view done;   // what is done
+  std::vector<std::string_view>
+      tests;  // beginnings of names of ctest: "frontend: Suite.Law", "frontend: HardCase/Suite.Law/Pole"
 };
 
 // Cases of one part of the machine, in the order in which a frame meets them.
@@ -31,7 +32,9 @@ std::vector<StabilityTopic> whole_cases();     // the machine as a whole, input,
 // docs/stability.md.
 std::string stability_page();
 
-// Names of ctest that a row means and that are not there, each as "CASE: TEST"; cases without a test as "CASE: no test".
-std::vector<std::string> missing_tests(std::span<const StabilityTopic> topics, const std::vector<std::string>& ctest_names);
+// Names of ctest that a row means and that are not there, each as "CASE: TEST"; cases without a test as "CASE: no
+// test".
+std::vector<std::string> missing_tests(std::span<const StabilityTopic> topics,
+                                       const std::vector<std::string>& ctest_names);
 
 }  // namespace tessera

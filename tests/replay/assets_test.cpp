@@ -25,9 +25,9 @@ using test::run_tessera;
 namespace fs = std::filesystem;
 
 struct Model {
-  const char* path;         // below the folder of sample models
-  std::size_t triangles;    // as the asset's own index accessors say
-  bool compressed;          // holds Draco streams already
+  const char* path;       // below the folder of sample models
+  std::size_t triangles;  // as the asset's own index accessors say
+  bool compressed;        // holds Draco streams already
 };
 void PrintTo(const Model& model, std::ostream* stream) { *stream << model.path; }
 
@@ -50,16 +50,18 @@ constexpr Model kModels[] = {
 
 std::string test_name(const Model& model) {
   std::string name = fs::path(model.path).parent_path().string();
-  std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
   return name;
 }
 
-#define SKIP_WITHOUT_MODELS(assets) \
+#define SKIP_WITHOUT_MODELS(assets)          \
   const auto assets = test::assets_folder(); \
   if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS"
 
 void replay(const fs::path& capture, const fs::path& out) {
-  const ProcessResult r = run_tessera({"replay", capture.string(), "--size", "160x90", "--spp", "2", "--quiet", "--out", out.string()});
+  const ProcessResult r =
+      run_tessera({"replay", capture.string(), "--size", "160x90", "--spp", "2", "--quiet", "--out", out.string()});
   ASSERT_EQ(r.status, 0) << r.errors;
 }
 
@@ -117,7 +119,8 @@ TEST_P(SampleModel, InspectsReplaysPacksAndReplaysToNearlyTheSamePicture) {
   EXPECT_GE(psnr, GetParam().compressed ? 99.0 : 40.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Khronos, SampleModel, testing::ValuesIn(kModels), [](const auto& test) { return test_name(test.param); });
+INSTANTIATE_TEST_SUITE_P(Khronos, SampleModel, testing::ValuesIn(kModels),
+                         [](const auto& test) { return test_name(test.param); });
 
 struct Twins {
   const char* name;
@@ -127,13 +130,14 @@ struct Twins {
 };
 void PrintTo(const Twins& twins, std::ostream* stream) { *stream << twins.name; }
 
-// Draco with 14 bits for positions and 8 for normals, or another container of the same data. (The truck's variants stand
-// in different directions.)
+// Draco with 14 bits for positions and 8 for normals, or another container of the same data. (The truck's variants
+// stand in different directions.)
 constexpr Twins kTwins[] = {
     {"AvocadoDraco", "Avocado/glTF/Avocado.gltf", "Avocado/glTF-Draco/Avocado.gltf", 30.0},
     {"FoxDraco", "Fox/glTF/Fox.gltf", "Fox/glTF-Draco/Fox.gltf", 30.0},
     {"FoxBinary", "Fox/glTF/Fox.gltf", "Fox/glTF-Binary/Fox.glb", 99.0},
-    {"AnimatedMorphCubeBinary", "AnimatedMorphCube/glTF/AnimatedMorphCube.gltf", "AnimatedMorphCube/glTF-Binary/AnimatedMorphCube.glb", 99.0},
+    {"AnimatedMorphCubeBinary", "AnimatedMorphCube/glTF/AnimatedMorphCube.gltf",
+     "AnimatedMorphCube/glTF-Binary/AnimatedMorphCube.glb", 99.0},
 };
 
 class SampleModelTwins : public testing::TestWithParam<Twins> {};
@@ -146,7 +150,8 @@ TEST_P(SampleModelTwins, LookAlike) {
   EXPECT_GE(psnr_of(out / "a", out / "b"), GetParam().psnr_db);
 }
 
-INSTANTIATE_TEST_SUITE_P(Khronos, SampleModelTwins, testing::ValuesIn(kTwins), [](const auto& test) { return std::string(test.param.name); });
+INSTANTIATE_TEST_SUITE_P(Khronos, SampleModelTwins, testing::ValuesIn(kTwins),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST(SampleModels, DifferentModelsDoNotLookAlikeSoTheBoundsCanFail) {
   SKIP_WITHOUT_MODELS(assets);
@@ -160,7 +165,8 @@ TEST(SampleModels, TheListIsComplete) {
   SKIP_WITHOUT_MODELS(assets);
   std::set<std::string> found, listed;
   for (const auto& entry : fs::recursive_directory_iterator(*assets))
-    if (entry.path().extension() == ".gltf" || entry.path().extension() == ".glb") found.insert(fs::relative(entry.path(), *assets).string());
+    if (entry.path().extension() == ".gltf" || entry.path().extension() == ".glb")
+      found.insert(fs::relative(entry.path(), *assets).string());
   for (const Model& model : kModels) listed.insert(model.path);
   EXPECT_EQ(found, listed);
 }

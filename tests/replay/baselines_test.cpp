@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 
 std::string shipped(const char* name) { return test::shipped_capture(name).string(); }
 
-FrameResult render(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, std::size_t thread_count = 0, bool baselines = true, RunSettings settings = {}) {
+FrameResult render(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu,
+                   std::size_t thread_count = 0, bool baselines = true, RunSettings settings = {}) {
   const ThreadLimit threads(thread_count);
   RenderRequest request{160, 90, {0, 0, 160, 90}, false, baselines};
   FrameRenderer renderer(capture, gpu, settings, request);
@@ -61,7 +62,8 @@ TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
   EXPECT_EQ(pre.queue_bytes_peak, r.counters.binner.queue_bytes_peak);
   EXPECT_EQ(pre.domain_evaluations_cached, r.counters.tessellation.domain_evaluations);
   // All but textures, which are the same for every scheme.
-  const std::uint64_t textures = r.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTexture).read_bytes;
+  const std::uint64_t textures =
+      r.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTexture).read_bytes;
   EXPECT_EQ(pre.dram_bytes + textures, r.counters.ledger.total().read_bytes + r.counters.ledger.total().written_bytes);
   EXPECT_LE(pre.dram_bytes, pre.dram_bytes_uncached);
   EXPECT_LE(pre.domain_evaluations_cached, pre.domain_evaluations);
@@ -115,7 +117,8 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
   const json after = baselines_json(*renderer.render(frame + 1).baselines);
   FrameRenderer fresh(capture, {}, {}, request);
   const json alone = baselines_json(*fresh.render(frame + 1).baselines);
-  for (const char* name : {"patch-whole", "post-tessellation", "immediate"}) EXPECT_EQ(after[name], alone[name]) << name;
+  for (const char* name : {"patch-whole", "post-tessellation", "immediate"})
+    EXPECT_EQ(after[name], alone[name]) << name;
 }
 
 TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
@@ -133,9 +136,12 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
   all.tessellator_cache_bytes = all.post_tessellation_cache_bytes = all.immediate_cache_bytes = 1 << 30;
   const FrameResult a = render(capture, none), b = render(capture, all);
   for (std::size_t s = 0; s < binner::kSchemeCount; ++s) {
-    EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached) << binner::kSchemeNames[s];
-    EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached) << binner::kSchemeNames[s];
-    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached) << binner::kSchemeNames[s];
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
+        << binner::kSchemeNames[s];
+    EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
+        << binner::kSchemeNames[s];
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
+        << binner::kSchemeNames[s];
     EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << binner::kSchemeNames[s];
   }
   const BaselineCounters& immediate = scheme(b, Scheme::kImmediate);
@@ -143,10 +149,12 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
   EXPECT_LE(immediate.frame_bytes_written, 2u * 160 * 90 * 4 * 4 + 160 * 90 * 8 + 90 * 64 * 4);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values("eggs", "vases", "serpent", "flyby"), [](const auto& named) { return std::string(named.param); });
+INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values("eggs", "vases", "serpent", "flyby"),
+                         [](const auto& named) { return std::string(named.param); });
 
 TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
-  // A still pinhole scene of one flat patch in front: every line of its picture is drawn once, depth and colour, whatever the order.
+  // A still pinhole scene of one flat patch in front: every line of its picture is drawn once, depth and colour,
+  // whatever the order.
   frontend::Capture capture;
   test::add_node(capture, test::patches(test::flat_patch({-20, -20, -3}, {40, 0, 0}, {0, 40, 0})));
   test::add_camera(capture, {0, 0, 0});
@@ -156,14 +164,18 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   const BaselineCounters& immediate = (*r.baselines)[Scheme::kImmediate];
   EXPECT_EQ(r.counters.shading.samples_visible, 160u * 90 * 4);
   EXPECT_EQ(immediate.frame_bytes_read, 0u);
-  EXPECT_EQ(immediate.frame_bytes_written, 160u * 90 * 4 * (4 + 4) + r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
+  EXPECT_EQ(immediate.frame_bytes_written,
+            160u * 90 * 4 * (4 + 4) +
+                r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
 }
 
-// Rows of spheres one behind the other, most columns beside the view: off-screen, back-facing and hidden, finely tessellated.
+// Rows of spheres one behind the other, most columns beside the view: off-screen, back-facing and hidden, finely
+// tessellated.
 frontend::Capture crowd() {
   frontend::Capture capture;
   for (int row = 0; row < 4; ++row)
-    for (int column = -3; column <= 3; ++column) test::add_node(capture, test::closed_patches(frontend::kNone), {2.4 * column, 0.0, -2.4 * row});
+    for (int column = -3; column <= 3; ++column)
+      test::add_node(capture, test::closed_patches(frontend::kNone), {2.4 * column, 0.0, -2.4 * row});
   frontend::Camera camera;
   camera.vertical_fov = 0.35f;
   test::add_camera(capture, {0, 0, 7}, camera);
@@ -178,7 +190,8 @@ TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
   gpu.tile_width = gpu.tile_height = 16;
   gpu.frontend_split_pixels = 32;
   const FrameResult r = render(capture, gpu, 0, true, settings);
-  const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation], &post = (*r.baselines)[Scheme::kPostTessellation];
+  const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation],
+                         &post = (*r.baselines)[Scheme::kPostTessellation];
   const std::uint64_t patches = r.counters.frontend.base_patches;
   EXPECT_GE(r.counters.frontend.cells, patches * 16 * 16);
   EXPECT_GT(pre.culled_frustum, 0u);
@@ -190,7 +203,8 @@ TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
 
 TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
   const test::TemporaryFolder out;
-  const test::ProcessResult r = run_tessera({"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
+  const test::ProcessResult r = run_tessera(
+      {"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   const json stats = json::parse(test::read_text(out / "stats.json"));
   for (const std::string_view name : binner::kSchemeNames) {
@@ -202,8 +216,10 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
   // Sums and peaks as declared.
   for (const auto& [scheme, counters] : stats["total"]["baselines"].items())
     for (const auto& [counter, value] : counters.items()) {
-      const auto a = stats["frames"][0]["baselines"][scheme][counter].get<std::uint64_t>(), b = stats["frames"][1]["baselines"][scheme][counter].get<std::uint64_t>();
-      EXPECT_EQ(value.get<std::uint64_t>(), counter == "baseline.queue_bytes_peak" ? std::max(a, b) : a + b) << scheme << " " << counter;
+      const auto a = stats["frames"][0]["baselines"][scheme][counter].get<std::uint64_t>(),
+                 b = stats["frames"][1]["baselines"][scheme][counter].get<std::uint64_t>();
+      EXPECT_EQ(value.get<std::uint64_t>(), counter == "baseline.queue_bytes_peak" ? std::max(a, b) : a + b)
+          << scheme << " " << counter;
     }
   // The table of comma-separated values says the same.
   std::istringstream csv(test::read_text(out / "baselines.csv"));
@@ -219,21 +235,25 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
   EXPECT_EQ(rows[0].size(), 2 + hardware::kCounterFields<BaselineCounters>.size());
   for (std::size_t k = 1; k < rows.size(); ++k) {
     ASSERT_EQ(rows[k].size(), rows[0].size());
-    const json& set = rows[k][0] == "total" ? stats["total"]["baselines"] : stats["frames"][std::stoul(rows[k][0])]["baselines"];
-    for (std::size_t c = 2; c < rows[k].size(); ++c) EXPECT_EQ(std::stoull(rows[k][c]), set[rows[k][1]][rows[0][c]].get<std::uint64_t>());
+    const json& set =
+        rows[k][0] == "total" ? stats["total"]["baselines"] : stats["frames"][std::stoul(rows[k][0])]["baselines"];
+    for (std::size_t c = 2; c < rows[k].size(); ++c)
+      EXPECT_EQ(std::stoull(rows[k][c]), set[rows[k][1]][rows[0][c]].get<std::uint64_t>());
   }
 }
 
 TEST(BaselinesOption, IsOffUnlessAskedForAndQuietPrintsNothing) {
   const test::TemporaryFolder out;
-  const test::ProcessResult off = run_tessera({"replay", shipped("vases"), "--size", "32x32", "--out", (out / "off").string()});
+  const test::ProcessResult off =
+      run_tessera({"replay", shipped("vases"), "--size", "32x32", "--out", (out / "off").string()});
   EXPECT_EQ(off.status, 0);
   EXPECT_THAT(off.output, testing::Not(HasSubstr("post-tessellation")));
   EXPECT_FALSE(fs::exists(out / "off" / "baselines.csv"));
   const json stats = json::parse(test::read_text(out / "off" / "stats.json"));
   EXPECT_FALSE(stats["frames"][0].contains("baselines"));
   EXPECT_FALSE(stats["total"].contains("baselines"));
-  const test::ProcessResult quiet = run_tessera({"replay", shipped("vases"), "--size", "32x32", "--baselines", "--quiet", "--out", (out / "on").string()});
+  const test::ProcessResult quiet = run_tessera(
+      {"replay", shipped("vases"), "--size", "32x32", "--baselines", "--quiet", "--out", (out / "on").string()});
   EXPECT_EQ(quiet.status, 0);
   EXPECT_EQ(quiet.output, "");
   EXPECT_TRUE(fs::exists(out / "on" / "baselines.csv"));
@@ -241,9 +261,13 @@ TEST(BaselinesOption, IsOffUnlessAskedForAndQuietPrintsNothing) {
 
 TEST(BaselinesOption, WorksForRegionsOneSampleAndManyAndForcedEffects) {
   const test::TemporaryFolder out;
-  for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{{"--region", "37,11,51,40"}, {"--spp", "1"}, {"--spp", "23", "--set", "memory.burst_bytes=16"},
-                                                                                    {"--set", "effects.motion=on", "--set", "effects.defocus=on"}}) {
-    std::vector<std::string> arguments = {"replay", shipped("vases"), "--size", "96x54", "--baselines", "--quiet", "--out", out.path().string()};
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{"--region", "37,11,51,40"},
+                                             {"--spp", "1"},
+                                             {"--spp", "23", "--set", "memory.burst_bytes=16"},
+                                             {"--set", "effects.motion=on", "--set", "effects.defocus=on"}}) {
+    std::vector<std::string> arguments = {"replay",      shipped("vases"), "--size", "96x54",
+                                          "--baselines", "--quiet",        "--out",  out.path().string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const test::ProcessResult r = run_tessera(arguments);
     EXPECT_EQ(r.status, 0) << more[0] << more[1] << r.errors;

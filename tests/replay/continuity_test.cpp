@@ -1,5 +1,5 @@
-// A small change of camera, time or threshold is a small change of the picture. Pictures are compared step by step along a way of small
-// steps: where something pops, one step changes more than the others.
+// A small change of camera, time or threshold is a small change of the picture. Pictures are compared step by step
+// along a way of small steps: where something pops, one step changes more than the others.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,8 @@ Capture scene() {
   Capture capture;
   frontend::Material material;
   std::vector<float> heights(256);
-  for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = std::sin(static_cast<float>(i % 16) * 0.3927f) * std::cos(static_cast<float>(i / 16) * 0.3927f);
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    heights[i] = std::sin(static_cast<float>(i % 16) * 0.3927f) * std::cos(static_cast<float>(i / 16) * 0.3927f);
   material.displacement = test::displacement(16, 16, heights, 0.06f, 0.0f);
   const int m = test::add_material(capture, material);
   test::add_node(capture, test::closed_patches(m), DVec3(0, 0, 0));
@@ -34,8 +35,11 @@ Capture scene() {
   return capture;
 }
 
-Image render(const Capture& capture, const RunSettings& settings, const hardware::GpuConfiguration& gpu = {}, int frame = 0) {
-  return FrameRenderer(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false}).render(frame).targets.color;
+Image render(const Capture& capture, const RunSettings& settings, const hardware::GpuConfiguration& gpu = {},
+             int frame = 0) {
+  return FrameRenderer(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false})
+      .render(frame)
+      .targets.color;
 }
 
 double mean_difference(const Image& a, const Image& b) {
@@ -71,7 +75,8 @@ RunSettings fine() {
 // The stated tolerance: no step changes more than so many times what a step usually does.
 constexpr double kPop = 2.0;
 
-// The camera comes closer, so that factors and splits change on the way; a step moves the outline by about a tenth of a pixel.
+// The camera comes closer, so that factors and splits change on the way; a step moves the outline by about a tenth of a
+// pixel.
 std::vector<double> approach(const RunSettings& settings, const hardware::GpuConfiguration& gpu = {}) {
   return steps_of(32, [&](double s) {
     Capture capture = scene();
@@ -109,7 +114,8 @@ TEST(Continuity, SplitLevelsDoNotShow) {
   }
 }
 
-// Target edge: the surface converges, so a step's change is bounded by what is left to converge: edge^2 / (8 radius) pixels.
+// Target edge: the surface converges, so a step's change is bounded by what is left to converge: edge^2 / (8 radius)
+// pixels.
 TEST(Continuity, TheTargetEdgeChangesThePictureGradually) {
   const Capture capture = scene();
   const auto picture = [&](double edge) {
@@ -163,8 +169,8 @@ TEST(Continuity, ALensThatOpensALittleDefocusesALittle) {
   EXPECT_LE(mean_difference(picture(0.001f), pinhole), 0.1 * mean_difference(picture(0.1f), pinhole));
 }
 
-// A threshold of the resolve unit moves blocks from one regime to the next one by one: no step of it changes the picture by
-// more than a share of what all of it does, and never by more than the regimes differ.
+// A threshold of the resolve unit moves blocks from one regime to the next one by one: no step of it changes the
+// picture by more than a share of what all of it does, and never by more than the regimes differ.
 TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   Capture capture = scene();
   const auto picture = [&](double speed) {

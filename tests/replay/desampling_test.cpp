@@ -32,7 +32,9 @@ struct Machine {
   }
   // The three together: none may be above the next.
   Machine& thresholds(const char* still, const char* fast1, const char* fast2) {
-    return set(std::string("resolve.k_stat=") + still).set(std::string("resolve.k_fast1=") + fast1).set(std::string("resolve.k_fast2=") + fast2);
+    return set(std::string("resolve.k_stat=") + still)
+        .set(std::string("resolve.k_fast1=") + fast1)
+        .set(std::string("resolve.k_fast2=") + fast2);
   }
   FrameRenderer renderer(const Capture& capture) const { return {capture, gpu, settings, request}; }
   std::vector<FrameResult> frames(const Capture& capture, int first, int last) const {
@@ -80,7 +82,8 @@ TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
     const auto expected = plain().frames(capture, first, first + 2), got = full.frames(capture, first, first + 2);
     for (std::size_t f = 0; f < 2; ++f) {
       EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values) << name;
-      EXPECT_EQ(got[f].counters.shading.pixel_shader_invocations, expected[f].counters.shading.pixel_shader_invocations) << name;
+      EXPECT_EQ(got[f].counters.shading.pixel_shader_invocations, expected[f].counters.shading.pixel_shader_invocations)
+          << name;
       EXPECT_EQ(got[f].counters.resolve.pixels_shaded, 160u * 90u);
       EXPECT_EQ(counters(got[f]).blocks_rate_4 + counters(got[f]).blocks_rate_8, 0u);
     }
@@ -92,7 +95,8 @@ TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {
   m.request.resolve_auxiliary = true;
   for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"}) {
     const Capture capture = shipped("serpent");
-    const auto expected = plain().frames(capture, 12, 15), got = m.set(std::string("resolve.desampling=") + mode).frames(capture, 12, 15);
+    const auto expected = plain().frames(capture, 12, 15),
+               got = m.set(std::string("resolve.desampling=") + mode).frames(capture, 12, 15);
     for (std::size_t f = 0; f < 3; ++f) {
       std::size_t shaded = 0, other = 0;
       for (std::size_t p = 0; p < 160 * 90; ++p) {
@@ -101,7 +105,8 @@ TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {
           continue;
         }
         ++shaded;
-        for (std::size_t c = 4 * p; c < 4 * p + 4; ++c) ASSERT_EQ(got[f].targets.color.values[c], expected[f].targets.color.values[c]) << mode << " pixel " << p;
+        for (std::size_t c = 4 * p; c < 4 * p + 4; ++c)
+          ASSERT_EQ(got[f].targets.color.values[c], expected[f].targets.color.values[c]) << mode << " pixel " << p;
       }
       EXPECT_EQ(got[f].counters.resolve.pixels_shaded, shaded) << mode;
       EXPECT_EQ(counters(got[f]).pixels_advected + counters(got[f]).pixels_reconstructed, other) << mode;
@@ -118,13 +123,18 @@ TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadi
     const Capture capture = shipped("eggs");
     Machine m;
     m.set(std::string("shading.rate=") + rate).thresholds("0.5", "0.5", "3");
-    const auto expected = plain().set(std::string("shading.rate=") + rate).frames(capture, 14, 16), got = m.frames(capture, 14, 16);
+    const auto expected = plain().set(std::string("shading.rate=") + rate).frames(capture, 14, 16),
+               got = m.frames(capture, 14, 16);
     const auto& s = got[1].counters.shading;
     EXPECT_GT(counters(got[1]).samples_skipped, 0u) << rate;
-    EXPECT_EQ(s.pixel_shader_invocations + s.pixel_shader_invocations_saved + counters(got[1]).samples_skipped, s.samples_visible + s.blended_layers) << rate;
+    EXPECT_EQ(s.pixel_shader_invocations + s.pixel_shader_invocations_saved + counters(got[1]).samples_skipped,
+              s.samples_visible + s.blended_layers)
+        << rate;
     EXPECT_EQ(s.samples_visible, expected[1].counters.shading.samples_visible) << rate;
     if (std::string(rate) != "cache") {
-      EXPECT_EQ(s.pixel_shader_invocations + counters(got[1]).invocations_saved, expected[1].counters.shading.pixel_shader_invocations) << rate;
+      EXPECT_EQ(s.pixel_shader_invocations + counters(got[1]).invocations_saved,
+                expected[1].counters.shading.pixel_shader_invocations)
+          << rate;
     }
   }
 }
@@ -165,7 +175,8 @@ TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
     Machine m;
     m.set(std::string("resolve.stencil_reach=") + reach).thresholds("0.5", "0.6", "8").set("resolve.bfecc=true");
     const auto expected = on_machine(m, capture, 0, "");
-    for (const auto& [threads, simd] : {std::pair<std::size_t, std::string>{1, ""}, {2, simd_target_names().back()}, {4, ""}}) {
+    for (const auto& [threads, simd] :
+         {std::pair<std::size_t, std::string>{1, ""}, {2, simd_target_names().back()}, {4, ""}}) {
       const auto got = on_machine(m, capture, threads, simd);
       for (std::size_t f = 0; f < got.size(); ++f) {
         EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values) << reach << " " << threads;
@@ -175,7 +186,8 @@ TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
   }
 }
 
-// U1, U2. BFECC reads velocities of the tile, and stencils that stop at its border know it: those two are the failing twins.
+// U1, U2. BFECC reads velocities of the tile, and stencils that stop at its border know it: those two are the failing
+// twins.
 TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   const Capture capture = shipped("stroll");
   const auto pictures = [&](const char* reach, int tile) {
@@ -198,7 +210,9 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   // Decisions do not know the tile either way.
   EXPECT_EQ(counters(local_small[1]).blocks_rate_8, counters(local_large[1]).blocks_rate_8);
   EXPECT_EQ(counters(local_small[1]).pixels_reconstructed, counters(large[1]).pixels_reconstructed);
-  const auto reads = [](const FrameResult& r) { return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kNeighbours).read_bytes; };
+  const auto reads = [](const FrameResult& r) {
+    return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kNeighbours).read_bytes;
+  };
   EXPECT_GT(reads(small[2]), reads(large[2]));
   EXPECT_EQ(reads(local_small[2]), 0u);
 }
@@ -227,12 +241,15 @@ TEST(Desampling, AStaticSceneIsExactAndHalfOfItIsNotShaded) {
     EXPECT_EQ(got[f].targets.color.values, expected.targets.color.values) << f;
     if (f == 0) continue;
     EXPECT_EQ(counters(got[f]).velocity_evaluations, 0u);
-    EXPECT_NEAR(static_cast<double>(got[f].counters.shading.pixel_shader_invocations) / static_cast<double>(expected.counters.shading.pixel_shader_invocations), 0.5, 0.01);
+    EXPECT_NEAR(static_cast<double>(got[f].counters.shading.pixel_shader_invocations) /
+                    static_cast<double>(expected.counters.shading.pixel_shader_invocations),
+                0.5, 0.01);
     EXPECT_EQ(got[f].effect_reasons.at("velocity"), "nothing moved since the last frame: zero without evaluation");
   }
 }
 
-// A blurred history that a static scene starts from is gone after k = 2 frames of the counter's dither, and stays without dither.
+// A blurred history that a static scene starts from is gone after k = 2 frames of the counter's dither, and stays
+// without dither.
 TEST(Desampling, AStaticSceneRecoversFromAnyHistoryWithinTheCountersPeriod) {
   const Capture capture = shipped("vases");
   const Image expected = plain().renderer(capture).render(0).targets.color;
@@ -294,7 +311,8 @@ struct Slide {
     if (alpha < 1) material.alpha_mode = frontend::AlphaMode::kBlend, material.base_color.w = static_cast<float>(alpha);
     material.unlit = true;
     material.double_sided = true;
-    material.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{checks(texture)}, shaders::ColorSpace::kSrgb);
+    material.base_color_texture.texture =
+        std::make_shared<shaders::Texture>(DecodedImage{checks(texture)}, shaders::ColorSpace::kSrgb);
     const int m = test::add_material(capture, material);
     frontend::Primitive quad = test::triangles({{-8, -8, 0}, {8, -8, 0}, {8, 8, 0}, {-8, 8, 0}}, {0, 1, 2, 0, 2, 3}, m);
     const float repeat = plane ? 1.0f : 2.0f;
@@ -308,7 +326,8 @@ struct Slide {
     test::add_motion(capture, node, {pixels_per_frame * 0.1 * 30.0, pixels_per_frame * 0.037 * 30.0, 0});
     auto& channel = capture.animations[0].channels[0];
     channel.times = {0.0f, 5.0f};
-    for (std::size_t c = 3; c < 6; ++c) channel.values[c] = channel.values[c - 3] + 5.0f * (channel.values[c] - channel.values[c - 3]);
+    for (std::size_t c = 3; c < 6; ++c)
+      channel.values[c] = channel.values[c - 3] + 5.0f * (channel.values[c] - channel.values[c - 3]);
     capture.settings.background = Vec3(0.1f, 0.2f, 0.3f);
   }
   static Image8 checks(int side) {
@@ -345,11 +364,13 @@ TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
 
 // ---- Long runs --------------------------------------------------------------------------------------------------
 
-double error_at(const Slide& slide, const Machine& machine, const std::vector<int>& wanted, std::vector<double>& errors) {
+double error_at(const Slide& slide, const Machine& machine, const std::vector<int>& wanted,
+                std::vector<double>& errors) {
   FrameRenderer full = plain().renderer(slide.capture), r = machine.renderer(slide.capture);
   for (int f = 0; f <= wanted.back(); ++f) {
     const FrameResult got = r.render(f);
-    if (std::find(wanted.begin(), wanted.end(), f) != wanted.end()) errors.push_back(rmse(got.targets.color, full.render(f).targets.color));
+    if (std::find(wanted.begin(), wanted.end(), f) != wanted.end())
+      errors.push_back(rmse(got.targets.color, full.render(f).targets.color));
   }
   return errors.back();
 }
@@ -419,26 +440,34 @@ TEST(History, DamagedFilesAreRefusedAtEveryLength) {
   }
 }
 
-// With the counter's dither every pixel is rendered within two frames of advection: a short warm-up is nearly a long one.
+// With the counter's dither every pixel is rendered within two frames of advection: a short warm-up is nearly a long
+// one.
 TEST(Desampling, AWarmedUpReplayIsCloseToOneThatBeganEarlier) {
   const Capture capture = shipped("stroll");
   FrameRenderer early = Machine().renderer(capture), late = Machine().renderer(capture);
   for (int f = 10; f < 20; ++f) early.render(f);
   for (int f = 16; f < 20; ++f) late.render(f);
   const FrameResult a = early.render(20), b = late.render(20), full = plain().renderer(capture).render(20);
-  EXPECT_LT(std::abs(rmse(a.targets.color, full.targets.color) - rmse(b.targets.color, full.targets.color)), 0.1 * rmse(a.targets.color, full.targets.color));
+  EXPECT_LT(std::abs(rmse(a.targets.color, full.targets.color) - rmse(b.targets.color, full.targets.color)),
+            0.1 * rmse(a.targets.color, full.targets.color));
 }
 
 TEST(Desampling, HistoryTrafficIsInTheLedger) {
   const Capture capture = shipped("vases");
   const auto frames = Machine().frames(capture, 0, 2);
-  const auto traffic = [&](std::size_t f) { return frames[f].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
+  const auto traffic = [&](std::size_t f) {
+    return frames[f].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory);
+  };
   // 8 bytes a pixel and a byte per block, in bursts; nothing to read before there is a history.
   EXPECT_EQ(traffic(0).read_bytes, 0u);
   EXPECT_GE(traffic(0).written_bytes, 160u * 90u * 8u);
   EXPECT_LE(traffic(0).written_bytes, 160u * 90u * 8u + (5 * 3) * 64u + 90u * 5u * 64u);
   EXPECT_GT(traffic(1).read_bytes, counters(frames[1]).pixels_advected * 16u);
-  EXPECT_EQ(plain().frames(capture, 0, 1)[0].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory).written_bytes, 0u);
+  EXPECT_EQ(plain()
+                .frames(capture, 0, 1)[0]
+                .counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory)
+                .written_bytes,
+            0u);
 }
 
 // U6. Who does not advect reads no records; who knows no hysteresis either reads nothing at all.
@@ -449,17 +478,22 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
     for (const char* text : settings) m.set(text);
     return std::move(m.frames(capture, 20, 23)[2]);
   };
-  const auto history = [](const FrameResult& r) { return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
+  const auto history = [](const FrameResult& r) {
+    return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory);
+  };
   constexpr std::uint64_t kPixels = 160 * 90, kBlocks = kPixels / 16;
-  const FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}), slowest = third_frame({"resolve.k_stat=0"});
+  const FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}),
+                    slowest = third_frame({"resolve.k_stat=0"});
   EXPECT_GE(history(advecting).written_bytes, kPixels * History::kSurfaceBytes);
   EXPECT_EQ(advecting.effect_reasons.at("history"), "kept for the advection of the next frame");
   for (const FrameResult* r : {&still, &slowest}) {  // a byte per block, in bursts
-    for (const std::uint64_t bytes : {history(*r).written_bytes, history(*r).read_bytes}) EXPECT_TRUE(bytes >= kBlocks && bytes < 2 * kPixels) << bytes;
+    for (const std::uint64_t bytes : {history(*r).written_bytes, history(*r).read_bytes})
+      EXPECT_TRUE(bytes >= kBlocks && bytes < 2 * kPixels) << bytes;
     EXPECT_GT(counters(*r).velocity_evaluations, 0u);
     EXPECT_FALSE(r->effects.at("advection"));
   }
-  EXPECT_EQ(still.effect_reasons.at("history"), "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
+  EXPECT_EQ(still.effect_reasons.at("history"),
+            "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
   EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.k_stat is 0: nothing is slower");
   const FrameResult none = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
   EXPECT_EQ(history(none).written_bytes + history(none).read_bytes, 0u);
@@ -469,7 +503,8 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
 // What is not kept is not there for a replay that goes on with other settings: nothing of it is taken.
 TEST(Desampling, AHistoryWithoutRecordsGivesNothingToAdvect) {
   const Capture capture = shipped("stroll");
-  FrameRenderer without = Machine().set("resolve.advection=false").renderer(capture), with = Machine().renderer(capture);
+  FrameRenderer without = Machine().set("resolve.advection=false").renderer(capture),
+                with = Machine().renderer(capture);
   for (FrameRenderer* r : {&without, &with}) r->render(20), r->render(21);
   const auto goes_on = [&](const History& history) {
     FrameRenderer r = Machine().renderer(capture);
@@ -484,9 +519,14 @@ TEST(Desampling, AHistoryWithoutRecordsGivesNothingToAdvect) {
 TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
   const Capture capture = shipped("vases");
   Machine m;
-  m.set("resolve.advection=false").set("resolve.hysteresis=0").set("stereo.eye_separation=0.06").set("stereo.far_depth=0");
+  m.set("resolve.advection=false")
+      .set("resolve.hysteresis=0")
+      .set("stereo.eye_separation=0.06")
+      .set("stereo.far_depth=0");
   const FrameResult got = m.renderer(capture).render(0);
-  const auto history = [](const FrameCounters& c) { return c.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory); };
+  const auto history = [](const FrameCounters& c) {
+    return c.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory);
+  };
   EXPECT_GT(got.right->counters.desampling.pixels_advected, 2000u);
   EXPECT_EQ(got.effect_reasons.at("history"), "kept for the right eye");
   // got.counters is of both eyes.
@@ -499,17 +539,21 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
 
 TEST(Desampling, FramesAndRegionsThatCutBlocksAreWhole) {
   const Capture capture = shipped("stroll");
-  for (const IntRect region : {IntRect{0, 0, 97, 53}, IntRect{5, 3, 94, 51}, IntRect{1, 1, 3, 2}, IntRect{40, 20, 41, 21}})
+  for (const IntRect region :
+       {IntRect{0, 0, 97, 53}, IntRect{5, 3, 94, 51}, IntRect{1, 1, 3, 2}, IntRect{40, 20, 41, 21}})
     for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"})
       for (const char* reach : {"tile", "neighbours"}) {
         Machine m, p = plain();
-        m.set(std::string("resolve.desampling=") + mode).set(std::string("resolve.stencil_reach=") + reach).thresholds("0.5", "0.5", "8");
+        m.set(std::string("resolve.desampling=") + mode)
+            .set(std::string("resolve.stencil_reach=") + reach)
+            .thresholds("0.5", "0.5", "8");
         m.request = p.request = {97, 53, region};
         const auto got = m.frames(capture, 38, 40), expected = p.frames(capture, 38, 40);
         for (std::size_t f = 0; f < 2; ++f) {
           for (const float v : got[f].targets.color.values) ASSERT_TRUE(std::isfinite(v));
           EXPECT_LT(rmse(got[f].targets.color, expected[f].targets.color), 0.1) << mode << " " << region.x0;
-          EXPECT_EQ(got[f].counters.resolve.pixels_shaded + counters(got[f]).pixels_advected + counters(got[f]).pixels_reconstructed,
+          EXPECT_EQ(got[f].counters.resolve.pixels_shaded + counters(got[f]).pixels_advected +
+                        counters(got[f]).pixels_reconstructed,
                     static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()));
         }
       }
@@ -520,7 +564,9 @@ TEST(Desampling, ColoursThatAreNotFiniteStayWhereTheShaderMadeThem) {
   FrameRenderer r = Machine().renderer(capture);
   r.render(0);
   History spoilt = r.history();
-  for (std::size_t i = 0; i < spoilt.color.size(); i += 3) spoilt.color[i] = Vec4(i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < spoilt.color.size(); i += 3)
+    spoilt.color[i] =
+        Vec4(i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity());
   r.set_history(spoilt);
   const FrameResult got = r.render(1);
   EXPECT_EQ(got.targets.color.values, plain().renderer(capture).render(1).targets.color.values);
@@ -529,7 +575,8 @@ TEST(Desampling, ColoursThatAreNotFiniteStayWhereTheShaderMadeThem) {
 
 TEST(Desampling, SupersamplingShadesEdgesTwice) {
   Capture capture = shipped("stroll");
-  const auto once = Machine().frames(capture, 30, 32), twice = Machine().set("resolve.supersampling=true").frames(capture, 30, 32);
+  const auto once = Machine().frames(capture, 30, 32),
+             twice = Machine().set("resolve.supersampling=true").frames(capture, 30, 32);
   EXPECT_EQ(counters(once[1]).blocks_rate_32, 0u);
   EXPECT_GT(counters(twice[1]).blocks_rate_32, 0u);
   EXPECT_GT(twice[1].counters.shading.pixel_shader_invocations, once[1].counters.shading.pixel_shader_invocations);
@@ -551,7 +598,8 @@ TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
       const Vec2 d = Vec2(static_cast<float>((x & ~3) + 2), static_cast<float>((y & ~3) + 2)) - Vec2(80, 54);
       const float distance = glm::length(d), rate = got.targets.rate.at(x, y)[0];
       EXPECT_LE(rate, distance <= 25 ? 16 : distance <= 60 ? 8 : 4);
-      for (std::size_t c = 0; c < 3 && distance <= 25; ++c) EXPECT_EQ(got.targets.color.at(x, y)[c], full.targets.color.at(x, y)[c]);
+      for (std::size_t c = 0; c < 3 && distance <= 25; ++c)
+        EXPECT_EQ(got.targets.color.at(x, y)[c], full.targets.color.at(x, y)[c]);
     }
 }
 
@@ -568,7 +616,12 @@ TEST(Desampling, GlassBeforeNothingIsReconstructed) {
 TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   const Capture capture = shipped("vases");
   const auto stereo = [&](const char* desampling, const char* depth) {
-    return Machine().set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.06").set(std::string("stereo.far_depth=") + depth).renderer(capture).render(0);
+    return Machine()
+        .set(std::string("resolve.desampling=") + desampling)
+        .set("stereo.eye_separation=0.06")
+        .set(std::string("stereo.far_depth=") + depth)
+        .renderer(capture)
+        .render(0);
   };
   const FrameResult full = stereo("off", "0"), far = stereo("adaptive", "0"), none = stereo("adaptive", "1000000");
   ASSERT_TRUE(full.right);
@@ -579,12 +632,15 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   EXPECT_EQ(none.right->targets.color.values, full.right->targets.color.values);
   // Everything is: a good part of it comes from the left, and looks as it should.
   EXPECT_GT(far.right->counters.desampling.pixels_advected, 2000u);
-  EXPECT_LT(far.right->counters.shading.pixel_shader_invocations, 0.75 * static_cast<double>(full.right->counters.shading.pixel_shader_invocations));
-  EXPECT_LT(rmse(far.right->targets.color, full.right->targets.color), 0.25 * rmse(full.right->targets.color, full.targets.color));
+  EXPECT_LT(far.right->counters.shading.pixel_shader_invocations,
+            0.75 * static_cast<double>(full.right->counters.shading.pixel_shader_invocations));
+  EXPECT_LT(rmse(far.right->targets.color, full.right->targets.color),
+            0.25 * rmse(full.right->targets.color, full.targets.color));
   EXPECT_EQ(far.targets.color.values, full.targets.color.values);
 }
 
-// What is at rest may not be copied from the right eye's own history when a light has changed, nor from the left eye as if it had no parallax.
+// What is at rest may not be copied from the right eye's own history when a light has changed, nor from the left eye as
+// if it had no parallax.
 TEST(Desampling, TheRightEyeSeesALightThatChanged) {
   Capture capture = shipped("vases");
   for (std::size_t n = 0; n < capture.nodes.size(); ++n)
@@ -596,7 +652,11 @@ TEST(Desampling, TheRightEyeSeesALightThatChanged) {
   turn.times = {0.0f, 0.02f};
   turn.values = {-0.35f, -0.32f, -0.13f, 0.87f, -0.35f, 0.32f, 0.13f, 0.87f};
   const auto stereo = [&](const char* desampling) {
-    return Machine().set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.06").set("stereo.far_depth=0").frames(capture, 0, 2);
+    return Machine()
+        .set(std::string("resolve.desampling=") + desampling)
+        .set("stereo.eye_separation=0.06")
+        .set("stereo.far_depth=0")
+        .frames(capture, 0, 2);
   };
   const auto full = stereo("off"), got = stereo("adaptive");
   EXPECT_GT(rmse(full[0].right->targets.color, full[1].right->targets.color), 0.02);
@@ -611,11 +671,13 @@ Capture strips_behind_glass(bool glass) {
     frontend::Material m;
     m.unlit = m.double_sided = true;
     if (alpha < 1) m.alpha_mode = frontend::AlphaMode::kBlend, m.base_color.w = static_cast<float>(alpha);
-    m.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{Slide::checks(64)}, shaders::ColorSpace::kSrgb);
+    m.base_color_texture.texture =
+        std::make_shared<shaders::Texture>(DecodedImage{Slide::checks(64)}, shaders::ColorSpace::kSrgb);
     return test::add_material(capture, m);
   };
   const auto quad = [](Vec3 low, Vec3 high, int m) {
-    frontend::Primitive q = test::triangles({low, {high.x, low.y, low.z}, high, {low.x, high.y, low.z}}, {0, 1, 2, 0, 2, 3}, m);
+    frontend::Primitive q =
+        test::triangles({low, {high.x, low.y, low.z}, high, {low.x, high.y, low.z}}, {0, 1, 2, 0, 2, 3}, m);
     q.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     return q;
   };
@@ -634,7 +696,10 @@ Capture strips_behind_glass(bool glass) {
 TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWhatIsBehind) {
   const auto second_frame = [](const Capture& capture, const char* desampling) {
     Machine m;
-    m.set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.4").set("stereo.far_depth=20").set("resolve.edge_evidence=depth");
+    m.set(std::string("resolve.desampling=") + desampling)
+        .set("stereo.eye_separation=0.4")
+        .set("stereo.far_depth=20")
+        .set("resolve.edge_evidence=depth");
     return std::move(m.frames(capture, 0, 2)[1]);
   };
   const Capture glass = strips_behind_glass(true);
@@ -648,9 +713,12 @@ TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWha
 
 TEST(Desampling, CompressionChangesTrafficNotPictures) {
   const Capture capture = shipped("vases");
-  const FrameResult raw = plain().renderer(capture).render(0), packed = plain().set("frame_buffer.compression=lossless").renderer(capture).render(0);
+  const FrameResult raw = plain().renderer(capture).render(0),
+                    packed = plain().set("frame_buffer.compression=lossless").renderer(capture).render(0);
   EXPECT_EQ(raw.targets.color.values, packed.targets.color.values);
-  const auto bytes = [](const FrameResult& r) { return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes; };
+  const auto bytes = [](const FrameResult& r) {
+    return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes;
+  };
   EXPECT_TRUE(hardware::absent(raw.counters.compression));
   ASSERT_FALSE(hardware::absent(packed.counters.compression));
   EXPECT_EQ(bytes(packed), packed.counters.compression.frame_bytes_compressed);
@@ -678,7 +746,8 @@ TEST(Desampling, ScaledCubicStencilsBeatBilinearOnEveryShippedCaptureAtHalfRate)
 
 TEST(Desampling, AdaptiveIsFarAboveCheckerboardAtEqualOrFewerRuns) {
   const Capture capture = shipped("serpent");
-  const auto expected = plain().frames(capture, 44, 52), adaptive = Machine().frames(capture, 44, 52), board = Machine().set("resolve.desampling=checkerboard").frames(capture, 44, 52);
+  const auto expected = plain().frames(capture, 44, 52), adaptive = Machine().frames(capture, 44, 52),
+             board = Machine().set("resolve.desampling=checkerboard").frames(capture, 44, 52);
   double a = 0, b = 0;
   for (std::size_t f = 1; f < expected.size(); ++f) {
     a += rmse(adaptive[f].targets.color, expected[f].targets.color);

@@ -69,7 +69,8 @@ float range_of(const std::vector<float>& values, std::size_t components) {
   float range = 0;
   for (std::size_t c = 0; c < components; ++c) {
     float low = values[c], high = values[c];
-    for (std::size_t i = c; i < values.size(); i += components) low = std::min(low, values[i]), high = std::max(high, values[i]);
+    for (std::size_t i = c; i < values.size(); i += components)
+      low = std::min(low, values[i]), high = std::max(high, values[i]);
     range = std::max(range, high - low);
   }
   return range;
@@ -90,7 +91,8 @@ TEST(DracoEncoder, SequentialOrderKeepsIndicesExactlyAndPositionsWithinHalfAStep
     const DracoOutput output = encode_draco(input, quantization, true);
     const auto mesh = decode(output);
     EXPECT_EQ(indices_of(*mesh), input.indices);
-    // A step is the largest extent divided by 2^bits - 1; rounding in float adds a little, and is all that is left at 24.
+    // A step is the largest extent divided by 2^bits - 1; rounding in float adds a little, and is all that is left
+    // at 24.
     const float step = range_of(input.attributes[0].values, 3) / (std::exp2(static_cast<float>(bits)) - 1.0f);
     const float error = largest_difference(values_of(*mesh, output.unique_ids[0]), input.attributes[0].values);
     EXPECT_LE(error, 0.5f * step + 2e-6f) << bits;
@@ -105,7 +107,8 @@ TEST(DracoEncoder, AttributesThatAreTheSameEverywhereComeBackExactly) {
   Random random(4);
   for (const bool sequential : {false, true}) {
     DracoInput input = random_mesh(random, 60, 80);
-    for (std::size_t i = 2; i < input.attributes[0].values.size(); i += 3) input.attributes[0].values[i] = -1234.5f;  // a plane
+    for (std::size_t i = 2; i < input.attributes[0].values.size(); i += 3)
+      input.attributes[0].values[i] = -1234.5f;  // a plane
     DracoAttribute texcoord{"TEXCOORD_0", 2, 5126, false, std::vector<float>(2 * input.vertex_count, 0.375f)};
     input.attributes.push_back(texcoord);
     const DracoOutput output = encode_draco(input, {}, sequential);
@@ -131,7 +134,8 @@ TEST(DracoEncoder, IntegersComeBackExactlyInEitherOrder) {
   DracoInput input = random_mesh(random, 200, 300);
   const auto add = [&](const char* name, int components, int type, bool normalized, int low, int high) {
     DracoAttribute attribute{name, components, type, normalized, {}};
-    for (std::size_t i = 0; i < static_cast<std::size_t>(components) * input.vertex_count; ++i) attribute.values.push_back(static_cast<float>(random.integer(low, high)));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(components) * input.vertex_count; ++i)
+      attribute.values.push_back(static_cast<float>(random.integer(low, high)));
     input.attributes.push_back(attribute);
   };
   add("JOINTS_0", 4, kUnsignedShort, false, 0, 65535);
@@ -139,23 +143,27 @@ TEST(DracoEncoder, IntegersComeBackExactlyInEitherOrder) {
   add("TEXCOORD_0", 2, kShort, true, -32768, 32767);
   const DracoOutput ordered = encode_draco(input, {}, true);
   const auto mesh = decode(ordered);
-  for (std::size_t a = 1; a < input.attributes.size(); ++a) EXPECT_EQ(values_of(*mesh, ordered.unique_ids[a]), input.attributes[a].values) << input.attributes[a].name;
+  for (std::size_t a = 1; a < input.attributes.size(); ++a)
+    EXPECT_EQ(values_of(*mesh, ordered.unique_ids[a]), input.attributes[a].values) << input.attributes[a].name;
 
   // Edgebreaker renumbers: every corner of every triangle must still be there, with the same integers.
   const DracoOutput renumbered = encode_draco(input, {}, false);
   const auto other = decode(renumbered);
   const auto corners = [](const std::vector<std::uint32_t>& indices, const std::vector<float>& values) {
     std::vector<std::array<float, 4>> out;
-    for (const std::uint32_t i : indices) out.push_back({values[4 * i], values[4 * i + 1], values[4 * i + 2], values[4 * i + 3]});
+    for (const std::uint32_t i : indices)
+      out.push_back({values[4 * i], values[4 * i + 1], values[4 * i + 2], values[4 * i + 3]});
     std::sort(out.begin(), out.end());
     return out;
   };
-  EXPECT_EQ(corners(indices_of(*other), values_of(*other, renumbered.unique_ids[1])), corners(input.indices, input.attributes[1].values));
+  EXPECT_EQ(corners(indices_of(*other), values_of(*other, renumbered.unique_ids[1])),
+            corners(input.indices, input.attributes[1].values));
   EXPECT_NE(indices_of(*other), input.indices);  // why order that matters needs the sequential method
 }
 
 // Corners of the triangles with the first in each the least, sorted: what does not depend on numbering.
-std::vector<std::array<long, 9>> triangle_set(const std::vector<std::uint32_t>& indices, const std::vector<float>& positions, float step) {
+std::vector<std::array<long, 9>> triangle_set(const std::vector<std::uint32_t>& indices,
+                                              const std::vector<float>& positions, float step) {
   std::vector<std::array<long, 9>> out;
   for (std::size_t t = 0; t < indices.size(); t += 3) {
     std::array<std::array<long, 3>, 3> corner;
@@ -177,7 +185,8 @@ TEST(DracoEncoder, EdgebreakerKeepsEveryTriangleAndItsWinding) {
   constexpr std::uint32_t kSide = 21;
   for (std::uint32_t j = 0; j < kSide; ++j)
     for (std::uint32_t i = 0; i < kSide; ++i) {
-      position.values.insert(position.values.end(), {static_cast<float>(i), static_cast<float>(j), static_cast<float>(i * j % 7)});
+      position.values.insert(position.values.end(),
+                             {static_cast<float>(i), static_cast<float>(j), static_cast<float>(i * j % 7)});
       if (i + 1 == kSide || j + 1 == kSide || (i * 7 + j) % 11 == 0) continue;  // with holes
       const std::uint32_t a = j * kSide + i;
       input.indices.insert(input.indices.end(), {a, a + 1, a + kSide + 1, a, a + kSide + 1, a + kSide});
@@ -196,7 +205,8 @@ TEST(DracoEncoder, EdgebreakerKeepsEveryTriangleAndItsWinding) {
 TEST(DracoEncoder, TheSameMeshGivesTheSameBytes) {
   for (const bool sequential : {false, true}) {
     Random a(5), b(5);
-    EXPECT_EQ(encode_draco(random_mesh(a, 100, 150), {}, sequential).bytes, encode_draco(random_mesh(b, 100, 150), {}, sequential).bytes);
+    EXPECT_EQ(encode_draco(random_mesh(a, 100, 150), {}, sequential).bytes,
+              encode_draco(random_mesh(b, 100, 150), {}, sequential).bytes);
   }
 }
 

@@ -1,6 +1,6 @@
-// The same scene elsewhere, or of another size, is the same picture. Where coordinates are kept in double precision (nodes, cameras,
-// animations of nodes) that holds as far as one likes; vertices are single precision, so where a scene was moved by
-// moving its vertices it holds until they round by a visible part of a pixel.
+// The same scene elsewhere, or of another size, is the same picture. Where coordinates are kept in double precision
+// (nodes, cameras, animations of nodes) that holds as far as one likes; vertices are single precision, so where a scene
+// was moved by moving its vertices it holds until they round by a visible part of a pixel.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -95,12 +95,14 @@ Difference difference(const FrameResult& a, const FrameResult& b) {
   d.patches /= static_cast<double>(pa.size());
   const auto& ca = a.targets.color.values;
   const auto& cb = b.targets.color.values;
-  for (std::size_t i = 0; i < ca.size(); ++i) d.mean += std::abs(static_cast<double>(std::min(ca[i], 1.0f) - std::min(cb[i], 1.0f)));
+  for (std::size_t i = 0; i < ca.size(); ++i)
+    d.mean += std::abs(static_cast<double>(std::min(ca[i], 1.0f) - std::min(cb[i], 1.0f)));
   d.mean /= static_cast<double>(ca.size());
   return d;
 }
 
-// Rounding of a matrix moves a vertex by a fraction of the 1/256 pixel of the sub-pixel grid; now and then across a line of it.
+// Rounding of a matrix moves a vertex by a fraction of the 1/256 pixel of the sub-pixel grid; now and then across a
+// line of it.
 constexpr double kPatchTolerance = 0.002, kMeanTolerance = 0.0005;
 
 class MovedScene : public testing::TestWithParam<double> {};
@@ -113,7 +115,9 @@ TEST_P(MovedScene, LooksTheSameWhenItsNodesAreMoved) {
   EXPECT_LE(moved.mean, 2e-5 + 1e-9 * d);
   RecordProperty("mean_difference", std::to_string(moved.mean));
 }
-INSTANTIATE_TEST_SUITE_P(By, MovedScene, testing::Values(1e3, 1e4, 1e5, 1e6), [](const auto& instance) { return "Units1e" + std::to_string(static_cast<int>(std::lround(std::log10(instance.param)))); });
+INSTANTIATE_TEST_SUITE_P(By, MovedScene, testing::Values(1e3, 1e4, 1e5, 1e6), [](const auto& instance) {
+  return "Units1e" + std::to_string(static_cast<int>(std::lround(std::log10(instance.param))));
+});
 
 // A coordinate of 1000 rounds to 2^-14, which is 1/300 of a pixel here; one of a million to 1/16, which is four pixels.
 TEST(MovedVertices, LookTheSameUntilTheyRoundByAVisiblePartOfAPixel) {
@@ -137,8 +141,9 @@ TEST_P(ScaledScene, LooksTheSame) {
   EXPECT_LE(scaled.mean, kMeanTolerance);
   RecordProperty("mean_difference", std::to_string(scaled.mean));
 }
-INSTANTIATE_TEST_SUITE_P(By, ScaledScene, testing::Values(1e-3, 0.1, 7.0, 1e3),
-                         [](const auto& instance) { return "Permille" + std::to_string(static_cast<int>(std::lround(instance.param * 1000))); });
+INSTANTIATE_TEST_SUITE_P(By, ScaledScene, testing::Values(1e-3, 0.1, 7.0, 1e3), [](const auto& instance) {
+  return "Permille" + std::to_string(static_cast<int>(std::lround(instance.param * 1000)));
+});
 
 // Multiplying by a power of two rounds nothing: not one bit of the picture may tell.
 TEST(ScaledScene, ByAPowerOfTwoLooksTheSameBitByBit) {
@@ -155,7 +160,8 @@ TEST(ScaledScene, WithALensOfTheOldSizeIsCaught) {
   Capture capture = scene({DVec3(0.0), 10});
   capture.cameras[0].lens = {0.02f, 4.0f};
   RunSettings settings;
-  const FrameResult wrong = FrameRenderer(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, true}).render(0);
+  const FrameResult wrong =
+      FrameRenderer(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, true}).render(0);
   EXPECT_GT(difference(picture({}), wrong).mean, 4 * kMeanTolerance);
 }
 

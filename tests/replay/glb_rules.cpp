@@ -51,7 +51,8 @@ class Rules {
     }
     if (list.size() != 1 || list[0].contains("uri")) return fault("buffers: not exactly the binary chunk");
     const std::size_t length = list[0]["byteLength"];
-    if (binary_.size() < length || binary_.size() > length + 3) fault("the chunk has {} bytes, its buffer says {}", binary_.size(), length);
+    if (binary_.size() < length || binary_.size() > length + 3)
+      fault("the chunk has {} bytes, its buffer says {}", binary_.size(), length);
   }
 
   void use(const json& index, const std::string& what) {
@@ -63,9 +64,12 @@ class Rules {
     users_[view].insert(what);
     accessors_of_[view].insert(accessor);
     const json& v = d_["bufferViews"][view];
-    const std::size_t stride = v.value("byteStride", element_bytes(a)), count = a["count"], offset = a.value("byteOffset", std::size_t{0});
-    if (offset + (count - 1) * stride + element_bytes(a) > v["byteLength"].get<std::size_t>()) fault("accessor {} reads beyond its view", accessor);
-    if (what == "vertices" && stride % 4 != 0) fault("accessor {}: vertex attributes must start at multiples of 4", accessor);
+    const std::size_t stride = v.value("byteStride", element_bytes(a)), count = a["count"],
+                      offset = a.value("byteOffset", std::size_t{0});
+    if (offset + (count - 1) * stride + element_bytes(a) > v["byteLength"].get<std::size_t>())
+      fault("accessor {} reads beyond its view", accessor);
+    if (what == "vertices" && stride % 4 != 0)
+      fault("accessor {}: vertex attributes must start at multiples of 4", accessor);
   }
 
   void primitive(const json& p, const std::string& where) {
@@ -76,15 +80,19 @@ class Rules {
       use(index, "vertices");
       const json& accessor = d_["accessors"][index.get<std::size_t>()];
       counts.insert(accessor["count"].get<std::size_t>());
-      if (name == "POSITION" && (!accessor.contains("min") || !accessor.contains("max"))) fault("{}: POSITION has no min and max", where);
-      if (!accessor.contains("bufferView") && (draco == nullptr || !(*draco)["attributes"].contains(name))) fault("{}: {} has no data", where, name);
+      if (name == "POSITION" && (!accessor.contains("min") || !accessor.contains("max")))
+        fault("{}: POSITION has no min and max", where);
+      if (!accessor.contains("bufferView") && (draco == nullptr || !(*draco)["attributes"].contains(name)))
+        fault("{}: {} has no data", where, name);
     }
     if (counts.size() != 1) fault("{}: attributes of different counts", where);
     for (const json& target : list_of(p, "targets"))
       for (const auto& [name, index] : target.items()) {
         use(index, "vertices");
-        if (d_["accessors"][index.get<std::size_t>()]["count"] != *counts.begin()) fault("{}: a target of another count", where);
-        if (name == "POSITION" && !d_["accessors"][index.get<std::size_t>()].contains("min")) fault("{}: a target's POSITION has no min", where);
+        if (d_["accessors"][index.get<std::size_t>()]["count"] != *counts.begin())
+          fault("{}: a target of another count", where);
+        if (name == "POSITION" && !d_["accessors"][index.get<std::size_t>()].contains("min"))
+          fault("{}: a target's POSITION has no min", where);
       }
     if (p.contains("indices")) use(p["indices"], "indices");
     if (draco == nullptr) return;
@@ -98,20 +106,23 @@ class Rules {
   void uses() {
     const json& meshes = list_of(d_, "meshes");
     for (std::size_t m = 0; m < meshes.size(); ++m)
-      for (std::size_t p = 0; p < meshes[m]["primitives"].size(); ++p) primitive(meshes[m]["primitives"][p], fmt::format("mesh {} primitive {}", m, p));
+      for (std::size_t p = 0; p < meshes[m]["primitives"].size(); ++p)
+        primitive(meshes[m]["primitives"][p], fmt::format("mesh {} primitive {}", m, p));
     for (const json& skin : list_of(d_, "skins"))
       if (skin.contains("inverseBindMatrices")) use(skin["inverseBindMatrices"], "matrices");
     for (const json& animation : list_of(d_, "animations"))
       for (const json& sampler : animation["samplers"]) {
         use(sampler["input"], "keys");
         use(sampler["output"], "keys");
-        if (!d_["accessors"][sampler["input"].get<std::size_t>()].contains("min")) fault("animation times without min and max");
+        if (!d_["accessors"][sampler["input"].get<std::size_t>()].contains("min"))
+          fault("animation times without min and max");
       }
     const json& accessors = list_of(d_, "accessors");
     for (std::size_t a = 0; a < accessors.size(); ++a) {
       if (!used_.contains(a)) fault("accessor {} is read by nobody", a);
       if (accessors[a].contains("sparse"))
-        for (const char* part : {"indices", "values"}) users_[accessors[a]["sparse"][part]["bufferView"]].insert("sparse");
+        for (const char* part : {"indices", "values"})
+          users_[accessors[a]["sparse"][part]["bufferView"]].insert("sparse");
     }
     for (const json& i : list_of(d_, "images"))
       if (i.contains("bufferView")) users_[i["bufferView"]].insert("image");
@@ -121,22 +132,27 @@ class Rules {
     const json& view = d_["bufferViews"][v];
     const std::size_t offset = view.value("byteOffset", std::size_t{0}), length = view["byteLength"];
     if (offset % 4 != 0) fault("view {} starts at {}", v, offset);
-    if (offset + length > d_["buffers"][0]["byteLength"].get<std::size_t>()) fault("view {} ends outside the buffer", v);
+    if (offset + length > d_["buffers"][0]["byteLength"].get<std::size_t>())
+      fault("view {} ends outside the buffer", v);
     if (offset < end_ || offset > end_ + 3) fault("view {} does not follow its predecessor", v);
     end_ = offset + length;
     const std::set<std::string>& users = users_[v];
     if (users.size() != 1) return fault("view {} has {} kinds of users", v, users.size());
     const bool vertices = users.contains("vertices"), indices = users.contains("indices");
     if (view.contains("byteStride") && !vertices) fault("view {} of {} has a byteStride", v, *users.begin());
-    if (vertices && accessors_of_[v].size() > 1 && !view.contains("byteStride")) fault("view {} is shared without a byteStride", v);
-    if (view.value("target", 0) != (vertices ? 34962 : indices ? 34963 : 0)) fault("view {} of {} has target {}", v, *users.begin(), view.value("target", 0));
+    if (vertices && accessors_of_[v].size() > 1 && !view.contains("byteStride"))
+      fault("view {} is shared without a byteStride", v);
+    if (view.value("target", 0) != (vertices ? 34962 : indices ? 34963 : 0))
+      fault("view {} of {} has target {}", v, *users.begin(), view.value("target", 0));
   }
 
   void image(std::size_t i) {
     const json& image = d_["images"][i];
     if (image.contains("uri") || !image.contains("bufferView")) return fault("image {} is not inside", i);
-    const std::string bytes = binary_.substr(d_["bufferViews"][image["bufferView"].get<std::size_t>()].value("byteOffset", std::size_t{0}), 3);
-    if (image.value("mimeType", "") != (bytes == "\xFF\xD8\xFF" ? "image/jpeg" : "image/png")) fault("image {} has the wrong mimeType", i);
+    const std::string bytes = binary_.substr(
+        d_["bufferViews"][image["bufferView"].get<std::size_t>()].value("byteOffset", std::size_t{0}), 3);
+    if (image.value("mimeType", "") != (bytes == "\xFF\xD8\xFF" ? "image/jpeg" : "image/png"))
+      fault("image {} has the wrong mimeType", i);
   }
 
   void find_extensions(const json& value, std::set<std::string>& found) {

@@ -12,20 +12,25 @@
 
 namespace tessera::test {
 
-inline constexpr int kByteType = 5120, kUnsignedByteType = 5121, kUnsignedShortType = 5123, kUnsignedIntType = 5125, kFloatType = 5126;
+inline constexpr int kByteType = 5120, kUnsignedByteType = 5121, kUnsignedShortType = 5123, kUnsignedIntType = 5125,
+                     kFloatType = 5126;
 
 // A glTF asset under construction: one buffer, one view per accessor.
 class GltfSource {
  public:
-  nlohmann::json document = {{"asset", {{"version", "2.0"}}}, {"scene", 0}, {"scenes", {{{"nodes", {0}}}}}, {"nodes", {{{"mesh", 0}}}}};
+  nlohmann::json document = {
+      {"asset", {{"version", "2.0"}}}, {"scene", 0}, {"scenes", {{{"nodes", {0}}}}}, {"nodes", {{{"mesh", 0}}}}};
 
-  // `values` hold the accessor's scalars; elements lie `stride` bytes apart (0: tightly packed, the view has no stride).
+  // `values` hold the accessor's scalars; elements lie `stride` bytes apart (0: tightly packed, the view has no
+  // stride).
   template <class T>
-  int accessor(const std::vector<T>& values, int component_type, const char* type, nlohmann::json more = {}, std::size_t stride = 0) {
+  int accessor(const std::vector<T>& values, int component_type, const char* type, nlohmann::json more = {},
+               std::size_t stride = 0) {
     const std::size_t components = type[0] == 'S' ? 1 : type[0] == 'M' ? 16 : static_cast<std::size_t>(type[3] - '0');
     const std::size_t size = components * sizeof(T), count = values.size() / components;
     const int view = this->view(bytes_of(values, size, stride == 0 ? size : stride), stride);
-    nlohmann::json accessor = {{"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}};
+    nlohmann::json accessor = {
+        {"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}};
     if (more.is_object()) accessor.update(more);
     document["accessors"].push_back(accessor);
     return static_cast<int>(document["accessors"].size()) - 1;
@@ -47,7 +52,8 @@ class GltfSource {
       low = glm::min(low, p);
       high = glm::max(high, p);
     }
-    return accessor(scalars, kFloatType, "VEC3", {{"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}}, stride);
+    return accessor(scalars, kFloatType, "VEC3", {{"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}},
+                    stride);
   }
 
   // NAME.gltf with NAME.bin beside it; returns the path.
@@ -66,7 +72,8 @@ class GltfSource {
   static std::string bytes_of(const std::vector<T>& values, std::size_t size, std::size_t stride) {
     const std::size_t count = values.size() * sizeof(T) / size;
     std::string out((count - 1) * stride + size, '\x5A');  // gaps hold what nobody should read
-    for (std::size_t i = 0; i < count; ++i) std::memcpy(&out[i * stride], reinterpret_cast<const char*>(values.data()) + i * size, size);
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(&out[i * stride], reinterpret_cast<const char*>(values.data()) + i * size, size);
     return out;
   }
 };

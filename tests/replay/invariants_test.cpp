@@ -25,7 +25,8 @@ struct Variant {
   std::string simd;
 };
 
-FrameResult render(const Capture& capture, const Variant& variant, int frame = 0, RenderRequest request = whole(160, 90)) {
+FrameResult render(const Capture& capture, const Variant& variant, int frame = 0,
+                   RenderRequest request = whole(160, 90)) {
   const ThreadLimit threads(variant.threads);
   force_simd_target(variant.simd);
   FrameRenderer renderer(capture, variant.gpu, variant.settings, request);
@@ -55,10 +56,14 @@ std::vector<Variant> binning_variants() {
   };
   constexpr std::int64_t kRoom = 10 << 20;
   std::vector<Variant> variants;
-  for (const Way& w : {Way{"exact", "exact", false, 1, 1, 32, kRoom, "spill"}, Way{"exact, 8x8 tiles", "exact", false, 1, 1, 8, kRoom, "spill"},
-                       Way{"intervals, 8x8 tiles", "rectangle", true, 1, 1, 8, kRoom, "spill"}, Way{"3 segments, 8x8 tiles", "rectangle", false, 3, 1, 8, kRoom, "spill"},
-                       Way{"chosen segments", "rectangle", false, 0, 1, 8, kRoom, "spill"}, Way{"2 levels", "rectangle", false, 1, 2, 16, kRoom, "spill"},
-                       Way{"everything", "exact", true, 16, 5, 8, kRoom, "spill"}, Way{"everything, partial renders", "exact", true, 16, 5, 16, 6144, "partial_render"},
+  for (const Way& w : {Way{"exact", "exact", false, 1, 1, 32, kRoom, "spill"},
+                       Way{"exact, 8x8 tiles", "exact", false, 1, 1, 8, kRoom, "spill"},
+                       Way{"intervals, 8x8 tiles", "rectangle", true, 1, 1, 8, kRoom, "spill"},
+                       Way{"3 segments, 8x8 tiles", "rectangle", false, 3, 1, 8, kRoom, "spill"},
+                       Way{"chosen segments", "rectangle", false, 0, 1, 8, kRoom, "spill"},
+                       Way{"2 levels", "rectangle", false, 1, 2, 16, kRoom, "spill"},
+                       Way{"everything", "exact", true, 16, 5, 8, kRoom, "spill"},
+                       Way{"everything, partial renders", "exact", true, 16, 5, 16, 6144, "partial_render"},
                        Way{"everything, spilling", "exact", true, 0, 3, 16, 6144, "spill"}}) {
     Variant v{w.name, {}, {}, 0, ""};
     v.gpu.binner_coverage = w.coverage;
@@ -109,7 +114,8 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
     v.gpu.parameter_buffer_full_policy = policy;
     variants.push_back(v);
   }
-  for (const Variant& v : variants) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
+  for (const Variant& v : variants)
+    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 // Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
@@ -123,15 +129,19 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {
       EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
     }
     const binner::BinnerCounters& b = result.counters.binner;
-    EXPECT_EQ(b.tile_overlaps + b.tiles_dropped_exact + b.tiles_dropped_time, overlaps_of_rectangles(capture, v, frame)) << v.name;
+    EXPECT_EQ(b.tile_overlaps + b.tiles_dropped_exact + b.tiles_dropped_time, overlaps_of_rectangles(capture, v, frame))
+        << v.name;
   }
 }
 
 // Every bounding method, split criterion, depth and budget, and each way of culling.
 std::vector<Variant> front_end_variants() {
   std::vector<Variant> variants;
-  const auto add = [&](std::string name) -> hardware::GpuConfiguration& { return variants.emplace_back(Variant{std::move(name), {}, {}, 0, ""}).gpu; };
-  for (const std::string_view method : frontend::kBoundMethodNames) add("bounded by " + std::string(method)).frontend_bound_method = method;
+  const auto add = [&](std::string name) -> hardware::GpuConfiguration& {
+    return variants.emplace_back(Variant{std::move(name), {}, {}, 0, ""}).gpu;
+  };
+  for (const std::string_view method : frontend::kBoundMethodNames)
+    add("bounded by " + std::string(method)).frontend_bound_method = method;
   for (const std::string_view criterion : frontend::kSplitCriterionNames) {
     hardware::GpuConfiguration& gpu = add("split by " + std::string(criterion));
     gpu.frontend_split_criterion = criterion;
@@ -151,7 +161,8 @@ TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {
   plain.gpu.frontend_split_depth = 0;
   plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
   const FrameResult expected = render(capture, plain, frame);
-  for (const Variant& v : front_end_variants()) EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
+  for (const Variant& v : front_end_variants())
+    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 // Every visibility method, and every way of tracing rays.
@@ -169,7 +180,8 @@ std::vector<Variant> visibility_variants() {
   return variants;
 }
 
-// Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of it.
+// Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of
+// it.
 TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
   const RenderRequest request = whole(96, 54);
   const FrameResult expected = render(capture, {}, frame, request);
@@ -179,7 +191,8 @@ TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
       const FrameResult result = render(capture, v, frame, request);
       EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name << " " << forced;
       v.threads = 1;
-      EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters)) << v.name << " " << forced;
+      EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters))
+          << v.name << " " << forced;
       v.threads = 0;
     }
 }
@@ -199,7 +212,8 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
           v.threads = threads;
           v.simd = target;
           const FrameResult result = render(capture, v, frame, request);
-          const std::string where = v.name + ", tiles of " + std::to_string(side) + ", " + std::to_string(threads) + " threads, " + target;
+          const std::string where =
+              v.name + ", tiles of " + std::to_string(side) + ", " + std::to_string(threads) + " threads, " + target;
           EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << where;
           if (counters.is_null()) counters = counters_json(result.counters);
           EXPECT_EQ(counters_json(result.counters), counters) << where;
@@ -210,7 +224,8 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
 TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
   const FrameResult expected = render(capture, {}, frame);
-  std::vector<Variant> variants = {{"again", {}, {}, 0, ""}, {"one thread", {}, {}, 1, ""}, {"three threads", {}, {}, 3, ""}};
+  std::vector<Variant> variants = {
+      {"again", {}, {}, 0, ""}, {"one thread", {}, {}, 1, ""}, {"three threads", {}, {}, 3, ""}};
   for (const std::string& target : simd_target_names()) variants.push_back({target, {}, {}, 0, target});
   for (const Variant& v : variants) {
     const FrameResult result = render(capture, v, frame);
@@ -226,7 +241,8 @@ TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {
     Variant v;
     v.settings.motion = motion;
     v.settings.defocus = defocus;
-    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << motion << " " << defocus;
+    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets))
+        << motion << " " << defocus;
   }
 }
 
@@ -237,7 +253,8 @@ TEST_P(ShippedCapture, ARegionIsACutOutOfTheFrame) {
   const FrameResult part = render(capture, {}, frame, request);
   for (int y = 11; y < 71; ++y)
     for (int x = 37; x < 120; ++x)
-      for (std::size_t c = 0; c < 4; ++c) ASSERT_EQ(part.targets.color.at(x - 37, y - 11)[c], all.targets.color.at(x, y)[c]);
+      for (std::size_t c = 0; c < 4; ++c)
+        ASSERT_EQ(part.targets.color.at(x - 37, y - 11)[c], all.targets.color.at(x, y)[c]);
 }
 
 TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
@@ -247,7 +264,8 @@ TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
   EXPECT_EQ(picture_bytes(used.render(frame + 1).targets), picture_bytes(fresh.render(frame + 1).targets));
 }
 
-INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vases", "serpent", "flyby"), [](const auto& param_info) { return std::string(param_info.param); });
+INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vases", "serpent", "flyby"),
+                         [](const auto& param_info) { return std::string(param_info.param); });
 
 TEST(PartialRender, IsCountedAndLosesNothing) {
   const Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
@@ -271,9 +289,11 @@ TEST(Ledger, EveryByteReadFromTheQueuesWasWrittenBefore) {
   const Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
   const FrameResult r = render(capture, {}, 14);
   EXPECT_LE(r.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue).read_bytes,
-            r.counters.ledger.traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue).written_bytes + 64 * 16);  // heads of empty tiles are read, too
+            r.counters.ledger.traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue).written_bytes +
+                64 * 16);  // heads of empty tiles are read, too
   // RGBA half floats: every row of every tile in whole bursts of 64 bytes; 160 x 8 bytes is 20 bursts a row.
-  EXPECT_EQ(r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes, 160u * 90u * 8u);
+  EXPECT_EQ(r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes,
+            160u * 90u * 8u);
 }
 
 // ---- Watertightness ---------------------------------------------------------------------------------------------
@@ -355,7 +375,8 @@ TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
   v.settings.target_edge_pixels = 5;
   const FrameResult result = render(capture, v, 0, whole(192, 128));
   std::size_t open = 0;
-  for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4) open += result.targets.color.values[i] < 1.0f ? 1 : 0;
+  for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4)
+    open += result.targets.color.values[i] < 1.0f ? 1 : 0;
   EXPECT_EQ(open, 0u);
   EXPECT_EQ(result.counters.shading.samples_visible, 192u * 128u * 8u);
 }
@@ -364,20 +385,25 @@ TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
   Random random(3);
   const Capture capture = closed_capture(GetParam(), random);
   const FrameResult expected = render(capture, plainest_binning({}), 0);
-  for (const Variant& v : binning_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
+  for (const Variant& v : binning_variants())
+    EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 TEST_P(ClosedSurface, LooksTheSameByEveryVisibilityMethod) {
   Random random(3);
   const Capture capture = closed_capture(GetParam(), random);
   const FrameResult expected = render(capture, {}, 0, whole(64, 36));
-  for (const Variant& v : visibility_variants()) EXPECT_EQ(picture_bytes(render(capture, v, 0, whole(64, 36)).targets), picture_bytes(expected.targets)) << v.name;
+  for (const Variant& v : visibility_variants())
+    EXPECT_EQ(picture_bytes(render(capture, v, 0, whole(64, 36)).targets), picture_bytes(expected.targets)) << v.name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ClosedSurface,
-                         testing::Values(ClosedCase{"StaticPatches", true, false, false, false}, ClosedCase{"DisplacedPatches", true, true, false, false},
-                                         ClosedCase{"MovingDisplacedPatches", true, true, true, false}, ClosedCase{"DefocusedDisplacedPatches", true, true, false, true},
-                                         ClosedCase{"MovingDefocusedDisplacedPatches", true, true, true, true}, ClosedCase{"StaticTriangles", false, false, false, false},
+                         testing::Values(ClosedCase{"StaticPatches", true, false, false, false},
+                                         ClosedCase{"DisplacedPatches", true, true, false, false},
+                                         ClosedCase{"MovingDisplacedPatches", true, true, true, false},
+                                         ClosedCase{"DefocusedDisplacedPatches", true, true, false, true},
+                                         ClosedCase{"MovingDefocusedDisplacedPatches", true, true, true, true},
+                                         ClosedCase{"StaticTriangles", false, false, false, false},
                                          ClosedCase{"MovingDefocusedTriangles", false, false, true, true}),
                          [](const auto& param_info) { return std::string(param_info.param.name); });
 
@@ -387,7 +413,9 @@ TEST(ClosedSurfaceTwin, ASurfaceWithMissingTrianglesShowsTheBackground) {
   auto& indices = capture.meshes[0].primitives[0].indices;
   std::vector<std::uint32_t> rest;
   for (std::size_t t = 0; t < indices.size(); t += 3)
-    if (t / 3 % 16 != 5) rest.insert(rest.end(), indices.begin() + static_cast<std::ptrdiff_t>(t), indices.begin() + static_cast<std::ptrdiff_t>(t) + 3);
+    if (t / 3 % 16 != 5)
+      rest.insert(rest.end(), indices.begin() + static_cast<std::ptrdiff_t>(t),
+                  indices.begin() + static_cast<std::ptrdiff_t>(t) + 3);
   indices = rest;
   const FrameResult result = render(capture, {}, 0, whole(192, 128));
   EXPECT_LT(result.counters.shading.samples_visible, 192u * 128u * 4u);
@@ -400,7 +428,8 @@ Capture crowd(bool moving, float aperture) {
   Capture capture;
   frontend::Material material;
   std::vector<float> heights(16 * 16);
-  for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = std::sin(static_cast<float>(i % 16) * 0.7854f) * std::sin(static_cast<float>(i / 16) * 0.7854f);
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    heights[i] = std::sin(static_cast<float>(i % 16) * 0.7854f) * std::sin(static_cast<float>(i / 16) * 0.7854f);
   material.displacement = test::displacement(16, 16, heights, 0.01f, 0.0f);
   const int m = test::add_material(capture, material);
   capture.meshes.push_back({"ball", {test::closed_patches(m)}, {}});
@@ -427,15 +456,18 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
     culling.settings.target_edge_pixels = plain.settings.target_edge_pixels = 1.5;
     plain.gpu.frontend_split_depth = 0;
     plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
-    const FrameResult expected = render(capture, plain, 0, whole(320, 180)), result = render(capture, culling, 0, whole(320, 180));
+    const FrameResult expected = render(capture, plain, 0, whole(320, 180)),
+                      result = render(capture, culling, 0, whole(320, 180));
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets));
     const frontend::FrontendCounters& f = result.counters.frontend;
-    EXPECT_GT(static_cast<double>(f.cells) / static_cast<double>(f.base_patches), 16.0 * 16.0) << "factors of 16 and more";
+    EXPECT_GT(static_cast<double>(f.cells) / static_cast<double>(f.base_patches), 16.0 * 16.0)
+        << "factors of 16 and more";
     EXPECT_GT(f.cells_culled_frustum, f.cells / 4);
     EXPECT_GT(f.cells_culled_backface, f.cells / 100);
     EXPECT_GT(result.counters.tilecore.culled_occlusion, 0u);
     // A conventional machine evaluates every vertex of every grid, at least one per cell.
-    EXPECT_LT(result.counters.tessellation.domain_evaluations, f.cells / 5) << "several tiles' repeated evaluations included";
+    EXPECT_LT(result.counters.tessellation.domain_evaluations, f.cells / 5)
+        << "several tiles' repeated evaluations included";
   }
 }
 
@@ -521,7 +553,8 @@ TEST(OddFrames, CoordinatesUpToAMillionKeepTheirPicture) {
   };
   const FrameResult near = picture(0), far = picture(1e6);
   std::size_t differing = 0;
-  for (std::size_t i = 0; i < near.targets.patch.values.size(); ++i) differing += near.targets.patch.values[i] != far.targets.patch.values[i] ? 1 : 0;
+  for (std::size_t i = 0; i < near.targets.patch.values.size(); ++i)
+    differing += near.targets.patch.values[i] != far.targets.patch.values[i] ? 1 : 0;
   EXPECT_LT(differing, near.targets.patch.values.size() / 500);
 }
 

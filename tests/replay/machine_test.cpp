@@ -30,7 +30,8 @@ struct Way {
 
 FrameResult render(const Capture& capture, const Way& run, int width = 160, int height = 90) {
   const ThreadLimit threads(run.threads);
-  const RenderRequest request{.width = width, .height = height, .region = {0, 0, width, height}, .record_accesses = true};
+  const RenderRequest request{
+      .width = width, .height = height, .region = {0, 0, width, height}, .record_accesses = true};
   return FrameRenderer(capture, run.gpu, run.settings, request).render(run.frame);
 }
 
@@ -69,7 +70,8 @@ class MachineOf : public testing::TestWithParam<const char*> {
 // Everything that must not depend on the host.
 std::string measurements(const FrameResult& r) {
   nlohmann::json all = {counters_json(r.counters), timing_json(r.model->timing), energy_json(r.model->energy)};
-  for (const Burst& burst : frame_bursts(*r.model, hardware::AddressMap({}), 64)) all.push_back({burst.cycle, burst.address, burst.write});
+  for (const Burst& burst : frame_bursts(*r.model, hardware::AddressMap({}), 64))
+    all.push_back({burst.cycle, burst.address, burst.write});
   return all.dump();
 }
 
@@ -112,8 +114,12 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
       geometry.bounds += round.geometry.bounds;
       geometry.sampling_operations += round.geometry.sampling_operations;
       for (const hardware::TileWork& tile : round.tiles)
-        for (const auto member : {&hardware::TileWork::entries, &hardware::TileWork::sub_patches, &hardware::TileWork::vertices, &hardware::TileWork::boxes, &hardware::TileWork::box_tests, &hardware::TileWork::stencil_tests, &hardware::TileWork::sampling_operations, &hardware::TileWork::triangle_tests,
-                                  &hardware::TileWork::shader_runs, &hardware::TileWork::pixels, &hardware::TileWork::blended_layers, &hardware::TileWork::l2_lines, &hardware::TileWork::resolve_operations})
+        for (const auto member :
+             {&hardware::TileWork::entries, &hardware::TileWork::sub_patches, &hardware::TileWork::vertices,
+              &hardware::TileWork::boxes, &hardware::TileWork::box_tests, &hardware::TileWork::stencil_tests,
+              &hardware::TileWork::sampling_operations, &hardware::TileWork::triangle_tests,
+              &hardware::TileWork::shader_runs, &hardware::TileWork::pixels, &hardware::TileWork::blended_layers,
+              &hardware::TileWork::l2_lines, &hardware::TileWork::resolve_operations})
           sum.*member += tile.*member;
     }
     EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
@@ -123,7 +129,9 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
     EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
     const tilecore::DesamplingCounters& desampling = r.counters.desampling;
-    EXPECT_EQ(sum.resolve_operations, desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps) << name;
+    EXPECT_EQ(sum.resolve_operations,
+              desampling.velocity_evaluations + desampling.pixels_advected + desampling.stencil_taps)
+        << name;
     EXPECT_EQ(sum.entries, r.counters.tilecore.entries_fetched) << name;
     EXPECT_EQ(sum.sub_patches, r.counters.tessellation.requests) << name;
     EXPECT_EQ(sum.vertices, r.counters.tessellation.domain_evaluations) << name;
@@ -131,14 +139,16 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests) << name;
     EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests + sampling.footprint_tests) << name;
     EXPECT_EQ(sum.shader_runs, r.counters.shading.pixel_shader_invocations) << name;
-    EXPECT_EQ(sum.pixels, r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed) << name;
+    EXPECT_EQ(sum.pixels,
+              r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed)
+        << name;
     EXPECT_EQ(sum.blended_layers, r.counters.shading.blended_layers) << name;
     EXPECT_EQ(sum.l2_lines, r.counters.l2.requests + r.counters.l2.misses) << name;
   }
 }
 
-// Bytes that were read though nothing had written them: of queues past their heads (heads start as zeros) and of tile states.
-// What else is read belongs to the capture.
+// Bytes that were read though nothing had written them: of queues past their heads (heads start as zeros) and of tile
+// states. What else is read belongs to the capture.
 std::uint64_t read_from_nowhere(const FrameRecord& record, std::uint64_t heads_bytes, std::uint64_t burst) {
   std::uint64_t wrong = 0;
   std::set<std::pair<Purpose, std::uint64_t>> written;
@@ -148,8 +158,10 @@ std::uint64_t read_from_nowhere(const FrameRecord& record, std::uint64_t heads_b
       if (a.write != writes || (a.purpose != Purpose::kTileQueue && a.purpose != Purpose::kTileState)) continue;
       for (std::uint64_t at = 0; at < a.bytes; at += burst) {
         const std::pair key{a.purpose, map.address(a, tile) + at};
-        if (writes) written.insert(key);
-        else if (!written.contains(key) && !(a.purpose == Purpose::kTileQueue && a.offset + at < heads_bytes)) wrong += burst;
+        if (writes)
+          written.insert(key);
+        else if (!written.contains(key) && !(a.purpose == Purpose::kTileQueue && a.offset + at < heads_bytes))
+          wrong += burst;
       }
     }
   };
@@ -197,7 +209,9 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
     EXPECT_GE(cycles(other), cycles(run.gpu));
     other.memory_bytes_per_clk /= 4096;  // procedures hardly need any
     EXPECT_GT(cycles(other), 2 * cycles(run.gpu)) << preset;
-    EXPECT_EQ(hardware::time_frame(other, record.work, hardware::schedule_frame(other, record.work)).bound_by, Stage::kDram) << preset;
+    EXPECT_EQ(hardware::time_frame(other, record.work, hardware::schedule_frame(other, record.work)).bound_by,
+              Stage::kDram)
+        << preset;
   }
 }
 
@@ -216,11 +230,13 @@ TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
     double sum = 0;
     for (const auto& [unit, nj] : energy["by_unit"].items()) sum += nj.get<double>();
     EXPECT_EQ(sum, energy["total_nj"].get<double>()) << name;
-    EXPECT_NEAR(energy["by_unit"]["dram"].get<double>(), static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory_pj_per_bit * 1e-3, 1e-6);
+    EXPECT_NEAR(energy["by_unit"]["dram"].get<double>(),
+                static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory_pj_per_bit * 1e-3, 1e-6);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "serpent", "flyby", "workshop"), [](const auto& p) { return std::string(p.param); });
+INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "serpent", "flyby", "workshop"),
+                         [](const auto& p) { return std::string(p.param); });
 
 // Lines of all tiles together, each once.
 std::uint64_t distinct_lines(const FrameRecord& record) {
@@ -339,7 +355,8 @@ TEST(Model, StatisticsHoldTimingAndEnergyOfEveryFrameAndTheirSum) {
 TEST(SelfChecks, EveryIdentityHoldsAndTilingMovesLessThanDrawingImmediately) {
   const std::vector<SelfCheck> checks = check_identities();
   EXPECT_GT(checks.size(), 25u);
-  for (const SelfCheck& check : checks) EXPECT_TRUE(check.passed) << check.name << ": expected " << check.expected << ", got " << check.got;
+  for (const SelfCheck& check : checks)
+    EXPECT_TRUE(check.passed) << check.name << ": expected " << check.expected << ", got " << check.got;
   const SelfCheck tiling = check_tiling(test::shipped_capture("vases"));
   EXPECT_TRUE(tiling.passed) << tiling.got;
 }

@@ -44,7 +44,8 @@ constexpr std::uint32_t kSide = 9;
 // Vertices of a bent grid; vertex number n has x = n % 9 and y = n / 9, so that it can be told after renumbering.
 std::vector<Vec3> grid_points() {
   std::vector<Vec3> points;
-  for (std::uint32_t n = 0; n < kSide * kSide; ++n) points.emplace_back(n % kSide, n / kSide, 0.25f * static_cast<float>(n % 5));
+  for (std::uint32_t n = 0; n < kSide * kSide; ++n)
+    points.emplace_back(n % kSide, n / kSide, 0.25f * static_cast<float>(n % 5));
   return points;
 }
 
@@ -52,7 +53,8 @@ std::vector<std::uint16_t> grid_indices() {
   std::vector<std::uint16_t> indices;
   for (std::uint32_t j = 0; j + 1 < kSide; ++j)
     for (std::uint32_t i = 0; i + 1 < kSide; ++i)
-      for (const std::uint32_t corner : {0u, 1u, kSide + 1, 0u, kSide + 1, kSide}) indices.push_back(static_cast<std::uint16_t>(j * kSide + i + corner));
+      for (const std::uint32_t corner : {0u, 1u, kSide + 1, 0u, kSide + 1, kSide})
+        indices.push_back(static_cast<std::uint16_t>(j * kSide + i + corner));
   return indices;
 }
 
@@ -77,7 +79,8 @@ GltfSource dressed_grid() {
   std::vector<float> normals, tangents, weights;
   Random random(11);
   for (std::size_t v = 0; v < kCount; ++v) {
-    const Vec3 n = glm::normalize(random.in_box(1.0f) + Vec3(0, 0, 2)), t = glm::normalize(glm::cross(n, Vec3(0, 1, 0)));
+    const Vec3 n = glm::normalize(random.in_box(1.0f) + Vec3(0, 0, 2)),
+               t = glm::normalize(glm::cross(n, Vec3(0, 1, 0)));
     normals.insert(normals.end(), {n.x, n.y, n.z});
     tangents.insert(tangents.end(), {t.x, t.y, t.z, v % 2 == 0 ? 1.0f : -1.0f});
     const float w = random.uniform(0.1f, 0.9f);
@@ -100,7 +103,9 @@ GltfSource dressed_grid() {
   for (const std::size_t diagonal : {0, 5, 10, 15, 16, 21, 26, 31}) matrices[diagonal] = 1.0f;
   matrices[12] = -3.25f;
   s.document["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", s.accessor(matrices, kFloatType, "MAT4")}}};
-  s.document["nodes"] = {{{"mesh", 0}, {"skin", 0}}, {{"name", "joint 0"}, {"children", {2}}}, {{"name", "joint 1"}, {"translation", {0, 1, 0}}}};
+  s.document["nodes"] = {{{"mesh", 0}, {"skin", 0}},
+                         {{"name", "joint 0"}, {"children", {2}}},
+                         {{"name", "joint 1"}, {"translation", {0, 1, 0}}}};
   s.document["scenes"][0]["nodes"] = {0, 1};
   return s;
 }
@@ -116,15 +121,19 @@ GltfSource bezier(int nx = 2, int ny = 2) {
       for (int j = 0; j < 4; ++j)
         for (int i = 0; i < 4; ++i) {
           const int x = 3 * px + i, y = 3 * py + j;
-          points.emplace_back(static_cast<float>(x) / 7.0f, static_cast<float>(y) / 7.0f, std::sin(static_cast<float>(3 * x + 5 * y)) / 9.0f);
+          points.emplace_back(static_cast<float>(x) / 7.0f, static_cast<float>(y) / 7.0f,
+                              std::sin(static_cast<float>(3 * x + 5 * y)) / 9.0f);
         }
       for (std::uint16_t j = 0; j < 3; ++j)
         for (std::uint16_t i = 0; i < 3; ++i)
-          for (const int corner : {0, 1, 5, 0, 5, 4}) cage.push_back(static_cast<std::uint16_t>(first + 4 * j + i + corner));
+          for (const int corner : {0, 1, 5, 0, 5, 4})
+            cage.push_back(static_cast<std::uint16_t>(first + 4 * j + i + corner));
     }
   const int positions = s.positions(points), indices = s.accessor(cage, kUnsignedShortType, "SCALAR");
-  s.document["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices},
-                                            {"extensions", {{"TESSERA_bezier_patches", {{"count", nx * ny}}}}}}}}}};
+  s.document["meshes"] = {{{"primitives",
+                            {{{"attributes", {{"POSITION", positions}}},
+                              {"indices", indices},
+                              {"extensions", {{"TESSERA_bezier_patches", {{"count", nx * ny}}}}}}}}}};
   s.document["extensionsUsed"] = {"TESSERA_bezier_patches"};
   return s;
 }
@@ -136,21 +145,32 @@ GltfSource animated_grid(std::size_t stride = 0) {
   std::vector<Vec3> offsets(kCount);
   for (std::size_t v = 0; v < kCount; ++v) offsets[v] = {0, 0, 0.01f * static_cast<float>(v)};
   first_primitive(s)["targets"] = {{{"POSITION", s.positions(offsets, stride == 0 ? 0 : 16)}}};
-  const int times = s.accessor(std::vector<float>{0.0f, 0.5f, 1.0f}, kFloatType, "SCALAR", {{"min", {0.0f}}, {"max", {1.0f}}}, stride);
+  const int times = s.accessor(std::vector<float>{0.0f, 0.5f, 1.0f}, kFloatType, "SCALAR",
+                               {{"min", {0.0f}}, {"max", {1.0f}}}, stride);
   const int weights = s.accessor(std::vector<float>{0.0f, 1.0f, 0.3f}, kFloatType, "SCALAR", {}, stride);
-  const int places = s.accessor(std::vector<float>{0, 0, 0, 1, 2, 3, 4, 5, 6}, kFloatType, "VEC3", {}, stride == 0 ? 0 : 2 * stride);
-  s.document["animations"] = {{{"name", "move"},
-                               {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}, {{"sampler", 1}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
-                               {"samplers", {{{"input", times}, {"output", weights}}, {{"input", times}, {"output", places}, {"interpolation", "STEP"}}}}}};
+  const int places =
+      s.accessor(std::vector<float>{0, 0, 0, 1, 2, 3, 4, 5, 6}, kFloatType, "VEC3", {}, stride == 0 ? 0 : 2 * stride);
+  s.document["animations"] = {
+      {{"name", "move"},
+       {"channels",
+        {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}},
+         {{"sampler", 1}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+       {"samplers",
+        {{{"input", times}, {"output", weights}}, {{"input", times}, {"output", places}, {"interpolation", "STEP"}}}}}};
   s.document["meshes"][0]["weights"] = {0.25};
   s.document["meshes"][0]["extras"] = {{"targetNames", {"raise"}}};
-  s.document["cameras"] = {{{"type", "perspective"}, {"name", "eye"}, {"perspective", {{"yfov", 0.75}, {"znear", 0.125}}}}};
+  s.document["cameras"] = {
+      {{"type", "perspective"}, {"name", "eye"}, {"perspective", {{"yfov", 0.75}, {"znear", 0.125}}}}};
   s.document["nodes"].push_back({{"camera", 0}, {"translation", {4, 4, 20}}, {"extras", {{"note", "keep"}}}});
-  s.document["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}, {"VENDOR_thing", {{"answer", 42}}}}}});
+  s.document["nodes"].push_back(
+      {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}, {"VENDOR_thing", {{"answer", 42}}}}}});
   s.document["scenes"][0]["nodes"] = {0, 1, 2};
   s.document["extensions"] = {{"KHR_lights_punctual", {{"lights", {{{"type", "point"}, {"intensity", 30.5}}}}}}};
   s.document["extensionsUsed"] = {"KHR_lights_punctual", "VENDOR_thing"};
-  s.document["materials"] = {{{"name", "red"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0.75, 0.125, 0.0625, 1}}, {"metallicFactor", 0}}}, {"doubleSided", true}}};
+  s.document["materials"] = {
+      {{"name", "red"},
+       {"pbrMetallicRoughness", {{"baseColorFactor", {0.75, 0.125, 0.0625, 1}}, {"metallicFactor", 0}}},
+       {"doubleSided", true}}};
   first_primitive(s)["material"] = 0;
   return s;
 }
@@ -180,13 +200,16 @@ PackOptions with(PackMethod method) {
   return options;
 }
 
-const frontend::Vertices& vertices_of(const frontend::Capture& capture) { return capture.meshes.at(0).primitives.at(0).vertices; }
+const frontend::Vertices& vertices_of(const frontend::Capture& capture) {
+  return capture.meshes.at(0).primitives.at(0).vertices;
+}
 
 // For each vertex of the source its number in the packed grid, told from x and y.
 std::vector<std::size_t> packed_numbers(const frontend::Vertices& packed) {
   std::vector<std::size_t> number(kSide * kSide, SIZE_MAX);
   for (std::size_t v = 0; v < packed.count(); ++v)
-    number.at(static_cast<std::size_t>(std::lround(packed.positions[v].y)) * kSide + static_cast<std::size_t>(std::lround(packed.positions[v].x))) = v;
+    number.at(static_cast<std::size_t>(std::lround(packed.positions[v].y)) * kSide +
+              static_cast<std::size_t>(std::lround(packed.positions[v].x))) = v;
   return number;
 }
 
@@ -207,8 +230,8 @@ TEST_P(EveryMethod, EveryKindOfAttributeSurvivesWithinItsQuantisation) {
     const std::size_t w = number[v];
     ASSERT_LT(w, b.count()) << "vertex " << v << " is gone";
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(b.positions[w][c], a.positions[v][c], half_step(kSide - 1, bits.position));
-    // Octahedral normals of 10 bits: on |x|+|y|+|z| = 1, x and y are off by half a step of 2/1022 and z by as much as both
-    // together, so the point by sqrt(6)/1022; it is at least 1/sqrt(3) from the origin.
+    // Octahedral normals of 10 bits: on |x|+|y|+|z| = 1, x and y are off by half a step of 2/1022 and z by as much as
+    // both together, so the point by sqrt(6)/1022; it is at least 1/sqrt(3) from the origin.
     EXPECT_GT(glm::dot(b.normals[w], a.normals[v]) / glm::length(b.normals[w]), std::cos(std::sqrt(18.0) / 1022));
     for (int c = 0; c < 4; ++c) EXPECT_NEAR(b.tangents[w][c], a.tangents[v][c], half_step(2, bits.generic));
     EXPECT_EQ(b.tangents[w].w, a.tangents[v].w);
@@ -217,13 +240,16 @@ TEST_P(EveryMethod, EveryKindOfAttributeSurvivesWithinItsQuantisation) {
     EXPECT_EQ(b.colors[w], a.colors[v]);
     EXPECT_EQ(b.influences[w].joints, a.influences[v].joints);
     // Renormalising after quantisation moves weights by as much again.
-    for (std::size_t k = 0; k < 8; ++k) EXPECT_NEAR(b.influences[w].weights[k], a.influences[v].weights[k], 4 * half_step(1, bits.generic));
+    for (std::size_t k = 0; k < 8; ++k)
+      EXPECT_NEAR(b.influences[w].weights[k], a.influences[v].weights[k], 4 * half_step(1, bits.generic));
   }
   EXPECT_EQ(after.skins[0].inverse_bind, before.skins[0].inverse_bind);
   EXPECT_EQ(after.meshes[0].primitives[0].indices.size(), before.meshes[0].primitives[0].indices.size());
 }
 
-INSTANTIATE_TEST_SUITE_P(Pack, EveryMethod, testing::Values(PackMethod::kAuto, PackMethod::kEdgebreaker, PackMethod::kSequential, PackMethod::kNone));
+INSTANTIATE_TEST_SUITE_P(Pack, EveryMethod,
+                         testing::Values(PackMethod::kAuto, PackMethod::kEdgebreaker, PackMethod::kSequential,
+                                         PackMethod::kNone));
 
 TEST(Pack, WithoutCompressionEveryValueIsBitExact) {
   const Packed p(dressed_grid(), with(PackMethod::kNone));
@@ -240,7 +266,8 @@ TEST(Pack, FewerBitsMoveVerticesFurtherSoTheBoundsAboveCanFail) {
   const Packed p(dressed_grid(), coarse);
   const frontend::Capture capture = p.after();
   float error = 0;
-  for (const Vec3& point : vertices_of(capture).positions) error = std::max(error, std::abs(point.z - 0.25f * std::round(point.z * 4.0f)));
+  for (const Vec3& point : vertices_of(capture).positions)
+    error = std::max(error, std::abs(point.z - 0.25f * std::round(point.z * 4.0f)));
   EXPECT_GT(error, half_step(kSide - 1, QuantizationBits{}.position));
 }
 
@@ -250,7 +277,7 @@ TEST(Pack, ControlPointsKeepTheirOrderAndSharedEdgesStayBitEqual) {
   const Packed p(bezier());
   const frontend::Capture before = p.before(), after = p.after();
   ASSERT_EQ(after.meshes[0].primitives[0].kind, frontend::Primitive::Kind::kBezierPatches);
-  const std::vector<Vec3> &a = vertices_of(before).positions, &b = vertices_of(after).positions;
+  const std::vector<Vec3>&a = vertices_of(before).positions, &b = vertices_of(after).positions;
   ASSERT_EQ(b.size(), a.size());
   for (std::size_t v = 0; v < a.size(); ++v)
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(b[v][c], a[v][c], half_step(6.0 / 7.0, QuantizationBits{}.position)) << v;
@@ -276,7 +303,8 @@ TEST(Pack, OtherViewersSeeTheControlCageAsAnOrdinaryMesh) {
   glb.replace(8, 4, word(glb.size()));
   write_text(p.folder / "viewer.glb", glb);
   first_primitive(source).erase("extensions");
-  const frontend::Capture cage = frontend::read_capture(source.write(p.folder.path(), "cage")), seen = frontend::read_capture(p.folder / "viewer.glb");
+  const frontend::Capture cage = frontend::read_capture(source.write(p.folder.path(), "cage")),
+                          seen = frontend::read_capture(p.folder / "viewer.glb");
   ASSERT_EQ(seen.meshes[0].primitives[0].kind, frontend::Primitive::Kind::kTriangles);
   EXPECT_EQ(seen.meshes[0].primitives[0].indices, cage.meshes[0].primitives[0].indices);
   EXPECT_EQ(seen.meshes[0].primitives[0].indices.size(), 4u * 18 * 3);
@@ -285,7 +313,8 @@ TEST(Pack, OtherViewersSeeTheControlCageAsAnOrdinaryMesh) {
 TEST(Pack, RenumberingWhatMustKeepItsOrderIsRefused) {
   for (const GltfSource& source : {bezier(), animated_grid()}) {
     const TemporaryFolder folder;
-    EXPECT_THROW(pack_capture(source.write(folder.path()), folder / "x.glb", with(PackMethod::kEdgebreaker)), UsageError);
+    EXPECT_THROW(pack_capture(source.write(folder.path()), folder / "x.glb", with(PackMethod::kEdgebreaker)),
+                 UsageError);
     EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"source.gltf", "source.bin"}));
   }
 }
@@ -310,7 +339,8 @@ TEST(Pack, MorphTargetsAnimationsAndSkinsAreBitExact) {
 TEST(Pack, ObjectsThatHoldNoDataAreKeptWordForWord) {
   GltfSource source = animated_grid();
   const Packed p(source);
-  for (const char* key : {"asset", "scene", "scenes", "nodes", "cameras", "materials", "extensions"}) EXPECT_EQ(p.parts.document[key], source.document[key]) << key;
+  for (const char* key : {"asset", "scene", "scenes", "nodes", "cameras", "materials", "extensions"})
+    EXPECT_EQ(p.parts.document[key], source.document[key]) << key;
   EXPECT_EQ(p.parts.document["meshes"][0]["extras"], source.document["meshes"][0]["extras"]);
   EXPECT_EQ(p.parts.document["animations"][0]["channels"], source.document["animations"][0]["channels"]);
   EXPECT_EQ(p.parts.document["extensionsUsed"], json({"KHR_lights_punctual", "VENDOR_thing", kDraco}));
@@ -326,8 +356,10 @@ TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
   options.aperture_radius = 0.125;
   options.focus_distance = 3.0;
   const Packed p(source, options);
-  EXPECT_EQ(p.parts.document["extensions"]["TESSERA_capture"], json({{"frameRate", 24}, {"exposure", 0.5}, {"shutter", {0.0, 0.5}}}));
-  EXPECT_EQ(p.parts.document["cameras"][0]["extensions"]["TESSERA_lens"], json({{"apertureRadius", 0.125}, {"focusDistance", 3.0}}));
+  EXPECT_EQ(p.parts.document["extensions"]["TESSERA_capture"],
+            json({{"frameRate", 24}, {"exposure", 0.5}, {"shutter", {0.0, 0.5}}}));
+  EXPECT_EQ(p.parts.document["cameras"][0]["extensions"]["TESSERA_lens"],
+            json({{"apertureRadius", 0.125}, {"focusDistance", 3.0}}));
   const frontend::Capture after = p.after();
   EXPECT_EQ(after.settings.frame_rate, 24.0);
   EXPECT_EQ(after.settings.exposure, 0.5f);
@@ -375,15 +407,20 @@ TEST(Pack, ApplicationSpecificAttributesStayExactAndInStep) {
   const json& d = p.parts.document;
   const json& primitive = d["meshes"][0]["primitives"][0];
   EXPECT_FALSE(primitive["extensions"][kDraco]["attributes"].contains("_FEATURE_ID"));
-  const json& view = d["bufferViews"][d["accessors"][primitive["attributes"]["_FEATURE_ID"].get<std::size_t>()]["bufferView"].get<std::size_t>()];
-  EXPECT_EQ(p.parts.binary.substr(view["byteOffset"], view["byteLength"]), std::string(reinterpret_cast<const char*>(ids.data()), ids.size() * 4));
+  const json& view =
+      d["bufferViews"]
+       [d["accessors"][primitive["attributes"]["_FEATURE_ID"].get<std::size_t>()]["bufferView"].get<std::size_t>()];
+  EXPECT_EQ(p.parts.binary.substr(view["byteOffset"], view["byteLength"]),
+            std::string(reinterpret_cast<const char*>(ids.data()), ids.size() * 4));
 }
 
 TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
   GltfSource flat = grid();  // every triangle has two equal corners
-  first_primitive(flat)["indices"] = flat.accessor(std::vector<std::uint16_t>{0, 0, 1, 2, 3, 3, 4, 4, 4}, kUnsignedShortType, "SCALAR");
+  first_primitive(flat)["indices"] =
+      flat.accessor(std::vector<std::uint16_t>{0, 0, 1, 2, 3, 3, 4, 4, 4}, kUnsignedShortType, "SCALAR");
   GltfSource pool = animated_grid();  // one triangle of a model's shared vertices
-  first_primitive(pool)["indices"] = pool.accessor(std::vector<std::uint16_t>{0, 1, kSide}, kUnsignedShortType, "SCALAR");
+  first_primitive(pool)["indices"] =
+      pool.accessor(std::vector<std::uint16_t>{0, 1, kSide}, kUnsignedShortType, "SCALAR");
   for (const GltfSource& source : {flat, pool}) {
     const Packed p(source);
     EXPECT_EQ(p.report.compressed, 0u);
@@ -391,7 +428,8 @@ TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
   }
   // Where the order is free, vertices that no triangle uses are dropped instead.
   GltfSource free = grid();
-  first_primitive(free)["indices"] = free.accessor(std::vector<std::uint16_t>{0, 1, kSide}, kUnsignedShortType, "SCALAR");
+  first_primitive(free)["indices"] =
+      free.accessor(std::vector<std::uint16_t>{0, 1, kSide}, kUnsignedShortType, "SCALAR");
   EXPECT_EQ(vertices_of(Packed(free).after()).count(), 3u);
 }
 
@@ -407,12 +445,15 @@ TEST(Pack, ExtensionsThatNameDataInWaysNobodyKnowsAreRefused) {
   }
   // Instancing is known well enough to keep its accessors alive.
   GltfSource instances = grid();
-  instances.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = instances.accessor(std::vector<float>{1, 2, 3, 4, 5, 6}, kFloatType, "VEC3");
+  instances.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      instances.accessor(std::vector<float>{1, 2, 3, 4, 5, 6}, kFloatType, "VEC3");
   instances.document["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
   const TemporaryFolder other;
   pack_capture(instances.write(other.path()), other / "x.glb", {});
   const json d = glb_parts(read_text(other / "x.glb")).document;
-  EXPECT_EQ(d["accessors"][d["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"].get<std::size_t>()]["count"], 2);
+  EXPECT_EQ(d["accessors"][d["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"]
+                               .get<std::size_t>()]["count"],
+            2);
 }
 
 // ---- Data ---------------------------------------------------------------------------------------------------------
@@ -423,16 +464,26 @@ TEST(Pack, StridedAndSparseDataComesOutTightAndEqual) {
   const int indices = source.view(std::string("\x03\x00\x00\x00\x10\x00\x00\x00", 8));
   const float values[6] = {1, 2, 3, 4, 5, 6};
   const int moved = source.view(std::string(reinterpret_cast<const char*>(values), sizeof values));
-  source.document["accessors"].push_back({{"componentType", kFloatType}, {"count", kSide * kSide}, {"type", "VEC3"}, {"min", {0, 0, 0}}, {"max", {4, 5, 6}},
-      {"sparse", {{"count", 2}, {"indices", {{"bufferView", indices}, {"componentType", kUnsignedIntType}}}, {"values", {{"bufferView", moved}}}}}});
+  source.document["accessors"].push_back({{"componentType", kFloatType},
+                                          {"count", kSide * kSide},
+                                          {"type", "VEC3"},
+                                          {"min", {0, 0, 0}},
+                                          {"max", {4, 5, 6}},
+                                          {"sparse",
+                                           {{"count", 2},
+                                            {"indices", {{"bufferView", indices}, {"componentType", kUnsignedIntType}}},
+                                            {"values", {{"bufferView", moved}}}}}});
   first_primitive(source)["targets"].push_back({{"POSITION", source.document["accessors"].size() - 1}});
   source.document["meshes"][0]["weights"] = {0.25, 0};
-  source.document["animations"][0]["samplers"][0]["output"] = source.accessor(std::vector<float>{0, 0, 1, 1, 0, 1}, kFloatType, "SCALAR", {}, 8);
+  source.document["animations"][0]["samplers"][0]["output"] =
+      source.accessor(std::vector<float>{0, 0, 1, 1, 0, 1}, kFloatType, "SCALAR", {}, 8);
   for (const PackMethod method : {PackMethod::kAuto, PackMethod::kNone}) {
     const Packed p(source, with(method));  // checks the rules of strides and targets
     const frontend::Capture before = p.before(), after = p.after();
-    for (std::size_t t = 0; t < 2; ++t) EXPECT_EQ(vertices_of(after).morph_targets[t].positions, vertices_of(before).morph_targets[t].positions);
-    for (std::size_t c = 0; c < 2; ++c) EXPECT_EQ(after.animations[0].channels[c].values, before.animations[0].channels[c].values);
+    for (std::size_t t = 0; t < 2; ++t)
+      EXPECT_EQ(vertices_of(after).morph_targets[t].positions, vertices_of(before).morph_targets[t].positions);
+    for (std::size_t c = 0; c < 2; ++c)
+      EXPECT_EQ(after.animations[0].channels[c].values, before.animations[0].channels[c].values);
     EXPECT_EQ(p.parts.binary.find("\x5A\x5A\x5A\x5A"), std::string::npos) << "gaps were copied";
   }
 }
@@ -442,7 +493,8 @@ std::string base64(const std::string& bytes) {
   std::string out;
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 3; ++k)
+      bits = bits << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
     for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
   }
   return out;
@@ -453,7 +505,8 @@ TEST(Pack, ExternalFilesDataUrisAndContainersGiveTheSameBytes) {
   const Packed external(source);
   const TemporaryFolder folder;
   json d = source.document;
-  d["buffers"] = {{{"byteLength", source.bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(source.bytes)}}};
+  d["buffers"] = {
+      {{"byteLength", source.bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(source.bytes)}}};
   write_text(folder / "data.gltf", d.dump());
   d["buffers"][0]["uri"] = "a%20b.bin";
   write_text(folder / "percent.gltf", d.dump());
@@ -489,7 +542,8 @@ TEST(Pack, APackedCaptureReplaysToNearlyTheSamePicture) {
       const Image8 shown = shaders::to_display(renderer.render(0).targets.color, 1.0f);
       Image out(shown.width, shown.height, 3);
       for (std::size_t i = 0; i < out.values.size(); ++i)
-        out.values[i] = static_cast<float>(shown.values[i / 3 * static_cast<std::size_t>(shown.channels) + i % 3]) / 255.0f;
+        out.values[i] =
+            static_cast<float>(shown.values[i / 3 * static_cast<std::size_t>(shown.channels) + i % 3]) / 255.0f;
       return out;
     };
     const Image before = picture(p.before()), after = picture(p.after());
@@ -503,11 +557,13 @@ TEST(Pack, BrokenAssetsAreRefusedAndTheTargetIsUntouched) {
   std::vector<std::pair<const char*, GltfSource>> broken;
   const auto add = [&](const char* what) -> GltfSource& { return broken.emplace_back(what, animated_grid()).second; };
   add("short buffer");
-  first_primitive(add("index beyond the vertices"))["indices"] = broken.back().second.accessor(std::vector<std::uint16_t>{0, 1, 9999}, kUnsignedShortType, "SCALAR");
+  first_primitive(add("index beyond the vertices"))["indices"] =
+      broken.back().second.accessor(std::vector<std::uint16_t>{0, 1, 9999}, kUnsignedShortType, "SCALAR");
   first_primitive(add("accessor that is not there"))["attributes"]["POSITION"] = 999;
   add("another version").document["asset"]["version"] = "1.0";
   add("an extension that nobody has").document["extensionsRequired"] = {"VENDOR_thing"};
-  first_primitive(add("normals of another count"))["attributes"]["NORMAL"] = broken.back().second.accessor(std::vector<float>{0, 0, 1}, kFloatType, "VEC3");
+  first_primitive(add("normals of another count"))["attributes"]["NORMAL"] =
+      broken.back().second.accessor(std::vector<float>{0, 0, 1}, kFloatType, "VEC3");
   for (auto& [what, source] : broken) {
     const TemporaryFolder folder;
     const fs::path file = source.write(folder.path());
@@ -549,7 +605,8 @@ TEST(Pack, ItMakesFoldersOverwritesFilesAndLeavesNothingElse) {
 }
 
 TEST(ShippedCaptures, KeepTheRulesOfGltfWriters) {
-  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"}) EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
+  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"})
+    EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
 }
 
 // ---- The rules themselves -----------------------------------------------------------------------------------------
@@ -561,19 +618,35 @@ TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {
     change(parts.document);
     EXPECT_THAT(glb_faults(parts), testing::Contains(HasSubstr(fault)));
   };
-  const auto keys_view = [](const json& d) { return d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()]["bufferView"].get<std::size_t>(); };
-  const auto target_view = [](const json& d) { return d["accessors"][d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"].get<std::size_t>()]["bufferView"].get<std::size_t>(); };
+  const auto keys_view = [](const json& d) {
+    return d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()]["bufferView"]
+        .get<std::size_t>();
+  };
+  const auto target_view = [](const json& d) {
+    return d["accessors"][d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"].get<std::size_t>()]["bufferView"]
+        .get<std::size_t>();
+  };
   expect_fault("has a byteStride", [&](json& d) { d["bufferViews"][keys_view(d)]["byteStride"] = 4; });
   expect_fault("has target 34963", [&](json& d) { d["bufferViews"][target_view(d)]["target"] = 34963; });
-  expect_fault("kinds of users", [&](json& d) { d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()]["bufferView"] = target_view(d); });
-  expect_fault("starts at", [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 1; });
-  expect_fault("does not follow", [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 4; });
+  expect_fault("kinds of users", [&](json& d) {
+    d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()]["bufferView"] = target_view(d);
+  });
+  expect_fault("starts at",
+               [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 1; });
+  expect_fault("does not follow",
+               [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 4; });
   expect_fault("not in extensionsUsed", [](json& d) { d["extensionsUsed"] = {kDraco}; });
   expect_fault("is required but not used", [](json& d) { d["extensionsRequired"].push_back("KHR_mesh_quantization"); });
   expect_fault("read by nobody", [](json& d) { d["accessors"].push_back(d["accessors"][0]); });
-  expect_fault("has no min and max", [](json& d) { d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()].erase("min"); });
-  expect_fault("times without min", [](json& d) { d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()].erase("min"); });
-  expect_fault("of another count", [](json& d) { d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()]["count"] = 3; });
+  expect_fault("has no min and max", [](json& d) {
+    d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()].erase("min");
+  });
+  expect_fault("times without min", [](json& d) {
+    d["accessors"][d["animations"][0]["samplers"][0]["input"].get<std::size_t>()].erase("min");
+  });
+  expect_fault("of another count", [](json& d) {
+    d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()]["count"] = 3;
+  });
   expect_fault("the chunk has", [](json& d) { d["buffers"][0]["byteLength"] = 4; });
   EXPECT_THAT(glb_faults(p.bytes + "abcd"), testing::Contains(HasSubstr("length")));
 }

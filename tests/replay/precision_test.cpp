@@ -47,9 +47,11 @@ TEST(HalfFloat, RoundsAsImathDoes) {
     Imath::half next;
     next.setBits(static_cast<unsigned short>(bits + 1));
     const float middle = value + 0.5f * (static_cast<float>(next) - value);
-    for (const float near : {middle, std::nextafter(middle, 1e30f), std::nextafter(middle, -1e30f)}) ASSERT_TRUE(same(near)) << bits << ": " << near;
+    for (const float near : {middle, std::nextafter(middle, 1e30f), std::nextafter(middle, -1e30f)})
+      ASSERT_TRUE(same(near)) << bits << ": " << near;
   }
-  for (const float value : {65519.0f, 65520.0f, 1e10f, -1e10f, std::numeric_limits<float>::infinity(), 1e-30f}) EXPECT_TRUE(same(value)) << value;
+  for (const float value : {65519.0f, 65520.0f, 1e10f, -1e10f, std::numeric_limits<float>::infinity(), 1e-30f})
+    EXPECT_TRUE(same(value)) << value;
 }
 
 TEST(SubpixelBits, PutVerticesOnTheirGridWithinHalfAStep) {
@@ -58,8 +60,10 @@ TEST(SubpixelBits, PutVerticesOnTheirGridWithinHalfAStep) {
   for (const int bits : {4, 5, 8}) {
     Machine machine;
     machine.set("tessellator.subpixel_bits=" + std::to_string(bits));
-    const auto frame = frontend::pose_frame(assembly, frame_camera(capture, machine.settings, 96, 54), frame_request(capture, machine.gpu, machine.settings, 96, 54, 14));
-    const auto fine = frontend::pose_frame(assembly, frame_camera(capture, {}, 96, 54), frame_request(capture, {}, {}, 96, 54, 14));
+    const auto frame = frontend::pose_frame(assembly, frame_camera(capture, machine.settings, 96, 54),
+                                            frame_request(capture, machine.gpu, machine.settings, 96, 54, 14));
+    const auto fine =
+        frontend::pose_frame(assembly, frame_camera(capture, {}, 96, 54), frame_request(capture, {}, {}, 96, 54, 14));
     tilecore::Tessellator tessellator;
     tilecore::MicroMesh mesh, finest;
     const float step = std::ldexp(1.0f, -bits);
@@ -87,9 +91,22 @@ TEST(SubpixelBits, LeaveThePictureIndependentOfBoundsAndTiles) {
     const int number = capture.settings.first_frame;
     const auto with = [](const char* bits) { return Machine().set(std::string("tessellator.subpixel_bits=") + bits); };
     const std::vector<float> expected = with("4").picture(capture, number);
-    EXPECT_EQ(with("4").set("frontend.bound_method=aabb").set("binner.coverage=rectangle").set("binner.time_intervals=false").picture(capture, number), expected) << name;
-    EXPECT_EQ(with("4").set("tile.width=8").set("tile.height=8").set("frontend.backface_culling=false").picture(capture, number), expected) << name;
-    EXPECT_EQ(with("4").set("tilecore.box_bits=8").set("frontend.split_pixels=8").picture(capture, number), expected) << name;
+    EXPECT_EQ(with("4")
+                  .set("frontend.bound_method=aabb")
+                  .set("binner.coverage=rectangle")
+                  .set("binner.time_intervals=false")
+                  .picture(capture, number),
+              expected)
+        << name;
+    EXPECT_EQ(with("4")
+                  .set("tile.width=8")
+                  .set("tile.height=8")
+                  .set("frontend.backface_culling=false")
+                  .picture(capture, number),
+              expected)
+        << name;
+    EXPECT_EQ(with("4").set("tilecore.box_bits=8").set("frontend.split_pixels=8").picture(capture, number), expected)
+        << name;
     EXPECT_NE(with("8").picture(capture, number), expected) << "the bits do something";
   }
 }
@@ -118,8 +135,11 @@ TEST(LensPoints, AreAsManyAsAskedFor) {
 TEST(LensPoints, LeaveThePictureIndependentOfHowSamplesAreFound) {
   const Capture capture = shipped("eggs");
   const std::vector<float> expected = Machine().set("sampling.lens_points=8").picture(capture, 14);
-  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tilecore.visibility_method=brute").picture(capture, 14), expected);
-  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tile.width=16").set("tilecore.box_bits=16").picture(capture, 14), expected);
+  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tilecore.visibility_method=brute").picture(capture, 14),
+            expected);
+  EXPECT_EQ(
+      Machine().set("sampling.lens_points=8").set("tile.width=16").set("tilecore.box_bits=16").picture(capture, 14),
+      expected);
   EXPECT_NE(Machine().picture(capture, 14), expected);
 }
 
@@ -129,7 +149,9 @@ TEST(DisplacementBias, AddsToTheLevelAndNeverGoesBelowTheFirst) {
   const auto levels = [&](const char* bias) {
     Machine machine;
     machine.set(std::string("tessellation.displacement_bias=") + bias);
-    return frontend::pose_frame(assembly, frame_camera(capture, machine.settings, 96, 54), frame_request(capture, machine.gpu, machine.settings, 96, 54, 14))->displacement_lod;
+    return frontend::pose_frame(assembly, frame_camera(capture, machine.settings, 96, 54),
+                                frame_request(capture, machine.gpu, machine.settings, 96, 54, 14))
+        ->displacement_lod;
   };
   const std::vector<float> plain = levels("0"), more = levels("1.5"), less = levels("-1");
   std::size_t displaced = 0;
@@ -142,13 +164,15 @@ TEST(DisplacementBias, AddsToTheLevelAndNeverGoesBelowTheFirst) {
   EXPECT_GT(displaced, 0u);
   Machine coarse;
   coarse.set("tessellation.displacement_bias=2");
-  EXPECT_EQ(coarse.picture(capture, 14), Machine(coarse).set("frontend.bound_method=interval").picture(capture, 14)) << "bounds know the level";
+  EXPECT_EQ(coarse.picture(capture, 14), Machine(coarse).set("frontend.bound_method=interval").picture(capture, 14))
+      << "bounds know the level";
   EXPECT_NE(coarse.picture(capture, 14), Machine().picture(capture, 14));
 }
 
 TEST(HalfAttributes, ChangeColoursALittleAndVisibilityNotAtAll) {
   const Capture capture = shipped("serpent");
-  const std::vector<float> plain = Machine().picture(capture, 12), half = Machine().set("shading.attributes=half").picture(capture, 12);
+  const std::vector<float> plain = Machine().picture(capture, 12),
+                           half = Machine().set("shading.attributes=half").picture(capture, 12);
   EXPECT_NE(plain, half);
   double sum = 0;
   for (std::size_t i = 0; i < plain.size(); ++i) {

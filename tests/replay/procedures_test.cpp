@@ -53,7 +53,9 @@ Image display(const Image& linear) {
   return out;
 }
 
-double decibels(const FrameResult& a, const FrameResult& b) { return psnr(display(a.targets.color), display(b.targets.color)); }
+double decibels(const FrameResult& a, const FrameResult& b) {
+  return psnr(display(a.targets.color), display(b.targets.color));
+}
 
 // A torus through a triangle and around a sphere: all three hide each other in part.
 frontend::Capture mixed_scene(bool moving) {
@@ -108,7 +110,8 @@ TEST(Procedures, PicturesFollowFromTheSceneAlone) {  // C1
     for (const std::string& simd : simd_target_names()) others.push_back({.simd = simd, .spp = 4});
     for (const Ways& ways : others) {
       const FrameResult other = render(capture, ways);
-      EXPECT_EQ(plain.targets.color.values, other.targets.color.values) << ways.tile << " " << ways.threads << " " << ways.simd << (moving ? " moving" : "");
+      EXPECT_EQ(plain.targets.color.values, other.targets.color.values)
+          << ways.tile << " " << ways.threads << " " << ways.simd << (moving ? " moving" : "");
       EXPECT_EQ(plain.targets.depth.values, other.targets.depth.values);
     }
   }
@@ -131,17 +134,21 @@ TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // C1
   const frontend::Capture capture = mixed_scene(false);
   const FrameResult plain = render(capture, {.spp = 4, .style = "lines"});
   EXPECT_GT(plain.counters.sampling.strokes, 0u);
-  EXPECT_NE(plain.targets.color.values, render(capture, {.spp = 4}).targets.color.values) << "the twin: another style is another picture";
+  EXPECT_NE(plain.targets.color.values, render(capture, {.spp = 4}).targets.color.values)
+      << "the twin: another style is another picture";
   std::vector<Ways> others = {{.tile = 8, .spp = 4}, {.tile = 64, .spp = 4}, {.threads = 1, .spp = 4}};
   for (const std::string& simd : simd_target_names()) others.push_back({.simd = simd, .spp = 4});
   for (Ways& ways : others) {
     ways.style = "lines";
     const FrameResult other = render(capture, ways);
-    EXPECT_EQ(plain.targets.color.values, other.targets.color.values) << ways.tile << " " << ways.threads << " " << ways.simd;
-    EXPECT_EQ(plain.targets.depth.values, other.targets.depth.values) << ways.tile << " " << ways.threads << " " << ways.simd;
+    EXPECT_EQ(plain.targets.color.values, other.targets.color.values)
+        << ways.tile << " " << ways.threads << " " << ways.simd;
+    EXPECT_EQ(plain.targets.depth.values, other.targets.depth.values)
+        << ways.tile << " " << ways.threads << " " << ways.simd;
     if (ways.tile != 32) continue;
     for (const auto& field : hardware::kCounterFields<tilecore::SamplingCounters>)
-      EXPECT_EQ(plain.counters.sampling.*field.member, other.counters.sampling.*field.member) << field.name << " " << ways.threads << " " << ways.simd;
+      EXPECT_EQ(plain.counters.sampling.*field.member, other.counters.sampling.*field.member)
+          << field.name << " " << ways.threads << " " << ways.simd;
   }
 }
 
@@ -156,7 +163,8 @@ std::size_t other_colors(const Image& color, float& least_ink, float& most_ink) 
       if (c[3] != 1.0f) continue;
       const float share = (paper.x - c[0]) / (paper.x - ink.x);
       bool mixed = share > -1e-4f && share < 1.0001f;
-      for (int k = 1; k < 3; ++k) mixed = mixed && std::abs(paper[k] + share * (ink[k] - paper[k]) - c[static_cast<std::size_t>(k)]) < 1e-4f;
+      for (int k = 1; k < 3; ++k)
+        mixed = mixed && std::abs(paper[k] + share * (ink[k] - paper[k]) - c[static_cast<std::size_t>(k)]) < 1e-4f;
       others += mixed ? 0 : 1;
       least_ink = std::min(least_ink, share), most_ink = std::max(most_ink, share);
     }
@@ -175,8 +183,8 @@ TEST(Procedures, ADrawingIsInkOnPaper) {
 
 // ---- Closed surfaces --------------------------------------------------------------------------------------------
 
-// No sample of the background shows through a closed surface: over a white background each sample of a black, unlit sphere that the
-// tessellated twin has well inside its outline is dark.
+// No sample of the background shows through a closed surface: over a white background each sample of a black, unlit
+// sphere that the tessellated twin has well inside its outline is dark.
 TEST(Procedures, NoHoleInAClosedSurfaceOverAContrastingBackground) {
   for (const ShapeId id : {ShapeId::kSphere, ShapeId::kTorus, ShapeId::kGeometryImageMesh}) {  // the last has kinks
     frontend::Capture capture;
@@ -190,7 +198,8 @@ TEST(Procedures, NoHoleInAClosedSurfaceOverAContrastingBackground) {
     in.image = &test::tube_image();
     test::add_procedure(capture, id, in, DVec3(0, 1.2, 0), material);
     capture.settings.background = Vec3(1.0f);
-    const Image sampled = render(capture, {}, 320, 180).targets.color, reference = render(capture, {"tessellated"}, 320, 180).targets.color;
+    const Image sampled = render(capture, {}, 320, 180).targets.color,
+                reference = render(capture, {"tessellated"}, 320, 180).targets.color;
     int inside = 0;
     for (int y = 1; y < 179; ++y)
       for (int x = 1; x < 319; ++x) {

@@ -17,9 +17,9 @@ namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-using testing::HasSubstr;
 using test::ProcessResult;
 using test::run_tessera;
+using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 std::set<std::string> files_in(const fs::path& folder) {
@@ -33,16 +33,21 @@ json stats_of(const fs::path& folder) { return json::parse(test::read_text(folde
 
 std::string capture(const char* name) { return test::shipped_capture(name).string(); }
 
-std::size_t line_count(const std::string& text) { return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')); }
+std::size_t line_count(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
 
 // ---- replay -----------------------------------------------------------------------------------------------------
 
 TEST(ReplayCommand, WritesPicturesAndStatisticsOfEveryFrame) {
   const test::TemporaryFolder out;
-  const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "64x36", "--frames", "0:3", "--out", out.path().string()});
+  const ProcessResult r =
+      run_tessera({"replay", capture("flyby"), "--size", "64x36", "--frames", "0:3", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
-  EXPECT_EQ(files_in(out.path()), (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png", "frame_0002.exr", "frame_0002.png", "report.html",
-                                                         "stats.csv", "stats.json", "tiles_0000.json", "tiles_0001.json", "tiles_0002.json"}));
+  EXPECT_EQ(files_in(out.path()),
+            (std::set<std::string>{"frame_0000.exr", "frame_0000.png", "frame_0001.exr", "frame_0001.png",
+                                   "frame_0002.exr", "frame_0002.png", "report.html", "stats.csv", "stats.json",
+                                   "tiles_0000.json", "tiles_0001.json", "tiles_0002.json"}));
   const json stats = stats_of(out.path());
   EXPECT_EQ(stats["schema"], "tessera.stats/1");
   ASSERT_EQ(stats["frames"].size(), 3u);
@@ -63,25 +68,48 @@ TEST(ReplayCommand, WritesPicturesAndStatisticsOfEveryFrame) {
 
 TEST(ReplayCommand, TheLedgerOfAFrameAddsUpToItsCounters) {
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", capture("eggs"), "--size", "96x54", "--quiet", "--out", out.path().string()}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("eggs"), "--size", "96x54", "--quiet", "--out", out.path().string()}).status,
+            0);
   const json frame = stats_of(out.path())["frames"][0];
   std::uint64_t read = 0, written = 0;
-  for (const json& row : frame["dram"]) read += row["read_bytes"].get<std::uint64_t>(), written += row["written_bytes"].get<std::uint64_t>();
+  for (const json& row : frame["dram"])
+    read += row["read_bytes"].get<std::uint64_t>(), written += row["written_bytes"].get<std::uint64_t>();
   EXPECT_EQ(frame["counters"]["dram.read_bytes"], read);
   EXPECT_EQ(frame["counters"]["dram.written_bytes"], written);
 }
 
 TEST(ReplayCommand, EveryFixedCounterNameOfTheUnitsThatRanIsThere) {
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "32x32", "--quiet", "--out", out.path().string()}).status, 0);
+  ASSERT_EQ(
+      run_tessera({"replay", capture("vases"), "--size", "32x32", "--quiet", "--out", out.path().string()}).status, 0);
   const json counters = stats_of(out.path())["frames"][0]["counters"];
-  for (const char* name : {"frontend.base_patches", "frontend.sub_patches", "frontend.culled_frustum", "frontend.culled_backface", "tilecore.culled_occlusion", "binner.entries", "binner.tile_overlaps", "binner.queue_bytes_written",
-                           "binner.queue_bytes_read", "binner.queue_bytes_peak", "binner.partial_renders", "binner.spilled_chunks", "tilecore.tessellated_sub_patches",
-                           "tilecore.domain_evaluations", "tilecore.triangles", "tilecore.box_tests", "tilecore.triangle_tests", "tilecore.sample_hits",
-                           "tilecore.samples_visible", "tilecore.pixel_shader_invocations", "resolve.pixels_shaded", "dram.read_bytes", "dram.written_bytes"})
+  for (const char* name : {"frontend.base_patches",
+                           "frontend.sub_patches",
+                           "frontend.culled_frustum",
+                           "frontend.culled_backface",
+                           "tilecore.culled_occlusion",
+                           "binner.entries",
+                           "binner.tile_overlaps",
+                           "binner.queue_bytes_written",
+                           "binner.queue_bytes_read",
+                           "binner.queue_bytes_peak",
+                           "binner.partial_renders",
+                           "binner.spilled_chunks",
+                           "tilecore.tessellated_sub_patches",
+                           "tilecore.domain_evaluations",
+                           "tilecore.triangles",
+                           "tilecore.box_tests",
+                           "tilecore.triangle_tests",
+                           "tilecore.sample_hits",
+                           "tilecore.samples_visible",
+                           "tilecore.pixel_shader_invocations",
+                           "resolve.pixels_shaded",
+                           "dram.read_bytes",
+                           "dram.written_bytes"})
     EXPECT_TRUE(counters.contains(name)) << name;
   // Units that do not exist yet, or did not run, report nothing.
-  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "resolve.blocks_rate_4", "resolve.pixels_advected"})
+  for (const char* name :
+       {"tilecore.stencil_tests", "tilecore.node_visits", "resolve.blocks_rate_4", "resolve.pixels_advected"})
     EXPECT_FALSE(counters.contains(name)) << name;
 }
 
@@ -89,15 +117,22 @@ TEST(ReplayCommand, CountersOfAVisibilityMethodAreThereWhenItsUnitsRan) {
   const test::TemporaryFolder out;
   const auto counters = [&](const std::string& setting) {
     const auto folder = out / setting;
-    EXPECT_EQ(run_tessera({"replay", capture("serpent"), "--size", "96x54", "--frames", "12:14", "--quiet", "--set", setting, "--out", folder.string()}).status, 0);
+    EXPECT_EQ(run_tessera({"replay", capture("serpent"), "--size", "96x54", "--frames", "12:14", "--quiet", "--set",
+                           setting, "--out", folder.string()})
+                  .status,
+              0);
     EXPECT_EQ(line_count(test::read_text(folder / "stats.csv")), 3u);
     return stats_of(folder)["total"]["counters"];
   };
   const json segments = counters("tilecore.visibility_method=segments");
-  for (const char* name : {"tilecore.stencil_tests", "tilecore.stencil_kept", "tilecore.stencil_hits", "tilecore.stencil_lanes_issued"}) EXPECT_TRUE(segments.contains(name)) << name;
-  for (const char* name : {"tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"}) EXPECT_FALSE(segments.contains(name)) << name;
+  for (const char* name :
+       {"tilecore.stencil_tests", "tilecore.stencil_kept", "tilecore.stencil_hits", "tilecore.stencil_lanes_issued"})
+    EXPECT_TRUE(segments.contains(name)) << name;
+  for (const char* name : {"tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"})
+    EXPECT_FALSE(segments.contains(name)) << name;
   const json rays = counters("tilecore.traversal=ray");
-  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"}) EXPECT_TRUE(rays.contains(name)) << name;
+  for (const char* name : {"tilecore.stencil_tests", "tilecore.node_visits", "tilecore.rays_cast", "tilecore.rays_hit"})
+    EXPECT_TRUE(rays.contains(name)) << name;
   EXPECT_LE(rays["tilecore.rays_hit"], rays["tilecore.rays_cast"]);
   EXPECT_EQ(rays["tilecore.rays_cast"], rays["tilecore.stencil_kept"]);
 }
@@ -105,24 +140,31 @@ TEST(ReplayCommand, CountersOfAVisibilityMethodAreThereWhenItsUnitsRan) {
 TEST(ReplayCommand, TheSameInputsGiveTheSameBytes) {
   const test::TemporaryFolder out;
   for (const char* run : {"a", "b"})
-    ASSERT_EQ(run_tessera({"replay", capture("serpent"), "--size", "80x45", "--quiet", "--aux", "depth,normal,patch,invocations", "--out", (out / run).string()}).status, 0);
-  for (const char* file : {"frame_0012.exr", "frame_0012.png"}) EXPECT_EQ(test::read_text(out / "a" / file), test::read_text(out / "b" / file));
+    ASSERT_EQ(run_tessera({"replay", capture("serpent"), "--size", "80x45", "--quiet", "--aux",
+                           "depth,normal,patch,invocations", "--out", (out / run).string()})
+                  .status,
+              0);
+  for (const char* file : {"frame_0012.exr", "frame_0012.png"})
+    EXPECT_EQ(test::read_text(out / "a" / file), test::read_text(out / "b" / file));
   EXPECT_EQ(stats_of(out / "a")["total"]["counters"], stats_of(out / "b")["total"]["counters"]);
 }
 
 TEST(ReplayCommand, SeedAndSamplesChangeTheNoiseNotThePicture) {
   const test::TemporaryFolder out;
   const auto picture = [&](const char* name, std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"replay", capture("eggs"), "--size", "128x72", "--quiet", "--out", (out / name).string()};
+    std::vector<std::string> arguments = {"replay", capture("eggs"),      "--size", "128x72", "--quiet",
+                                          "--out",  (out / name).string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     EXPECT_EQ(run_tessera(arguments).status, 0);
     return read_exr(out / name / "frame_0014.exr");
   };
-  const Image many = picture("many", {"--spp", "64"}), one = picture("one", {"--spp", "16", "--seed", "1"}), two = picture("two", {"--spp", "16", "--seed", "2"});
+  const Image many = picture("many", {"--spp", "64"}), one = picture("one", {"--spp", "16", "--seed", "1"}),
+              two = picture("two", {"--spp", "16", "--seed", "2"});
   EXPECT_NE(one.values, two.values);
   const auto error = [&](const Image& image) {
     double sum = 0;
-    for (std::size_t i = 0; i < image.values.size(); ++i) sum += std::pow(static_cast<double>(image.values[i]) - static_cast<double>(many.values[i]), 2);
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+      sum += std::pow(static_cast<double>(image.values[i]) - static_cast<double>(many.values[i]), 2);
     return std::sqrt(sum / static_cast<double>(image.values.size()));
   };
   EXPECT_LT(error(one), 0.06);
@@ -131,14 +173,19 @@ TEST(ReplayCommand, SeedAndSamplesChangeTheNoiseNotThePicture) {
 
 TEST(ReplayCommand, ARegionIsRenderedAlone) {
   const test::TemporaryFolder out;
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "120x80", "--region", "20,30,50,40", "--quiet", "--out", out.path().string()}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "120x80", "--region", "20,30,50,40", "--quiet", "--out",
+                         out.path().string()})
+                .status,
+            0);
   EXPECT_EQ(read_exr(out / "frame_0000.exr").width, 50);
   EXPECT_EQ(read_exr(out / "frame_0000.exr").height, 40);
 }
 
 TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
   const test::TemporaryFolder out;
-  const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--out", out.path().string()}, {.interrupt_after_ms = 700});
+  const ProcessResult r =
+      run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--out", out.path().string()},
+                  {.interrupt_after_ms = 700});
   EXPECT_EQ(r.status, 0) << r.errors;
   EXPECT_THAT(r.errors, HasSubstr("stopped after"));
   const json stats = stats_of(out.path());
@@ -152,7 +199,8 @@ TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
 TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) {
   const test::TemporaryFolder out;
   test::write_text(out / "file", "x");
-  const ProcessResult r = run_tessera({"replay", capture("vases"), "--size", "16x16", "--quiet", "--out", (out / "file" / "deep").string()});
+  const ProcessResult r = run_tessera(
+      {"replay", capture("vases"), "--size", "16x16", "--quiet", "--out", (out / "file" / "deep").string()});
   EXPECT_EQ(r.status, 1);
   EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
   EXPECT_EQ(files_in(out.path()), std::set<std::string>{"file"});
@@ -161,7 +209,8 @@ TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) 
 TEST(ReplayCommand, AFolderThatCannotBeWrittenIsFoundBeforeAnyFrameIsRendered) {
   const test::TemporaryFolder out;
   test::write_text(out / "file", "x");
-  const ProcessResult r = run_tessera({"replay", capture("vases"), "--size", "16x16", "--frames", "0:9", "--out", (out / "file").string()});
+  const ProcessResult r =
+      run_tessera({"replay", capture("vases"), "--size", "16x16", "--frames", "0:9", "--out", (out / "file").string()});
   EXPECT_EQ(r.status, 1);
   EXPECT_THAT(r.errors, testing::Not(HasSubstr("frame 0")));
   EXPECT_THAT(r.errors, testing::Not(HasSubstr(".part")));
@@ -169,7 +218,9 @@ TEST(ReplayCommand, AFolderThatCannotBeWrittenIsFoundBeforeAnyFrameIsRendered) {
 
 TEST(ReplayCommand, QuietStillSaysThatItStopped) {
   const test::TemporaryFolder out;
-  const ProcessResult r = run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--quiet", "--out", out.path().string()}, {.interrupt_after_ms = 700});
+  const ProcessResult r = run_tessera(
+      {"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--quiet", "--out", out.path().string()},
+      {.interrupt_after_ms = 700});
   EXPECT_THAT(r.errors, testing::StartsWith("stopped after"));
   EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
 }
@@ -218,7 +269,8 @@ TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
 
 TEST(ReplayCommand, PicturesBeyondTheMemoryLimitEndWithStatus4) {
   const test::TemporaryFolder out;
-  const ProcessResult r = run_tessera({"replay", capture("vases"), "--size", "16384x16384", "--max-memory", "1", "--out", (out / "x").string()});
+  const ProcessResult r = run_tessera(
+      {"replay", capture("vases"), "--size", "16384x16384", "--max-memory", "1", "--out", (out / "x").string()});
   EXPECT_EQ(r.status, 4) << r.errors;
   EXPECT_FALSE(fs::exists(out / "x"));
 }
@@ -240,7 +292,8 @@ TEST(Program, HelpTeachesEveryCommandAndOptions) {
     EXPECT_EQ(one.status, 0);
     EXPECT_THAT(one.output, HasSubstr("Usage: tessera"));
   }
-  for (const char* option : {"--frames", "--size", "--spp", "--gpu", "--set", "--threads", "--seed", "--region", "--out", "--aux"})
+  for (const char* option :
+       {"--frames", "--size", "--spp", "--gpu", "--set", "--threads", "--seed", "--region", "--out", "--aux"})
     EXPECT_THAT(run_tessera({"replay", "--help"}).output, HasSubstr(option));
   EXPECT_EQ(run_tessera({}).status, 2);
   EXPECT_EQ(run_tessera({"fly"}).status, 2);
@@ -249,7 +302,8 @@ TEST(Program, HelpTeachesEveryCommandAndOptions) {
 TEST(Program, UnknownCommandsAreAnsweredWithTheNearest) {
   EXPECT_EQ(run_tessera({"replai", "x.glb"}).errors, "tessera: unknown command 'replai'; did you mean 'replay'?\n");
   EXPECT_EQ(run_tessera({"fly"}).errors, "tessera: unknown command 'fly'; `tessera --help` lists them\n");
-  for (const std::vector<std::string>& call : std::vector<std::vector<std::string>>{{}, {"fly"}, {"replay"}, {"pack", "a"}, {"compare", "a", "b", "c"}}) {
+  for (const std::vector<std::string>& call :
+       std::vector<std::vector<std::string>>{{}, {"fly"}, {"replay"}, {"pack", "a"}, {"compare", "a", "b", "c"}}) {
     const ProcessResult r = run_tessera(call);
     EXPECT_EQ(r.status, 2);
     EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
@@ -258,8 +312,10 @@ TEST(Program, UnknownCommandsAreAnsweredWithTheNearest) {
 }
 
 TEST(Program, OutputThatCannotBeWrittenIsAFailure) {
-  for (const char* arguments : {"inspect \"$1\"", "inspect --json \"$1\"", "describe counters", "--help", "replay --help"}) {
-    const ProcessResult r = test::run_process({"/bin/sh", "-c", "\"$0\" " + std::string(arguments) + " > /dev/full", TESSERA_PROGRAM, capture("vases")});
+  for (const char* arguments :
+       {"inspect \"$1\"", "inspect --json \"$1\"", "describe counters", "--help", "replay --help"}) {
+    const ProcessResult r = test::run_process(
+        {"/bin/sh", "-c", "\"$0\" " + std::string(arguments) + " > /dev/full", TESSERA_PROGRAM, capture("vases")});
     EXPECT_EQ(r.status, 1) << arguments;
     EXPECT_THAT(r.errors, HasSubstr("No space left on device")) << arguments;
   }
@@ -319,7 +375,8 @@ TEST(PackCommand, WrongUsageEndsWithStatus2AndOneClearMessageAndNoFile) {
 
 TEST(PackCommand, SettingsOfTheCommandLineAreThoseOfTheCapture) {
   const test::TemporaryFolder out;
-  const ProcessResult r = run_tessera({"pack", capture("vases"), (out / "x.glb").string(), "--size", "320x200", "--frames", "3:7", "--shutter", "-0.25:0.5", "--frame-rate", "48"});
+  const ProcessResult r = run_tessera({"pack", capture("vases"), (out / "x.glb").string(), "--size", "320x200",
+                                       "--frames", "3:7", "--shutter", "-0.25:0.5", "--frame-rate", "48"});
   ASSERT_EQ(r.status, 0) << r.errors;
   const json settings = json::parse(run_tessera({"inspect", (out / "x.glb").string(), "--json"}).output)["settings"];
   EXPECT_EQ(settings["resolution"], json({320, 200}));
@@ -332,29 +389,37 @@ TEST(PackCommand, SettingsOfTheCommandLineAreThoseOfTheCapture) {
 TEST(CompareCommand, MeasuresPicturesAndFolders) {
   const test::TemporaryFolder out;
   for (const char* spp : {"1", "4"})
-    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "96x54", "--spp", spp, "--quiet", "--out", (out / spp).string()}).status, 0);
+    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "96x54", "--spp", spp, "--quiet", "--out",
+                           (out / spp).string()})
+                  .status,
+              0);
   const std::string a = (out / "1").string(), b = (out / "4").string();
-  const json same = json::parse(run_tessera({"compare", a + "/frame_0000.png", a + "/frame_0000.png", "--json"}).output);
+  const json same =
+      json::parse(run_tessera({"compare", a + "/frame_0000.png", a + "/frame_0000.png", "--json"}).output);
   EXPECT_TRUE(same["psnr_db"].is_null());
   EXPECT_EQ(same["flip"], 0.0);
   const json folders = json::parse(run_tessera({"compare", a, b, "--json"}).output);
   EXPECT_GT(folders["frames"][0]["psnr_db"].get<double>(), 20.0);
   EXPECT_LT(folders["frames"][0]["ssim"].get<double>(), 1.0);
   EXPECT_FALSE(folders["counters"].empty());
-  const ProcessResult map = run_tessera({"compare", a + "/frame_0000.png", b + "/frame_0000.exr", "--flip-map", (out / "map.png").string()});
+  const ProcessResult map =
+      run_tessera({"compare", a + "/frame_0000.png", b + "/frame_0000.exr", "--flip-map", (out / "map.png").string()});
   EXPECT_EQ(map.status, 0) << map.errors;
   EXPECT_TRUE(fs::exists(out / "map.png"));
   EXPECT_EQ(run_tessera({"compare", a, b + "/frame_0000.png"}).status, 2);
   EXPECT_EQ(run_tessera({"compare", a + "/stats.json", b + "/frame_0000.png"}).status, 3);
 }
 
-// Statistics are input like any other: a member that is missing or of another type is the file's fault, not the program's.
+// Statistics are input like any other: a member that is missing or of another type is the file's fault, not the
+// program's.
 TEST(CompareCommand, DamagedStatisticsEndWithStatus3) {
   const test::TemporaryFolder folder;
   fs::create_directories(folder / "run");
   write_png(folder / "run" / "frame_0000.png", Image8(2, 2, 3));
-  for (const char* text : {"[]", "7", "{}", R"({"schema":7,"total":{}})", R"({"schema":"tessera.stats/1","total":7})", R"({"schema":"tessera.stats/1","total":{}})",
-                           R"({"schema":"tessera.stats/1","total":{"counters":[1]}})", R"({"schema":"tessera.stats/1","total":{"counters":7}})", "{"}) {
+  for (const char* text :
+       {"[]", "7", "{}", R"({"schema":7,"total":{}})", R"({"schema":"tessera.stats/1","total":7})",
+        R"({"schema":"tessera.stats/1","total":{}})", R"({"schema":"tessera.stats/1","total":{"counters":[1]}})",
+        R"({"schema":"tessera.stats/1","total":{"counters":7}})", "{"}) {
     test::write_text(folder / "run" / "stats.json", text);
     const test::ProcessResult r = test::run_tessera({"compare", (folder / "run").string(), (folder / "run").string()});
     EXPECT_EQ(r.status, 3) << text << ": " << r.errors;
@@ -375,43 +440,63 @@ TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
 TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
   const test::TemporaryFolder out;
   // Everything moves and is traced by single rays, so that all units run.
-  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", "effects.motion=on", "--set", "tilecore.traversal=ray", "--set", "resolve.desampling=adaptive",
-                         "--set", "frame_buffer.compression=lossless", "--out", out.path().string()}).status, 0);
-  ASSERT_EQ(run_tessera({"replay", capture("workshop"), "--size", "16x16", "--quiet", "--out", (out / "procedures").string()}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set",
+                         "effects.motion=on", "--set", "tilecore.traversal=ray", "--set", "resolve.desampling=adaptive",
+                         "--set", "frame_buffer.compression=lossless", "--out", out.path().string()})
+                .status,
+            0);
+  ASSERT_EQ(
+      run_tessera({"replay", capture("workshop"), "--size", "16x16", "--quiet", "--out", (out / "procedures").string()})
+          .status,
+      0);
   std::set<std::string> described, counted;
-  const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output), frame = stats_of(out.path())["frames"][0],
-             procedures = stats_of(out / "procedures")["frames"][0];
+  const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output),
+             frame = stats_of(out.path())["frames"][0], procedures = stats_of(out / "procedures")["frames"][0];
   for (const json& row : rows) described.insert(row["name"]);
   for (const auto& [name, value] : procedures["counters"].items()) counted.insert(name);
   for (const auto& [name, value] : frame["counters"].items()) counted.insert(name);
   for (const auto& [name, value] : frame["baselines"]["immediate"].items()) counted.insert(name);
-  for (const std::string& name : described) EXPECT_TRUE(counted.contains(name)) << name << " is described and not counted";
-  for (const std::string& name : counted) EXPECT_TRUE(described.contains(name)) << name << " is counted and not described";
+  for (const std::string& name : described)
+    EXPECT_TRUE(counted.contains(name)) << name << " is described and not counted";
+  for (const std::string& name : counted)
+    EXPECT_TRUE(described.contains(name)) << name << " is counted and not described";
 }
 
 TEST(Program, HistoriesWarmUpsAndPicturesOfTheResolveUnitNeedDesampling) {
   const test::TemporaryFolder out;
   const auto replay = [&](std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"replay", capture("stroll"), "--size", "160x90", "--quiet", "--out", (out / "x").string()};
+    std::vector<std::string> arguments = {"replay", capture("stroll"),   "--size", "160x90", "--quiet",
+                                          "--out",  (out / "x").string()};
     if (std::find(more.begin(), more.end(), "--frames") == more.end()) more.insert(more.end(), {"--frames", "20:22"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tessera(arguments);
   };
   const std::string history = (out / "history").string(), on = "resolve.desampling=adaptive";
-  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--aux", "rate"}, {"--warmup", "2"}, {"--save-history", history}, {"--set", on, "--warmup", "-1"},
-                                                    {"--set", on, "--set", "resolve.k_stat=9"}, {"--set", on, "--set", "stereo.eye_separation=1", "--save-history", history}})
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--aux", "rate"},
+        {"--warmup", "2"},
+        {"--save-history", history},
+        {"--set", on, "--warmup", "-1"},
+        {"--set", on, "--set", "resolve.k_stat=9"},
+        {"--set", on, "--set", "stereo.eye_separation=1", "--save-history", history}})
     EXPECT_EQ(replay(arguments).status, 2) << arguments[0] << " " << arguments[1];
   EXPECT_EQ(replay({"--set", on, "--history", history}).status, 3);
-  ASSERT_EQ(replay({"--set", on, "--warmup", "2", "--save-history", history, "--aux", "rate,velocity,edges,discrepancy,origin,error"}).status, 0);
+  ASSERT_EQ(replay({"--set", on, "--warmup", "2", "--save-history", history, "--aux",
+                    "rate,velocity,edges,discrepancy,origin,error"})
+                .status,
+            0);
   // With a warm-up the first frame that is written has a history already; without it has none.
-  const auto advected = [&] { return stats_of(out / "x")["frames"][0]["counters"]["resolve.pixels_advected"].get<int>(); };
+  const auto advected = [&] {
+    return stats_of(out / "x")["frames"][0]["counters"]["resolve.pixels_advected"].get<int>();
+  };
   EXPECT_GT(advected(), 0);
   ASSERT_EQ(replay({"--set", on, "--history", history, "--frames", "22:23"}).status, 0);
   EXPECT_GT(advected(), 0);
   ASSERT_EQ(replay({"--set", on}).status, 0);
   EXPECT_EQ(advected(), 0);
   ASSERT_EQ(replay({"--set", "stereo.eye_separation=0.1"}).status, 0);
-  for (const char* name : {"frame_0020.right.exr", "frame_0020.right.png", "frame_0021.png"}) EXPECT_TRUE(fs::exists(out / "x" / name)) << name;
+  for (const char* name : {"frame_0020.right.exr", "frame_0020.right.png", "frame_0021.png"})
+    EXPECT_TRUE(fs::exists(out / "x" / name)) << name;
 }
 
 }  // namespace

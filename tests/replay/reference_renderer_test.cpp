@@ -31,7 +31,8 @@ struct Posed {
   Posed(const Capture& capture_in, int width, int height, int number, double edge = 2.0)
       : capture(capture_in), assembly(frontend::assemble(capture)) {
     settings.target_edge_pixels = edge;
-    frame = frontend::pose_frame(assembly, frame_camera(capture, settings, width, height), frame_request(capture, gpu, settings, width, height, number));
+    frame = frontend::pose_frame(assembly, frame_camera(capture, settings, width, height),
+                                 frame_request(capture, gpu, settings, width, height, number));
   }
   ReferenceRequest request(std::vector<int> samples, std::uint64_t seed = 1) const {
     ReferenceRequest out;
@@ -50,8 +51,8 @@ struct Posed {
 
 Capture shipped(const char* name) { return frontend::read_capture(test::shipped_capture(name)); }
 
-// A white, unlit half-plane over black: everything right of x = `edge` pixels, `depth` away, moving `way` pixels to the right
-// while the shutter is open, seen by an orthographic or a perspective camera.
+// A white, unlit half-plane over black: everything right of x = `edge` pixels, `depth` away, moving `way` pixels to the
+// right while the shutter is open, seen by an orthographic or a perspective camera.
 Capture half_plane(bool orthographic, double edge, double way, double depth, const frontend::Lens& lens = {}) {
   constexpr int kWidth = 32, kHeight = 8;
   Capture capture;
@@ -66,8 +67,11 @@ Capture half_plane(bool orthographic, double edge, double way, double depth, con
   test::add_camera(capture, DVec3(0.0), camera);
   // Scene units per pixel at that depth.
   const double unit = orthographic ? 1.0 : depth * std::tan(0.4) / (kHeight / 2.0);
-  const float x = static_cast<float>((edge - kWidth / 2.0) * unit), far = static_cast<float>(400 * unit), z = static_cast<float>(-depth);
-  const int node = test::add_node(capture, test::triangles({{x, -far, z}, {x + far, -far, z}, {x + far, far, z}, {x, far, z}}, {0, 1, 2, 0, 2, 3}, white));
+  const float x = static_cast<float>((edge - kWidth / 2.0) * unit), far = static_cast<float>(400 * unit),
+              z = static_cast<float>(-depth);
+  const int node = test::add_node(
+      capture,
+      test::triangles({{x, -far, z}, {x + far, -far, z}, {x + far, far, z}, {x, far, z}}, {0, 1, 2, 0, 2, 3}, white));
   if (way != 0) test::add_motion(capture, node, DVec3(way * unit, 0, 0));
   capture.settings.frame_rate = 1;
   capture.settings.shutter_close = way != 0 ? 1.0 : 0.0;
@@ -92,8 +96,8 @@ TEST(Reference, AConstantColourFillsEveryPixelExactly) {
   for (const float value : image.values) EXPECT_FLOAT_EQ(value, 1.0f);
 }
 
-// The share of a pixel and of the shutter that an edge leaves white, to five standard errors of the samples; the twin's edge is
-// where it is at shutter open, and far outside of that.
+// The share of a pixel and of the shutter that an edge leaves white, to five standard errors of the samples; the twin's
+// edge is where it is at shutter open, and far outside of that.
 TEST(Reference, CoverageOfAMovingEdgeIsTheMeanOverPixelAndShutter) {
   for (const bool orthographic : {true, false}) {
     const double edge = 9.3, way = 11.0;
@@ -105,7 +109,8 @@ TEST(Reference, CoverageOfAMovingEdgeIsTheMeanOverPixelAndShutter) {
     for (int x = 0; x < 32; ++x) {
       double expected = 0, at_open = 0;
       constexpr int kSteps = 20000;
-      for (int k = 0; k < kSteps; ++k) expected += std::clamp(x + 1 - (edge + way * (k + 0.5) / kSteps), 0.0, 1.0) / kSteps;
+      for (int k = 0; k < kSteps; ++k)
+        expected += std::clamp(x + 1 - (edge + way * (k + 0.5) / kSteps), 0.0, 1.0) / kSteps;
       at_open = std::clamp(x + 1 - edge, 0.0, 1.0);
       const double tolerance = 5 * std::sqrt(std::max(expected * (1 - expected), 1e-9) / (8 * 1024)) + 1e-4;
       EXPECT_NEAR(column_mean(image, x), expected, tolerance) << "column " << x << ", orthographic " << orthographic;
@@ -135,7 +140,9 @@ TEST(Reference, CoverageOfADefocusedEdgeIsThatOfTheLensDisc) {
       const double d = std::clamp((edge - (x + (k + 0.5) / kSteps)) / radius, -1.0, 1.0);
       expected += (std::acos(d) - d * std::sqrt(1 - d * d)) / std::numbers::pi / kSteps;
     }
-    EXPECT_NEAR(column_mean(image, x), expected, 5 * std::sqrt(std::max(expected * (1 - expected), 1e-9) / (8 * 1024)) + 1e-3) << "column " << x;
+    EXPECT_NEAR(column_mean(image, x), expected,
+                5 * std::sqrt(std::max(expected * (1 - expected), 1e-9) / (8 * 1024)) + 1e-3)
+        << "column " << x;
   }
 }
 
@@ -144,7 +151,8 @@ TEST(Reference, ErrorFallsWithTheRootOfTheSamples) {
   const Posed posed(capture, 64, 36, 14);
   const ReferenceScene scene(*posed.frame);
   const std::vector<int> samples = {16, 32, 64, 128, 256, 512, 1024};
-  const auto a = render_reference(scene, posed.request(samples, 1)), b = render_reference(scene, posed.request(samples, 2));
+  const auto a = render_reference(scene, posed.request(samples, 1)),
+             b = render_reference(scene, posed.request(samples, 2));
   std::vector<double> errors;
   for (std::size_t k = 0; k < samples.size(); ++k) errors.push_back(rms_difference(a[k], b[k]) / std::sqrt(2.0));
   EXPECT_NEAR(convergence_slope(samples, errors), -0.5, 0.05);
@@ -166,7 +174,8 @@ std::vector<RayPacket> packets_over(const ReferenceScene& scene, int count, std:
   test::Random random(seed);
   std::vector<RayPacket> packets(static_cast<std::size_t>(count));
   for (RayPacket& packet : packets) {
-    const double x0 = static_cast<double>(random.uniform(0, static_cast<float>(2 * scene.center_x))), y0 = static_cast<double>(random.uniform(0, static_cast<float>(2 * scene.center_y)));
+    const double x0 = static_cast<double>(random.uniform(0, static_cast<float>(2 * scene.center_x))),
+                 y0 = static_cast<double>(random.uniform(0, static_cast<float>(2 * scene.center_y)));
     for (std::size_t r = 0; r < RayPacket::kRays; ++r) {
       const auto unit = [&] { return static_cast<double>(random.uniform(0, 1)); };
       const double u = (unit() - 0.5) * scene.lens_scale, v = (unit() - 0.5) * scene.lens_scale;
@@ -186,7 +195,9 @@ int differences(const ReferenceScene& scene, std::vector<RayPacket> packets) {
     RayPacket all = packet;
     trace_packet(scene, packet);
     trace_packet_without_tree(scene, all);
-    for (std::size_t r = 0; r < RayPacket::kRays; ++r) different += packet.triangle[r] != all.triangle[r] || (packet.triangle[r] >= 0 && packet.depth[r] != all.depth[r]) ? 1 : 0;
+    for (std::size_t r = 0; r < RayPacket::kRays; ++r)
+      different +=
+          packet.triangle[r] != all.triangle[r] || (packet.triangle[r] >= 0 && packet.depth[r] != all.depth[r]) ? 1 : 0;
   }
   return different;
 }
@@ -218,8 +229,10 @@ TEST(ReferenceTree, BoxesHoldTheirTrianglesAtEveryTime) {
       for (const double t : {0.0, 0.3, 1.0})
         for (std::size_t a = 0; a < 3; ++a) {
           const double at = (1 - t) * scene.vertices[v][a] + t * scene.vertices[v][3 + a];
-          ASSERT_GE(at, (1 - t) * static_cast<double>(node.box[0].low[a]) + t * static_cast<double>(node.box[1].low[a]));
-          ASSERT_LE(at, (1 - t) * static_cast<double>(node.box[0].high[a]) + t * static_cast<double>(node.box[1].high[a]));
+          ASSERT_GE(at,
+                    (1 - t) * static_cast<double>(node.box[0].low[a]) + t * static_cast<double>(node.box[1].low[a]));
+          ASSERT_LE(at,
+                    (1 - t) * static_cast<double>(node.box[0].high[a]) + t * static_cast<double>(node.box[1].high[a]));
         }
   }
   EXPECT_GT(moving, 0u);
@@ -244,7 +257,8 @@ TEST(Reference, GivesTheSameBitsForAnyThreadsAndInstructionSet) {
 
 // ---- The machine ------------------------------------------------------------------------------------------------
 
-Image machine_picture(const Capture& capture, int width, int height, int frame, std::int64_t samples, std::int64_t seed = 0, double edge = 3.0) {
+Image machine_picture(const Capture& capture, int width, int height, int frame, std::int64_t samples,
+                      std::int64_t seed = 0, double edge = 3.0) {
   RunSettings settings;
   settings.samples_per_pixel = samples;
   settings.shading_rate = "sample";
@@ -259,7 +273,8 @@ double shown_psnr(const Image& a, const Image& b) { return psnr(display_values(a
 
 // At the same samples what differs is arithmetic alone: single precision and the grid of 1/256 pixel.
 TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
-  for (const auto& [name, number] : {std::pair<const char*, int>{"eggs", 14}, {"flyby", 0}, {"serpent", 12}, {"stroll", 3}, {"workshop", 0}}) {
+  for (const auto& [name, number] :
+       {std::pair<const char*, int>{"eggs", 14}, {"flyby", 0}, {"serpent", 12}, {"stroll", 3}, {"workshop", 0}}) {
     const Capture capture = shipped(name);
     const Posed posed(capture, 96, 54, number, 3.0);
     const ReferenceScene scene(*posed.frame);
@@ -300,7 +315,8 @@ TEST(Reference, IsWhereTheMachineGoesWithMoreSamples) {
 // ---- The store --------------------------------------------------------------------------------------------------
 
 Reference stored(const Capture& capture, const RunSettings& settings, const std::filesystem::path& folder) {
-  return get_reference(PreparedCapture(capture), {}, settings, {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder, "inputs");
+  return get_reference(PreparedCapture(capture), {}, settings,
+                       {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder, "inputs");
 }
 
 TEST(ReferenceStore, GivesBackTheVeryPictureAndWhatWasSaidOfIt) {
@@ -310,7 +326,8 @@ TEST(ReferenceStore, GivesBackTheVeryPictureAndWhatWasSaidOfIt) {
   EXPECT_EQ(again.color.channels, 3);
   for (int y = 0; y < 27; ++y)
     for (int x = 0; x < 48; ++x)
-      for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(again.color.at(x, y)[c], made.color.at(x, y)[c]) << x << ' ' << y << ' ' << c;
+      for (std::size_t c = 0; c < 3; ++c)
+        ASSERT_EQ(again.color.at(x, y)[c], made.color.at(x, y)[c]) << x << ' ' << y << ' ' << c;
   EXPECT_EQ(again.info, made.info);  // host times, too: it was not rendered again
 }
 
@@ -321,7 +338,8 @@ TEST(ReferenceStore, AnEffectThatIsTurnedOffIsAnotherReference) {
   RunSettings smooth;
   smooth.displacement = "off";
   EXPECT_GT(rms_difference(stored(capture, smooth, folder.path()).color, all.color), 1e-4);
-  for (const auto member : {&RunSettings::motion, &RunSettings::defocus, &RunSettings::displacement, &RunSettings::alpha_test, &RunSettings::blending, &RunSettings::procedures}) {
+  for (const auto member : {&RunSettings::motion, &RunSettings::defocus, &RunSettings::displacement,
+                            &RunSettings::alpha_test, &RunSettings::blending, &RunSettings::procedures}) {
     RunSettings settings;
     settings.*member = "off";
     EXPECT_NE(stored(capture, settings, folder.path()).info["host"], all.info["host"]);
@@ -337,7 +355,10 @@ TEST(ReferenceStore, RefusesAPictureOfAnotherSize) {
   for (const auto& file : std::filesystem::directory_iterator(folder.path() / "reference"))
     if (file.path().extension() == ".exr") {
       const std::vector<float> black(3, 0.0f);
-      write_exr(file.path(), 1, 1, {{"R", ExrChannel::Type::kFloat, black.data(), 3}, {"G", ExrChannel::Type::kFloat, black.data() + 1, 3}, {"B", ExrChannel::Type::kFloat, black.data() + 2, 3}});
+      write_exr(file.path(), 1, 1,
+                {{"R", ExrChannel::Type::kFloat, black.data(), 3},
+                 {"G", ExrChannel::Type::kFloat, black.data() + 1, 3},
+                 {"B", ExrChannel::Type::kFloat, black.data() + 2, 3}});
     }
   EXPECT_THROW(stored(capture, {}, folder.path()), InputError);
 }

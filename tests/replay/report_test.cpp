@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <span>
+#include <sstream>
 
 #include "base/image_codec.h"
 #include "replay/report/page_files.h"
@@ -33,19 +33,44 @@ class Report : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new test::TemporaryFolder;
-    run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines", "--out", path("replay")});
-    run({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--region", "10,8,70,40", "--out", path("frame")});
-    const json axes = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}}, {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}};
+    run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines",
+         "--out", path("replay")});
+    run({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--region", "10,8,70,40", "--out",
+         path("frame")});
+    const json axes = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}},
+                       {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}};
     // A text that would end the script it stands in, if it could.
-    const json study = {{"title", "A study </script><script>complain('escaped')</script>"}, {"captures", {test::shipped_capture("eggs").string()}}, {"size", "128x72"}, {"pictures", true}, {"axes", axes}};
+    const json study = {{"title", "A study </script><script>complain('escaped')</script>"},
+                        {"captures", {test::shipped_capture("eggs").string()}},
+                        {"size", "128x72"},
+                        {"pictures", true},
+                        {"axes", axes}};
     test::write_text(path("study.json"), study.dump());
     run({"sweep", path("study.json"), "--out", path("sweep")});
     run({"sweep", path("study.json"), "--out", path("shard"), "--shard", "1/2"});
     run({"report", path("shard")});
     // A file name that would be markup, if it could.
     fs::copy_file(test::shipped_capture("eggs"), path("a <b onclick='complain()'>&amp;.glb"));
-    run({"tradeoff", path("a <b onclick='complain()'>&amp;.glb"), "--size", "96x54", "--knobs", "samples,arithmetic,advection", "--joint", "samples,shading", "--rounds", "1", "--run", "1", "--reference-samples", "16", "--max-flip", "0.9",
-         "--set", "tile.width=16", "--out", path("tradeoff")});
+    run({"tradeoff",
+         path("a <b onclick='complain()'>&amp;.glb"),
+         "--size",
+         "96x54",
+         "--knobs",
+         "samples,arithmetic,advection",
+         "--joint",
+         "samples,shading",
+         "--rounds",
+         "1",
+         "--run",
+         "1",
+         "--reference-samples",
+         "16",
+         "--max-flip",
+         "0.9",
+         "--set",
+         "tile.width=16",
+         "--out",
+         path("tradeoff")});
   }
   static void TearDownTestSuite() {
     delete folder_;
@@ -94,21 +119,28 @@ TEST_F(Report, NeedsNoOtherFileAndNoNetwork) {
   for (const std::string& name : kPages) {
     // Scripts aside: what they would fetch is looked at below.
     std::string markup = test::read_text(page(name));
-    for (std::size_t at = 0; (at = markup.find("<script", at)) != std::string::npos;) markup.erase(at, markup.find("</script>", at) + 9 - at);
+    for (std::size_t at = 0; (at = markup.find("<script", at)) != std::string::npos;)
+      markup.erase(at, markup.find("</script>", at) + 9 - at);
     EXPECT_FALSE(std::regex_search(markup, kFetched)) << name;
   }
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
-  const OpenedPage opened = open_with("replay", "document.body.dataset.fetched = performance.getEntriesByType('resource').filter((entry) => !entry.name.startsWith('data:')).length;");
+  const OpenedPage opened =
+      open_with("replay",
+                "document.body.dataset.fetched = performance.getEntriesByType('resource').filter((entry) => "
+                "!entry.name.startsWith('data:')).length;");
   EXPECT_EQ(test::body_attribute(opened, "data-fetched"), "0");
 }
 
 TEST_F(Report, SectionsPlotsAndTablesAreThere) {
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
   const OpenedPage replay = test::open_page(page("replay")), sweep = test::open_page(page("sweep"));
-  for (const char* id : {"frames", "memory", "queues", "baselines", "counters", "effects", "configuration"}) EXPECT_THAT(replay.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
-  for (const char* id : {"study", "pareto", "curves", "purposes", "frames", "points", "configuration"}) EXPECT_THAT(sweep.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
+  for (const char* id : {"frames", "memory", "queues", "baselines", "counters", "effects", "configuration"})
+    EXPECT_THAT(replay.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
+  for (const char* id : {"study", "pareto", "curves", "purposes", "frames", "points", "configuration"})
+    EXPECT_THAT(sweep.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
   // Every counter, setting and number of the machine.
-  for (const char* text : {"tilecore.triangle_tests", "sampling.samples_per_pixel", "parameter_buffer.bytes"}) EXPECT_THAT(replay.dom, HasSubstr(text));
+  for (const char* text : {"tilecore.triangle_tests", "sampling.samples_per_pixel", "parameter_buffer.bytes"})
+    EXPECT_THAT(replay.dom, HasSubstr(text));
   EXPECT_THAT(sweep.dom, HasSubstr("6 points: 4 rendered, 0 not done yet, 2 with values that do not fit each other"));
   EXPECT_THAT(test::open_page(page("shard")).dom, HasSubstr("3 not done yet"));
 }
@@ -120,12 +152,15 @@ TEST_F(Report, CyclesAndEnergyAreShownWhereTheModelRan) {
   for (std::size_t at = cycles.size(); at > 3;) cycles.insert(at -= 3, "\u202f");  // narrow spaces between thousands
   const OpenedPage opened = test::open_page(page("replay"));
   const std::string bound_by = frame["timing"]["bound_by"];
-  for (const std::string& text : {std::string("<section id=\"timing\""), std::string("<section id=\"energy\""), "Frame 2: " + cycles + " cycles, bound by " + bound_by + "."})
+  for (const std::string& text : {std::string("<section id=\"timing\""), std::string("<section id=\"energy\""),
+                                  "Frame 2: " + cycles + " cycles, bound by " + bound_by + "."})
     EXPECT_THAT(opened.dom, HasSubstr(text));
-  run({"replay", test::shipped_capture("eggs").string(), "--size", "32x18", "--set", "output.machine_model=false", "--out", path("untimed")});
+  run({"replay", test::shipped_capture("eggs").string(), "--size", "32x18", "--set", "output.machine_model=false",
+       "--out", path("untimed")});
   const OpenedPage untimed = test::open_page(page("untimed"));
   EXPECT_EQ(test::body_attribute(untimed, "data-errors"), "0") << untimed.console;
-  for (const char* text : {"<section id=\"timing\"", "<section id=\"energy\""}) EXPECT_THAT(untimed.dom, testing::Not(HasSubstr(text)));
+  for (const char* text : {"<section id=\"timing\"", "<section id=\"energy\""})
+    EXPECT_THAT(untimed.dom, testing::Not(HasSubstr(text)));
 }
 
 TEST_F(Report, TextsOfFilesNeverBecomeMarkup) {
@@ -169,16 +204,23 @@ TEST_F(Report, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
     std::istringstream stream(line);
     for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
     if (head.empty()) head = cells;
-    const auto cell = [&](const char* name) { return cells.at(static_cast<std::size_t>(std::find(head.begin(), head.end(), name) - head.begin())); };
+    const auto cell = [&](const char* name) {
+      return cells.at(static_cast<std::size_t>(std::find(head.begin(), head.end(), name) - head.begin()));
+    };
     if (cell("tile.width") == "32") expected.push_back(cell("binner.queue_bytes_peak"));
   }
   ASSERT_EQ(expected.size(), 2u);
   std::string text = test::read_text(page("sweep"));
-  text.insert(text.rfind("</body>"), "<script>document.body.dataset.values = drawn.find((entry) => entry.place.closest('#curves')).rows().map((row) => row.y).join(' ');</script>");
+  text.insert(text.rfind("</body>"),
+              "<script>document.body.dataset.values = drawn.find((entry) => "
+              "entry.place.closest('#curves')).rows().map((row) => row.y).join(' ');</script>");
   test::write_text(path("with.html"), text);
-  const std::string address = "curves.along=frontend.split_pixels&curves.lines=frontend.split_pixels&curves.column=binner.queue_bytes_peak";
-  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), address + "&curves.tile.width=32"), "data-values"), expected[0] + " " + expected[1]);
-  EXPECT_NE(test::body_attribute(test::open_page(path("with.html"), address), "data-values"), expected[0] + " " + expected[1]);
+  const std::string address =
+      "curves.along=frontend.split_pixels&curves.lines=frontend.split_pixels&curves.column=binner.queue_bytes_peak";
+  EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), address + "&curves.tile.width=32"), "data-values"),
+            expected[0] + " " + expected[1]);
+  EXPECT_NE(test::body_attribute(test::open_page(path("with.html"), address), "data-values"),
+            expected[0] + " " + expected[1]);
 }
 
 // ---- A tradeoff -------------------------------------------------------------------------------------------------
@@ -188,7 +230,8 @@ class TradeoffReport : public Report {
   static json tradeoff() { return json::parse(test::read_text(path("tradeoff/tradeoff.json"))); }
   static json knob(const std::string& name) {
     const json result = tradeoff();
-    return *std::find_if(result["knobs"].begin(), result["knobs"].end(), [&](const json& k) { return k["name"] == name; });
+    return *std::find_if(result["knobs"].begin(), result["knobs"].end(),
+                         [&](const json& k) { return k["name"] == name; });
   }
   // As the page writes numbers: narrow spaces between thousands.
   static std::string grouped(std::uint64_t value) {
@@ -202,7 +245,8 @@ TEST_F(TradeoffReport, EveryKnobHasItsSectionWithItsSettingsOrTheReasonWhyItIsLe
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
   const json result = tradeoff();
   const std::string dom = test::open_page(page("tradeoff")).dom;
-  for (const char* id : {"summary", "front", "convergence", "configuration"}) EXPECT_THAT(dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
+  for (const char* id : {"summary", "front", "convergence", "configuration"})
+    EXPECT_THAT(dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
   std::size_t skipped = 0, settings = 0;
   for (const json& k : result["knobs"]) {
     EXPECT_THAT(dom, HasSubstr("<section id=\"knob-" + k["name"].get<std::string>() + "\""));
@@ -218,7 +262,8 @@ TEST_F(TradeoffReport, EveryKnobHasItsSectionWithItsSettingsOrTheReasonWhyItIsLe
     }
   }
   EXPECT_EQ(skipped, 1u) << "nothing is advected in a first frame";
-  EXPECT_THAT(dom, HasSubstr(std::to_string(settings) + " settings of " + std::to_string(result["knobs"].size() - skipped) + " knobs"));
+  EXPECT_THAT(dom, HasSubstr(std::to_string(settings) + " settings of " +
+                             std::to_string(result["knobs"].size() - skipped) + " knobs"));
   EXPECT_THAT(dom, HasSubstr("<pre>" + result["cheapest"]["setting"]["arguments"].get<std::string>() + "</pre>"));
 }
 
@@ -234,8 +279,11 @@ TEST_F(TradeoffReport, ThePlottedFrontIsTheOneOfTheResult) {
   ASSERT_FALSE(expected.empty());
   ASSERT_LT(expected.size(), all.size());
   std::string text = test::read_text(page("tradeoff"));
-  text.insert(text.rfind("</body>"), "<script>{ const rows = drawn.find((entry) => entry.place.closest('#front')).rows(), label = (row) => data.tradeoff.knobs.flatMap((knob) => knob.settings)[row.index].label;"
-                                     "document.body.dataset.front = rows.filter((row) => row.front).map(label).join(';'); document.body.dataset.all = rows.map(label).join(';'); }</script>");
+  text.insert(text.rfind("</body>"),
+              "<script>{ const rows = drawn.find((entry) => entry.place.closest('#front')).rows(), label = (row) => "
+              "data.tradeoff.knobs.flatMap((knob) => knob.settings)[row.index].label;"
+              "document.body.dataset.front = rows.filter((row) => row.front).map(label).join(';'); "
+              "document.body.dataset.all = rows.map(label).join(';'); }</script>");
   test::write_text(path("with.html"), text);
   const OpenedPage opened = test::open_page(path("with.html"), "front.knob=joint");
   const auto labels = [&](const char* name) {
@@ -268,16 +316,22 @@ TEST_F(TradeoffReport, ASettingIsChosenByKeysAndShowsItsArguments) {
 TEST_F(TradeoffReport, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
   std::string text = test::read_text(page("tradeoff"));
-  text.insert(text.rfind("</body>"), "<script>document.body.dataset.points = drawn.find((entry) => entry.place.closest('#front')).rows().map((row) => row.x + ' ' + row.y).join(';');</script>");
+  text.insert(text.rfind("</body>"),
+              "<script>document.body.dataset.points = drawn.find((entry) => "
+              "entry.place.closest('#front')).rows().map((row) => row.x + ' ' + row.y).join(';');</script>");
   test::write_text(path("with.html"), text);
   std::string expected, wrong;
   const json samples = knob("samples");
   for (const json& row : samples["settings"]) {
-    const auto add = [](std::string& to, const json& x, const json& y) { to += (to.empty() ? "" : ";") + x.dump() + " " + y.dump(); };
+    const auto add = [](std::string& to, const json& x, const json& y) {
+      to += (to.empty() ? "" : ";") + x.dump() + " " + y.dump();
+    };
     add(expected, row["dram_bytes"], row["error"]["max_error"]);
     add(wrong, row["cycles"], row["error"]["flip"]);
   }
-  const std::string points = test::body_attribute(test::open_page(path("with.html"), "front.knob=samples&front.across=dram_bytes&front.up=max_error"), "data-points");
+  const std::string points = test::body_attribute(
+      test::open_page(path("with.html"), "front.knob=samples&front.across=dram_bytes&front.up=max_error"),
+      "data-points");
   EXPECT_EQ(points, expected);
   EXPECT_NE(points, wrong);
   EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), "front.knob=samples"), "data-points"), wrong);
@@ -295,18 +349,53 @@ TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
   const json sound = tradeoff();
   fs::create_directories(path("lacking"));
   std::vector<json::json_pointer> places;
-  for (const char* place : {"/schema", "/stopped", "/capture", "/frame", "/size", "/size/1", "/rounds", "/settings", "/gpu", "/knobs", "/reference", "/reference/samples", "/reference/edge_pixels", "/reference/psnr_db",
-                            "/reference/convergence", "/reference/convergence/samples", "/reference/convergence/rms_error", "/reference/convergence/slope", "/reference/convergence/size", "/cheapest/setting", "/cheapest/cost",
-                            "/knobs/0/name", "/knobs/0/title", "/knobs/0/settings", "/knobs/0/settings/1/label", "/knobs/0/settings/1/says", "/knobs/0/settings/1/arguments", "/knobs/0/settings/1/error",
-                            "/knobs/0/settings/1/error/flip", "/knobs/0/settings/1/error/ssim", "/knobs/0/settings/1/error/psnr_db", "/knobs/0/settings/1/error/max_error", "/knobs/0/settings/1/cycles",
-                            "/knobs/0/settings/1/front", "/knobs/0/settings/1/host", "/knobs/0/settings/1/host/seconds/median", "/knobs/0/settings/1/host/seconds/low", "/knobs/0/settings/1/host/processor_seconds"})
+  for (const char* place : {"/schema",
+                            "/stopped",
+                            "/capture",
+                            "/frame",
+                            "/size",
+                            "/size/1",
+                            "/rounds",
+                            "/settings",
+                            "/gpu",
+                            "/knobs",
+                            "/reference",
+                            "/reference/samples",
+                            "/reference/edge_pixels",
+                            "/reference/psnr_db",
+                            "/reference/convergence",
+                            "/reference/convergence/samples",
+                            "/reference/convergence/rms_error",
+                            "/reference/convergence/slope",
+                            "/reference/convergence/size",
+                            "/cheapest/setting",
+                            "/cheapest/cost",
+                            "/knobs/0/name",
+                            "/knobs/0/title",
+                            "/knobs/0/settings",
+                            "/knobs/0/settings/1/label",
+                            "/knobs/0/settings/1/says",
+                            "/knobs/0/settings/1/arguments",
+                            "/knobs/0/settings/1/error",
+                            "/knobs/0/settings/1/error/flip",
+                            "/knobs/0/settings/1/error/ssim",
+                            "/knobs/0/settings/1/error/psnr_db",
+                            "/knobs/0/settings/1/error/max_error",
+                            "/knobs/0/settings/1/cycles",
+                            "/knobs/0/settings/1/front",
+                            "/knobs/0/settings/1/host",
+                            "/knobs/0/settings/1/host/seconds/median",
+                            "/knobs/0/settings/1/host/seconds/low",
+                            "/knobs/0/settings/1/host/processor_seconds"})
     places.emplace_back(place);
   for (const json::json_pointer& place : places) {
     ASSERT_TRUE(sound.contains(place)) << place.to_string();
     json lacking = sound, other = sound;
     json& holder = lacking[place.parent_pointer()];
-    if (holder.is_object()) holder.erase(place.back());
-    else holder.erase(std::stoul(place.back()));
+    if (holder.is_object())
+      holder.erase(place.back());
+    else
+      holder.erase(std::stoul(place.back()));
     other[place] = json::array({json::array()});
     for (const json& broken : {lacking, other}) {
       test::write_text(path("lacking/tradeoff.json"), broken.dump());
@@ -324,7 +413,9 @@ TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
 
 TEST_F(Report, FollowsTheReadersWishForDarkOrLight) {
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
-  const std::string script = "document.body.dataset.ground = getComputedStyle(document.body).backgroundColor; document.body.dataset.axis = plotTheme().axis.titleColor;";
+  const std::string script =
+      "document.body.dataset.ground = getComputedStyle(document.body).backgroundColor; document.body.dataset.axis = "
+      "plotTheme().axis.titleColor;";
   const OpenedPage light = open_with("replay", script, false), dark = open_with("replay", script, true);
   EXPECT_EQ(test::body_attribute(light, "data-ground"), "rgb(255, 255, 255)");
   EXPECT_EQ(test::body_attribute(dark, "data-ground"), "rgb(20, 23, 27)");
@@ -351,13 +442,16 @@ TEST(ReportColors, TextIsReadableInDarkAndLight) {
   const std::string css(page_files().at("page.css"));
   static const std::regex kRoot(":root \\{([^}]*)\\}"), kColor("--([a-z]+): (#[0-9a-f]{6})");
   int schemes = 0;
-  for (auto root = std::sregex_iterator(css.begin(), css.end(), kRoot); root != std::sregex_iterator(); ++root, ++schemes) {
+  for (auto root = std::sregex_iterator(css.begin(), css.end(), kRoot); root != std::sregex_iterator();
+       ++root, ++schemes) {
     const std::string body = (*root)[1];
     std::map<std::string, std::string> color;
-    for (auto at = std::sregex_iterator(body.begin(), body.end(), kColor); at != std::sregex_iterator(); ++at) color[(*at)[1]] = (*at)[2];
+    for (auto at = std::sregex_iterator(body.begin(), body.end(), kColor); at != std::sregex_iterator(); ++at)
+      color[(*at)[1]] = (*at)[2];
     for (const char* ground : {"ground", "panel"}) {
       EXPECT_GE(contrast(color.at("ink"), color.at(ground)), 7.0) << ground;
-      for (const char* text : {"quiet", "accent", "mark"}) EXPECT_GE(contrast(color.at(text), color.at(ground)), 4.5) << text << " on " << ground;
+      for (const char* text : {"quiet", "accent", "mark"})
+        EXPECT_GE(contrast(color.at(text), color.at(ground)), 4.5) << text << " on " << ground;
     }
   }
   EXPECT_EQ(schemes, 2);
@@ -371,11 +465,15 @@ TEST_F(Report, ItsPhotographShowsPictureMapAndPlots) {
     const std::string bytes = test::photograph_page(page("replay"), 1000, 1400, fragment);
     DecodedImage image;
     std::string fault;
-    EXPECT_TRUE(decode_image(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()), {}, image, fault)) << fault;
+    EXPECT_TRUE(
+        decode_image(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()), {}, image, fault))
+        << fault;
     std::map<int, std::size_t> counts;
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x)
-        ++counts[static_cast<int>(image.unorm(x, y, 0) * 255 + 0.5f) << 16 | static_cast<int>(image.unorm(x, y, 1) * 255 + 0.5f) << 8 | static_cast<int>(image.unorm(x, y, 2) * 255 + 0.5f)];
+        ++counts[static_cast<int>(image.unorm(x, y, 0) * 255 + 0.5f) << 16 |
+                 static_cast<int>(image.unorm(x, y, 1) * 255 + 0.5f) << 8 |
+                 static_cast<int>(image.unorm(x, y, 2) * 255 + 0.5f)];
     return counts;
   };
   const auto with = colors("map=box_tests"), frame2 = colors("map=box_tests&picture=2");
@@ -398,12 +496,15 @@ TEST_F(Report, MadeAgainGivesTheSameBytes) {
 TEST_F(Report, FoldersThatHoldNothingToReportEndWithStatus3) {
   fs::create_directories(path("empty"));
   fs::create_directories(path("broken"));
-  EXPECT_THAT(run_tessera({"report", path("empty")}).errors, HasSubstr("holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"));
+  EXPECT_THAT(run_tessera({"report", path("empty")}).errors,
+              HasSubstr("holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"));
   EXPECT_THAT(run_tessera({"report", path("none")}).errors, HasSubstr("none: no such folder"));
   for (const char* file : {"stats.json", "sweep.json", "tradeoff.json"})
-    for (const char* text : {"", "{", "[]", "{}", R"({"schema": "tessera.stats/1", "frames": []})", R"({"schema": "tessera.stats/1", "frames": [{}], "settings": {"region": [0]}})", R"({"points": [{"hash": 3}]})",
-                             R"({"schema": "tessera.tradeoff/1", "knobs": []})", "7"}) {
-      for (const char* other : {"stats.json", "sweep.json", "tradeoff.json"}) fs::remove(path(std::string("broken/") + other));
+    for (const char* text : {"", "{", "[]", "{}", R"({"schema": "tessera.stats/1", "frames": []})",
+                             R"({"schema": "tessera.stats/1", "frames": [{}], "settings": {"region": [0]}})",
+                             R"({"points": [{"hash": 3}]})", R"({"schema": "tessera.tradeoff/1", "knobs": []})", "7"}) {
+      for (const char* other : {"stats.json", "sweep.json", "tradeoff.json"})
+        fs::remove(path(std::string("broken/") + other));
       test::write_text(path(std::string("broken/") + file), text);
       const ProcessResult r = run_tessera({"report", path("broken")});
       EXPECT_EQ(r.status, 3) << file << " " << text << ": " << r.errors;
@@ -417,7 +518,8 @@ TEST_F(Report, WithoutVegaAReplaySaysSoAndIsDoneAndAReportFails) {
     arguments.insert(arguments.begin(), {"/usr/bin/env", "TESSERA_VEGA=" + path("nowhere"), TESSERA_PROGRAM});
     return test::run_process(arguments);
   };
-  const ProcessResult replay = without_vega({"replay", test::shipped_capture("vases").string(), "--size", "32x32", "--out", path("bare")});
+  const ProcessResult replay =
+      without_vega({"replay", test::shipped_capture("vases").string(), "--size", "32x32", "--out", path("bare")});
   EXPECT_EQ(replay.status, 0);
   EXPECT_THAT(replay.errors, HasSubstr("note: no report.html: "));
   EXPECT_THAT(replay.errors, HasSubstr("install Debian's package libjs-vega"));

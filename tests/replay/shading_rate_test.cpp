@@ -1,4 +1,5 @@
-// Shading through the cache in whole frames of shipped captures: same picture on every machine, at a cost that blur leaves alone.
+// Shading through the cache in whole frames of shipped captures: same picture on every machine, at a cost that blur
+// leaves alone.
 #include <gtest/gtest.h>
 
 #include "base/simd_targets.h"
@@ -17,7 +18,8 @@ struct Machine {
   std::string rate = "cache";
 };
 
-FrameResult render(const frontend::Capture& capture, const Machine& machine, int frame, int width = 240, int height = 135) {
+FrameResult render(const frontend::Capture& capture, const Machine& machine, int frame, int width = 240,
+                   int height = 135) {
   const ThreadLimit threads(machine.threads);
   force_simd_target(machine.plainest_simd ? simd_target_names().back() : "");
   hardware::GpuConfiguration gpu;
@@ -36,10 +38,13 @@ TEST(ShadingRate, ThePictureFromTheCacheIsTheSameOnEveryMachine) {
   for (const auto& [name, frame] : {std::pair{"eggs", 14}, std::pair{"serpent", 12}, std::pair{"flyby", 0}}) {
     const frontend::Capture capture = frontend::read_capture(test::shipped_capture(name));
     const FrameResult expected = render(capture, {}, frame);
-    for (const Machine& machine : {Machine{.tile = 16, .entries = 1}, Machine{.tile = 16, .entries = 16, .group = 3}, Machine{.tile = 64, .entries = 1000000, .group = 64},
+    for (const Machine& machine : {Machine{.tile = 16, .entries = 1}, Machine{.tile = 16, .entries = 16, .group = 3},
+                                   Machine{.tile = 64, .entries = 1000000, .group = 64},
                                    Machine{.threads = 1, .plainest_simd = true}, Machine{.tile = 64, .threads = 3}}) {
       const FrameResult r = render(capture, machine, frame);
-      EXPECT_EQ(r.targets.color.values, expected.targets.color.values) << name << ", tiles of " << machine.tile << ", " << machine.entries << " entries, groups of " << machine.group;
+      EXPECT_EQ(r.targets.color.values, expected.targets.color.values)
+          << name << ", tiles of " << machine.tile << ", " << machine.entries << " entries, groups of "
+          << machine.group;
       EXPECT_EQ(r.targets.normal.values, expected.targets.normal.values) << name;
       EXPECT_EQ(r.counters.shading.samples_visible, expected.counters.shading.samples_visible) << name;
     }
@@ -51,14 +56,18 @@ TEST(ShadingRate, CountersOfTheCacheAreTheSameForAnyThreadsAndInstructionSet) {
   const frontend::Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
   for (const std::int64_t group : {1, 2}) {
     const nlohmann::json expected = counters_json(render(capture, {.entries = 200, .group = group}, 14).counters);
-    for (const Machine& machine : {Machine{.entries = 200, .group = group, .threads = 1, .plainest_simd = true}, Machine{.entries = 200, .group = group, .threads = 4}, Machine{.entries = 200, .group = group, .threads = 2}})
+    for (const Machine& machine :
+         {Machine{.entries = 200, .group = group, .threads = 1, .plainest_simd = true},
+          Machine{.entries = 200, .group = group, .threads = 4}, Machine{.entries = 200, .group = group, .threads = 2}})
       EXPECT_EQ(counters_json(render(capture, machine, 14).counters), expected) << group;
   }
 }
 
 TEST(ShadingRate, GroupsOfTilesAndRoomSaveRunsOfThePixelShader) {
   const frontend::Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
-  const auto runs = [&](const Machine& machine) { return render(capture, machine, 14).counters.shading.pixel_shader_invocations; };
+  const auto runs = [&](const Machine& machine) {
+    return render(capture, machine, 14).counters.shading.pixel_shader_invocations;
+  };
   const std::uint64_t apart = runs({}), together = runs({.entries = 1000000, .group = 64});
   EXPECT_LT(together, apart);
   EXPECT_GT(runs({.entries = 16}), apart);

@@ -40,10 +40,14 @@ std::vector<json> first_values(const StudyAxis& axis) {
 
 TEST(Study, AxesAreListsAndRanges) {
   const test::TemporaryFolder folder;
-  const Study study = read(folder, study_with({{"axes", {{{"key", "tile.width"}, {"values", {16, 64}}},
-                                                         {{"key", "frontend.split_depth"}, {"range", {{"from", 0}, {"to", 5}, {"step", 2}}}},
-                                                         {{"key", "parameter_buffer.bytes"}, {"range", {{"from", 4096}, {"to", 65536}, {"factor", 4}}}},
-                                                         {{"key", "tessellation.target_edge_pixels"}, {"range", {{"from", 0.5}, {"to", 1.0}, {"step", 0.1}}}}}}}));
+  const Study study = read(
+      folder,
+      study_with(
+          {{"axes",
+            {{{"key", "tile.width"}, {"values", {16, 64}}},
+             {{"key", "frontend.split_depth"}, {"range", {{"from", 0}, {"to", 5}, {"step", 2}}}},
+             {{"key", "parameter_buffer.bytes"}, {"range", {{"from", 4096}, {"to", 65536}, {"factor", 4}}}},
+             {{"key", "tessellation.target_edge_pixels"}, {"range", {{"from", 0.5}, {"to", 1.0}, {"step", 0.1}}}}}}}));
   ASSERT_EQ(study.axes.size(), 4u);
   EXPECT_THAT(first_values(study.axes[0]), ElementsAre(16, 64));
   EXPECT_THAT(first_values(study.axes[1]), ElementsAre(0, 2, 4));
@@ -54,7 +58,9 @@ TEST(Study, AxesAreListsAndRanges) {
 
 TEST(Study, KeysOfOneAxisAreSetTogether) {
   const test::TemporaryFolder folder;
-  const Study study = read(folder, study_with({{"axes", {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, json::array({32, 64})}}}}}}));
+  const Study study = read(
+      folder,
+      study_with({{"axes", {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, json::array({32, 64})}}}}}}));
   EXPECT_EQ(study.point_count, 2u);
   const PointConfiguration same = configure_point(study, {0}), apart = configure_point(study, {1});
   EXPECT_EQ(same.gpu.tile_width, 16);
@@ -66,7 +72,10 @@ TEST(Study, KeysOfOneAxisAreSetTogether) {
 TEST(Study, MachineAndSizeAreAxesToo) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "mine.json", R"({"preset": "small", "tile": {"width": 24}})");
-  const Study study = read(folder, study_with({{"settings", {{"tile.height", 48}}}, {"axes", {{{"key", "gpu"}, {"values", {"large", "mine.json"}}}, {{"key", "size"}, {"values", {"64x36", "16x16"}}}}}}));
+  const Study study = read(folder, study_with({{"settings", {{"tile.height", 48}}},
+                                               {"axes",
+                                                {{{"key", "gpu"}, {"values", {"large", "mine.json"}}},
+                                                 {{"key", "size"}, {"values", {"64x36", "16x16"}}}}}}));
   const PointConfiguration large = configure_point(study, {0, 0}), mine = configure_point(study, {1, 1});
   EXPECT_EQ(large.gpu.tile_width, 64);
   EXPECT_EQ(large.gpu.tile_height, 48) << "fixed settings come after the machine";
@@ -76,7 +85,8 @@ TEST(Study, MachineAndSizeAreAxesToo) {
 
 TEST(Study, ColumnsAreNamesAndPatterns) {
   const test::TemporaryFolder folder;
-  const Study study = read(folder, study_with({{"columns", {"tilecore.triangles", "dram.*.tile_queue.*", "baseline.*.queue_bytes_peak"}}}));
+  const Study study = read(
+      folder, study_with({{"columns", {"tilecore.triangles", "dram.*.tile_queue.*", "baseline.*.queue_bytes_peak"}}}));
   EXPECT_EQ(study.columns.front(), "tilecore.triangles");
   EXPECT_THAT(study.columns, testing::Contains("dram.binner.tile_queue.written_bytes"));
   EXPECT_THAT(study.columns, testing::Contains("baseline.post-tessellation.queue_bytes_peak"));
@@ -87,8 +97,12 @@ TEST(Study, ColumnsAreNamesAndPatterns) {
 
 TEST(Study, PointsAreThereOnceEachAndTheLastAxisIsTheFastest) {
   const test::TemporaryFolder folder;
-  const Study study = read(folder, study_with({{"captures", {test::shipped_capture("vases").string(), test::shipped_capture("flyby").string()}},
-                                               {"axes", {{{"key", "tile.width"}, {"values", {16, 32}}}, {{"key", "sampling.seed"}, {"values", {0, 1, 2}}}}}}));
+  const Study study =
+      read(folder,
+           study_with(
+               {{"captures", {test::shipped_capture("vases").string(), test::shipped_capture("flyby").string()}},
+                {"axes",
+                 {{{"key", "tile.width"}, {"values", {16, 32}}}, {{"key", "sampling.seed"}, {"values", {0, 1, 2}}}}}}));
   const std::vector<SweepPoint> points = expand_points(study, "program");
   ASSERT_EQ(points.size(), 12u);
   std::set<std::string> hashes;
@@ -109,7 +123,13 @@ std::string first_hash(const json& members, const std::string& program = "progra
 
 TEST(PointHash, CoversEverythingThatAResultFollowsFrom) {
   const std::string plain = first_hash(json::object());
-  const std::vector<json> changes = {{{"frames", "1:2"}}, {{"size", "33x32"}}, {{"gpu", "large"}}, {{"settings", {{"sampling.seed", 1}}}}, {{"settings", {{"tile.width", 64}}}}, {{"pictures", true}}, {{"baselines", true}},
+  const std::vector<json> changes = {{{"frames", "1:2"}},
+                                     {{"size", "33x32"}},
+                                     {{"gpu", "large"}},
+                                     {{"settings", {{"sampling.seed", 1}}}},
+                                     {{"settings", {{"tile.width", 64}}}},
+                                     {{"pictures", true}},
+                                     {{"baselines", true}},
                                      {{"captures", {test::shipped_capture("flyby").string()}}}};
   std::set<std::string> hashes = {plain};
   for (const json& change : changes) EXPECT_TRUE(hashes.insert(first_hash(change)).second) << change;
@@ -120,12 +140,14 @@ TEST(PointHash, DoesNotCoverNamesAndColumns) {
   const std::string plain = first_hash(json::object());
   EXPECT_EQ(first_hash({{"title", "mine"}, {"columns", {"tilecore.triangles"}}}), plain);
   EXPECT_EQ(first_hash({{"settings", {{"sampling.seed", 0}}}}), plain) << "a default that is written down";
-  EXPECT_EQ(first_hash({{"axes", {{{"key", "sampling.seed"}, {"values", {0, 1}}}}}}), plain) << "a value is the same on an axis";
+  EXPECT_EQ(first_hash({{"axes", {{{"key", "sampling.seed"}, {"values", {0, 1}}}}}}), plain)
+      << "a value is the same on an axis";
 }
 
 TEST(CaptureFingerprint, CoversTheFilesThatACaptureNames) {
   const test::TemporaryFolder folder;
-  test::write_text(folder / "a.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "a%20b.bin", "byteLength": 3}]})");
+  test::write_text(folder / "a.gltf",
+                   R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "a%20b.bin", "byteLength": 3}]})");
   test::write_text(folder / "a b.bin", "abc");
   const std::string before = capture_fingerprint(folder / "a.gltf");
   EXPECT_EQ(capture_fingerprint(folder / "a.gltf"), before);
@@ -151,28 +173,40 @@ TEST(Study, FaultsAreNamedByTheirPlaceWithTheNearestKnownName) {
       {{{"frames", "3:1"}}, "/frames: frames 3:1: expected A:B with A < B"},
       {{{"size", 3}}, "/size: is not a text"},
       {{{"gpu", "enormous"}}, "/gpu: unknown GPU preset"},
-      {{{"settings", {{"tile.widht", 16}}}}, "/settings/tile.widht: unknown key 'tile.widht'; did you mean 'tile.width'?"},
-      {{{"settings", {{"tile.width", 4000}}}}, "/settings/tile.width: tile.width: '4000' is not a whole number from 8 to 256 pixels"},
+      {{{"settings", {{"tile.widht", 16}}}},
+       "/settings/tile.widht: unknown key 'tile.widht'; did you mean 'tile.width'?"},
+      {{{"settings", {{"tile.width", 4000}}}},
+       "/settings/tile.width: tile.width: '4000' is not a whole number from 8 to 256 pixels"},
       {{{"settings", {{"size", "3x3"}}}}, "/settings/size: is a member of the study itself"},
-      {{{"columns", {"tilecore.triangels"}}}, "/columns/0: unknown key 'tilecore.triangels'; did you mean 'tilecore.triangles'?"},
+      {{{"columns", {"tilecore.triangels"}}},
+       "/columns/0: unknown key 'tilecore.triangels'; did you mean 'tilecore.triangles'?"},
       {{{"columns", {"nothing.*"}}}, "/columns/0: unknown key 'nothing.*'"},
       {{{"columns", json::array()}}, "/columns: is not a list"},
       {{{"pictures", "yes"}}, "/pictures: is neither true nor false"},
-      {axis({{"key", "tile.widht"}, {"values", {16}}}), "/axes/0/key: unknown key 'tile.widht'; did you mean 'tile.width'?"},
+      {axis({{"key", "tile.widht"}, {"values", {16}}}),
+       "/axes/0/key: unknown key 'tile.widht'; did you mean 'tile.width'?"},
       {axis({{"key", "tile.width"}, {"vales", {16}}}), "/axes/0/vales: unknown key 'vales'; did you mean 'values'?"},
       {axis({{"key", "tile.width"}}), "/axes/0: needs either 'values' or 'range'"},
       {axis({{"values", {16}}}), "/axes/0: needs either 'key' or 'keys'"},
       {axis({{"key", "tile.width"}, {"values", json::array()}}), "/axes/0/values: is not a list of values"},
       {axis({{"key", "tile.width"}, {"values", {16, 16}}}), "/axes/0/values/1: is there twice"},
       {axis({{"key", "tile.width"}, {"values", {16, "wide"}}}), "/axes/0/values/1: tile.width: 'wide'"},
-      {axis({{"keys", {"tile.width", "tile.height"}}, {"values", {json::array({16})}}}), "/axes/0/values/0: has 1 values for 2 keys"},
-      {axis({{"key", "tile.width"}, {"range", {{"from", 8}, {"to", 64}}}}), "/axes/0/range: needs either 'step' or 'factor'"},
-      {axis({{"key", "tile.width"}, {"range", {{"from", 8}, {"to", 64}, {"step", 0}}}}), "/axes/0/range/step: is not greater than 0"},
-      {axis({{"key", "tile.width"}, {"range", {{"from", 64}, {"to", 8}, {"step", 8}}}}), "/axes/0/range: ends before it begins"},
+      {axis({{"keys", {"tile.width", "tile.height"}}, {"values", {json::array({16})}}}),
+       "/axes/0/values/0: has 1 values for 2 keys"},
+      {axis({{"key", "tile.width"}, {"range", {{"from", 8}, {"to", 64}}}}),
+       "/axes/0/range: needs either 'step' or 'factor'"},
+      {axis({{"key", "tile.width"}, {"range", {{"from", 8}, {"to", 64}, {"step", 0}}}}),
+       "/axes/0/range/step: is not greater than 0"},
+      {axis({{"key", "tile.width"}, {"range", {{"from", 64}, {"to", 8}, {"step", 8}}}}),
+       "/axes/0/range: ends before it begins"},
       {axis({{"key", "tile.width"}, {"range", {{"from", 0}, {"to", 8}, {"factor", 2}}}}), "begins above 0"},
-      {axis({{"key", "tile.width"}, {"range", {{"from", 8}, {"to", "64"}, {"step", 8}}}}), "/axes/0/range/to: is not a number"},
-      {{{"settings", {{"tile.width", 16}}}, {"axes", {{{"key", "tile.width"}, {"values", {16}}}}}}, "/axes/0: 'tile.width' is set by the study or by another axis already"},
-      {{{"axes", {{{"key", "tile.width"}, {"values", {16}}}, {{"keys", {"tile.height", "tile.width"}}, {"values", {16}}}}}}, "/axes/1: 'tile.width' is set"},
+      {axis({{"key", "tile.width"}, {"range", {{"from", 8}, {"to", "64"}, {"step", 8}}}}),
+       "/axes/0/range/to: is not a number"},
+      {{{"settings", {{"tile.width", 16}}}, {"axes", {{{"key", "tile.width"}, {"values", {16}}}}}},
+       "/axes/0: 'tile.width' is set by the study or by another axis already"},
+      {{{"axes",
+         {{{"key", "tile.width"}, {"values", {16}}}, {{"keys", {"tile.height", "tile.width"}}, {"values", {16}}}}}},
+       "/axes/1: 'tile.width' is set"},
   };
   const test::TemporaryFolder folder;
   for (const BrokenStudy& broken : studies) {
@@ -180,7 +214,7 @@ TEST(Study, FaultsAreNamedByTheirPlaceWithTheNearestKnownName) {
       read(folder, study_with(broken.members));
       ADD_FAILURE() << "accepted " << broken.members;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("study.json: " )) << broken.members;
+      EXPECT_THAT(error.what(), HasSubstr("study.json: ")) << broken.members;
       EXPECT_THAT(error.what(), HasSubstr(broken.message)) << broken.members;
     }
   }
@@ -194,14 +228,17 @@ TEST(Study, BrokenJsonIsNamedByItsByte) {
     EXPECT_THROW(read_study(folder / "study.json", kMost), InputError) << length;
   }
   test::write_text(folder / "study.json", R"({"captures": [], "captures": []})");
-  EXPECT_THROW(read_study(folder / "study.json", kMost), InputError) << "which of the two counts would be anybody's guess";
+  EXPECT_THROW(read_study(folder / "study.json", kMost), InputError)
+      << "which of the two counts would be anybody's guess";
   test::write_text(folder / "study.json", "[]");
   EXPECT_THROW(read_study(folder / "study.json", kMost), InputError);
 }
 
 TEST(Study, MorePointsThanAllowedAreRefusedBeforeTheyAreMade) {
   const test::TemporaryFolder folder;
-  const auto seeds = [](double to) { return json{{"key", "sampling.seed"}, {"range", {{"from", 0}, {"to", to}, {"step", 1}}}}; };
+  const auto seeds = [](double to) {
+    return json{{"key", "sampling.seed"}, {"range", {{"from", 0}, {"to", to}, {"step", 1}}}};
+  };
   EXPECT_THROW(read(folder, study_with({{"axes", {seeds(4e9)}}})), LimitError);
   EXPECT_THROW(read(folder, study_with({{"axes", {seeds(1e300)}}})), LimitError);
   const json axes = {seeds(99), {{"key", "tile.width"}, {"range", {{"from", 8}, {"to", 80}, {"step", 8}}}}};
@@ -211,7 +248,8 @@ TEST(Study, MorePointsThanAllowedAreRefusedBeforeTheyAreMade) {
 
 TEST(SweepCommand, FaultsEndWithTheirStatusAndLeaveNothing) {
   const test::TemporaryFolder folder;
-  test::write_text(folder / "good.json", study_with({{"axes", {{{"key", "sampling.seed"}, {"values", {0, 1}}}}}}).dump());
+  test::write_text(folder / "good.json",
+                   study_with({{"axes", {{{"key", "sampling.seed"}, {"values", {0, 1}}}}}}).dump());
   test::write_text(folder / "bad.json", study_with({{"axs", 1}}).dump());
   struct Call {
     std::vector<std::string> arguments;
@@ -229,7 +267,8 @@ TEST(SweepCommand, FaultsEndWithTheirStatusAndLeaveNothing) {
       {{"good.json", "--max-points", "0"}, 2, "--max-points"},
   };
   for (const Call& call : calls) {
-    std::vector<std::string> arguments = {"sweep", (folder / call.arguments[0]).string(), "--out", (folder / "out").string()};
+    std::vector<std::string> arguments = {"sweep", (folder / call.arguments[0]).string(), "--out",
+                                          (folder / "out").string()};
     arguments.insert(arguments.end(), call.arguments.begin() + 1, call.arguments.end());
     const test::ProcessResult r = test::run_tessera(arguments);
     EXPECT_EQ(r.status, call.status) << call.message << ": " << r.errors;

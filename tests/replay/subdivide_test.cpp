@@ -28,13 +28,17 @@ using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 json one_node_document() {
-  return {{"asset", {{"version", "2.0"}}}, {"scene", 0}, {"scenes", {{{"nodes", {0}}}}}, {"nodes", {{{"mesh", 0}}}},
+  return {{"asset", {{"version", "2.0"}}},
+          {"scene", 0},
+          {"scenes", {{{"nodes", {0}}}}},
+          {"nodes", {{{"mesh", 0}}}},
           {"meshes", {{{"primitives", {{{"attributes", json::object()}}}}}}}};
 }
 
 // Writes NAME.gltf and NAME.bin with one mesh of one primitive; `edit` may change the document first.
 template <class Edit>
-fs::path write_asset(const test::TemporaryFolder& folder, const std::string& name, const Primitive& primitive, const Edit& edit) {
+fs::path write_asset(const test::TemporaryFolder& folder, const std::string& name, const Primitive& primitive,
+                     const Edit& edit) {
   EditedAsset asset(folder / (name + ".gltf"), one_node_document(), {}, false);
   json& out = asset.document["meshes"][0]["primitives"][0];
   asset.write_primitive(out, primitive, primitive.indices);
@@ -63,7 +67,9 @@ const Primitive& only_primitive(const Capture& capture) { return capture.meshes.
 
 json json_of_glb(const fs::path& file) {
   const std::string bytes = test::read_text(file);
-  const auto length = static_cast<std::size_t>(static_cast<unsigned char>(bytes[12]) | static_cast<unsigned char>(bytes[13]) << 8 | static_cast<unsigned char>(bytes[14]) << 16);
+  const auto length =
+      static_cast<std::size_t>(static_cast<unsigned char>(bytes[12]) | static_cast<unsigned char>(bytes[13]) << 8 |
+                               static_cast<unsigned char>(bytes[14]) << 16);
   return json::parse(bytes.substr(20, length));
 }
 
@@ -131,7 +137,8 @@ TEST(Subdivision, LevelsBeyondTheMemoryLimitEndWithStatus4) {
   const test::TemporaryFolder folder;
   test::Cage cage = test::grid_cage(60, 60, 0.2f, 1);
   cage.rules.levels = 4;
-  const ProcessResult r = run_tessera({"replay", write_cage(folder, cage).string(), "--size", "16x16", "--max-memory", "1", "--out", (folder / "x").string()});
+  const ProcessResult r = run_tessera({"replay", write_cage(folder, cage).string(), "--size", "16x16", "--max-memory",
+                                       "1", "--out", (folder / "x").string()});
   EXPECT_EQ(r.status, 4) << r.errors;
 }
 
@@ -143,12 +150,15 @@ TEST(QuadPairing, RestoresTheQuadsOfATriangulatedGridWhereverTheDiagonalsRan) {
   std::vector<Vec3> positions;
   std::vector<std::uint32_t> indices;
   for (int y = 0; y <= n; ++y)
-    for (int x = 0; x <= n; ++x) positions.emplace_back(static_cast<float>(x), 0.8f * static_cast<float>(y), random.uniform(0, 0.1f));
+    for (int x = 0; x <= n; ++x)
+      positions.emplace_back(static_cast<float>(x), 0.8f * static_cast<float>(y), random.uniform(0, 0.1f));
   for (std::uint32_t y = 0; y < n; ++y)
     for (std::uint32_t x = 0; x < n; ++x) {
       const std::uint32_t a = y * (n + 1) + x, b = a + 1, c = a + n + 2, d = a + n + 1;
-      if (random.coin()) indices.insert(indices.end(), {a, b, c, a, c, d});
-      else indices.insert(indices.end(), {b, c, d, b, d, a});
+      if (random.coin())
+        indices.insert(indices.end(), {a, b, c, a, c, d});
+      else
+        indices.insert(indices.end(), {b, c, d, b, d, a});
     }
   const QuadDominantMesh out = pair_into_quads(test::triangles(positions, indices));
   EXPECT_EQ(out.quads, 144u);
@@ -162,7 +172,8 @@ TEST(QuadPairing, RestoresTheQuadsOfATriangulatedGridWhereverTheDiagonalsRan) {
 }
 
 TEST(QuadPairing, SeamsAndFoldsKeepTrianglesApart) {
-  Primitive mesh = test::triangles({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {0, 1, 2, 3, 4, 5});
+  Primitive mesh =
+      test::triangles({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {0, 1, 2, 3, 4, 5});
   EXPECT_EQ(pair_into_quads(mesh).quads, 1u);  // vertices of their own, but alike
   mesh.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0.5f, 0}, {1, 1}, {0, 1}}};
   EXPECT_EQ(pair_into_quads(mesh).quads, 0u);
@@ -181,7 +192,8 @@ TEST(PackCommand, SubdivideMarksMeshesAndConvertWritesTheSamePatches) {
   const ProcessResult marked = run_tessera(pack(mesh, folder / "marked.glb", {"--method", "none", "--subdivide", "2"}));
   EXPECT_EQ(marked.status, 0) << marked.errors;
   EXPECT_THAT(marked.output, HasSubstr("1 cages of 14 quads and 0 triangles"));
-  const ProcessResult converted = run_tessera(pack(mesh, folder / "converted.glb", {"--method", "none", "--subdivide", "2", "--convert"}));
+  const ProcessResult converted =
+      run_tessera(pack(mesh, folder / "converted.glb", {"--method", "none", "--subdivide", "2", "--convert"}));
   EXPECT_EQ(converted.status, 0) << converted.errors;
   EXPECT_THAT(converted.output, HasSubstr("224 Bezier patches"));
   const Capture a = frontend::read_capture(folder / "marked.glb"), b = frontend::read_capture(folder / "converted.glb");
@@ -193,8 +205,10 @@ TEST(PackCommand, SubdivideMarksMeshesAndConvertWritesTheSamePatches) {
   EXPECT_EQ(d["extensionsUsed"], json({"TESSERA_bezier_patches"}));
   EXPECT_EQ(d["meshes"][0]["primitives"][0]["extensions"], json({{"TESSERA_bezier_patches", {{"count", 224}}}}));
   // A cage that is there already can be converted later.
-  EXPECT_EQ(run_tessera(pack(folder / "marked.glb", folder / "later.glb", {"--method", "none", "--convert"})).status, 0);
-  EXPECT_EQ(only_primitive(frontend::read_capture(folder / "later.glb")).vertices.positions, only_primitive(a).vertices.positions);
+  EXPECT_EQ(run_tessera(pack(folder / "marked.glb", folder / "later.glb", {"--method", "none", "--convert"})).status,
+            0);
+  EXPECT_EQ(only_primitive(frontend::read_capture(folder / "later.glb")).vertices.positions,
+            only_primitive(a).vertices.positions);
 }
 
 TEST(PackCommand, CagesKeepTheirOrderInDraco) {
@@ -236,7 +250,8 @@ TEST(PackCommand, MorphTargetsAndSkinsSurviveConversion) {
 TEST(PackCommand, CreasesKeepACubeACube) {
   const test::TemporaryFolder folder;
   const fs::path mesh = write_mesh(folder, "mesh", test::cube_cage().primitive);
-  ASSERT_EQ(run_tessera(pack(mesh, folder / "out.glb", {"--subdivide", "--crease", "60", "--method", "none"})).status, 0);
+  ASSERT_EQ(run_tessera(pack(mesh, folder / "out.glb", {"--subdivide", "--crease", "60", "--method", "none"})).status,
+            0);
   const Capture capture = frontend::read_capture(folder / "out.glb");
   for (const Vec3& p : only_primitive(capture).vertices.positions) {
     float nearest = 1;
@@ -260,12 +275,17 @@ TEST(PackCommand, DisplaceEmbedsAnImageAndChangesThePicture) {
   const fs::path mesh = write_mesh(folder, "mesh", test::bracket_cage().primitive);
   test::write_text(folder / "bumps.png", bumps());
   ASSERT_EQ(run_tessera(pack(mesh, folder / "flat.glb", {"--subdivide"})).status, 0);
-  const ProcessResult r = run_tessera(pack(mesh, folder / "bumpy.glb", {"--subdivide", "--displace", (folder / "bumps.png").string() + ",0.08,-0.02"}));
+  const ProcessResult r = run_tessera(
+      pack(mesh, folder / "bumpy.glb", {"--subdivide", "--displace", (folder / "bumps.png").string() + ",0.08,-0.02"}));
   ASSERT_EQ(r.status, 0) << r.errors;
   const json d = json_of_glb(folder / "bumpy.glb");
-  EXPECT_EQ(d["materials"][0]["extensions"]["TESSERA_displacement"], json({{"texture", {{"index", 0}}}, {"scale", 0.08}, {"bias", -0.02}}));
+  EXPECT_EQ(d["materials"][0]["extensions"]["TESSERA_displacement"],
+            json({{"texture", {{"index", 0}}}, {"scale", 0.08}, {"bias", -0.02}}));
   for (const char* name : {"flat", "bumpy"})
-    ASSERT_EQ(run_tessera({"replay", (folder / (std::string(name) + ".glb")).string(), "--size", "96x96", "--quiet", "--out", (folder / name).string()}).status, 0);
+    ASSERT_EQ(run_tessera({"replay", (folder / (std::string(name) + ".glb")).string(), "--size", "96x96", "--quiet",
+                           "--out", (folder / name).string()})
+                  .status,
+              0);
   EXPECT_NE(read_exr(folder / "flat" / "frame_0000.exr").values, read_exr(folder / "bumpy" / "frame_0000.exr").values);
 }
 
@@ -323,7 +343,8 @@ TEST(PackCommand, WrongSurfaceOptionsEndWithOneClearMessage) {
 
 TEST(PackCommand, HelpTeachesSurfaces) {
   const std::string help = run_tessera({"pack", "--help"}).output;
-  for (const char* option : {"--subdivide", "--crease", "--convert", "--displace", "HEIGHTS[,SCALE[,BIAS]]", "0 to 4"}) EXPECT_THAT(help, HasSubstr(option));
+  for (const char* option : {"--subdivide", "--crease", "--convert", "--displace", "HEIGHTS[,SCALE[,BIAS]]", "0 to 4"})
+    EXPECT_THAT(help, HasSubstr(option));
 }
 
 // ---- Real models ------------------------------------------------------------------------------------------------
@@ -333,11 +354,14 @@ TEST(SampleModels, SubdividedModelsFillAboutTheSamePartOfThePicture) {
   if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
   const test::TemporaryFolder folder;
   for (const char* model : {"Fox", "Avocado", "CesiumMilkTruck"}) {
-    const fs::path source = *assets / model / "glTF" / (std::string(model) + ".gltf"), packed = folder / (std::string(model) + ".glb");
+    const fs::path source = *assets / model / "glTF" / (std::string(model) + ".gltf"),
+                   packed = folder / (std::string(model) + ".glb");
     const ProcessResult r = run_tessera(pack(source, packed, {"--subdivide", "--crease", "40"}));
     ASSERT_EQ(r.status, 0) << r.errors;
     const auto covered = [&](const fs::path& file, const char* out) {
-      EXPECT_EQ(run_tessera({"replay", file.string(), "--size", "160x120", "--quiet", "--out", (folder / out).string()}).status, 0);
+      EXPECT_EQ(run_tessera({"replay", file.string(), "--size", "160x120", "--quiet", "--out", (folder / out).string()})
+                    .status,
+                0);
       const Image picture = read_exr(folder / out / "frame_0000.exr");
       double sum = 0;
       for (std::size_t i = 3; i < picture.values.size(); i += 4) sum += static_cast<double>(picture.values[i]);

@@ -29,14 +29,18 @@ json small_study() {
   return {{"title", "small"},
           {"captures", {test::shipped_capture("eggs").string(), test::shipped_capture("vases").string()}},
           {"size", "64x36"},
-          {"axes", {{{"keys", {"tile.width", "tile.height"}}, {"values", {8, 16, 32}}}, {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}}}};
+          {"axes",
+           {{{"keys", {"tile.width", "tile.height"}}, {"values", {8, 16, 32}}},
+            {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}}}};
 }
 
 class Sweep : public testing::Test {
  protected:
   void write_study(const json& study) { test::write_text(folder_ / "study.json", study.dump()); }
-  ProcessResult sweep(const std::string& out, std::vector<std::string> more = {}, const test::ProcessLimits& limits = {}) {
-    std::vector<std::string> arguments = {"sweep", (folder_ / "study.json").string(), "--out", (folder_ / out).string()};
+  ProcessResult sweep(const std::string& out, std::vector<std::string> more = {},
+                      const test::ProcessLimits& limits = {}) {
+    std::vector<std::string> arguments = {"sweep", (folder_ / "study.json").string(), "--out",
+                                          (folder_ / out).string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tessera(arguments, limits);
   }
@@ -45,13 +49,15 @@ class Sweep : public testing::Test {
   std::map<std::string, std::string> contents(const std::string& out) {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(folder_ / out))
-      if (entry.is_regular_file()) files[fs::relative(entry.path(), folder_ / out).string()] = test::read_text(entry.path());
+      if (entry.is_regular_file())
+        files[fs::relative(entry.path(), folder_ / out).string()] = test::read_text(entry.path());
     return files;
   }
   std::size_t results(const std::string& out) {
     std::size_t count = 0;
     std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder_ / out / "points", ignored)) count += entry.path().extension() == ".json" ? 1 : 0;
+    for (const auto& entry : fs::directory_iterator(folder_ / out / "points", ignored))
+      count += entry.path().extension() == ".json" ? 1 : 0;
     return count;
   }
   test::TemporaryFolder folder_;
@@ -89,7 +95,8 @@ TEST_F(Sweep, ARowPerPointAndFrameWithItsValuesAndColumns) {
   write_study(study);
   ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
   const std::string csv = text("out/sweep.csv");
-  EXPECT_THAT(csv, testing::StartsWith("point,hash,capture,tile.width,tile.height,frontend.split_pixels,frame,status,tilecore.triangles,dram.binner.tile_queue.written_bytes\n"));
+  EXPECT_THAT(csv, testing::StartsWith("point,hash,capture,tile.width,tile.height,frontend.split_pixels,frame,status,"
+                                       "tilecore.triangles,dram.binner.tile_queue.written_bytes\n"));
   const auto rows = rows_of(csv);
   ASSERT_EQ(rows.size(), 3u * 2 * 2);
   EXPECT_EQ(rows[5].at("point"), "2");
@@ -108,18 +115,23 @@ TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   ASSERT_EQ(rows.size(), 12u);
   for (const std::size_t r : {std::size_t{0}, std::size_t{3}, std::size_t{10}}) {
     const auto& row = rows[r];
-    const ProcessResult replay = run_tessera({"replay", row.at("capture"), "--size", "64x36", "--baselines", "--quiet", "--no-report", "--set", "tile.width=" + row.at("tile.width"), "--set",
-                                              "tile.height=" + row.at("tile.height"), "--set", "frontend.split_pixels=" + row.at("frontend.split_pixels"), "--out", (folder_ / "replay").string()});
+    const ProcessResult replay = run_tessera(
+        {"replay", row.at("capture"), "--size", "64x36", "--baselines", "--quiet", "--no-report", "--set",
+         "tile.width=" + row.at("tile.width"), "--set", "tile.height=" + row.at("tile.height"), "--set",
+         "frontend.split_pixels=" + row.at("frontend.split_pixels"), "--out", (folder_ / "replay").string()});
     ASSERT_EQ(replay.status, 0) << replay.errors;
     const json frame = json::parse(text("replay/stats.json"))["frames"][0];
     EXPECT_EQ(row.at("frame"), frame["frame"].dump());
     for (const auto& [counter, value] : frame["counters"].items()) EXPECT_EQ(row.at(counter), value.dump()) << counter;
     for (const auto& [scheme, counters] : frame["baselines"].items())
-      for (const auto& [counter, value] : counters.items()) EXPECT_EQ(row.at("baseline." + scheme + counter.substr(8)), value.dump()) << scheme << " " << counter;
+      for (const auto& [counter, value] : counters.items())
+        EXPECT_EQ(row.at("baseline." + scheme + counter.substr(8)), value.dump()) << scheme << " " << counter;
     std::uint64_t moved = 0;
     for (const auto& [column, value] : row)
-      if (column.starts_with("dram.") && std::count(column.begin(), column.end(), '.') == 3) moved += std::stoull(value);
-    EXPECT_EQ(moved, frame["counters"]["dram.read_bytes"].get<std::uint64_t>() + frame["counters"]["dram.written_bytes"].get<std::uint64_t>());
+      if (column.starts_with("dram.") && std::count(column.begin(), column.end(), '.') == 3)
+        moved += std::stoull(value);
+    EXPECT_EQ(moved, frame["counters"]["dram.read_bytes"].get<std::uint64_t>() +
+                         frame["counters"]["dram.written_bytes"].get<std::uint64_t>());
   }
 }
 
@@ -132,7 +144,9 @@ TEST_F(Sweep, TheFolderIsTheSameForAnyNumberOfThreadsAndPointsAtOnce) {
   ASSERT_EQ(sweep("many", {"--quiet", "--threads", "4"}).status, 0);
   ASSERT_EQ(sweep("wide", {"--quiet", "--threads", "4", "--jobs", "1"}).status, 0);
   const auto one = contents("one");
-  EXPECT_EQ(one.size(), 12u * 3 + 4);  // a result, a picture and the tiles of each point; sweep.json, sweep.csv, report.html, the lock
+  EXPECT_EQ(
+      one.size(),
+      12u * 3 + 4);  // a result, a picture and the tiles of each point; sweep.json, sweep.csv, report.html, the lock
   EXPECT_EQ(one, contents("many"));
   EXPECT_EQ(one, contents("wide"));
 }
@@ -212,7 +226,8 @@ TEST_F(Sweep, ValuesThatDoNotFitEachOtherAreARowThatSaysWhy) {
   json study = small_study();
   study["captures"] = {test::shipped_capture("vases").string()};
   // A multiple of 8 or not; a buffer that holds the list heads or not.
-  study["axes"] = {{{"keys", {"tile.width", "tile.height"}}, {"values", {8, 20}}}, {{"key", "parameter_buffer.bytes"}, {"values", {256, 65536}}}};
+  study["axes"] = {{{"keys", {"tile.width", "tile.height"}}, {"values", {8, 20}}},
+                   {{"key", "parameter_buffer.bytes"}, {"values", {256, 65536}}}};
   write_study(study);
   ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
   const auto rows = rows_of(text("out/sweep.csv"));
@@ -285,9 +300,11 @@ TEST_F(Sweep, ASlurmArrayWithAKilledTaskGivesTheWhole) {
   study["axes"].push_back({{"key", "sampling.seed"}, {"values", {0, 1, 2}}});
   write_study(study);
   const fs::path root = TESSERA_SOURCE_DIR;
-  const ProcessResult r = test::run_process({"/usr/bin/env", "bash", (root / "tests" / "replay" / "slurm_cluster.sh").string(), TESSERA_PROGRAM, (root / "captures" / "studies" / "sweep.sbatch").string(),
-                                             (folder_ / "study.json").string(), (folder_ / "cluster").string(), "2"},
-                                            {.seconds = 500});
+  const ProcessResult r =
+      test::run_process({"/usr/bin/env", "bash", (root / "tests" / "replay" / "slurm_cluster.sh").string(),
+                         TESSERA_PROGRAM, (root / "captures" / "studies" / "sweep.sbatch").string(),
+                         (folder_ / "study.json").string(), (folder_ / "cluster").string(), "2"},
+                        {.seconds = 500});
   if (r.status == 77) GTEST_SKIP() << r.output;
   ASSERT_EQ(r.status, 0) << r.output << r.errors;
   EXPECT_THAT(r.output, HasSubstr("Restarts=1"));

@@ -16,7 +16,9 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 void replay_into(const fs::path& folder, const char* name, std::vector<std::string> more) {
-  std::vector<std::string> arguments = {"replay", test::shipped_capture(name).string(), "--size", "160x90", "--quiet", "--no-report", "--out", folder.string()};
+  std::vector<std::string> arguments = {
+      "replay",       test::shipped_capture(name).string(), "--size", "160x90", "--quiet", "--no-report", "--out",
+      folder.string()};
   arguments.insert(arguments.end(), more.begin(), more.end());
   const test::ProcessResult r = test::run_tessera(arguments);
   ASSERT_EQ(r.status, 0) << r.errors;
@@ -30,7 +32,9 @@ std::vector<std::string> maps_off(const json& tiles, const json& counters) {
   for (const TileMapField& field : kTileMapFields) {
     if (field.counter.empty()) continue;
     const auto values = tiles.at("maps").at(std::string(field.name)).at("values").get<std::vector<std::uint64_t>>();
-    if (std::accumulate(values.begin(), values.end(), std::uint64_t{0}) != counters.value(std::string(field.counter), std::uint64_t{0})) off.emplace_back(field.name);
+    if (std::accumulate(values.begin(), values.end(), std::uint64_t{0}) !=
+        counters.value(std::string(field.counter), std::uint64_t{0}))
+      off.emplace_back(field.name);
   }
   return off;
 }
@@ -38,7 +42,11 @@ std::vector<std::string> maps_off(const json& tiles, const json& counters) {
 TEST(TileMaps, AddUpToTheCountersOfTheFrame) {
   // Plain; with partial renders; with a second pass for what the previous frame hid.
   const std::vector<std::vector<std::string>> runs = {
-      {}, {"--set", "parameter_buffer.bytes=4096"}, {"--frames", "0:3", "--set", "frontend.previous_depth_culling=on"}, {"--set", "binner.queue_levels=3"}, {"--region", "30,20,70,50"}};
+      {},
+      {"--set", "parameter_buffer.bytes=4096"},
+      {"--frames", "0:3", "--set", "frontend.previous_depth_culling=on"},
+      {"--set", "binner.queue_levels=3"},
+      {"--region", "30,20,70,50"}};
   for (const char* name : {"eggs", "vases"})
     for (const auto& run : runs) {
       const test::TemporaryFolder out;
@@ -47,7 +55,8 @@ TEST(TileMaps, AddUpToTheCountersOfTheFrame) {
       ASSERT_FALSE(frames.empty());
       for (const json& frame : frames) {
         const json tiles = read_json(out / tile_maps_name(frame["frame"].get<int>()));
-        EXPECT_EQ(maps_off(tiles, frame["counters"]), std::vector<std::string>{}) << name << " " << (run.empty() ? "" : run[1]);
+        EXPECT_EQ(maps_off(tiles, frame["counters"]), std::vector<std::string>{})
+            << name << " " << (run.empty() ? "" : run[1]);
       }
     }
 }
@@ -77,7 +86,8 @@ TEST(TileMaps, CoverThePictureTileByTile) {
   EXPECT_EQ(tiles["origin"], json({32, 24}));
   EXPECT_EQ(tiles["tile"], json({16, 24}));
   EXPECT_EQ(tiles["grid"], json({4, 2}));
-  for (const TileMapField& field : kTileMapFields) EXPECT_EQ(tiles["maps"][std::string(field.name)]["values"].size(), 8u) << field.name;
+  for (const TileMapField& field : kTileMapFields)
+    EXPECT_EQ(tiles["maps"][std::string(field.name)]["values"].size(), 8u) << field.name;
 }
 
 TEST(TileMaps, OnlyMovingSurfacesCountAsMoving) {
@@ -85,7 +95,8 @@ TEST(TileMaps, OnlyMovingSurfacesCountAsMoving) {
   replay_into(out / "moving", "flyby", {});
   replay_into(out / "still", "flyby", {"--set", "effects.motion=off"});
   const auto sum = [&](const char* run) {
-    const auto values = read_json(out / run / "tiles_0000.json")["maps"]["moving_sub_patches"]["values"].get<std::vector<std::uint64_t>>();
+    const auto values = read_json(out / run / "tiles_0000.json")["maps"]["moving_sub_patches"]["values"]
+                            .get<std::vector<std::uint64_t>>();
     return std::accumulate(values.begin(), values.end(), std::uint64_t{0});
   };
   EXPECT_GT(sum("moving"), 0u);

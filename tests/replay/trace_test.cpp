@@ -29,12 +29,15 @@ int misplaced(const json& trace) {
   std::set<int> named;
   for (const json& e : trace["traceEvents"]) {
     if (e["ph"] == "M" && e["name"] == "thread_name") named.insert(e["tid"].get<int>());
-    if (e["ph"] == "X") tracks[e["tid"].get<int>()].push_back({e["ts"].get<double>(), e["ts"].get<double>() + e["dur"].get<double>(), e["name"]});
+    if (e["ph"] == "X")
+      tracks[e["tid"].get<int>()].push_back(
+          {e["ts"].get<double>(), e["ts"].get<double>() + e["dur"].get<double>(), e["name"]});
   }
   int wrong = 0;
   for (auto& [track, slices] : tracks) {
     if (!named.contains(track)) ++wrong;
-    std::sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) { return a.begin != b.begin ? a.begin < b.begin : a.end > b.end; });
+    std::sort(slices.begin(), slices.end(),
+              [](const Slice& a, const Slice& b) { return a.begin != b.begin ? a.begin < b.begin : a.end > b.end; });
     std::vector<double> open;
     for (const Slice& s : slices) {
       while (!open.empty() && open.back() <= s.begin) open.pop_back();
@@ -48,7 +51,8 @@ int misplaced(const json& trace) {
 std::set<std::string> names(const json& trace, const char* phase, const char* key = "name") {
   std::set<std::string> all;
   for (const json& e : trace["traceEvents"])
-    if (e["ph"] == phase) all.insert(key == std::string("track") ? e["args"].value("name", "") : e["name"].get<std::string>());
+    if (e["ph"] == phase)
+      all.insert(key == std::string("track") ? e["args"].value("name", "") : e["name"].get<std::string>());
   return all;
 }
 
@@ -59,27 +63,34 @@ TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
   const test::TemporaryFolder out;
   for (const char* gpu : {"small", "middle", "large"}) {
     const std::string file = (out / "t.json").string();
-    const auto r = run_tessera({"replay", capture("serpent"), "--size", "320x180", "--frames", "0:2", "--gpu", gpu, "--quiet", "--out", out.path().string(), "--trace", file});
+    const auto r = run_tessera({"replay", capture("serpent"), "--size", "320x180", "--frames", "0:2", "--gpu", gpu,
+                                "--quiet", "--out", out.path().string(), "--trace", file});
     ASSERT_EQ(r.status, 0) << r.errors;
     const json trace = json::parse(test::read_text(file));
     EXPECT_EQ(misplaced(trace), 0) << gpu;
     const std::set<std::string> tracks = names(trace, "M", "track"), slices = names(trace, "X");
     const json stats = json::parse(test::read_text(out / "stats.json"));
     for (const char* track : {"front end", "binner", "DRAM"}) EXPECT_TRUE(tracks.contains(track)) << track;
-    for (int c = 0; c < stats["gpu"]["tilecore"]["count"]; ++c) EXPECT_TRUE(tracks.contains("core " + std::to_string(c)));
-    for (const char* slice : {"frame 0", "frame 1", "tile 0", "bound", "bin", "fetch", "tessellate", "BVH", "sample", "shade", "resolve", "store", "transfer"}) EXPECT_TRUE(slices.contains(slice)) << gpu << " " << slice;
+    for (int c = 0; c < stats["gpu"]["tilecore"]["count"]; ++c)
+      EXPECT_TRUE(tracks.contains("core " + std::to_string(c)));
+    for (const char* slice : {"frame 0", "frame 1", "tile 0", "bound", "bin", "fetch", "tessellate", "BVH", "sample",
+                              "shade", "resolve", "store", "transfer"})
+      EXPECT_TRUE(slices.contains(slice)) << gpu << " " << slice;
     EXPECT_EQ(names(trace, "C"), (std::set<std::string>{"DRAM bandwidth", "live queue memory"}));
     // The frames take as long as the statistics say.
     double end = 0;
     for (const json& e : trace["traceEvents"])
       if (e["ph"] == "X") end = std::max(end, e["ts"].get<double>() + e["dur"].get<double>());
-    EXPECT_NEAR(end, stats["total"]["timing"]["cycles"].get<double>() / stats["gpu"]["clock"]["mhz"].get<double>(), 0.01);
+    EXPECT_NEAR(end, stats["total"]["timing"]["cycles"].get<double>() / stats["gpu"]["clock"]["mhz"].get<double>(),
+                0.01);
   }
 }
 
 TEST(Trace, SlicesThatCrossAreFound) {
   const json tracks = {{"ph", "M"}, {"tid", 1}, {"name", "thread_name"}, {"args", {{"name", "core 0"}}}};
-  const auto slice = [](double ts, double dur) { return json{{"ph", "X"}, {"tid", 1}, {"name", "s"}, {"ts", ts}, {"dur", dur}}; };
+  const auto slice = [](double ts, double dur) {
+    return json{{"ph", "X"}, {"tid", 1}, {"name", "s"}, {"ts", ts}, {"dur", dur}};
+  };
   EXPECT_EQ(misplaced({{"traceEvents", {tracks, slice(0, 10), slice(0, 4), slice(4, 6), slice(10, 2)}}}), 0);
   EXPECT_EQ(misplaced({{"traceEvents", {tracks, slice(0, 10), slice(5, 6)}}}), 1);
 }
@@ -88,22 +99,30 @@ TEST(Trace, SlicesThatCrossAreFound) {
 TEST(Trace, TheBandwidthCounterHoldsTheTrafficOfTheFrame) {
   const test::TemporaryFolder out;
   const std::string file = (out / "t.json").string();
-  ASSERT_EQ(run_tessera({"replay", capture("eggs"), "--size", "320x180", "--quiet", "--out", out.path().string(), "--trace", file}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("eggs"), "--size", "320x180", "--quiet", "--out", out.path().string(),
+                         "--trace", file})
+                .status,
+            0);
   const json trace = json::parse(test::read_text(file)), stats = json::parse(test::read_text(out / "stats.json"));
   std::vector<std::pair<double, double>> steps;
   for (const json& e : trace["traceEvents"])
     if (e["ph"] == "C" && e["name"] == "DRAM bandwidth") steps.push_back({e["ts"], e["args"]["GB/s"]});
   double bytes = 0;
-  for (std::size_t i = 0; i + 1 < steps.size(); ++i) bytes += (steps[i + 1].first - steps[i].first) * steps[i].second * 1e3;
-  const double moved = stats["total"]["counters"]["dram.read_bytes"].get<double>() + stats["total"]["counters"]["dram.written_bytes"].get<double>();
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i)
+    bytes += (steps[i + 1].first - steps[i].first) * steps[i].second * 1e3;
+  const double moved = stats["total"]["counters"]["dram.read_bytes"].get<double>() +
+                       stats["total"]["counters"]["dram.written_bytes"].get<double>();
   EXPECT_NEAR(bytes, moved, 0.01 * moved);
 }
 
 TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
   const test::TemporaryFolder out;
   const std::string file = (out / "t.json").string(), dram = (out / "d.trace").string();
-  ASSERT_EQ(run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:3", "--trace-frames", "1:2", "--trace-tiles", "5:8", "--quiet", "--out", out.path().string(), "--trace", file,
-                         "--dram-trace", dram}).status, 0);
+  ASSERT_EQ(run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:3", "--trace-frames", "1:2",
+                         "--trace-tiles", "5:8", "--quiet", "--out", out.path().string(), "--trace", file,
+                         "--dram-trace", dram})
+                .status,
+            0);
   std::set<std::string> tiles, frames;
   for (const std::string& name : names(json::parse(test::read_text(file)), "X")) {
     if (name.starts_with("tile ")) tiles.insert(name);
@@ -113,15 +132,20 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
   EXPECT_EQ(frames, (std::set<std::string>{"frame 1"}));
   const json counters = json::parse(test::read_text(out / "stats.json"))["frames"][1]["counters"];
   const std::string text = test::read_text(dram);
-  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')) * 64, counters["dram.read_bytes"].get<std::uint64_t>() + counters["dram.written_bytes"].get<std::uint64_t>());
+  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')) * 64,
+            counters["dram.read_bytes"].get<std::uint64_t>() + counters["dram.written_bytes"].get<std::uint64_t>());
 }
 
 TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {
   const test::TemporaryFolder out;
-  for (const auto& [name, desampling] : {std::pair{"d.trace", "off"}, {"d.ramulator", "off"}, {"d.trace", "adaptive"}}) {
+  for (const auto& [name, desampling] :
+       {std::pair{"d.trace", "off"}, {"d.ramulator", "off"}, {"d.trace", "adaptive"}}) {
     const std::string file = (out / name).string();
-    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "320x180", "--frames", "0:2", "--set", std::string("resolve.desampling=") + desampling, "--quiet", "--out", out.path().string(),
-                           "--dram-trace", file}).status, 0);
+    ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "320x180", "--frames", "0:2", "--set",
+                           std::string("resolve.desampling=") + desampling, "--quiet", "--out", out.path().string(),
+                           "--dram-trace", file})
+                  .status,
+              0);
     const json counters = json::parse(test::read_text(out / "stats.json"))["total"]["counters"];
     std::istringstream lines(test::read_text(file));
     std::uint64_t read = 0, written = 0, last = 0;
@@ -129,8 +153,10 @@ TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {
       std::istringstream words(line);
       std::string address, kind;
       std::uint64_t cycle = last;
-      if (name == std::string("d.trace")) words >> address >> kind >> cycle;
-      else words >> kind >> address;
+      if (name == std::string("d.trace"))
+        words >> address >> kind >> cycle;
+      else
+        words >> kind >> address;
       ASSERT_FALSE(words.fail()) << line;
       EXPECT_EQ(address.substr(0, 2), "0x");
       EXPECT_EQ(std::stoull(address, nullptr, 16) % 64, 0u);
@@ -147,7 +173,8 @@ TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {
 
 TEST(Trace, WithoutTheModelIsRefused) {
   const test::TemporaryFolder out;
-  const auto r = run_tessera({"replay", capture("vases"), "--size", "32x32", "--set", "output.machine_model=false", "--out", out.path().string(), "--trace", (out / "t.json").string()});
+  const auto r = run_tessera({"replay", capture("vases"), "--size", "32x32", "--set", "output.machine_model=false",
+                              "--out", out.path().string(), "--trace", (out / "t.json").string()});
   EXPECT_EQ(r.status, 2);
   EXPECT_THAT(r.errors, testing::HasSubstr("output.machine_model"));
   EXPECT_FALSE(std::filesystem::exists(out / "t.json"));
@@ -160,7 +187,8 @@ TEST(SelfCheckCommand, PrintsExpectedGotAndPassAndFailsWithAnExitStatus) {
   EXPECT_THAT(table.output, testing::HasSubstr("vases.glb"));
   const json rows = json::parse(run_tessera({"selfcheck", "--json", capture("vases")}).output);
   for (const json& row : rows) {
-    for (const char* key : {"name", "expected", "got", "note"}) EXPECT_FALSE(row[key].get<std::string>().empty()) << key;
+    for (const char* key : {"name", "expected", "got", "note"})
+      EXPECT_FALSE(row[key].get<std::string>().empty()) << key;
     EXPECT_TRUE(row["pass"].get<bool>()) << row;
   }
   EXPECT_EQ(run_tessera({"selfcheck", "nosuch.glb"}).status, 3);

@@ -31,18 +31,22 @@ namespace fs = std::filesystem;
 
 // ---- Fronts -----------------------------------------------------------------------------------------------------
 
-bool beats(const ErrorAndCost& b, const ErrorAndCost& a) { return b.error <= a.error && b.cost <= a.cost && (b.error < a.error || b.cost < a.cost); }
+bool beats(const ErrorAndCost& b, const ErrorAndCost& a) {
+  return b.error <= a.error && b.cost <= a.cost && (b.error < a.error || b.cost < a.cost);
+}
 
 TEST(ParetoFront, IsWhatNoOtherPointBeats) {
   test::Random random(3);
   for (int round = 0; round < 50; ++round) {
     std::vector<ErrorAndCost> points;
-    for (int k = 0; k < 12; ++k) points.push_back({static_cast<double>(random.integer(0, 5)), static_cast<double>(random.integer(0, 5))});
+    for (int k = 0; k < 12; ++k)
+      points.push_back({static_cast<double>(random.integer(0, 5)), static_cast<double>(random.integer(0, 5))});
     const std::vector<bool> front = pareto_front(points);
     EXPECT_TRUE(std::any_of(front.begin(), front.end(), [](bool on) { return on; }));
     for (std::size_t a = 0; a < points.size(); ++a) {
       // On the front: none beats it. Off it: one of the front does.
-      const bool beaten = std::any_of(points.begin(), points.end(), [&](const ErrorAndCost& b) { return beats(b, points[a]); });
+      const bool beaten =
+          std::any_of(points.begin(), points.end(), [&](const ErrorAndCost& b) { return beats(b, points[a]); });
       EXPECT_EQ(front[a], !beaten);
       bool by_front = false;
       for (std::size_t b = 0; b < points.size(); ++b) by_front = by_front || (front[b] && beats(points[b], points[a]));
@@ -53,12 +57,22 @@ TEST(ParetoFront, IsWhatNoOtherPointBeats) {
 }
 
 json row(const char* label, double flip, double psnr, double cycles, bool in_double = false) {
-  return {{"label", label}, {"error", {{"flip", flip}, {"psnr_db", psnr}}}, {"cycles", cycles}, {"dram_bytes", 1}, {"energy_nj", 1.0}, {"watched", nullptr}, {"picture", label}, {"in_double", in_double},
+  return {{"label", label},
+          {"error", {{"flip", flip}, {"psnr_db", psnr}}},
+          {"cycles", cycles},
+          {"dram_bytes", 1},
+          {"energy_nj", 1.0},
+          {"watched", nullptr},
+          {"picture", label},
+          {"in_double", in_double},
           {"host", {{"seconds", {{"median", 1.0}}}, {"processor_seconds", {{"median", 1.0}}}}}};
 }
 
 TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
-  const json tradeoff = {{"knobs", {{{"name", "a"}, {"settings", {row("bad", 0.2, 20, 10), row("good", 0.04, 32, 50), row("best", 0.01, 40, 90)}}}, {{"name", "b"}, {"settings", {row("too good", 0.0, 99, 1, true)}}}}}};
+  const json tradeoff = {
+      {"knobs",
+       {{{"name", "a"}, {"settings", {row("bad", 0.2, 20, 10), row("good", 0.04, 32, 50), row("best", 0.01, 40, 90)}}},
+        {{"name", "b"}, {"settings", {row("too good", 0.0, 99, 1, true)}}}}}};
   EXPECT_EQ(cheapest(tradeoff, "cycles", 0.05, {})["label"], "good");
   EXPECT_EQ(cheapest(tradeoff, "cycles", {}, 35)["label"], "best");
   EXPECT_EQ(cheapest(tradeoff, "cycles", 0.05, 35)["label"], "best") << "both must hold";
@@ -71,10 +85,12 @@ TEST(Words, SayWhatASettingCostsAndSaves) {
   const json knob = {{"watched_as", "resolve cycles"}};
   float_row["watched"] = 200;
   packed["watched"] = 176;
-  EXPECT_EQ(setting_in_words(packed, float_row, knob), "packed: costs 0.10 dB against float; saves 12.0 % of resolve cycles");
+  EXPECT_EQ(setting_in_words(packed, float_row, knob),
+            "packed: costs 0.10 dB against float; saves 12.0 % of resolve cycles");
   packed["error"]["psnr_db"] = 30.25;
   packed["cycles"] = 2500;
-  EXPECT_EQ(setting_in_words(packed, float_row, knob), "packed: gains 0.25 dB over float; saves 12.0 % of resolve cycles, takes 2.50 times the cycles");
+  EXPECT_EQ(setting_in_words(packed, float_row, knob),
+            "packed: gains 0.25 dB over float; saves 12.0 % of resolve cycles, takes 2.50 times the cycles");
   packed["picture"] = float_row["picture"];
   packed["watched"] = 200;
   packed["cycles"] = 1031;
@@ -122,16 +138,19 @@ TEST(Knobs, AreLeftOutWhereTheyChangeNothing) {
   const auto reason = [](const char* capture_name, const char* knob) {
     const frontend::Capture capture = frontend::read_capture(test::shipped_capture(capture_name));
     const frontend::Assembly assembly = frontend::assemble(capture);
-    const auto frame = frontend::pose_frame(assembly, frame_camera(capture, {}, 64, 36), frame_request(capture, {}, {}, 64, 36, capture.settings.first_frame));
+    const auto frame = frontend::pose_frame(assembly, frame_camera(capture, {}, 64, 36),
+                                            frame_request(capture, {}, {}, 64, 36, capture.settings.first_frame));
     return why_without_effect(knob_named(knob), *frame, false);
   };
   EXPECT_THAT(reason("vases", "temporal_pattern"), HasSubstr("nothing moves"));
   EXPECT_THAT(reason("vases", "lens_points"), HasSubstr("no lens"));
   EXPECT_THAT(reason("serpent", "displacement"), HasSubstr("nothing is displaced"));
   EXPECT_THAT(reason("serpent", "procedure_spacing"), HasSubstr("no procedures"));
-  for (const char* knob : {"procedure_path", "procedure_spacing", "procedure_cells"}) EXPECT_EQ(reason("workshop", knob), "") << knob;
+  for (const char* knob : {"procedure_path", "procedure_spacing", "procedure_cells"})
+    EXPECT_EQ(reason("workshop", knob), "") << knob;
   EXPECT_THAT(reason("serpent", "advection"), HasSubstr("no frame before"));
-  for (const char* knob : {"temporal_pattern", "lens_points", "displacement", "edge", "samples"}) EXPECT_EQ(reason("eggs", knob), "") << knob;
+  for (const char* knob : {"temporal_pattern", "lens_points", "displacement", "edge", "samples"})
+    EXPECT_EQ(reason("eggs", knob), "") << knob;
 }
 
 // ---- The command ------------------------------------------------------------------------------------------------
@@ -139,8 +158,13 @@ TEST(Knobs, AreLeftOutWhereTheyChangeNothing) {
 class TradeoffCommand : public testing::Test {
  protected:
   ProcessResult run(const std::string& out, std::vector<std::string> more, const char* capture = "eggs") {
-    std::vector<std::string> arguments = {"tradeoff", test::shipped_capture(capture).string(), "--out", (folder_ / out).string(), "--size", "64x36", "--rounds", "1", "--run", "2"};
-    if (std::find(more.begin(), more.end(), "--reference-samples") == more.end()) arguments.insert(arguments.end(), {"--reference-samples", "32"});
+    std::vector<std::string> arguments = {"tradeoff", test::shipped_capture(capture).string(),
+                                          "--out",    (folder_ / out).string(),
+                                          "--size",   "64x36",
+                                          "--rounds", "1",
+                                          "--run",    "2"};
+    if (std::find(more.begin(), more.end(), "--reference-samples") == more.end())
+      arguments.insert(arguments.end(), {"--reference-samples", "32"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tessera(arguments);
   }
@@ -158,7 +182,8 @@ class TradeoffCommand : public testing::Test {
   std::map<std::string, fs::file_time_type> files(const std::string& out) {
     std::map<std::string, fs::file_time_type> times;
     for (const char* part : {"points", "reference"})
-      for (const auto& entry : fs::directory_iterator(folder_ / out / part)) times[entry.path().filename().string()] = entry.last_write_time();
+      for (const auto& entry : fs::directory_iterator(folder_ / out / part))
+        times[entry.path().filename().string()] = entry.last_write_time();
     return times;
   }
   test::TemporaryFolder folder_;
@@ -184,7 +209,8 @@ TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {
   EXPECT_EQ(files("a"), first);
   EXPECT_EQ(result("a"), before);
   // A lost trial, and only that, is run again.
-  const auto gone = std::find_if(first.begin(), first.end(), [&](const auto& f) { return fs::exists(folder_ / "a" / "points" / f.first); });
+  const auto gone = std::find_if(first.begin(), first.end(),
+                                 [&](const auto& f) { return fs::exists(folder_ / "a" / "points" / f.first); });
   fs::remove(folder_ / "a" / "points" / gone->first);
   ASSERT_EQ(run("a", kSome).status, 0);
   auto again = files("a");
@@ -195,9 +221,14 @@ TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {
 }
 
 TEST_F(TradeoffCommand, ErrorFallsWithSamplesAndTheDoubleOneIsNearTheSingleOne) {
-  ASSERT_EQ(run("a", {"--knobs", "samples,arithmetic", "--quiet", "--reference-edge", "0", "--reference-samples", "256"}).status, 0);
+  ASSERT_EQ(
+      run("a", {"--knobs", "samples,arithmetic", "--quiet", "--reference-edge", "0", "--reference-samples", "256"})
+          .status,
+      0);
   const json knobs_json = result("a")["knobs"];
-  const auto knob = [&](const char* name) { return *std::find_if(knobs_json.begin(), knobs_json.end(), [&](const json& k) { return k["name"] == name; }); };
+  const auto knob = [&](const char* name) {
+    return *std::find_if(knobs_json.begin(), knobs_json.end(), [&](const json& k) { return k["name"] == name; });
+  };
   const json samples = knob("samples")["settings"], arithmetic = knob("arithmetic")["settings"];
   EXPECT_GT(samples[0]["error"]["flip"], samples[3]["error"]["flip"]);
   EXPECT_GT(samples[3]["error"]["flip"], samples[6]["error"]["flip"]);
@@ -213,12 +244,16 @@ TEST_F(TradeoffCommand, PrintsArgumentsThatReplayTakes) {
   EXPECT_THAT(r.output, HasSubstr("cheapest by cycles"));
   const std::string arguments = result("a")["cheapest"]["setting"]["arguments"];
   EXPECT_THAT(arguments, HasSubstr("--set tile.width=16"));
-  std::vector<std::string> replay = {"replay", test::shipped_capture("eggs").string(), "--size", "64x36", "--quiet", "--no-report", "--out", (folder_ / "r").string()};
+  std::vector<std::string> replay = {"replay",  test::shipped_capture("eggs").string(),
+                                     "--size",  "64x36",
+                                     "--quiet", "--no-report",
+                                     "--out",   (folder_ / "r").string()};
   std::istringstream words(arguments);
   for (std::string word; words >> word;) replay.push_back(word);
   ASSERT_EQ(run_tessera(replay).status, 0);
   const json stats = json::parse(test::read_text(folder_ / "r" / "stats.json"));
-  EXPECT_EQ(stats["frames"][0]["timing"]["cycles"], result("a")["cheapest"]["setting"]["cycles"]) << "the same machine does the same work";
+  EXPECT_EQ(stats["frames"][0]["timing"]["cycles"], result("a")["cheapest"]["setting"]["cycles"])
+      << "the same machine does the same work";
   EXPECT_THAT(run("a", {"--knobs", "samples", "--max-flip", "0"}).output, HasSubstr("no setting that was tried"));
 }
 
@@ -229,12 +264,16 @@ TEST_F(TradeoffCommand, TurnsKnobsTogether) {
   std::size_t expected = 1;
   for (const json& knob : knobs_json) {
     if (knob["name"] == "joint") continue;
-    expected *= static_cast<std::size_t>(std::count_if(knob["settings"].begin(), knob["settings"].end(), [](const json& r) { return r["front"]["cycles"] == true || r["base"] == true; }));
+    expected *=
+        static_cast<std::size_t>(std::count_if(knob["settings"].begin(), knob["settings"].end(), [](const json& r) {
+          return r["front"]["cycles"] == true || r["base"] == true;
+        }));
   }
   EXPECT_EQ(knobs_json.back()["settings"].size(), expected);
   EXPECT_GT(expected, 2u);
   EXPECT_THAT(run("a", {"--joint", "samples,shading", "--max-points", "2"}).errors, HasSubstr("--max-points allows 2"));
-  EXPECT_THAT(run("a", {"--joint", "reconstruction,reconstruction_4"}).errors, HasSubstr("would be set by two of the knobs"));
+  EXPECT_THAT(run("a", {"--joint", "reconstruction,reconstruction_4"}).errors,
+              HasSubstr("would be set by two of the knobs"));
 }
 
 TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {

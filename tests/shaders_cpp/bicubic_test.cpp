@@ -20,7 +20,8 @@ ControlPoints<float> random_net(Random& random, float size = 1.0f) {
 
 ControlPoints<double> widen_net(const ControlPoints<float>& c) {
   ControlPoints<double> out;
-  for (std::size_t i = 0; i < 16; ++i) out[i] = {static_cast<double>(c[i].x), static_cast<double>(c[i].y), static_cast<double>(c[i].z)};
+  for (std::size_t i = 0; i < 16; ++i)
+    out[i] = {static_cast<double>(c[i].x), static_cast<double>(c[i].y), static_cast<double>(c[i].z)};
   return out;
 }
 
@@ -58,7 +59,8 @@ TEST(Bicubic, DerivativesAreThoseOfTheSurface) {
   Random random(2);
   for (int trial = 0; trial < 200; ++trial) {
     const auto c = widen_net(random_net(random));
-    const double u = static_cast<double>(random.uniform(0.1f, 0.9f)), v = static_cast<double>(random.uniform(0.1f, 0.9f)), h = 1e-5;
+    const double u = static_cast<double>(random.uniform(0.1f, 0.9f)),
+                 v = static_cast<double>(random.uniform(0.1f, 0.9f)), h = 1e-5;
     const SurfacePoint<double> p = bicubic_point<double>(bicubic_row(c, v), u);
     EXPECT_LT(distance(p.derivative_u, (casteljau(c, u + h, v) - casteljau(c, u - h, v)) * (0.5 / h)), 1e-8);
     EXPECT_LT(distance(p.derivative_v, (casteljau(c, u, v + h) - casteljau(c, u, v - h)) * (0.5 / h)), 1e-8);
@@ -102,7 +104,8 @@ TEST(Bicubic, AtAPoleTheNormalIsTheLimitFromInside) {
     EXPECT_FALSE(regular_normal(at.derivative_u, at.derivative_v).margin > 0.0f);
     const auto limit = bicubic_normal(c, u, 1.0f, at);
     const auto wide = widen_net(c);
-    const auto near = bicubic_normal(wide, static_cast<double>(u), 1.0 - 1e-6, bicubic_point<double>(bicubic_row(wide, 1.0 - 1e-6), static_cast<double>(u)));
+    const auto near = bicubic_normal(wide, static_cast<double>(u), 1.0 - 1e-6,
+                                     bicubic_point<double>(bicubic_row(wide, 1.0 - 1e-6), static_cast<double>(u)));
     EXPECT_NEAR(static_cast<double>(limit.x), near.x, 1e-3);
     EXPECT_NEAR(static_cast<double>(limit.y), near.y, 1e-3);
     EXPECT_NEAR(static_cast<double>(limit.z), near.z, 1e-3);

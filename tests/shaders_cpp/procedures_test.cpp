@@ -49,11 +49,14 @@ TEST(Shapes, TangentsAreThoseOfTheSurface) {
     const auto id = static_cast<ShapeId>(trial % test::kShapeCount);
     const ShapeInput in = test::random_shape(random, id);
     // Inside one cell of the geometry image and of every octave's lattice, nearly always.
-    const double u = static_cast<double>(random.uniform(0.02f, 0.98f)), v = static_cast<double>(random.uniform(0.02f, 0.98f)), h = 1e-6;
+    const double u = static_cast<double>(random.uniform(0.02f, 0.98f)),
+                 v = static_cast<double>(random.uniform(0.02f, 0.98f)), h = 1e-6;
     with_shape(id, [&](auto shape) {
       using Shape = decltype(shape);
       const ShapePoint<double> p = shape_tangents<Shape>(in, u, v);
-      const auto along = [&](double du, double dv) { return (Shape::point(in, u + du, v + dv) - Shape::point(in, u - du, v - dv)) * (0.5 / h); };
+      const auto along = [&](double du, double dv) {
+        return (Shape::point(in, u + du, v + dv) - Shape::point(in, u - du, v - dv)) * (0.5 / h);
+      };
       const Vector3<double> by_u = along(h, 0), by_v = along(0, h), eu = by_u - p.by_u, ev = by_v - p.by_v;
       const double size = 1 + std::sqrt(dot(p.by_u, p.by_u)) + std::sqrt(dot(p.by_v, p.by_v));
       if (id == ShapeId::kSweptCubic && size > 100) return;  // near a cusp of the path
@@ -76,7 +79,8 @@ TEST(SweptCubic, SlopeIsThePublishedPolynomialWithItsSignsPutRight) {
     const double u = static_cast<double>(random.uniform(0, 1));
     const auto published = [&](std::size_t k) {
       // Control points in the other order: x0 is where u = 1.
-      const auto x0 = static_cast<double>(c[6 + k]), x1 = static_cast<double>(c[4 + k]), x2 = static_cast<double>(c[2 + k]), x3 = static_cast<double>(c[k]);
+      const auto x0 = static_cast<double>(c[6 + k]), x1 = static_cast<double>(c[4 + k]),
+                 x2 = static_cast<double>(c[2 + k]), x3 = static_cast<double>(c[k]);
       return 3 * (x0 - 3 * x1 + 3 * x2 - x3) * u * u + 6 * (x1 - 2 * x2 + x3) * u + 3 * (x2 - x3);
     };
     const PlanePoint<double> slope = plane_cubic_slope(c, u);
@@ -86,7 +90,8 @@ TEST(SweptCubic, SlopeIsThePublishedPolynomialWithItsSignsPutRight) {
 }
 
 TEST(SweptCubic, KeepsTheProfilesDistanceFromItsPath) {
-  // A circular profile of radius r about a curved path: every point lies r from the path, seen in the plane of the profile.
+  // A circular profile of radius r about a curved path: every point lies r from the path, seen in the plane of the
+  // profile.
   constexpr float kArc = 0.5522847498f, kRadius = 0.2f;
   ShapeInput in;
   in.p = {0, 0, 1, 0, 2, 1, 2, 2, kRadius, 0, kRadius, kRadius * kArc, kRadius * kArc, kRadius, 0, kRadius};
@@ -96,7 +101,7 @@ TEST(SweptCubic, KeepsTheProfilesDistanceFromItsPath) {
       const PlanePoint<double> path = plane_cubic(in.p.data(), u), slope = plane_cubic_slope(in.p.data(), u);
       const Vector3<double> p = SweptCubic::point(in, u, v);
       const double dx = p.x - path.a, dz = p.z - path.b;
-      EXPECT_NEAR(dx * slope.a + dz * slope.b, 0, 1e-6);                    // across the path
+      EXPECT_NEAR(dx * slope.a + dz * slope.b, 0, 1e-6);  // across the path
       EXPECT_NEAR(std::sqrt(dx * dx + dz * dz + p.y * p.y), static_cast<double>(kRadius), 1e-4);
     }
 }
@@ -109,7 +114,8 @@ TEST(Shapes, NormalsOfClosedShapesPointOutwards) {
   constexpr float kArc = 0.5522847498f;
   tube.p = {0, 0, 1, 0, 2, 0, 3, 0, 1, 0, 1, kArc, kArc, 1, 0, 1};  // a quarter, counter-clockwise
   for (int k = 0; k < 100; ++k) {
-    const float u = 0.005f + 0.01f * static_cast<float>(k % 10) * 9.9f / 10, v = 0.05f + 0.09f * static_cast<float>(k / 10);
+    const float u = 0.005f + 0.01f * static_cast<float>(k % 10) * 9.9f / 10,
+                v = 0.05f + 0.09f * static_cast<float>(k / 10);
     const auto normal = [&](ShapeId id, const ShapeInput& in, Vector3<float>& position) {
       return with_shape(id, [&](auto shape) {
         const ShapePoint<float> p = shape_tangents<decltype(shape)>(in, u, v);
@@ -149,10 +155,12 @@ TEST(Shapes, ClosedParametersMeetBitForBit) {
 TEST(Shapes, PiecesOfAChainMeetBitForBit) {
   Random random(4);
   for (int trial = 0; trial < 1000; ++trial) {
-    ShapeInput first = test::random_shape(random, ShapeId::kRevolution), second = test::random_shape(random, ShapeId::kRevolution);
+    ShapeInput first = test::random_shape(random, ShapeId::kRevolution),
+               second = test::random_shape(random, ShapeId::kRevolution);
     second.p[0] = first.p[6], second.p[1] = first.p[7];
     const float u = random.uniform(0, 1);
-    EXPECT_TRUE(same_bits(shape_point(ShapeId::kRevolution, first, u, 1.0f), shape_point(ShapeId::kRevolution, second, u, 0.0f)));
+    EXPECT_TRUE(same_bits(shape_point(ShapeId::kRevolution, first, u, 1.0f),
+                          shape_point(ShapeId::kRevolution, second, u, 0.0f)));
   }
 }
 
@@ -199,10 +207,13 @@ TEST(Textures, StayInsideTheirColours) {
     at.object = {random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2)};
     at.pixel = random.uniform(0, 0.1f);
     for (const TextureId id : {TextureId::kMarble, TextureId::kChecker}) {
-      if (id == TextureId::kChecker) p[8] = 0.05f;
-      else p[8] = 4;
+      if (id == TextureId::kChecker)
+        p[8] = 0.05f;
+      else
+        p[8] = 4;
       const Vector3<float> c = texture_color(id, p.data(), at);
-      EXPECT_TRUE(c.x >= 0.0999f && c.x <= 0.9001f && c.y >= 0.1999f && c.y <= 0.8001f && c.z >= 0.2999f && c.z <= 0.7001f);
+      EXPECT_TRUE(c.x >= 0.0999f && c.x <= 0.9001f && c.y >= 0.1999f && c.y <= 0.8001f && c.z >= 0.2999f &&
+                  c.z <= 0.7001f);
     }
   }
 }

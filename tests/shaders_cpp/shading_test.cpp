@@ -13,7 +13,9 @@ namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
 
-MaterialPoint<double> material(double metallic, double roughness, double color = 1.0) { return {{color, color, color}, metallic, roughness, 1.0, {}}; }
+MaterialPoint<double> material(double metallic, double roughness, double color = 1.0) {
+  return {{color, color, color}, metallic, roughness, 1.0, {}};
+}
 
 // Integral of BRDF times cosine over the hemisphere, by a fine grid in the projected disc.
 double albedo(const MaterialPoint<double>& m, double view_angle) {
@@ -21,10 +23,14 @@ double albedo(const MaterialPoint<double>& m, double view_angle) {
   double sum = 0;
   const int rings = 400, slices = 256;
   for (int i = 0; i < rings; ++i) {
-    const double theta = (i + 0.5) / rings * kTwoPi / 4, weight = std::sin(theta) * kTwoPi / 4 / rings * kTwoPi / slices;
+    const double theta = (i + 0.5) / rings * kTwoPi / 4,
+                 weight = std::sin(theta) * kTwoPi / 4 / rings * kTwoPi / slices;
     for (int j = 0; j < slices; ++j) {
       const double phi = (j + 0.5) / slices * kTwoPi;
-      sum += reflect_light(m, normal, view, {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)}).x * weight;
+      sum += reflect_light(m, normal, view,
+                           {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)})
+                 .x *
+             weight;
     }
   }
   return sum;
@@ -33,12 +39,15 @@ double albedo(const MaterialPoint<double>& m, double view_angle) {
 TEST(MetallicRoughness, ReflectsNoMoreLightThanItReceivesAwayFromGrazingViews) {
   for (const double metallic : {0.0, 1.0})
     for (const double roughness : {0.3, 0.6, 1.0})
-      for (const double angle : {0.0, 0.4, 0.8}) EXPECT_LE(albedo(material(metallic, roughness), angle), 1.01) << metallic << " " << roughness << " " << angle;
+      for (const double angle : {0.0, 0.4, 0.8})
+        EXPECT_LE(albedo(material(metallic, roughness), angle), 1.01) << metallic << " " << roughness << " " << angle;
   // At grazing views glTF's sum of a diffuse and a specular lobe exceeds 1 for dielectrics; metals stay below.
   EXPECT_LE(albedo(material(1, 0.3), 1.3), 1.01);
 }
 
-TEST(MetallicRoughness, AWhiteRoughDielectricReflectsNearlyAllFromTheFront) { EXPECT_NEAR(albedo(material(0, 1), 0.0), 0.97, 0.04); }
+TEST(MetallicRoughness, AWhiteRoughDielectricReflectsNearlyAllFromTheFront) {
+  EXPECT_NEAR(albedo(material(0, 1), 0.0), 0.97, 0.04);
+}
 
 TEST(MetallicRoughness, IsReciprocal) {
   test::Random random(3);
@@ -50,7 +59,8 @@ TEST(MetallicRoughness, IsReciprocal) {
       return Vector3<double>{static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z)};
     };
     const auto a = direction(), b = direction();
-    const auto m = material(static_cast<double>(random.uniform(0, 1)), static_cast<double>(random.uniform(0.1f, 1)), 0.6);
+    const auto m =
+        material(static_cast<double>(random.uniform(0, 1)), static_cast<double>(random.uniform(0.1f, 1)), 0.6);
     const Vector3<double> normal{0, 0, 1};
     // BRDF = value / cosine of the light.
     // The directions are unit vectors to single precision only.
@@ -60,19 +70,26 @@ TEST(MetallicRoughness, IsReciprocal) {
 }
 
 TEST(MetallicRoughness, LightFromBelowTheHorizonGivesNothing) {
-  const auto out = reflect_light(material(0.5, 0.5), Vector3<double>{0, 0, 1}, Vector3<double>{0, 0, 1}, Vector3<double>{0.6, 0, -0.8});
+  const auto out = reflect_light(material(0.5, 0.5), Vector3<double>{0, 0, 1}, Vector3<double>{0, 0, 1},
+                                 Vector3<double>{0.6, 0, -0.8});
   EXPECT_EQ(out.x, 0.0);
 }
 
 TEST(MetallicRoughness, FloatFollowsDouble) {
   test::Random random(9);
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 light = glm::normalize(random.in_box(1) + Vec3(0, 0, 1.2f)), view = glm::normalize(random.in_box(1) + Vec3(0, 0, 1.2f));
+    const Vec3 light = glm::normalize(random.in_box(1) + Vec3(0, 0, 1.2f)),
+               view = glm::normalize(random.in_box(1) + Vec3(0, 0, 1.2f));
     const float metallic = random.uniform(0, 1), roughness = random.uniform(0.2f, 1);
     const MaterialPoint<float> m{{0.7f, 0.5f, 0.3f}, metallic, roughness, 1, {}};
-    const MaterialPoint<double> d{{0.7, 0.5, 0.3}, static_cast<double>(metallic), static_cast<double>(roughness), 1, {}};
-    const auto wide = [](const Vec3& v) { return Vector3<double>{static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)}; };
-    const float f = reflect_light(m, Vector3<float>{0, 0, 1}, Vector3<float>{view.x, view.y, view.z}, Vector3<float>{light.x, light.y, light.z}).x;
+    const MaterialPoint<double> d{
+        {0.7, 0.5, 0.3}, static_cast<double>(metallic), static_cast<double>(roughness), 1, {}};
+    const auto wide = [](const Vec3& v) {
+      return Vector3<double>{static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+    };
+    const float f = reflect_light(m, Vector3<float>{0, 0, 1}, Vector3<float>{view.x, view.y, view.z},
+                                  Vector3<float>{light.x, light.y, light.z})
+                        .x;
     const double g = reflect_light(d, Vector3<double>{0, 0, 1}, wide(view), wide(light)).x;
     EXPECT_NEAR(static_cast<double>(f), g, 1e-4 * (1 + g));
   }

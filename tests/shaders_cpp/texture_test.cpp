@@ -37,8 +37,18 @@ TEST(Wrap, FollowsItsDefinitionFarOutAndNearBy) {
 }
 
 TEST(LinearTexels, StayInsideForAnyCoordinate) {
-  const float odd[] = {0.0f, -0.0f, 1.0f, 0.5f, -1e-20f, 1e30f, -1e30f, std::nextafter(1.0f, 0.0f), std::nextafter(2.0f, 0.0f),
-                       std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), std::nanf("")};
+  const float odd[] = {0.0f,
+                       -0.0f,
+                       1.0f,
+                       0.5f,
+                       -1e-20f,
+                       1e30f,
+                       -1e30f,
+                       std::nextafter(1.0f, 0.0f),
+                       std::nextafter(2.0f, 0.0f),
+                       std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity(),
+                       std::nanf("")};
   for (const Wrap wrap : kWraps)
     for (const int size : {1, 2, 5})
       for (const float coordinate : odd) {
@@ -82,7 +92,8 @@ TEST(Texture, MipLevelsKeepTheMeanForSizesThatAreNoPowersOfTwo) {
 
 TEST(Texture, LevelsBlendContinuously) {
   const Texture texture(grey(8, 8, std::vector<std::uint8_t>(64, 200)), ColorSpace::kLinear);
-  for (float lod = -1.0f; lod < 5.0f; lod += 0.13f) EXPECT_NEAR(texture.sample({}, {0.3f, 0.8f}, lod).x, 200.0f / 255.0f, 1e-5f);
+  for (float lod = -1.0f; lod < 5.0f; lod += 0.13f)
+    EXPECT_NEAR(texture.sample({}, {0.3f, 0.8f}, lod).x, 200.0f / 255.0f, 1e-5f);
 }
 
 TEST(Texture, GreyAndAlphaChannelsAreSpread) {

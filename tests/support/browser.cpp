@@ -12,10 +12,19 @@ namespace {
 constexpr const char* kChromium = "/usr/bin/chromium";
 
 // --no-sandbox: tests may run as root, where Chromium refuses its sandbox; the pages are ours and fetch nothing.
-ProcessResult run_browser(const std::vector<std::string>& what, const std::filesystem::path& file, const std::string& fragment, bool dark) {
+ProcessResult run_browser(const std::vector<std::string>& what, const std::filesystem::path& file,
+                          const std::string& fragment, bool dark) {
   const TemporaryFolder profile;
-  std::vector<std::string> arguments = {kChromium, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars", "--user-data-dir=" + profile.path().string(),
-                                        "--virtual-time-budget=60000", "--enable-logging=stderr", std::string("--blink-settings=preferredColorScheme=") + (dark ? "0" : "1")};
+  std::vector<std::string> arguments = {kChromium,
+                                        "--headless",
+                                        "--no-sandbox",
+                                        "--disable-gpu",
+                                        "--disable-dev-shm-usage",
+                                        "--hide-scrollbars",
+                                        "--user-data-dir=" + profile.path().string(),
+                                        "--virtual-time-budget=60000",
+                                        "--enable-logging=stderr",
+                                        std::string("--blink-settings=preferredColorScheme=") + (dark ? "0" : "1")};
   arguments.insert(arguments.end(), what.begin(), what.end());
   arguments.push_back("file://" + file.string() + (fragment.empty() ? "" : "#" + fragment));
   return run_process(arguments, {.seconds = 120});
@@ -35,9 +44,12 @@ OpenedPage open_page(const std::filesystem::path& file, const std::string& fragm
   return page;
 }
 
-std::string photograph_page(const std::filesystem::path& file, int width, int height, const std::string& fragment, bool dark) {
+std::string photograph_page(const std::filesystem::path& file, int width, int height, const std::string& fragment,
+                            bool dark) {
   const TemporaryFolder folder;
-  run_browser({"--window-size=" + std::to_string(width) + "," + std::to_string(height), "--screenshot=" + (folder / "page.png").string()}, file, fragment, dark);
+  run_browser({"--window-size=" + std::to_string(width) + "," + std::to_string(height),
+               "--screenshot=" + (folder / "page.png").string()},
+              file, fragment, dark);
   return read_text(folder / "page.png");
 }
 

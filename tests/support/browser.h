@@ -8,8 +8,9 @@ namespace tessera::test {
 
 // A page as Chromium without a window shows it.
 struct OpenedPage {
-  std::string dom;      // the document once its scripts are done, as markup
-  std::string console;  // lines that the page or the browser wrote there: errors of scripts, things that could not be fetched
+  std::string dom;  // the document once its scripts are done, as markup
+  std::string
+      console;  // lines that the page or the browser wrote there: errors of scripts, things that could not be fetched
 };
 
 // Whether there is a Chromium to open pages with; tests skip without it.
@@ -19,7 +20,8 @@ bool has_browser();
 OpenedPage open_page(const std::filesystem::path& file, const std::string& fragment = "", bool dark = false);
 
 // A picture of the page's upper left, as PNG bytes.
-std::string photograph_page(const std::filesystem::path& file, int width, int height, const std::string& fragment = "", bool dark = false);
+std::string photograph_page(const std::filesystem::path& file, int width, int height, const std::string& fragment = "",
+                            bool dark = false);
 
 // Text of attribute `name` of the body, or "".
 std::string body_attribute(const OpenedPage& page, const std::string& name);

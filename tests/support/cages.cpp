@@ -34,7 +34,8 @@ Cage grid_cage(int nx, int ny, float half, std::uint32_t seed) {
   Random random(seed);
   std::vector<Vec3> points;
   for (int y = 0; y <= ny; ++y)
-    for (int x = 0; x <= nx; ++x) points.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(-half, half));
+    for (int x = 0; x <= nx; ++x)
+      points.emplace_back(static_cast<float>(x), static_cast<float>(y), random.uniform(-half, half));
   std::vector<std::array<int, 4>> faces;
   for (int y = 0; y < ny; ++y)
     for (int x = 0; x < nx; ++x) {
@@ -67,13 +68,17 @@ Cage voxel_cage(const std::set<std::array<int, 3>>& cubes, float shift, std::uin
   Random random(seed);
   std::vector<Vec3> points(number.size());
   for (const auto& [corner, n] : number)
-    points[static_cast<std::size_t>(n)] = Vec3(static_cast<float>(corner[0]), static_cast<float>(corner[1]), static_cast<float>(corner[2])) + random.in_box(shift);
+    points[static_cast<std::size_t>(n)] =
+        Vec3(static_cast<float>(corner[0]), static_cast<float>(corner[1]), static_cast<float>(corner[2])) +
+        random.in_box(shift);
   return cage_of(points, faces);
 }
 
 Cage cube_cage() { return voxel_cage({{0, 0, 0}}); }
 
-Cage bracket_cage(float shift, std::uint32_t seed) { return voxel_cage({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, shift, seed); }
+Cage bracket_cage(float shift, std::uint32_t seed) {
+  return voxel_cage({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, shift, seed);
+}
 
 Cage mixed_cage() {
   const Cage cage = bracket_cage();
@@ -133,7 +138,8 @@ DVec3 weighted(const Vec3* points, const std::array<double, 4>& bu, const std::a
 DVec3 bezier_point(const Vec3* points, double u, double v) { return weighted(points, bernstein(u), bernstein(v)); }
 
 std::array<DVec3, 2> bezier_tangents(const Vec3* points, double u, double v) {
-  return {weighted(points, bernstein_derivative(u), bernstein(v)), weighted(points, bernstein(u), bernstein_derivative(v))};
+  return {weighted(points, bernstein_derivative(u), bernstein(v)),
+          weighted(points, bernstein(u), bernstein_derivative(v))};
 }
 
 }  // namespace tessera::test

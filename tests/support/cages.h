@@ -9,14 +9,14 @@
 
 namespace tessera::test {
 
-// Catmull-Clark cages made in memory. Every face has vertices of its own (a seam along every edge), TEXCOORD_0 runs over
-// [0,1]^2 within each quad and TEXCOORD_1.x is the number of the face, so that a converted patch tells where on which
-// face of the cage it lies.
+// Catmull-Clark cages made in memory. Every face has vertices of its own (a seam along every edge), TEXCOORD_0 runs
+// over [0,1]^2 within each quad and TEXCOORD_1.x is the number of the face, so that a converted patch tells where on
+// which face of the cage it lies.
 struct Cage {
   frontend::Primitive primitive;
   frontend::subdivision::CageRules rules;
-  std::vector<Vec3> points;                       // without repetition
-  std::vector<std::array<int, 4>> faces;          // points; the last is -1 for triangles, which follow the quads
+  std::vector<Vec3> points;               // without repetition
+  std::vector<std::array<int, 4>> faces;  // points; the last is -1 for triangles, which follow the quads
 };
 
 Cage cage_of(std::vector<Vec3> points, std::vector<std::array<int, 4>> faces);

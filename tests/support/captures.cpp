@@ -74,7 +74,8 @@ Primitive patches(std::vector<Vec3> control_points, int material) {
 std::vector<Vec3> flat_patch(Vec3 origin, Vec3 a, Vec3 b) {
   std::vector<Vec3> points;
   for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 4; ++i) points.push_back(origin + a * (static_cast<float>(i) / 3.0f) + b * (static_cast<float>(j) / 3.0f));
+    for (int i = 0; i < 4; ++i)
+      points.push_back(origin + a * (static_cast<float>(i) / 3.0f) + b * (static_cast<float>(j) / 3.0f));
   return points;
 }
 
@@ -111,7 +112,8 @@ std::filesystem::path shipped_capture(const std::string& name) {
 
 std::optional<std::filesystem::path> assets_folder() {
   const char* variable = std::getenv("TESSERA_ASSETS");
-  const std::filesystem::path folder = variable != nullptr ? variable : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
+  const std::filesystem::path folder =
+      variable != nullptr ? variable : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
   if (!std::filesystem::is_directory(folder)) return std::nullopt;
   return std::filesystem::canonical(folder);
 }

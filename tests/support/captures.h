@@ -24,7 +24,8 @@ void add_camera(frontend::Capture& capture, const DVec3& eye, const frontend::Ca
 // Moves a node linearly from where it is by `way` during the first second.
 void add_motion(frontend::Capture& capture, int node, const DVec3& way);
 
-frontend::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material = frontend::kNone);
+frontend::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
+                              int material = frontend::kNone);
 // Bezier patches of 16 control points each.
 frontend::Primitive patches(std::vector<Vec3> control_points, int material = frontend::kNone);
 // 16 control points of the flat patch p(u,v) = origin + u * a + v * b.
@@ -42,7 +43,9 @@ class Random {
  public:
   explicit Random(std::uint32_t seed) : engine_(seed) {}
   float uniform(float low, float high) { return low + (high - low) * static_cast<float>(engine_() >> 8) * 0x1p-24f; }
-  int integer(int low, int high) { return low + static_cast<int>(engine_() % static_cast<std::uint32_t>(high - low + 1)); }
+  int integer(int low, int high) {
+    return low + static_cast<int>(engine_() % static_cast<std::uint32_t>(high - low + 1));
+  }
   bool coin() { return (engine_() & 1) != 0; }
   Vec3 in_box(float half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
 

@@ -18,7 +18,8 @@ using tilecore::MicroMesh;
 using Triangle = std::array<std::int32_t, 3>;
 
 // A vertex at a key in Embree's space.
-std::array<float, 3> embree_vertex(const MicroMesh& m, std::size_t v, bool close, const frontend::Projection& projection) {
+std::array<float, 3> embree_vertex(const MicroMesh& m, std::size_t v, bool close,
+                                   const frontend::Projection& projection) {
   const double x = static_cast<double>(close ? m.x1[v] : m.x0[v]), y = static_cast<double>(close ? m.y1[v] : m.y0[v]);
   const double z = static_cast<double>(close ? m.z1[v] : m.z0[v]), w = projection.orthographic ? 1.0 : z;
   const double times = m.projected[v] ? w : 1.0;
@@ -48,13 +49,15 @@ void Agreement::add(const Agreement& o) {
   farthest_edge_pixels = std::max(farthest_edge_pixels, o.farthest_edge_pixels);
 }
 
-EmbreeScene::EmbreeScene(const EmbreeDevice& device, const FrameGeometry& frame, const std::vector<std::uint32_t>& patches, const EmbreeOptions& options)
+EmbreeScene::EmbreeScene(const EmbreeDevice& device, const FrameGeometry& frame,
+                         const std::vector<std::uint32_t>& patches, const EmbreeOptions& options)
     : frame_(frame),
       scene_(rtcNewScene(device.get())),
       patches_(patches.size()),
       slot_(frame.assembly->patch_count(), Claim::kNothing),
       near_(static_cast<float>(frame.projection.near)),
-      far_(frame.projection.far > 0 ? static_cast<float>(frame.projection.far) : std::numeric_limits<float>::infinity()) {
+      far_(frame.projection.far > 0 ? static_cast<float>(frame.projection.far)
+                                    : std::numeric_limits<float>::infinity()) {
   if (options.robust) rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
   for (std::size_t p = 0; p < patches.size(); ++p) {
     patches_[p].number = patches[p];
@@ -74,16 +77,18 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
   patch.moving = drawable.moving;
   tessellators().local().tessellate(frame_, patch.number, cells, {patch.moving, false}, mesh);
 
-  // ---- Vertices: two keys when the patch moves. Grids run backwards along u, so that Embree cuts their cells along the
-  // same diagonal as Tessera. ----
+  // ---- Vertices: two keys when the patch moves. Grids run backwards along u, so that Embree cuts their cells along
+  // the same diagonal as Tessera. ----
   patch.grid = bezier && options.geometry == EmbreeOptions::Geometry::kGrids;
   patch.columns = static_cast<std::uint32_t>(cells.i1 - cells.i0);
   patch.rows = static_cast<std::uint32_t>(cells.j1 - cells.j0);
-  const RTCGeometry geometry = rtcNewGeometry(device.get(), patch.grid ? RTC_GEOMETRY_TYPE_GRID : RTC_GEOMETRY_TYPE_TRIANGLE);
+  const RTCGeometry geometry =
+      rtcNewGeometry(device.get(), patch.grid ? RTC_GEOMETRY_TYPE_GRID : RTC_GEOMETRY_TYPE_TRIANGLE);
   const unsigned keys = patch.moving ? 2 : 1;
   rtcSetGeometryTimeStepCount(geometry, keys);
   for (unsigned key = 0; key < keys; ++key) {
-    auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertex_count));
+    auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3,
+                                                           3 * sizeof(float), mesh.vertex_count));
     for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
       const std::size_t column = v % (patch.columns + 1);
       const std::size_t place = patch.grid ? v - column + (patch.columns - column) : v;
@@ -96,8 +101,10 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
   // ---- Primitives ----
   patch.triangle_count = mesh.triangle_count;
   if (patch.grid) {
-    auto* grid = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
-    *grid = {0, patch.columns + 1, static_cast<std::uint16_t>(patch.columns + 1), static_cast<std::uint16_t>(patch.rows + 1)};
+    auto* grid = static_cast<RTCGrid*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
+    *grid = {0, patch.columns + 1, static_cast<std::uint16_t>(patch.columns + 1),
+             static_cast<std::uint16_t>(patch.rows + 1)};
   } else {
     fill_index(geometry, mesh, patch, options);
   }
@@ -115,7 +122,8 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
 void EmbreeScene::fill_index(RTCGeometry geometry, const MicroMesh& mesh, Patch& patch, const EmbreeOptions& options) {
   // A patch that is degenerate as a whole keeps one triangle without area: Embree wants a buffer.
   const std::size_t count = std::max<std::size_t>(mesh.triangle_count, 1);
-  auto* index = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
+  auto* index = static_cast<std::uint32_t*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), count));
   std::fill(index, index + 3, 0u);
   patch.index = index;
   patch.triangle.reserve(count);
@@ -137,9 +145,10 @@ void EmbreeScene::obey_facing(const RTCFilterFunctionNArguments* arguments) {
   const auto& patch = *static_cast<const Patch*>(arguments->geometryUserPtr);
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const float facing = RTCHitN_Ng_x(arguments->hit, arguments->N, i) * RTCRayN_dir_x(arguments->ray, arguments->N, i) +
-                         RTCHitN_Ng_y(arguments->hit, arguments->N, i) * RTCRayN_dir_y(arguments->ray, arguments->N, i) +
-                         RTCHitN_Ng_z(arguments->hit, arguments->N, i) * RTCRayN_dir_z(arguments->ray, arguments->N, i);
+    const float facing =
+        RTCHitN_Ng_x(arguments->hit, arguments->N, i) * RTCRayN_dir_x(arguments->ray, arguments->N, i) +
+        RTCHitN_Ng_y(arguments->hit, arguments->N, i) * RTCRayN_dir_y(arguments->ray, arguments->N, i) +
+        RTCHitN_Ng_z(arguments->hit, arguments->N, i) * RTCRayN_dir_z(arguments->ray, arguments->N, i);
     const bool positive = (facing > 0) != patch.grid;  // mirrored grids wind the other way
     if (!(positive ? patch.keep_positive : patch.keep_negative)) arguments->valid[i] = 0;
   }
@@ -148,13 +157,15 @@ void EmbreeScene::obey_facing(const RTCFilterFunctionNArguments* arguments) {
 EmbreeRay EmbreeScene::ray(const tilecore::TileSamples& samples, std::size_t s) const {
   const frontend::Projection& p = frame_.projection;
   const bool lens = !samples.lens_u.empty();
-  const double u = lens ? static_cast<double>(samples.lens_u[s]) : 0.0, v = lens ? static_cast<double>(samples.lens_v[s]) : 0.0;
+  const double u = lens ? static_cast<double>(samples.lens_u[s]) : 0.0,
+               v = lens ? static_cast<double>(samples.lens_v[s]) : 0.0;
   const double x = static_cast<double>(samples.x[s]) - p.center_x, y = static_cast<double>(samples.y[s]) - p.center_y;
   const float time = samples.t(s);
   // The point seen at depth z is at x z + u (1 - z / focus), orthographic x + u (1 - z / focus).
   const double still = p.orthographic ? 1.0 : 0.0, turning = 1.0 - still;
   return {static_cast<float>((still * x + u) / p.scale), static_cast<float>((still * y + v) / p.scale),
-          static_cast<float>((turning * x - u * p.inverse_focus) / p.scale), static_cast<float>((turning * y - v * p.inverse_focus) / p.scale), time};
+          static_cast<float>((turning * x - u * p.inverse_focus) / p.scale),
+          static_cast<float>((turning * y - v * p.inverse_focus) / p.scale), time};
 }
 
 Claim EmbreeScene::claim(std::uint32_t geometry, std::uint32_t primitive, float u, float v, float z) const {
@@ -163,7 +174,8 @@ Claim EmbreeScene::claim(std::uint32_t geometry, std::uint32_t primitive, float 
   if (!patch.grid) return {patch.number, patch.triangle[primitive], z};
   // Embree's cell (0,0), (1,0), (1,1), (0,1) is Tessera's b, a, d, c; it cuts from (1,0) to (0,1), which is a to c.
   const float fu = u * static_cast<float>(patch.columns), fv = v * static_cast<float>(patch.rows);
-  const auto column = std::min(static_cast<std::uint32_t>(std::max(fu, 0.0f)), patch.columns - 1), row = std::min(static_cast<std::uint32_t>(std::max(fv, 0.0f)), patch.rows - 1);
+  const auto column = std::min(static_cast<std::uint32_t>(std::max(fu, 0.0f)), patch.columns - 1),
+             row = std::min(static_cast<std::uint32_t>(std::max(fv, 0.0f)), patch.rows - 1);
   const bool first = (fu - static_cast<float>(column)) + (fv - static_cast<float>(row)) < 1.0f;
   return {patch.number, 2 * (row * patch.columns + (patch.columns - 1 - column)) + (first ? 0u : 1u), z};
 }
@@ -211,7 +223,8 @@ EmbreeScene::Passage EmbreeScene::passage(const EmbreeRay& r, const Claim& claim
   const Patch& patch = patches_[slot_[claim.patch]];
   if (claim.triangle >= patch.place.size() || patch.place[claim.triangle] == Claim::kNothing) return out;
   const std::size_t first = std::size_t{3} * patch.place[claim.triangle];
-  const double t = static_cast<double>(r.time), dx = static_cast<double>(r.direction_x), dy = static_cast<double>(r.direction_y);
+  const double t = static_cast<double>(r.time), dx = static_cast<double>(r.direction_x),
+               dy = static_cast<double>(r.direction_y);
   const double scale = frame_.projection.scale;
   // Corners, and what they are relative to the ray: homogeneous, in pixels.
   std::array<DVec3, 3> at, relative;
@@ -219,9 +232,11 @@ EmbreeScene::Passage EmbreeScene::passage(const EmbreeRay& r, const Claim& claim
     for (std::size_t a = 0; a < 3; ++a) {
       const std::size_t place = 3 * patch.index[first + c] + a;
       const double open = static_cast<double>(patch.vertices[0][place]);
-      at[c][static_cast<int>(a)] = patch.moving ? (1 - t) * open + t * static_cast<double>(patch.vertices[1][place]) : open;
+      at[c][static_cast<int>(a)] =
+          patch.moving ? (1 - t) * open + t * static_cast<double>(patch.vertices[1][place]) : open;
     }
-    relative[c] = {(at[c].x - static_cast<double>(r.origin_x) - at[c].z * dx) * scale, (at[c].y - static_cast<double>(r.origin_y) - at[c].z * dy) * scale,
+    relative[c] = {(at[c].x - static_cast<double>(r.origin_x) - at[c].z * dx) * scale,
+                   (at[c].y - static_cast<double>(r.origin_y) - at[c].z * dy) * scale,
                    frame_.projection.orthographic ? 1.0 : at[c].z};
   }
   for (std::size_t c = 0; c < 3; ++c) {
@@ -231,12 +246,14 @@ EmbreeScene::Passage EmbreeScene::passage(const EmbreeRay& r, const Claim& claim
   }
   // A pixel to the side turns the ray by 1 / scale, or shifts it.
   const DVec3 normal = glm::cross(at[1] - at[0], at[2] - at[0]);
-  const double along = std::abs(normal.x * dx + normal.y * dy + normal.z), z = frame_.projection.orthographic ? 1.0 : static_cast<double>(claim.z);
+  const double along = std::abs(normal.x * dx + normal.y * dy + normal.z),
+               z = frame_.projection.orthographic ? 1.0 : static_cast<double>(claim.z);
   out.slope = along > 0 ? z * std::hypot(normal.x, normal.y) / (along * scale) : 0.0;
   return out;
 }
 
-void EmbreeScene::compare(const EmbreeRay& r, const Claim& tessera, const Claim& embree, const Tolerance& tolerance, Agreement& agreement) const {
+void EmbreeScene::compare(const EmbreeRay& r, const Claim& tessera, const Claim& embree, const Tolerance& tolerance,
+                          Agreement& agreement) const {
   ++agreement.samples;
   if (tessera.patch != Claim::kNothing) ++agreement.visible;
   const bool agree = tessera == embree;
@@ -248,16 +265,22 @@ void EmbreeScene::compare(const EmbreeRay& r, const Claim& tessera, const Claim&
   }
   const auto same_depth = [&](float a, float b) {
     const double distance = std::abs(static_cast<double>(a) - static_cast<double>(b));
-    return distance <= tolerance.relative_depth * std::abs(static_cast<double>(b)) + tolerance.edge_pixels * nearest.slope;
+    return distance <=
+           tolerance.relative_depth * std::abs(static_cast<double>(b)) + tolerance.edge_pixels * nearest.slope;
   };
-  bool depth_tie = !agree && tessera.patch != Claim::kNothing && embree.patch != Claim::kNothing && same_depth(tessera.z, embree.z);
+  bool depth_tie =
+      !agree && tessera.patch != Claim::kNothing && embree.patch != Claim::kNothing && same_depth(tessera.z, embree.z);
   for (const Claim* claim : {&tessera, &embree})
-    if (claim->patch != Claim::kNothing) depth_tie = depth_tie || same_depth(claim->z, near_) || (std::isfinite(far_) && same_depth(claim->z, far_));
+    if (claim->patch != Claim::kNothing)
+      depth_tie = depth_tie || same_depth(claim->z, near_) || (std::isfinite(far_) && same_depth(claim->z, far_));
   const bool tie = depth_tie || nearest.edge_pixels <= tolerance.edge_pixels;
   if (tie) ++agreement.ties;
-  if (!agree && (!depth_tie || nearest.edge_pixels <= tolerance.edge_pixels)) agreement.farthest_edge_pixels = std::max(agreement.farthest_edge_pixels, nearest.edge_pixels);
-  if (!agree) ++(tie ? agreement.different_ties : agreement.wrong);
-  else if (tessera.patch != Claim::kNothing && !tie && !same_depth(tessera.z, embree.z)) ++agreement.wrong_depth;
+  if (!agree && (!depth_tie || nearest.edge_pixels <= tolerance.edge_pixels))
+    agreement.farthest_edge_pixels = std::max(agreement.farthest_edge_pixels, nearest.edge_pixels);
+  if (!agree)
+    ++(tie ? agreement.different_ties : agreement.wrong);
+  else if (tessera.patch != Claim::kNothing && !tie && !same_depth(tessera.z, embree.z))
+    ++agreement.wrong_depth;
 }
 
 }  // namespace tessera::test

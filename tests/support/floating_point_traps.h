@@ -4,8 +4,9 @@
 
 namespace tessera::test {
 
-// While it lives, an invalid operation or a division by zero on this thread ends the program with SIGFPE. For kernels whose headers
-// promise to raise neither (glibc; the flags as IEEE 754 defines them, so inexact, underflow and overflow pass).
+// While it lives, an invalid operation or a division by zero on this thread ends the program with SIGFPE. For kernels
+// whose headers promise to raise neither (glibc; the flags as IEEE 754 defines them, so inexact, underflow and overflow
+// pass).
 class FloatingPointTraps {
  public:
   FloatingPointTraps() {
@@ -20,8 +21,8 @@ class FloatingPointTraps {
   FloatingPointTraps(const FloatingPointTraps&) = delete;
   FloatingPointTraps& operator=(const FloatingPointTraps&) = delete;
 
-  // Clang moves floating-point operations in front of the branches that guard them unless it is told not to; a build with it keeps
-  // results, not flags.
+  // Clang moves floating-point operations in front of the branches that guard them unless it is told not to; a build
+  // with it keeps results, not flags.
 #ifdef __clang__
   static constexpr bool kTheCompilerKeepsFlags = false;
 #else

@@ -25,7 +25,8 @@ int GltfAsset::add_accessor(const char* type, int component_type, std::size_t sc
   const std::string name = type;
   const auto digit = static_cast<std::size_t>(name.back() - '0');
   const std::size_t components = name == "SCALAR" ? 1 : name.starts_with("VEC") ? digit : digit * digit;
-  json accessor = {{"bufferView", view}, {"componentType", component_type}, {"type", type}, {"count", scalars / components}};
+  json accessor = {
+      {"bufferView", view}, {"componentType", component_type}, {"type", type}, {"count", scalars / components}};
   accessor.update(more);
   return add("accessors", accessor);
 }
@@ -91,11 +92,17 @@ void add_quad(GltfAsset& asset) {
   asset.add_accessor<std::uint8_t>("VEC4", {0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0});
   asset.add_accessor<float>("VEC4", {1, 0, 0, 0, 0.5f, 0.5f, 0, 0, 0.25f, 0.75f, 0, 0, 0, 1, 0, 0});
   asset.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0});
-  asset.add_accessor<float>("MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+  asset.add_accessor<float>(
+      "MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
   asset.add("meshes", {{"name", "quad"},
                        {"weights", {0.5}},
                        {"primitives",
-                        {{{"attributes", {{"POSITION", kPositions}, {"NORMAL", kNormals}, {"TEXCOORD_0", kTexcoords}, {"JOINTS_0", kJoints}, {"WEIGHTS_0", kWeights}}},
+                        {{{"attributes",
+                           {{"POSITION", kPositions},
+                            {"NORMAL", kNormals},
+                            {"TEXCOORD_0", kTexcoords},
+                            {"JOINTS_0", kJoints},
+                            {"WEIGHTS_0", kWeights}}},
                           {"indices", kIndices},
                           {"material", 0},
                           {"targets", {{{"POSITION", kMorph}}}}}}}});
@@ -112,7 +119,9 @@ void add_animation(GltfAsset& asset) {
   const auto channel = [](int sampler, int node, const char* path) {
     return json{{"sampler", sampler}, {"target", {{"node", node}, {"path", path}}}};
   };
-  asset.add("animations", {{"channels", {channel(0, 2, "translation"), channel(1, 2, "rotation"), channel(2, 3, "translation"), channel(3, 1, "weights")}},
+  asset.add("animations", {{"channels",
+                            {channel(0, 2, "translation"), channel(1, 2, "rotation"), channel(2, 3, "translation"),
+                             channel(3, 1, "weights")}},
                            {"samplers",
                             {{{"input", kTimes}, {"output", kTranslations}},
                              {{"input", kTimes}, {"output", kRotations}, {"interpolation", "STEP"}},
@@ -140,7 +149,9 @@ void add_patch(GltfAsset& asset) {
   const int index_view = asset.add_view({reinterpret_cast<const std::uint8_t*>(moved.data()), 4});
   const int value_view = asset.add_view({reinterpret_cast<const std::uint8_t*>(values.data()), 24});
   asset.document["accessors"][kControlPoints]["sparse"] = {
-      {"count", 2}, {"indices", {{"bufferView", index_view}, {"componentType", 5123}}}, {"values", {{"bufferView", value_view}}}};
+      {"count", 2},
+      {"indices", {{"bufferView", index_view}, {"componentType", 5123}}},
+      {"values", {{"bufferView", value_view}}}};
   asset.add("meshes", {{"name", "patch"},
                        {"primitives",
                         {{{"attributes", {{"POSITION", kControlPoints}, {"TEXCOORD_0", kPatchTexcoords}}},
@@ -156,15 +167,18 @@ void add_materials(GltfAsset& asset) {
   asset.add("images", {{"bufferView", asset.add_view(bytes_of(png))}, {"mimeType", "image/png"}});
   asset.add("samplers", {{"magFilter", 9729}, {"wrapS", 33071}});
   asset.add("textures", {{"sampler", 0}, {"source", 0}});
-  asset.add("materials", {{"name", "cloth"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}}});
-  asset.add("materials", {{"name", "ware"}, {"extensions", {{"TESSERA_displacement", {{"texture", {{"index", 0}}}, {"scale", 0.1}}}}}});
+  asset.add("materials", {{"name", "cloth"},
+                          {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}}});
+  asset.add("materials", {{"name", "ware"},
+                          {"extensions", {{"TESSERA_displacement", {{"texture", {{"index", 0}}}, {"scale", 0.1}}}}}});
 }
 
 void add_scene(GltfAsset& asset) {
   asset.add("cameras", {{"type", "perspective"},
                         {"perspective", {{"aspectRatio", 1.5}, {"yfov", 0.8}, {"znear", 0.1}, {"zfar", 100}}},
                         {"extensions", {{"TESSERA_lens", {{"apertureRadius", 0.1}, {"focusDistance", 5}}}}}});
-  asset.add("cameras", {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 0.1}, {"zfar", 100}}}});
+  asset.add("cameras",
+            {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 0.1}, {"zfar", 100}}}});
   asset.add("nodes", {{"children", {1, 2, 4, 5, 6, 7}}});
   asset.add("nodes", {{"mesh", 0}, {"skin", 0}, {"weights", {0.25}}});
   asset.add("nodes", {{"children", {3}}, {"rotation", {0, 0, 0, 1}}});
@@ -172,13 +186,27 @@ void add_scene(GltfAsset& asset) {
   asset.add("nodes", {{"camera", 0}, {"translation", {0, 0, 5}}});
   asset.add("nodes", {{"mesh", 1}, {"scale", {1, 1, 1}}});
   asset.add("nodes", {{"camera", 1}});
-  asset.add("nodes", {{"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 2, 0, 1}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  asset.add("nodes", {{"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 2, 0, 1}},
+                      {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   asset.add("scenes", {{"nodes", {0}}});
   asset.document["scene"] = 0;
-  asset.document["extensions"] = {
-      {"KHR_lights_punctual", {{"lights", {{{"type", "spot"}, {"color", {1, 1, 1}}, {"range", 10}, {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.6}}}}}}}},
-      {"TESSERA_capture", {{"resolution", {64, 32}}, {"frameRate", 24}, {"shutter", {0, 0.5}}, {"frames", {{"first", 0}, {"count", 2}}}, {"camera", 4}, {"exposure", 1}, {"environment", 1}, {"background", {0, 0, 0}}}}};
-  asset.document["extensionsUsed"] = {"KHR_lights_punctual", "TESSERA_capture", "TESSERA_lens", "TESSERA_bezier_patches", "TESSERA_displacement"};
+  asset.document["extensions"] = {{"KHR_lights_punctual",
+                                   {{"lights",
+                                     {{{"type", "spot"},
+                                       {"color", {1, 1, 1}},
+                                       {"range", 10},
+                                       {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.6}}}}}}}},
+                                  {"TESSERA_capture",
+                                   {{"resolution", {64, 32}},
+                                    {"frameRate", 24},
+                                    {"shutter", {0, 0.5}},
+                                    {"frames", {{"first", 0}, {"count", 2}}},
+                                    {"camera", 4},
+                                    {"exposure", 1},
+                                    {"environment", 1},
+                                    {"background", {0, 0, 0}}}}};
+  asset.document["extensionsUsed"] = {"KHR_lights_punctual", "TESSERA_capture", "TESSERA_lens",
+                                      "TESSERA_bezier_patches", "TESSERA_displacement"};
 }
 
 }  // namespace
@@ -207,12 +235,14 @@ GltfAsset draco_asset(bool sequential) {
   asset.add("accessors", {{"componentType", 5126}, {"type", "VEC3"}, {"count", 4}});
   asset.add("accessors", {{"componentType", 5126}, {"type", "VEC2"}, {"count", 4}});
   asset.add("accessors", {{"componentType", 5123}, {"type", "SCALAR"}, {"count", 6}});
-  asset.add("meshes", {{"primitives",
-                        {{{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}},
-                          {"indices", 2},
-                          {"extensions",
-                           {{"KHR_draco_mesh_compression",
-                             {{"bufferView", 0}, {"attributes", {{"POSITION", output.unique_ids[0]}, {"TEXCOORD_0", output.unique_ids[1]}}}}}}}}}}});
+  asset.add("meshes",
+            {{"primitives",
+              {{{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}},
+                {"indices", 2},
+                {"extensions",
+                 {{"KHR_draco_mesh_compression",
+                   {{"bufferView", 0},
+                    {"attributes", {{"POSITION", output.unique_ids[0]}, {"TEXCOORD_0", output.unique_ids[1]}}}}}}}}}}});
   asset.add("nodes", {{"mesh", 0}});
   asset.add("scenes", {{"nodes", {0}}});
   asset.document["extensionsUsed"] = {"KHR_draco_mesh_compression"};

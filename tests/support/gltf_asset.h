@@ -25,9 +25,11 @@ class GltfAsset {
 
   // A tightly packed accessor with a view of its own. `values` holds the scalars; `more` is merged into the accessor.
   template <class T>
-  int add_accessor(const char* type, const std::vector<T>& values, const nlohmann::json& more = nlohmann::json::object()) {
+  int add_accessor(const char* type, const std::vector<T>& values,
+                   const nlohmann::json& more = nlohmann::json::object()) {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-    return add_accessor(type, component_type_of(T{}), values.size(), add_view({bytes, values.size() * sizeof(T)}), more);
+    return add_accessor(type, component_type_of(T{}), values.size(), add_view({bytes, values.size() * sizeof(T)}),
+                        more);
   }
   int add_accessor(const char* type, int component_type, std::size_t scalars, int view, const nlohmann::json& more);
 
@@ -40,8 +42,8 @@ class GltfAsset {
   std::size_t first_byte(int accessor) const;
   std::size_t first_byte_of_view(int view) const;
 
-  std::string glb() const;                  // document and buffer in one file
-  std::string gltf() const;                 // JSON with the buffer as a data URI
+  std::string glb() const;                                   // document and buffer in one file
+  std::string gltf() const;                                  // JSON with the buffer as a data URI
   std::string gltf_with_file(const std::string& uri) const;  // JSON that names a file; write `binary` there
 
   nlohmann::json document;
@@ -65,8 +67,23 @@ std::span<const std::uint8_t> bytes_of(const std::string& text);
 
 // Indices of accessors in everything_asset().
 enum EverythingAccessor : int {
-  kPositions, kNormals, kTexcoords, kIndices, kJoints, kWeights, kMorph, kInverseBind, kTimes, kTranslations, kRotations,
-  kSplineTimes, kSpline, kMorphWeights, kControlPoints, kPatchTexcoords, kCageIndices,
+  kPositions,
+  kNormals,
+  kTexcoords,
+  kIndices,
+  kJoints,
+  kWeights,
+  kMorph,
+  kInverseBind,
+  kTimes,
+  kTranslations,
+  kRotations,
+  kSplineTimes,
+  kSpline,
+  kMorphWeights,
+  kControlPoints,
+  kPatchTexcoords,
+  kCageIndices,
 };
 
 // One asset that uses everything that the loader reads, and is valid. Nodes: 0 root, 1 skinned and morphed quad,

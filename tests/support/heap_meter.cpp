@@ -17,7 +17,8 @@ namespace {
 std::atomic<std::int64_t> live{0}, peak{0}, start{0};
 
 void add(std::size_t bytes) {
-  const std::int64_t now = live.fetch_add(static_cast<std::int64_t>(bytes), std::memory_order_relaxed) + static_cast<std::int64_t>(bytes);
+  const std::int64_t now =
+      live.fetch_add(static_cast<std::int64_t>(bytes), std::memory_order_relaxed) + static_cast<std::int64_t>(bytes);
   std::int64_t highest = peak.load(std::memory_order_relaxed);
   while (now > highest && !peak.compare_exchange_weak(highest, now, std::memory_order_relaxed)) {
   }

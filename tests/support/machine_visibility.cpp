@@ -7,7 +7,9 @@ namespace tessera::test {
 
 using Clock = std::chrono::steady_clock;
 
-MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion) {
+MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame,
+                                                 const frontend::PyramidLibrary& pyramids, bool keep_tiles,
+                                                 bool force_motion) {
   Result result;
   auto lap = Clock::now();
   const auto charge = [&](double& seconds) {

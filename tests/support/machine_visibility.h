@@ -13,7 +13,8 @@ namespace tessera::test {
 // the replay does; all counters and ledgers are on.
 class MachineVisibility {
  public:
-  MachineVisibility(const hardware::GpuConfiguration& gpu, const tilecore::SamplePattern& pattern, const binner::TileGrid& grid)
+  MachineVisibility(const hardware::GpuConfiguration& gpu, const tilecore::SamplePattern& pattern,
+                    const binner::TileGrid& grid)
       : gpu_(gpu), pattern_(pattern), grid_(grid) {}
 
   struct Stages {
@@ -21,14 +22,15 @@ class MachineVisibility {
     double total() const { return bound_seconds + bin_seconds + tile_seconds; }
   };
   struct Result {
-    std::vector<tilecore::TileState> tiles;          // by tile, when they are kept; else empty
+    std::vector<tilecore::TileState> tiles;              // by tile, when they are kept; else empty
     std::vector<frontend::BoundedSubPatch> sub_patches;  // that went to the binner
     tilecore::TileCoreCounters counters;
     tilecore::TessellationCounters tessellation;
     Stages stages;
   };
   // `force_motion`: the ray path, though nothing moves.
-  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles, bool force_motion = false);
+  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles,
+             bool force_motion = false);
 
  private:
   hardware::GpuConfiguration gpu_;

@@ -14,7 +14,8 @@ void for_each_triangle(const tilecore::MicroMesh& mesh, const Visit& visit) {
   for (std::size_t c = 0; c < mesh.used.size(); ++c) {
     if (!mesh.used[c]) continue;
     visit(Triangle{mesh.corner[0][c], mesh.corner[1][c], mesh.corner[2][c]}, mesh.triangle[c]);
-    if (mesh.corner[2][c] != mesh.corner[3][c]) visit(Triangle{mesh.corner[0][c], mesh.corner[2][c], mesh.corner[3][c]}, mesh.triangle[c] + 1);
+    if (mesh.corner[2][c] != mesh.corner[3][c])
+      visit(Triangle{mesh.corner[0][c], mesh.corner[2][c], mesh.corner[3][c]}, mesh.triangle[c] + 1);
   }
 }
 

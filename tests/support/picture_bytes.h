@@ -9,7 +9,9 @@ namespace tessera::test {
 // Everything that a picture consists of, as bytes: two pictures are the same bit by bit where these are equal.
 inline std::string picture_bytes(const tilecore::FrameTargets& t) {
   std::string bytes;
-  const auto add = [&](const auto& values) { bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]); };
+  const auto add = [&](const auto& values) {
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);
+  };
   add(t.color.values);
   add(t.depth.values);
   add(t.patch.values);

@@ -41,15 +41,27 @@ inline shaders::ShapeInput random_shape(Random& random, shaders::ShapeId id) {
     case ShapeId::kRevolution:
       for (std::size_t k = 0; k < 8; k += 2) in.p[k] = length();
       break;
-    case ShapeId::kHeightField: in.p = {length(), length(), random.uniform(-0.5f, 0.5f), random.uniform(0, 6), static_cast<float>(random.integer(1, 5)), 0.5f, random.uniform(0, 9)}; break;
-    case ShapeId::kSpring: in.p = {length(), length() * 0.2f, random.uniform(-2, 2), random.uniform(0.1f, 6)}; break;
-    default: break;
+    case ShapeId::kHeightField:
+      in.p = {length(),
+              length(),
+              random.uniform(-0.5f, 0.5f),
+              random.uniform(0, 6),
+              static_cast<float>(random.integer(1, 5)),
+              0.5f,
+              random.uniform(0, 9)};
+      break;
+    case ShapeId::kSpring:
+      in.p = {length(), length() * 0.2f, random.uniform(-2, 2), random.uniform(0.1f, 6)};
+      break;
+    default:
+      break;
   }
   return in;
 }
 
 // Adds a procedure of one piece and a node that draws it; returns the node.
-inline int add_procedure(frontend::Capture& capture, shaders::ShapeId shape, const shaders::ShapeInput& input, const DVec3& translation = DVec3(0.0), int material = frontend::kNone) {
+inline int add_procedure(frontend::Capture& capture, shaders::ShapeId shape, const shaders::ShapeInput& input,
+                         const DVec3& translation = DVec3(0.0), int material = frontend::kNone) {
   frontend::Procedure procedure;
   procedure.shape = shape;
   procedure.pieces.resize(1);

@@ -52,7 +52,9 @@ ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLim
 
   ProcessResult result;
   const auto start = Clock::now();
-  const auto elapsed_ms = [&] { return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start).count(); };
+  const auto elapsed_ms = [&] {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start).count();
+  };
   bool interrupted = false, killed = false;
   pollfd ends[2] = {{out.read, POLLIN, 0}, {err.read, POLLIN, 0}};
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
@@ -61,8 +63,10 @@ ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLim
       if (ends[k].fd < 0 || ends[k].revents == 0) continue;
       char buffer[4096];
       const ssize_t count = read(ends[k].fd, buffer, sizeof buffer);
-      if (count > 0) (k == 0 ? result.output : result.errors).append(buffer, static_cast<std::size_t>(count));
-      else if (count == 0) close(ends[k].fd), ends[k].fd = -1;
+      if (count > 0)
+        (k == 0 ? result.output : result.errors).append(buffer, static_cast<std::size_t>(count));
+      else if (count == 0)
+        close(ends[k].fd), ends[k].fd = -1;
     }
     if (limits.interrupt_after_ms >= 0 && !interrupted && elapsed_ms() >= limits.interrupt_after_ms) {
       kill(child, SIGINT);
@@ -79,8 +83,10 @@ ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLim
   }
   int status = 0;
   waitpid(child, &status, 0);
-  if (WIFEXITED(status)) result.status = WEXITSTATUS(status);
-  else result.signal = WTERMSIG(status);
+  if (WIFEXITED(status))
+    result.status = WEXITSTATUS(status);
+  else
+    result.signal = WTERMSIG(status);
   return result;
 }
 

@@ -9,16 +9,16 @@ namespace tessera::test {
 
 // How a process ended and what it printed.
 struct ProcessResult {
-  int status = -1;        // exit status, or -1 when a signal ended it
+  int status = -1;  // exit status, or -1 when a signal ended it
   int signal = 0;
   bool timed_out = false;
   std::string output, errors;
 };
 
 struct ProcessLimits {
-  std::uint64_t memory_bytes = 0;  // address space; 0: no limit (the address sanitizer needs none)
-  int seconds = 120;               // wall clock; the process is killed after that
-  int interrupt_after_ms = -1;     // SIGINT after so many milliseconds
+  std::uint64_t memory_bytes = 0;     // address space; 0: no limit (the address sanitizer needs none)
+  int seconds = 120;                  // wall clock; the process is killed after that
+  int interrupt_after_ms = -1;        // SIGINT after so many milliseconds
   std::function<bool()> kill_when{};  // SIGKILL once it says so; asked about every 20 milliseconds
 };
 

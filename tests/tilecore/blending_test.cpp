@@ -16,12 +16,16 @@ using test::Random;
 
 // ---- Merging ----------------------------------------------------------------------------------------------------
 
-BlendedLayer layer(float z, std::uint32_t patch, Vec3 color, float alpha) { return {color * alpha, alpha, z, patch, 0}; }
+BlendedLayer layer(float z, std::uint32_t patch, Vec3 color, float alpha) {
+  return {color * alpha, alpha, z, patch, 0};
+}
 
 std::vector<BlendedLayer> random_layers(Random& random, int count) {
   std::vector<BlendedLayer> layers;
   for (int k = 0; k < count; ++k)
-    layers.push_back(layer(static_cast<float>(random.integer(1, 12)), static_cast<std::uint32_t>(k), Vec3(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1)), random.uniform(0, 1)));
+    layers.push_back(layer(static_cast<float>(random.integer(1, 12)), static_cast<std::uint32_t>(k),
+                           Vec3(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1)),
+                           random.uniform(0, 1)));
   return layers;
 }
 
@@ -69,17 +73,23 @@ TEST(LayerMerger, LayersSubmittedInOrderOfDepthMergeWithoutError) {
     std::vector<BlendedLayer> layers = random_layers(random, random.integer(1, 30));
     sort_far_to_near(layers);
     if (random.coin()) std::reverse(layers.begin(), layers.end());
-    for (std::size_t i = 0; i < layers.size(); ++i) layers[i].patch = static_cast<std::uint32_t>(i), layers[i].z = std::abs(static_cast<float>(i) - (layers[0].z > layers.back().z ? 100.0f : 0.0f));
+    for (std::size_t i = 0; i < layers.size(); ++i)
+      layers[i].patch = static_cast<std::uint32_t>(i),
+      layers[i].z = std::abs(static_cast<float>(i) - (layers[0].z > layers.back().z ? 100.0f : 0.0f));
     std::vector<BlendedLayer> sorted = layers;
     sort_far_to_near(sorted);
-    for (const std::size_t capacity : {1u, 2u, 8u}) EXPECT_LT(difference(merged_over_black(layers, capacity), compose(sorted)), 1e-5);
+    for (const std::size_t capacity : {1u, 2u, 8u})
+      EXPECT_LT(difference(merged_over_black(layers, capacity), compose(sorted)), 1e-5);
   }
 }
 
 TEST(LayerMerger, WhatComesBetweenMergedLayersIsBehindThem) {
-  // Room for two; a to e by depth, submitted as a, e, c, d, b. The third makes (c over e), at c's depth; d lies behind that and makes
+  // Room for two; a to e by depth, submitted as a, e, c, d, b. The third makes (c over e), at c's depth; d lies behind
+  // that and makes
   // ((c over e) over d): wrong, d was before e. b makes (b over all that); a is nearest throughout.
-  const BlendedLayer a = layer(1, 0, {1, 0, 0}, 0.5f), e = layer(5, 1, {0, 1, 0}, 0.25f), c = layer(3, 2, {0, 0, 1}, 0.5f), d = layer(4, 3, {1, 1, 0}, 0.75f), b = layer(2, 4, {0, 1, 1}, 0.5f);
+  const BlendedLayer a = layer(1, 0, {1, 0, 0}, 0.5f), e = layer(5, 1, {0, 1, 0}, 0.25f),
+                     c = layer(3, 2, {0, 0, 1}, 0.5f), d = layer(4, 3, {1, 1, 0}, 0.75f),
+                     b = layer(2, 4, {0, 1, 1}, 0.5f);
   const auto over = [](const Vec4& front, const Vec4& back) { return front + back * (1.0f - front.w); };
   const auto whole = [](const BlendedLayer& l) { return Vec4(l.color, l.alpha); };
   const Vec4 expected = over(whole(a), over(whole(b), over(over(whole(c), whole(e)), whole(d))));
@@ -100,7 +110,8 @@ TEST(LayerMerger, NothingIsDropped) {
     const std::vector<BlendedLayer> layers = random_layers(random, random.integer(1, 40));
     double through = 1;
     for (const BlendedLayer& l : layers) through *= 1 - static_cast<double>(l.alpha);
-    for (const std::size_t capacity : {1u, 3u, 8u}) EXPECT_NEAR(1 - static_cast<double>(merged_over_black(layers, capacity).w), through, 1e-5);
+    for (const std::size_t capacity : {1u, 3u, 8u})
+      EXPECT_NEAR(1 - static_cast<double>(merged_over_black(layers, capacity).w), through, 1e-5);
   }
 }
 
@@ -118,7 +129,8 @@ TEST(LayerMerger, TheOrderOfArrivalDoesNotMatter) {
     std::vector<BlendedLayer> layers = random_layers(random, 20);
     for (std::size_t i = 0; i < layers.size(); ++i) layers[i].z = static_cast<float>((i * 7) % 20);  // distinct
     const Vec4 expected = merged_over_black(layers, 3), arrived = merged_as_they_come(layers, 3);
-    for (std::size_t i = layers.size() - 1; i > 0; --i) std::swap(layers[i], layers[static_cast<std::size_t>(random.integer(0, static_cast<int>(i)))]);
+    for (std::size_t i = layers.size() - 1; i > 0; --i)
+      std::swap(layers[i], layers[static_cast<std::size_t>(random.integer(0, static_cast<int>(i)))]);
     LayerMerger merger;
     std::vector<BlendedLayer> shuffled = layers;
     merger.merge(shuffled, 3);  // not even sorted
@@ -134,7 +146,8 @@ TEST(LayerMerger, TheOrderOfArrivalDoesNotMatter) {
 PixelScene stack(const std::vector<Vec4>& near_to_far, bool moving) {
   PixelScene scene(16, 16, 4);
   for (std::size_t k = 0; k < near_to_far.size(); ++k) {
-    const int node = scene.add_quad(-40, -40, 96, 96, -static_cast<float>(k), unlit(near_to_far[k], AlphaMode::kBlend), k % 2 == 0);
+    const int node =
+        scene.add_quad(-40, -40, 96, 96, -static_cast<float>(k), unlit(near_to_far[k], AlphaMode::kBlend), k % 2 == 0);
     if (moving) test::add_motion(*scene.capture, node, {k % 3 == 0 ? 5.0 : -4.0, 2, 0});
   }
   scene.add_quad(-40, -40, 96, 96, -20, unlit({0.2f, 0.3f, 0.4f, 1}), true);
@@ -146,7 +159,8 @@ PixelScene stack(const std::vector<Vec4>& near_to_far, bool moving) {
 TEST(Blending, ThreeLayersGiveTheAnalyticColour) {
   const std::vector<Vec4> colors = {{1, 0, 0, 0.5f}, {0, 1, 0, 0.25f}, {0, 0, 1, 0.75f}};
   Vec3 expected(0.2f, 0.3f, 0.4f);
-  for (std::size_t k = colors.size(); k-- > 0;) expected = expected * (1.0f - colors[k].w) + Vec3(colors[k]) * colors[k].w;
+  for (std::size_t k = colors.size(); k-- > 0;)
+    expected = expected * (1.0f - colors[k].w) + Vec3(colors[k]) * colors[k].w;
   for (const bool moving : {false, true})
     for (const ShadingRate rate : {ShadingRate::kPixel, ShadingRate::kSample, ShadingRate::kCache}) {
       PixelScene scene = stack(colors, moving);
@@ -154,13 +168,15 @@ TEST(Blending, ThreeLayersGiveTheAnalyticColour) {
       const Rendering r = render(scene);
       EXPECT_EQ(r.counters.blended_layers, 16u * 16 * 4 * 3);
       EXPECT_EQ(r.counters.blend_overflows, 0u);
-      for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(r.targets.color.at(5, 9)[c], expected[static_cast<int>(c)], 1e-5f);
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(r.targets.color.at(5, 9)[c], expected[static_cast<int>(c)], 1e-5f);
     }
 }
 
 TEST(Blending, OverflowsMergeAndAreCounted) {
   // Submitted near to far, so that merging is exact; the count is that of a machine with room for two.
-  const std::vector<Vec4> colors = {{1, 0, 0, 0.5f}, {0, 1, 0, 0.25f}, {0, 0, 1, 0.75f}, {1, 1, 0, 0.5f}, {0, 1, 1, 0.5f}};
+  const std::vector<Vec4> colors = {
+      {1, 0, 0, 0.5f}, {0, 1, 0, 0.25f}, {0, 0, 1, 0.75f}, {1, 1, 0, 0.5f}, {0, 1, 1, 0.5f}};
   PixelScene scene = stack(colors, false);
   const Rendering roomy = render(scene);
   scene.job.blend_layers = 2;
@@ -168,7 +184,8 @@ TEST(Blending, OverflowsMergeAndAreCounted) {
   EXPECT_EQ(roomy.counters.blend_overflows, 0u);
   EXPECT_EQ(tight.counters.blend_overflows, 16u * 16 * 4 * 3);
   EXPECT_EQ(tight.counters.pixel_shader_invocations, roomy.counters.pixel_shader_invocations);
-  for (std::size_t c = 0; c < 4; ++c) EXPECT_NEAR(tight.targets.color.at(3, 3)[c], roomy.targets.color.at(3, 3)[c], 1e-5f);
+  for (std::size_t c = 0; c < 4; ++c)
+    EXPECT_NEAR(tight.targets.color.at(3, 3)[c], roomy.targets.color.at(3, 3)[c], 1e-5f);
 }
 
 TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {
@@ -177,7 +194,8 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {
   for (int k = 0; k < 24; ++k) {
     const Vec4 color(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), random.uniform(0.2f, 0.8f));
     const bool opaque = k % 6 == 0;
-    const int node = scene.add_quad(random.uniform(-20, 20), random.uniform(-20, 20), 30, 30, random.uniform(-20, 0), unlit(color, opaque ? AlphaMode::kOpaque : AlphaMode::kBlend), k % 2 == 0);
+    const int node = scene.add_quad(random.uniform(-20, 20), random.uniform(-20, 20), 30, 30, random.uniform(-20, 0),
+                                    unlit(color, opaque ? AlphaMode::kOpaque : AlphaMode::kBlend), k % 2 == 0);
     if (k % 3 == 0) test::add_motion(*scene.capture, node, {random.uniform(-9, 9), 3, 0});
   }
   scene.look();
@@ -190,7 +208,8 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {
   scene.tile(32, 32);
   for (const std::size_t passes : {1u, 3u, 7u}) {
     std::vector<binner::QueueEntry> entries = scene.entries();
-    for (std::size_t i = entries.size() - 1; i > 0; --i) std::swap(entries[i], entries[static_cast<std::size_t>(random.integer(0, static_cast<int>(i)))]);
+    for (std::size_t i = entries.size() - 1; i > 0; --i)
+      std::swap(entries[i], entries[static_cast<std::size_t>(random.integer(0, static_cast<int>(i)))]);
     for (auto& e : entries) e.near_depth = -random.uniform(0, 1);  // any order within a pass
     TileCore core;
     TileState state;
@@ -236,7 +255,8 @@ TEST(AlphaMask, AHoleShowsWhatIsBehindWhereItIsAtTheTimeOfTheSample) {
   Image8 image(2, 1, 4);
   image.values = {255, 255, 255, 0, 255, 255, 255, 255};
   frontend::Material mask = unlit({1, 0, 0, 1}, AlphaMode::kMask);
-  mask.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
+  mask.base_color_texture.texture =
+      std::make_shared<shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
   mask.base_color_texture.sampler.magnify_linear = false;
   for (const bool bezier : {false, true})
     for (const double way : {0.0, 30.0}) {
@@ -251,7 +271,8 @@ TEST(AlphaMask, AHoleShowsWhatIsBehindWhereItIsAtTheTimeOfTheSample) {
           // Samples right of the edge see red; those within a tenth of a pixel of it may see either.
           int least = 0, most = 0;
           for (int k = 0; k < 16; ++k) {
-            const double edge = 20 + way * scene.pattern.time(x, y, k) / 65536.0, at = x + static_cast<double>(scene.pattern.offset(k).x);
+            const double edge = 20 + way * scene.pattern.time(x, y, k) / 65536.0,
+                         at = x + static_cast<double>(scene.pattern.offset(k).x);
             least += at > edge + 0.1;
             most += at > edge - 0.1;
           }

@@ -17,14 +17,17 @@ struct Point {
 // Where a vertex is relative to a sample, by the definition, without rounding.
 Point exact_corner(const MethodMesh& m, std::size_t v, std::uint32_t s) {
   const MicroMesh& mesh = m.mesh;
-  const double t = m.effects.motion ? static_cast<double>(m.samples.t(s)) : 0.0, z0 = static_cast<double>(mesh.z0[v]), z1 = m.effects.motion ? static_cast<double>(mesh.z1[v]) : z0;
-  const double z = (1 - t) * z0 + t * z1, rate = m.settings.orthographic ? t : t * z1 / z, invf = static_cast<double>(m.settings.inverse_focus);
+  const double t = m.effects.motion ? static_cast<double>(m.samples.t(s)) : 0.0, z0 = static_cast<double>(mesh.z0[v]),
+               z1 = m.effects.motion ? static_cast<double>(mesh.z1[v]) : z0;
+  const double z = (1 - t) * z0 + t * z1, rate = m.settings.orthographic ? t : t * z1 / z,
+               invf = static_cast<double>(m.settings.inverse_focus);
   const double coc = !m.effects.lens ? 0 : m.settings.orthographic ? 1 - z * invf : 1 / z - invf;
   const auto at = [&](float open, float close, float sample, double lens) {
     const double x0 = static_cast<double>(open), x1 = m.effects.motion ? static_cast<double>(close) : x0;
     return x0 + rate * (x1 - x0) - static_cast<double>(sample) - lens * coc;
   };
-  const double u = m.effects.lens ? static_cast<double>(m.samples.lens_u[s]) : 0.0, w = m.effects.lens ? static_cast<double>(m.samples.lens_v[s]) : 0.0;
+  const double u = m.effects.lens ? static_cast<double>(m.samples.lens_u[s]) : 0.0,
+               w = m.effects.lens ? static_cast<double>(m.samples.lens_v[s]) : 0.0;
   return {at(mesh.x0[v], mesh.x1[v], m.samples.x[s], u), at(mesh.y0[v], mesh.y1[v], m.samples.y[s], w)};
 }
 
@@ -76,11 +79,16 @@ Coverage cover(const MethodMesh& m, const Cut& cut, double lens_radius) {
 }
 
 const std::vector<std::pair<const char*, Cut>> kCuts = {
-    {"whole motion", [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { whole_motion_piece(b, m.samples.pixels, {}, out); }},
-    {"own number of segments", [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { segment_pieces(b, m.samples.pixels, {}, segments_for(b), out); }},
-    {"3 segments", [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { segment_pieces(b, m.samples.pixels, {}, 3, out); }},
-    {"256 segments", [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { segment_pieces(b, m.samples.pixels, {}, 256, out); }},
-    {"partition", [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { partition_pieces(b, m.samples.pixels, {}, out); }}};
+    {"whole motion",
+     [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { whole_motion_piece(b, m.samples.pixels, {}, out); }},
+    {"own number of segments", [](const PrimitiveBound& b, const MethodMesh& m,
+                                  auto& out) { segment_pieces(b, m.samples.pixels, {}, segments_for(b), out); }},
+    {"3 segments",
+     [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { segment_pieces(b, m.samples.pixels, {}, 3, out); }},
+    {"256 segments", [](const PrimitiveBound& b, const MethodMesh& m,
+                        auto& out) { segment_pieces(b, m.samples.pixels, {}, 256, out); }},
+    {"partition",
+     [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { partition_pieces(b, m.samples.pixels, {}, out); }}};
 
 template <class Visit>
 void for_random_meshes(std::uint32_t seed, int trials, const Visit& visit) {
@@ -119,7 +127,8 @@ TEST(BoundingPolygons, APartOfTheShutterIsCutOutOfTheWhole) {
       whole_motion_piece(bound, m.samples.pixels, {50, 180}, pieces);
       for (const BoundingPiece& piece : pieces) {
         unit.keep(m.samples, piece.pixels, piece.references, kept);
-        for (const std::uint32_t s : kept) ASSERT_TRUE(m.samples.stencil(s) >= 50 && m.samples.stencil(s) <= 180);  // B3
+        for (const std::uint32_t s : kept)
+          ASSERT_TRUE(m.samples.stencil(s) >= 50 && m.samples.stencil(s) <= 180);  // B3
       }
     });
   });
@@ -128,7 +137,9 @@ TEST(BoundingPolygons, APartOfTheShutterIsCutOutOfTheWhole) {
 // Missed hits of all random meshes with a cut made wrong on purpose.
 int missed_by(const Cut& cut, double lens_share) {
   int missed = 0;
-  for_random_meshes(3, 1, [&](const MethodMesh& m) { missed += cover(m, cut, lens_share * static_cast<double>(m.lens_radius)).missed; });
+  for_random_meshes(3, 1, [&](const MethodMesh& m) {
+    missed += cover(m, cut, lens_share * static_cast<double>(m.lens_radius)).missed;
+  });
   return missed;
 }
 
@@ -174,7 +185,8 @@ TEST(BoundingPolygons, PartsWhoseTimesAreNotWidenedAreCaught) {
     partition_pieces(b, mesh.samples.pixels, {}, out);
     for (BoundingPiece& piece : out) {
       const PrimitiveBound::Times times = b.times_over(piece.pixels);
-      piece.references = {static_cast<std::uint8_t>(std::min(255.0, std::floor(times.low * 256) + 1)), static_cast<std::uint8_t>(std::min(255.0, std::floor(times.high * 256))), false};
+      piece.references = {static_cast<std::uint8_t>(std::min(255.0, std::floor(times.low * 256) + 1)),
+                          static_cast<std::uint8_t>(std::min(255.0, std::floor(times.high * 256))), false};
     }
   };
   EXPECT_GT(cover(m, inwards, 0).missed, 0);

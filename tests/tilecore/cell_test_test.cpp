@@ -27,7 +27,10 @@ bool hits(Point a, Point b, Point c, Point sample, TriangleHit* out = nullptr) {
 }
 
 // Points of the sub-pixel grid, as projected vertices and samples are.
-Point grid_point(Random& random, int reach) { return {static_cast<float>(random.integer(-reach, reach)) / 256.0f, static_cast<float>(random.integer(-reach, reach)) / 256.0f}; }
+Point grid_point(Random& random, int reach) {
+  return {static_cast<float>(random.integer(-reach, reach)) / 256.0f,
+          static_cast<float>(random.integer(-reach, reach)) / 256.0f};
+}
 
 // Sign of the edge function in integers, with the same tie rule.
 int integer_sign(Point a, Point b, Point s) {
@@ -52,7 +55,8 @@ TEST(EdgeSign, OfTheReversedEdgeIsTheOpposite) {
   Random random(2);
   for (int trial = 0; trial < 100000; ++trial) {
     const float ax = random.uniform(-1, 1), ay = random.uniform(-1, 1);
-    const float bx = random.coin() ? ax * 3 : random.uniform(-1, 1), by = random.coin() ? ay * 3 : random.uniform(-1, 1);
+    const float bx = random.coin() ? ax * 3 : random.uniform(-1, 1),
+                by = random.coin() ? ay * 3 : random.uniform(-1, 1);
     ASSERT_EQ(exact_edge_sign(ax, ay, bx, by), -exact_edge_sign(bx, by, ax, ay));
   }
 }
@@ -61,7 +65,8 @@ TEST(EdgeSign, OfTheReversedEdgeIsTheOpposite) {
 template <class Inside>
 int fan_hits(const std::vector<Point>& rim, Point centre, Point sample, const Inside& inside) {
   int count = 0;
-  for (std::size_t i = 0; i < rim.size(); ++i) count += inside(centre, rim[i], rim[(i + 1) % rim.size()], sample) ? 1 : 0;
+  for (std::size_t i = 0; i < rim.size(); ++i)
+    count += inside(centre, rim[i], rim[(i + 1) % rim.size()], sample) ? 1 : 0;
   return count;
 }
 
@@ -70,7 +75,8 @@ std::vector<Point> random_rim(Random& random, int corners) {
   for (int i = 0; i < corners; ++i) {
     const double angle = 6.283185307 * i / corners;
     const double radius = static_cast<double>(random.uniform(1.0f, 2.0f));
-    rim.push_back({std::round(static_cast<float>(radius * std::cos(angle)) * 256.0f) / 256.0f, std::round(static_cast<float>(radius * std::sin(angle)) * 256.0f) / 256.0f});
+    rim.push_back({std::round(static_cast<float>(radius * std::cos(angle)) * 256.0f) / 256.0f,
+                   std::round(static_cast<float>(radius * std::sin(angle)) * 256.0f) / 256.0f});
   }
   return rim;
 }
@@ -123,7 +129,8 @@ TEST(TriangleTest, WeightsReproduceThePointAndFacingIsTheSignOfTheArea) {
   Random random(6);
   int tested = 0;
   for (int trial = 0; trial < 20000; ++trial) {
-    const Point a = grid_point(random, 900), b = grid_point(random, 900), c = grid_point(random, 900), s = grid_point(random, 500);
+    const Point a = grid_point(random, 900), b = grid_point(random, 900), c = grid_point(random, 900),
+                s = grid_point(random, 500);
     TriangleHit hit;
     if (!hits(a, b, c, s, &hit)) continue;
     ++tested;

@@ -1,4 +1,5 @@
-// Hard cases that need whole tile cores: closed surfaces, walls through the camera, coplanar patches, very many entries.
+// Hard cases that need whole tile cores: closed surfaces, walls through the camera, coplanar patches, very many
+// entries.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,8 @@ struct Machine {
   void look(int width, int height, int tile_side) {
     test.pose(width, height);
     set_tiles(tile_side);
-    for (std::uint32_t patch = 0; patch < test.assembly->patch_count(); ++patch) add_entry(patch, whole_patch(*test.frame, patch));
+    for (std::uint32_t patch = 0; patch < test.assembly->patch_count(); ++patch)
+      add_entry(patch, whole_patch(*test.frame, patch));
   }
   void set_tiles(int tile_side) {
     const frontend::FrameRequest& request = test.frame->request;
@@ -46,7 +48,8 @@ struct Machine {
   std::vector<TileState> render() const {
     TileCore core;
     std::vector<TileState> states(grid->tile_count());
-    for (binner::TileIndex tile = 0; tile < grid->tile_count(); ++tile) core.render_entries(job, tile, entries, states[tile]);
+    for (binner::TileIndex tile = 0; tile < grid->tile_count(); ++tile)
+      core.render_entries(job, tile, entries, states[tile]);
     return states;
   }
 };
@@ -69,7 +72,8 @@ std::vector<NamedMethod> all_methods() {
 // A displaced ball around the camera that moves, turns and is out of focus; `seed` decides how.
 std::unique_ptr<Machine> inside_a_ball(std::uint32_t seed) {
   Random random(seed);
-  auto machine = std::make_unique<Machine>(SamplingSettings{4, seed, 0, seed % 3 == 0 ? 32 : 8, seed % 2 == 0 ? 8 : 16});
+  auto machine =
+      std::make_unique<Machine>(SamplingSettings{4, seed, 0, seed % 3 == 0 ? 32 : 8, seed % 2 == 0 ? 8 : 16});
   TestFrame& test = machine->test;
   frontend::Material material;
   material.double_sided = true;
@@ -157,9 +161,16 @@ TEST(CameraPlane, AWallThatPassesThroughItIsSeenExactlyUntilItReachesTheNearPlan
         // The plane z = -2 + slope x, far wider than the view, that comes closer by 4 during the shutter.
         constexpr float kHalf = 24;
         const auto tilt = static_cast<float>(slope) * kHalf;
-        const int node = bezier ? test::add_node(*test.capture, test::patches(test::flat_patch({-kHalf, -kHalf, -2 - tilt}, {2 * kHalf, 0, 2 * tilt}, {0, 2 * kHalf, 0}), m))
-                                : test::add_node(*test.capture, test::triangles({{-kHalf, -kHalf, -2 - tilt}, {kHalf, -kHalf, -2 + tilt}, {kHalf, kHalf, -2 + tilt}, {-kHalf, kHalf, -2 - tilt}},
-                                                                                {0, 1, 2, 0, 2, 3}, m));
+        const int node =
+            bezier ? test::add_node(*test.capture,
+                                    test::patches(test::flat_patch({-kHalf, -kHalf, -2 - tilt},
+                                                                   {2 * kHalf, 0, 2 * tilt}, {0, 2 * kHalf, 0}),
+                                                  m))
+                   : test::add_node(*test.capture, test::triangles({{-kHalf, -kHalf, -2 - tilt},
+                                                                    {kHalf, -kHalf, -2 + tilt},
+                                                                    {kHalf, kHalf, -2 + tilt},
+                                                                    {-kHalf, kHalf, -2 - tilt}},
+                                                                   {0, 1, 2, 0, 2, 3}, m));
         test::add_motion(*test.capture, node, {0, 0, 4});
         frontend::Camera camera;
         camera.near = static_cast<float>(kNear);
@@ -178,12 +189,16 @@ TEST(CameraPlane, AWallThatPassesThroughItIsSeenExactlyUntilItReachesTheNearPlan
           int seen = 0, missed = 0, wrong = 0;
           for (std::uint32_t s = 0; s < samples.count; ++s) {
             // The ray (dx, dy, -1) z meets z' = -2 + slope x + 4t.
-            const double dx = (static_cast<double>(samples.x[s]) - 16) / frame.projection.scale, t = static_cast<double>(samples.t(s));
+            const double dx = (static_cast<double>(samples.x[s]) - 16) / frame.projection.scale,
+                         t = static_cast<double>(samples.t(s));
             const double z = (2 - 4 * t) / (1 + slope * dx);
             const std::size_t hits = sink.depths.count(s);
             if (std::abs(z - kNear) < 1e-3) continue;
             const std::size_t expected = z > kNear ? 1 : 0;
-            wrong += hits != expected || (hits == 1 && std::abs(static_cast<double>(sink.depths.find(s)->second) - z) > 2e-3 * z) ? 1 : 0;
+            wrong += hits != expected ||
+                             (hits == 1 && std::abs(static_cast<double>(sink.depths.find(s)->second) - z) > 2e-3 * z)
+                         ? 1
+                         : 0;
             seen += hits > 0 ? 1 : 0;
             missed += hits == 0 ? 1 : 0;
           }
@@ -204,7 +219,8 @@ TEST(CoplanarPatches, WhereTwoMoveTogetherTheLowerNumberIsSeenWhateverTheOrderAn
   const int m = test::add_material(*test.capture, material);
   // In a plane of depth 4: its inverse is exact, and so is the depth of every hit.
   for (const float at : {-1.4f, -0.9f}) {
-    const int node = test::add_node(*test.capture, test::patches(test::flat_patch({at, at, 0}, {1.9f, 0.3f, 0}, {-0.2f, 2.1f, 0}), m));
+    const int node = test::add_node(*test.capture,
+                                    test::patches(test::flat_patch({at, at, 0}, {1.9f, 0.3f, 0}, {-0.2f, 2.1f, 0}), m));
     test::add_motion(*test.capture, node, {0.7, 0.4, 0});
   }
   test::add_camera(*test.capture, {0, 0, 4});
@@ -245,7 +261,8 @@ TEST(TileCore, TilesOfOneSampleSeeWhatOneTileSees) {
   machine->test.pose(6, 4);
   machine->pattern = SamplePattern({1, 5, 0});
   machine->entries.clear();
-  for (std::uint32_t patch = 0; patch < machine->test.assembly->patch_count(); ++patch) machine->add_entry(patch, whole_patch(*machine->test.frame, patch));
+  for (std::uint32_t patch = 0; patch < machine->test.assembly->patch_count(); ++patch)
+    machine->add_entry(patch, whole_patch(*machine->test.frame, patch));
   machine->set_tiles(8);
   const TileState whole = machine->render()[0];
   machine->set_tiles(1);
@@ -271,7 +288,9 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
   Random random(1);
   for (int j = 0; j < 5; ++j)
     for (int i = 0; i < 5; ++i)
-      for (Vec3 p : test::flat_patch({-1.0f + 0.4f * static_cast<float>(i), -1.0f + 0.4f * static_cast<float>(j), 0}, {0.4f, 0, 0}, {0, 0.4f, 0})) points.push_back(p + random.in_box(0.05f));
+      for (Vec3 p : test::flat_patch({-1.0f + 0.4f * static_cast<float>(i), -1.0f + 0.4f * static_cast<float>(j), 0},
+                                     {0.4f, 0, 0}, {0, 0.4f, 0}))
+        points.push_back(p + random.in_box(0.05f));
   test::add_motion(*test.capture, test::add_node(*test.capture, test::patches(points, m)), {0.2, 0.1, 0.3});
   test::add_camera(*test.capture, {0, 0, 2.2});
   test.assembly = std::make_unique<frontend::Assembly>(frontend::assemble(*test.capture));
@@ -281,7 +300,8 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
   request.tessellation.target_edge_pixels = 0.01;
   test.frame = frontend::pose_frame(*test.assembly, frontend::choose_camera(*test.capture, 0, 32, 32), request);
   machine.set_tiles(32);
-  for (std::uint32_t patch = 0; patch < test.assembly->patch_count(); ++patch) machine.add_entry(patch, whole_patch(*test.frame, patch));
+  for (std::uint32_t patch = 0; patch < test.assembly->patch_count(); ++patch)
+    machine.add_entry(patch, whole_patch(*test.frame, patch));
   const TileState expected = machine.render()[0];
   EXPECT_LT(expected.unseen, expected.z.size() / 2);
   std::vector<binner::QueueEntry> whole = std::move(machine.entries);
@@ -289,7 +309,8 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
   for (const binner::QueueEntry& e : whole)
     for (int j = e.range.j0; j < e.range.j1; ++j)
       for (int i = e.range.i0; i < e.range.i1; ++i)
-        machine.add_entry(e.base_patch, {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j), static_cast<std::uint8_t>(i + 1), static_cast<std::uint8_t>(j + 1)});
+        machine.add_entry(e.base_patch, {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j),
+                                         static_cast<std::uint8_t>(i + 1), static_cast<std::uint8_t>(j + 1)});
   ASSERT_GE(machine.entries.size(), 100000u);
   const TileState cut = machine.render()[0];
   EXPECT_EQ(cut.z, expected.z);
@@ -297,7 +318,10 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
   EXPECT_EQ(cut.triangle, expected.triangle);
   EXPECT_EQ(cut.b1, expected.b1);
   // The twin: one of them missing, that some sample sees.
-  const auto seen = static_cast<std::size_t>(std::find_if(expected.patch.begin(), expected.patch.end(), [](std::uint32_t patch) { return patch != TileState::kNoPatch; }) - expected.patch.begin());
+  const auto seen =
+      static_cast<std::size_t>(std::find_if(expected.patch.begin(), expected.patch.end(),
+                                            [](std::uint32_t patch) { return patch != TileState::kNoPatch; }) -
+                               expected.patch.begin());
   std::erase_if(machine.entries, [&](const binner::QueueEntry& e) {
     return e.base_patch == expected.patch[seen] && e.range.j0 * 64u + e.range.i0 == expected.triangle[seen] / 2;
   });

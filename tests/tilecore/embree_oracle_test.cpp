@@ -1,8 +1,9 @@
 // Embree as an oracle of visibility: the same triangles, every sample as a ray, nearest hits compared.
 //
-// Tessera's moving triangle is exactly one that Embree can trace (tests/support/embree_scene.h), so only the rounding of single
-// precision is tolerated: samples within 2^-14 pixel of an edge of a claimed triangle, and surfaces whose depths differ by
-// less than 2e-6 of them or than a shift of 2^-14 pixel makes. Such samples are counted and must be few; everything else must agree in patch, triangle and depth.
+// Tessera's moving triangle is exactly one that Embree can trace (tests/support/embree_scene.h), so only the rounding
+// of single precision is tolerated: samples within 2^-14 pixel of an edge of a claimed triangle, and surfaces whose
+// depths differ by less than 2e-6 of them or than a shift of 2^-14 pixel makes. Such samples are counted and must be
+// few; everything else must agree in patch, triangle and depth.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -52,7 +53,8 @@ frontend::Primitive sheet(int n, float half, Random& random, int material) {
   std::vector<std::uint32_t> indices;
   for (int j = 0; j <= n; ++j)
     for (int i = 0; i <= n; ++i)
-      positions.push_back(Vec3(half * (2.0f * static_cast<float>(i) / static_cast<float>(n) - 1.0f), half * (2.0f * static_cast<float>(j) / static_cast<float>(n) - 1.0f), 0.0f) +
+      positions.push_back(Vec3(half * (2.0f * static_cast<float>(i) / static_cast<float>(n) - 1.0f),
+                               half * (2.0f * static_cast<float>(j) / static_cast<float>(n) - 1.0f), 0.0f) +
                           random.in_box(0.3f * half / static_cast<float>(n)));
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
@@ -62,8 +64,8 @@ frontend::Primitive sheet(int n, float half, Random& random, int material) {
   return test::triangles(positions, indices, material);
 }
 
-// Three bent or closed surfaces in front of one another, one of them single-sided, at odd places: nothing is aligned with
-// the samples.
+// Three bent or closed surfaces in front of one another, one of them single-sided, at odd places: nothing is aligned
+// with the samples.
 TestFrame make_scene(const OracleCase& c, std::uint32_t seed) {
   Random random(seed);
   TestFrame test;
@@ -84,7 +86,8 @@ TestFrame make_scene(const OracleCase& c, std::uint32_t seed) {
     } else {
       std::vector<Vec3> points;
       for (int p = 0; p < 2; ++p) {
-        std::vector<Vec3> patch = test::flat_patch({-2.6f + 2.6f * static_cast<float>(p), -1.7f, 0}, {2.6f, 0.3f, 0}, {0.2f, 3.4f, 0});
+        std::vector<Vec3> patch =
+            test::flat_patch({-2.6f + 2.6f * static_cast<float>(p), -1.7f, 0}, {2.6f, 0.3f, 0}, {0.2f, 3.4f, 0});
         for (std::size_t k = 0; k < 16; ++k) patch[k] += Vec3(0.1f, 0.1f, 0.7f) * random.in_box(1.0f);
         points.insert(points.end(), patch.begin(), patch.end());
       }
@@ -100,14 +103,19 @@ TestFrame make_scene(const OracleCase& c, std::uint32_t seed) {
     if (c.moving) {
       const Vec3 way = random.in_box(1.0f);
       test::add_motion(*test.capture, node, DVec3(way) * (c.crossing ? 1.4 : 0.9));
-      if (object == 2) test.capture->animations[0].channels.push_back({node, frontend::AnimatedPath::kWeights, frontend::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+      if (object == 2)
+        test.capture->animations[0].channels.push_back(
+            {node, frontend::AnimatedPath::kWeights, frontend::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
     }
   }
   if (c.crossing) {
     // A floor that begins behind the camera.
     frontend::Material material;
     material.double_sided = true;
-    const int node = test::add_node(*test.capture, test::patches(test::flat_patch({-2.1f, -0.6f, 2.6f}, {4.2f, 0.11f, 0.07f}, {0.13f, -0.2f, -6.1f}), test::add_material(*test.capture, material)));
+    const int node = test::add_node(
+        *test.capture,
+        test::patches(test::flat_patch({-2.1f, -0.6f, 2.6f}, {4.2f, 0.11f, 0.07f}, {0.13f, -0.2f, -6.1f}),
+                      test::add_material(*test.capture, material)));
     if (c.moving) test::add_motion(*test.capture, node, {0.3, 0.2, 0.7});
   }
   frontend::Camera camera;
@@ -127,8 +135,8 @@ TestFrame make_scene(const OracleCase& c, std::uint32_t seed) {
 // ---- The comparison ---------------------------------------------------------------------------------------------
 
 struct Twin {
-  float time_offset = 0;   // added to the time of Embree's rays
-  bool hole = false;       // the triangle that most samples see is kept from Embree
+  float time_offset = 0;  // added to the time of Embree's rays
+  bool hole = false;      // the triangle that most samples see is kept from Embree
 };
 
 std::vector<std::uint32_t> all_patches(const frontend::FrameGeometry& frame) {
@@ -143,7 +151,8 @@ Claim most_seen(const std::vector<TileState>& tiles) {
   for (const TileState& tile : tiles)
     for (std::size_t s = 0; s < tile.patch.size(); ++s)
       if (tile.patch[s] != TileState::kNoPatch) ++count[{tile.patch[s], tile.triangle[s]}];
-  const auto most = std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most =
+      std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   return {most->first.first, most->first.second, 0};
 }
 
@@ -167,13 +176,15 @@ Agreement compare(const TestFrame& scene, std::uint32_t seed, test::EmbreeOption
   Agreement agreement;
   TileSamples samples;
   for (binner::TileIndex tile = 0; tile < grid.tile_count(); ++tile) {
-    samples.fill(pattern, grid.pixels(tile), static_cast<float>(frame.projection.lens_scale), frame.projection.lens_scale != 0);
+    samples.fill(pattern, grid.pixels(tile), static_cast<float>(frame.projection.lens_scale),
+                 frame.projection.lens_scale != 0);
     const TileState& state = seen.tiles[tile];
     for (std::size_t s = 0; s < samples.count; ++s) {
       const test::EmbreeRay ray = embree.ray(samples, s);
       test::EmbreeRay traced = ray;
       traced.time = std::clamp(ray.time + twin.time_offset, 0.0f, 1.0f);
-      const Claim tessera = state.patch[s] == TileState::kNoPatch ? Claim{} : Claim{state.patch[s], state.triangle[s], state.z[s]};
+      const Claim tessera =
+          state.patch[s] == TileState::kNoPatch ? Claim{} : Claim{state.patch[s], state.triangle[s], state.z[s]};
       embree.compare(ray, tessera, embree.trace(traced), {}, agreement);
     }
   }
@@ -187,9 +198,11 @@ TEST_P(EmbreeOracle, SeesTheSameTriangleThroughEverySample) {
   // Triangles that cross the near plane are tested one by one: slow.
   const std::uint32_t seeds = GetParam().crossing ? 1 : 4;
   for (std::uint32_t seed = 1; seed <= seeds; ++seed) total.add(compare(make_scene(GetParam(), seed), seed, {}, {}));
-  const std::string figures = fmt::format("{} samples, {} see something; {} ({:.4f} %) tied, of which {} differ, the farthest {:.2g} px from an edge", total.samples,
-                                          total.visible, total.ties, 100.0 * static_cast<double>(total.ties) / static_cast<double>(total.samples),
-                                          total.different_ties, total.farthest_edge_pixels);
+  const std::string figures = fmt::format(
+      "{} samples, {} see something; {} ({:.4f} %) tied, of which {} differ, the farthest {:.2g} px from an edge",
+      total.samples, total.visible, total.ties,
+      100.0 * static_cast<double>(total.ties) / static_cast<double>(total.samples), total.different_ties,
+      total.farthest_edge_pixels);
   RecordProperty("agreement", figures);
   EXPECT_EQ(total.wrong, 0u) << figures;
   EXPECT_EQ(total.wrong_depth, 0u) << figures;
@@ -214,7 +227,8 @@ TEST_P(EmbreeGridOracle, SeesTheSameTriangleThroughEverySample) {
   EXPECT_EQ(agreement.wrong, 0u);
   EXPECT_EQ(agreement.wrong_depth, 0u);
 }
-INSTANTIATE_TEST_SUITE_P(Effects, EmbreeGridOracle, testing::ValuesIn(cases_that([](const OracleCase& c) { return !c.clusters; })), case_name);
+INSTANTIATE_TEST_SUITE_P(Effects, EmbreeGridOracle,
+                         testing::ValuesIn(cases_that([](const OracleCase& c) { return !c.clusters; })), case_name);
 
 // ---- Broken twins -----------------------------------------------------------------------------------------------
 
@@ -229,9 +243,11 @@ TEST_P(EmbreeTimeOracle, SamplesASixteenthOfTheShutterLateAreCaught) {
   Twin twin;
   twin.time_offset = 1.0f / 16;
   const Agreement agreement = compare(make_scene(GetParam(), 9), 9, {}, twin);
-  EXPECT_GT(static_cast<double>(agreement.wrong + agreement.wrong_depth), 0.05 * static_cast<double>(agreement.samples));
+  EXPECT_GT(static_cast<double>(agreement.wrong + agreement.wrong_depth),
+            0.05 * static_cast<double>(agreement.samples));
 }
-INSTANTIATE_TEST_SUITE_P(Effects, EmbreeTimeOracle, testing::ValuesIn(cases_that([](const OracleCase& c) { return c.moving; })), case_name);
+INSTANTIATE_TEST_SUITE_P(Effects, EmbreeTimeOracle,
+                         testing::ValuesIn(cases_that([](const OracleCase& c) { return c.moving; })), case_name);
 
 }  // namespace
 }  // namespace tessera::tilecore

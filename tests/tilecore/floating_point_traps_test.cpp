@@ -1,5 +1,6 @@
-// Units whose headers promise to raise neither the invalid nor the divide-by-zero flag, on the scenes that are hardest for them, with
-// traps for both: a broken promise ends the test program. Vector kernels promise nothing: they compute every lane and choose afterwards.
+// Units whose headers promise to raise neither the invalid nor the divide-by-zero flag, on the scenes that are hardest
+// for them, with traps for both: a broken promise ends the test program. Vector kernels promise nothing: they compute
+// every lane and choose afterwards.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,13 +37,15 @@ class Traps : public testing::TestWithParam<int> {
 TEST_P(Traps, BoundsRaiseNothing) {
   for (int trial = 0; trial < 4; ++trial) {
     const frontend::Scene scene(kind, random);
-    for (const auto method : {frontend::BoundMethod::kAabb, frontend::BoundMethod::kObb, frontend::BoundMethod::kTpatch, frontend::BoundMethod::kNpatch}) {
+    for (const auto method : {frontend::BoundMethod::kAabb, frontend::BoundMethod::kObb, frontend::BoundMethod::kTpatch,
+                              frontend::BoundMethod::kNpatch}) {
       const FloatingPointTraps traps;
       frontend::SubPatchBounder bounder(*scene.frame, *scene.pyramids, method);
       for (std::uint32_t patch = 0; patch < scene.frame->assembly->patch_count(); ++patch) {
         bounder.begin(patch);
         const frontend::TessellationPattern& pattern = scene.frame->patterns[patch];
-        for (const frontend::CellRange& cells : {frontend::CellRange{0, 0, pattern.nu, pattern.nv}, frontend::CellRange{0, 0, 1, 1}}) {
+        for (const frontend::CellRange& cells :
+             {frontend::CellRange{0, 0, pattern.nu, pattern.nv}, frontend::CellRange{0, 0, 1, 1}}) {
           const frontend::SubPatchBody body = bounder.body(cells);
           screen_bounds(body.corners, scene.frame->projection, body.margin);
         }
@@ -67,7 +70,8 @@ TEST_P(Traps, TheFrontEndAndTheCoverageOfTilesRaiseNothing) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(HardCase, Traps, testing::Range(0, static_cast<int>(Hard::kCount)), [](const auto& instance) { return std::string(frontend::kHardNames[instance.param]); });
+INSTANTIATE_TEST_SUITE_P(HardCase, Traps, testing::Range(0, static_cast<int>(Hard::kCount)),
+                         [](const auto& instance) { return std::string(frontend::kHardNames[instance.param]); });
 
 TEST(Traps, TheBundleFrustumRaisesNothingForRandomStillAndSlowBoxes) {
   SKIP_UNLESS_FLAGS_ARE_KEPT;
@@ -99,7 +103,10 @@ TEST(Traps, TheInsideTestRaisesNothingForDegenerateTriangles) {
   const FloatingPointTraps traps;
   int hits = 0;
   for (int trial = 0; trial < 100000; ++trial) {
-    const auto corner = [&] { return Corner{static_cast<float>(random.integer(-2, 2)), static_cast<float>(random.integer(-2, 2)), random.uniform(0.1f, 1), random.uniform(1, 9)}; };
+    const auto corner = [&] {
+      return Corner{static_cast<float>(random.integer(-2, 2)), static_cast<float>(random.integer(-2, 2)),
+                    random.uniform(0.1f, 1), random.uniform(1, 9)};
+    };
     const Corner a = corner();
     const Corner b = trial % 3 == 0 ? a : corner();
     const Corner c = trial % 5 == 0 ? b : corner();
@@ -109,8 +116,8 @@ TEST(Traps, TheInsideTestRaisesNothingForDegenerateTriangles) {
   EXPECT_GT(hits, 1000);
 }
 
-// The failing twins: what makes no such promise raises, and the trap sees it. The normal of a patch that is a point is 0/0, found out
-// afterwards, in every lane alike.
+// The failing twins: what makes no such promise raises, and the trap sees it. The normal of a patch that is a point is
+// 0/0, found out afterwards, in every lane alike.
 TEST(TrapsDeathTest, ADivisionByZeroAndAnInvalidOperationAreCaught) {
   SKIP_UNLESS_FLAGS_ARE_KEPT;
   volatile double zero = 0;
@@ -131,7 +138,8 @@ TEST(TrapsDeathTest, ADivisionByZeroAndAnInvalidOperationAreCaught) {
     shaders::ControlPoints<float> c;
     for (auto& p : c) p = {at, at, at};
     const FloatingPointTraps traps;
-    volatile float out = shaders::bicubic_normal(c, at, at, shaders::bicubic_point<float>(shaders::bicubic_row(c, at), at)).z;
+    volatile float out =
+        shaders::bicubic_normal(c, at, at, shaders::bicubic_point<float>(shaders::bicubic_row(c, at), at)).z;
     (void)out;
   };
   EXPECT_EXIT(divide(), testing::KilledBySignal(SIGFPE), "");

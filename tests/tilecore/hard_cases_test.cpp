@@ -29,7 +29,9 @@ TEST(HardCases, HitsAreThoseOfDoublePrecisionUnderAllEffects) {
   Comparison total;
   for (const bool orthographic : {false, true})
     for (const auto& [motion, lens] : kMotionAndLens)
-      for (const bool cluster : {false, true}) expect_exact(random_mesh(random, {{motion, lens}, orthographic, cluster, 0, 0, 2, {0, 0, 24, 16}, 4, 16}), total);
+      for (const bool cluster : {false, true})
+        expect_exact(random_mesh(random, {{motion, lens}, orthographic, cluster, 0, 0, 2, {0, 0, 24, 16}, 4, 16}),
+                     total);
   EXPECT_GT(total.hits, 5000);
   EXPECT_LT(total.too_close, total.hits / 100);
 }
@@ -48,9 +50,9 @@ TEST(HardCases, SamplesThatLookASixtyFourthOfTheShutterLateAreCaught) {
 
 // ---- Shared edges and vertices ----------------------------------------------------------------------------------
 
-// A sheet of cells of 2x2 pixels, its vertices in the middle of pixels, that moves 256 pixels along x: at t = n / 256 it
-// is n pixels further, exactly. With one sample in the middle of each pixel, every sample is on a vertex, an edge or a
-// diagonal at every time. It covers the tile of 16x8 pixels during the whole shutter.
+// A sheet of cells of 2x2 pixels, its vertices in the middle of pixels, that moves 256 pixels along x: at t = n / 256
+// it is n pixels further, exactly. With one sample in the middle of each pixel, every sample is on a vertex, an edge or
+// a diagonal at every time. It covers the tile of 16x8 pixels during the whole shutter.
 MethodMesh sheet_of_ties(RayEffects effects, bool orthographic, float z0, float z1) {
   MethodMesh m;
   m.effects = effects;
@@ -73,7 +75,8 @@ MethodMesh sheet_of_ties(RayEffects effects, bool orthographic, float z0, float 
 void expect_each_sample_once(const MethodMesh& m, const std::set<HitSet::Key>& hits) {
   std::map<std::uint32_t, int> count;
   for (const HitSet::Key& hit : hits) ++count[std::get<0>(hit)];
-  for (std::uint32_t s = 0; s < m.samples.count; ++s) EXPECT_EQ(count[s], 1) << "sample " << s << " at t = " << m.samples.t(s);
+  for (std::uint32_t s = 0; s < m.samples.count; ++s)
+    EXPECT_EQ(count[s], 1) << "sample " << s << " at t = " << m.samples.t(s);
 }
 
 TEST(HardCases, SamplesOnSharedEdgesAndVerticesAreHitOnceAtEveryTime) {
@@ -112,7 +115,8 @@ TEST(HardCases, ASheetWithoutOneCellIsCaughtByTheCount) {
   // The cell that some sample hits.
   const std::uint32_t seen = std::get<1>(*whole.begin()) & ~1u;
   for (std::size_t slot = 0; slot < m.mesh.triangle.size(); ++slot)
-    if (m.mesh.used[slot] && m.mesh.triangle[slot] == seen) m.mesh.leaves[slot / kLeafCells].cells &= ~(1u << slot % kLeafCells);
+    if (m.mesh.used[slot] && m.mesh.triangle[slot] == seen)
+      m.mesh.leaves[slot / kLeafCells].cells &= ~(1u << slot % kLeafCells);
   EXPECT_LT(all_pairs(m).size(), whole.size());
 }
 
@@ -129,8 +133,10 @@ TEST(HardCases, ATriangleThatIsDegenerateAtOneTimeOnlyHoldsNothingThenAndIsExact
     m.resize(3);
     // The third corner crosses the line through the others at t = 1/2, in either direction.
     const auto even = [&](int low, int high) { return static_cast<float>(2 * random.integer(low, high)); };
-    const float ax = even(0, 4), ay = even(0, 3), bx = ax + even(4, 10), by = ay + even(-3, 6), along = 0.5f * static_cast<float>(random.integer(0, 3));
-    const float px = ax + along * (bx - ax), py = ay + along * (by - ay), qx = even(-4, 4), qy = even(1, 6) * (random.coin() ? 1.0f : -1.0f);
+    const float ax = even(0, 4), ay = even(0, 3), bx = ax + even(4, 10), by = ay + even(-3, 6),
+                along = 0.5f * static_cast<float>(random.integer(0, 3));
+    const float px = ax + along * (bx - ax), py = ay + along * (by - ay), qx = even(-4, 4),
+                qy = even(1, 6) * (random.coin() ? 1.0f : -1.0f);
     m.place(0, ax, ay, 2);
     m.place(1, bx, by, 2);
     m.place(2, px + qx, py + qy, 2);
@@ -160,7 +166,8 @@ TEST(HardCases, TrianglesThatTurnEdgeOnOrFlipWithinTheShutterAreExactAndShowTheS
     m.resize(4);
     // Two corners stay, two change sides; depths change, so that it is seen edge-on at another time everywhere.
     for (std::size_t v = 0; v < 4; ++v) {
-      m.place(v, 12 + random.uniform(-9, 9), v < 2 ? 8 + random.uniform(-1, 1) : 8 + random.uniform(3, 8), random.uniform(1, 3));
+      m.place(v, 12 + random.uniform(-9, 9), v < 2 ? 8 + random.uniform(-1, 1) : 8 + random.uniform(3, 8),
+              random.uniform(1, 3));
       m.move(v, random.uniform(-2, 2), v < 2 ? random.uniform(-1, 1) : random.uniform(-16, -6), random.uniform(1, 3));
     }
     m.add_only_cell({0, 1, 2, 3});
@@ -194,10 +201,13 @@ TEST(HardCases, MotionOfWholeScreensIsExact) {
     constexpr int kSide = 6;
     m.resize((kSide + 1) * (kSide + 1));
     // From one end of the guard band towards the other, over the tile half-way; nearer to the camera or farther.
-    const float way_x = random.uniform(4000, 14000) * (random.coin() ? 1.0f : -1.0f), way_y = random.uniform(-6000, 6000), approach = m.settings.orthographic ? 1.0f : random.uniform(0.8f, 1.25f);
+    const float way_x = random.uniform(4000, 14000) * (random.coin() ? 1.0f : -1.0f),
+                way_y = random.uniform(-6000, 6000),
+                approach = m.settings.orthographic ? 1.0f : random.uniform(0.8f, 1.25f);
     for (std::size_t v = 0; v < m.mesh.vertex_count; ++v) {
       const auto i = static_cast<float>(v % (kSide + 1)), j = static_cast<float>(v / (kSide + 1));
-      m.place(v, 1000 - 0.5f * way_x + 150 * (i - 3) + random.uniform(-30, 30), 700 - 0.5f * way_y + 150 * (j - 3) + random.uniform(-30, 30), 2 + 0.1f * i);
+      m.place(v, 1000 - 0.5f * way_x + 150 * (i - 3) + random.uniform(-30, 30),
+              700 - 0.5f * way_y + 150 * (j - 3) + random.uniform(-30, 30), 2 + 0.1f * i);
       m.move(v, way_x, way_y, approach * (2 + 0.1f * i));
     }
     m.add_grid_cells(kSide);
@@ -266,7 +276,8 @@ TEST(HardCases, AMillionUnitsAwayAtTheEndOfTheGuardBandIsExact) {
   Random random(7);
   Comparison total;
   for (int trial = 0; trial < 8; ++trial) {
-    MethodMesh m = random_mesh(random, {{true, trial % 2 == 0}, trial % 4 > 1, false, 16000, 15000, 1e6f, {16000, 15000, 16024, 15016}});
+    MethodMesh m = random_mesh(
+        random, {{true, trial % 2 == 0}, trial % 4 > 1, false, 16000, 15000, 1e6f, {16000, 15000, 16024, 15016}});
     expect_exact(m, total);
   }
   EXPECT_GT(total.hits, 500);

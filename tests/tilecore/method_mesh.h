@@ -57,7 +57,8 @@ struct MethodMesh {
         for (int j = lj; j < std::min(lj + 4, rows); ++j)
           for (int i = li; i < std::min(li + 4, columns); ++i) {
             const std::int32_t a = j * (columns + 1) + i;
-            mesh.add_cell({a, a + 1, a + columns + 2, a + columns + 1}, static_cast<std::uint32_t>(2 * (j * columns + i)));
+            mesh.add_cell({a, a + 1, a + columns + 2, a + columns + 1},
+                          static_cast<std::uint32_t>(2 * (j * columns + i)));
           }
       }
   }
@@ -86,7 +87,7 @@ struct MethodMesh {
 struct MeshOptions {
   RayEffects effects;
   bool orthographic = false;
-  bool cluster = false;      // cells without a grid, turning and folding
+  bool cluster = false;       // cells without a grid, turning and folding
   float x = 0, y = 0, z = 2;  // where
   IntRect tile = {0, 0, 24, 16};
   int spp = 4;
@@ -101,24 +102,28 @@ inline MethodMesh random_mesh(test::Random& random, const MeshOptions& o) {
   m.settings.inverse_focus = o.effects.lens ? random.uniform(0, 1.5f) / o.z : 0.0f;
   m.lens_radius = o.effects.lens ? random.uniform(0, 10) * (o.orthographic ? 1.0f : o.z) : 0.0f;
   const float speed = random.integer(0, 3) == 0 ? 0.3f : random.uniform(0, 60), size = random.coin() ? 1.2f : 5.0f;
-  const float way_x = random.uniform(-speed, speed), way_y = random.uniform(-speed, speed), approach = std::exp(random.uniform(-1.5f, 1.5f));
+  const float way_x = random.uniform(-speed, speed), way_y = random.uniform(-speed, speed),
+              approach = std::exp(random.uniform(-1.5f, 1.5f));
   const float jitter = random.coin() ? 0.0f : 0.4f * speed;
   // The middle of the motion is over the tile.
   const float start_x = o.x + 12 - 0.5f * way_x, start_y = o.y + 8 - 0.5f * way_y;
   const int n = random.integer(3, 9);
   const auto move = [&](std::size_t v) {
-    m.move(v, way_x + random.uniform(-jitter, jitter), way_y + random.uniform(-jitter, jitter), m.mesh.z0[v] * (jitter > 0 ? std::exp(random.uniform(-1.5f, 1.5f)) : approach));
+    m.move(v, way_x + random.uniform(-jitter, jitter), way_y + random.uniform(-jitter, jitter),
+           m.mesh.z0[v] * (jitter > 0 ? std::exp(random.uniform(-1.5f, 1.5f)) : approach));
   };
   if (o.cluster) {
     const std::size_t cells = 40;
     m.resize(4 * cells);
     for (std::size_t v = 0; v < 4 * cells; ++v) {
-      m.place(v, start_x + random.uniform(-3 * size, 3 * size), start_y + random.uniform(-3 * size, 3 * size), o.z * random.uniform(0.5f, 1.5f));
+      m.place(v, start_x + random.uniform(-3 * size, 3 * size), start_y + random.uniform(-3 * size, 3 * size),
+              o.z * random.uniform(0.5f, 1.5f));
       if (random.integer(0, 5) > 0) move(v);
     }
     for (std::int32_t c = 0; c < static_cast<std::int32_t>(cells); ++c) {
       if (c % static_cast<std::int32_t>(kLeafCells) == 0) m.mesh.begin_leaf();
-      m.mesh.add_cell({4 * c, 4 * c + 1, 4 * c + 2, random.coin() ? 4 * c + 3 : 4 * c + 2}, static_cast<std::uint32_t>(2 * c));
+      m.mesh.add_cell({4 * c, 4 * c + 1, 4 * c + 2, random.coin() ? 4 * c + 3 : 4 * c + 2},
+                      static_cast<std::uint32_t>(2 * c));
     }
     m.leaf_columns = m.mesh.leaves.size();
   } else {
@@ -127,7 +132,8 @@ inline MethodMesh random_mesh(test::Random& random, const MeshOptions& o) {
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i <= n; ++i) {
         const auto v = static_cast<std::size_t>(j * (n + 1) + i);
-        m.place(v, start_x + size * (static_cast<float>(i) - middle + random.uniform(-0.3f, 0.3f)), start_y + size * (static_cast<float>(j) - middle + random.uniform(-0.3f, 0.3f)),
+        m.place(v, start_x + size * (static_cast<float>(i) - middle + random.uniform(-0.3f, 0.3f)),
+                start_y + size * (static_cast<float>(j) - middle + random.uniform(-0.3f, 0.3f)),
                 o.z * (1 + 0.2f * std::sin(static_cast<float>(i + 2 * j))));
         move(v);
       }
@@ -144,7 +150,9 @@ inline std::set<HitSet::Key> all_pairs(const MethodMesh& m) {
   VisibilityWork work;
   std::vector<std::uint32_t> samples;
   all_samples(m.samples, m.samples.pixels, samples);
-  m.for_each_cell([&](std::size_t cell) { test_cell_samples(m.mesh, cell, samples, m.samples, m.effects, m.settings, sink, work); });
+  m.for_each_cell([&](std::size_t cell) {
+    test_cell_samples(m.mesh, cell, samples, m.samples, m.effects, m.settings, sink, work);
+  });
   sink.flush();
   return sink.hits;
 }

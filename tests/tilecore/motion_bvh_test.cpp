@@ -20,17 +20,25 @@ struct FrustumCase {
 // A box near a rectangle of pixels, moving; slowly now and then, which is where solving for the crossing is hard.
 FrustumCase random_case(Random& random, bool lens, bool orthographic) {
   FrustumCase c;
-  c.space = {16, 16, orthographic, true, lens ? static_cast<double>(random.uniform(0, 1)) : 0.0, lens ? static_cast<double>(random.uniform(0.5f, 10)) : 0.0};
+  c.space = {16,
+             16,
+             orthographic,
+             true,
+             lens ? static_cast<double>(random.uniform(0, 1)) : 0.0,
+             lens ? static_cast<double>(random.uniform(0.5f, 10)) : 0.0};
   c.pixels.x0 = random.integer(0, 28);
   c.pixels.y0 = random.integer(0, 28);
   c.pixels.x1 = c.pixels.x0 + 4;
   c.pixels.y1 = c.pixels.y0 + 4;
   const float z = random.uniform(0.8f, 4), speed = std::pow(2.0f, random.uniform(-20, 5));
   const float scale = orthographic ? 1.0f : z;
-  c.box.low[0] = {scale * (static_cast<float>(c.pixels.x0) - 16 + random.uniform(-10, 10)), scale * (static_cast<float>(c.pixels.y0) - 16 + random.uniform(-10, 10)), z};
-  c.box.high[0] = {c.box.low[0][0] + random.uniform(0, 4) * scale, c.box.low[0][1] + random.uniform(0, 4) * scale, z + random.uniform(0, 0.5f)};
+  c.box.low[0] = {scale * (static_cast<float>(c.pixels.x0) - 16 + random.uniform(-10, 10)),
+                  scale * (static_cast<float>(c.pixels.y0) - 16 + random.uniform(-10, 10)), z};
+  c.box.high[0] = {c.box.low[0][0] + random.uniform(0, 4) * scale, c.box.low[0][1] + random.uniform(0, 4) * scale,
+                   z + random.uniform(0, 0.5f)};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float way = axis == 2 ? random.uniform(-0.3f, 0.3f) : scale * random.uniform(-speed, speed), growth = random.coin() ? 0.0f : 0.1f * std::abs(way);
+    const float way = axis == 2 ? random.uniform(-0.3f, 0.3f) : scale * random.uniform(-speed, speed),
+                growth = random.coin() ? 0.0f : 0.1f * std::abs(way);
     c.box.low[1][axis] = c.box.low[0][axis] + way - growth;
     c.box.high[1][axis] = c.box.high[0][axis] + way + growth;
   }
@@ -44,14 +52,18 @@ std::vector<double> touching_times_by_sampling(Random& random, const FrustumCase
     const double t = static_cast<double>(random.integer(0, 256)) / 256;
     std::array<double, 3> p;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto at = [&](const auto& bound) { return (1 - t) * static_cast<double>(bound[0][axis]) + t * static_cast<double>(bound[1][axis]); };
+      const auto at = [&](const auto& bound) {
+        return (1 - t) * static_cast<double>(bound[0][axis]) + t * static_cast<double>(bound[1][axis]);
+      };
       // Faces matter most.
-      const double along = random.coin() ? static_cast<double>(random.integer(0, 1)) : static_cast<double>(random.uniform(0, 1));
+      const double along =
+          random.coin() ? static_cast<double>(random.integer(0, 1)) : static_cast<double>(random.uniform(0, 1));
       p[axis] = at(c.box.low) + along * (at(c.box.high) - at(c.box.low));
     }
     std::array<double, 2> lens = {0, 0};
     if (c.space.lens_radius > 0) {
-      const double angle = static_cast<double>(random.uniform(0, 6.2831853f)), radius = c.space.lens_radius * (random.coin() ? 1.0 : static_cast<double>(random.uniform(0, 1)));
+      const double angle = static_cast<double>(random.uniform(0, 6.2831853f)),
+                   radius = c.space.lens_radius * (random.coin() ? 1.0 : static_cast<double>(random.uniform(0, 1)));
       lens = {radius * std::cos(angle), radius * std::sin(angle)};
     }
     // The sample from which the point is seen through that lens point.
@@ -86,7 +98,8 @@ FrustumResult run_frusta(std::uint32_t seed, bool forget_lens) {
         ++result.touching;
         result.wrongly_outside += frustum.outside(c.box) ? 1 : 0;
         const BundleFrustum::Times times = frustum.times(c.box);
-        for (const double t : seen) result.missed += t < static_cast<double>(times.low) || t > static_cast<double>(times.high) ? 1 : 0;
+        for (const double t : seen)
+          result.missed += t < static_cast<double>(times.low) || t > static_cast<double>(times.high) ? 1 : 0;
         const auto [low, high] = std::minmax_element(seen.begin(), seen.end());
         if (lens || times.empty() || times.high == times.low) continue;
         const double tightness = (*high - *low) / static_cast<double>(times.high - times.low);
@@ -122,13 +135,15 @@ TEST(BundleFrustum, ANaiveSolveInSinglePrecisionIsCaught) {
   for (int trial = 0; trial < 20000; ++trial) {
     FrustumCase c = random_case(random, false, false);
     // A slow box whose right side starts a little left of the rectangle.
-    const float z = c.box.low[0][2], slope = static_cast<float>(c.pixels.x0) - 16, way = std::pow(2.0f, random.uniform(-20, -3));
+    const float z = c.box.low[0][2], slope = static_cast<float>(c.pixels.x0) - 16,
+                way = std::pow(2.0f, random.uniform(-20, -3));
     c.box.high[0] = {slope * z - random.uniform(0, 1) * way, c.box.low[0][1] + 50, z};
     c.box.high[1] = {c.box.high[0][0] + way, c.box.high[0][1], z};
     c.box.low[0] = {c.box.high[0][0] - 1, c.box.low[0][1] - 50, z};
     c.box.low[1] = {c.box.high[1][0] - 1, c.box.low[0][1], z};
     // Exactly: the side is at slope z.
-    const double d0 = static_cast<double>(slope) * static_cast<double>(z) - static_cast<double>(c.box.high[0][0]), d1 = static_cast<double>(slope) * static_cast<double>(z) - static_cast<double>(c.box.high[1][0]);
+    const double d0 = static_cast<double>(slope) * static_cast<double>(z) - static_cast<double>(c.box.high[0][0]),
+                 d1 = static_cast<double>(slope) * static_cast<double>(z) - static_cast<double>(c.box.high[1][0]);
     if (!(d0 > 0 && d1 < 0)) continue;
     const double exact = d0 / (d0 - d1);
     const BundleFrustum::Times times = BundleFrustum(c.space, c.pixels, 0.1f, 100).times(c.box);
@@ -166,7 +181,11 @@ struct Tree {
 
   explicit Tree(MethodMesh m) : mesh(std::move(m)) {
     const IntRect& tile = mesh.samples.pixels;
-    space = {0.5 * (tile.x0 + tile.x1), 0.5 * (tile.y0 + tile.y1), mesh.settings.orthographic, mesh.effects.motion, static_cast<double>(mesh.settings.inverse_focus),
+    space = {0.5 * (tile.x0 + tile.x1),
+             0.5 * (tile.y0 + tile.y1),
+             mesh.settings.orthographic,
+             mesh.effects.motion,
+             static_cast<double>(mesh.settings.inverse_focus),
              mesh.effects.lens ? static_cast<double>(mesh.lens_radius) : 0.0};
     bvh.build(mesh.mesh, mesh.leaf_columns, mesh.effects, space);
   }
@@ -192,7 +211,8 @@ TEST(MotionBvh, EveryNodeHoldsItsChildrenAndEveryCellIsInTheTreeOnce) {
     std::multiset<std::uint32_t> cells, expected;
     for (std::uint32_t n = 1; n < 2 * tree.bvh.leaf_count(); ++n) {
       if (n < tree.bvh.leaf_count()) {
-        EXPECT_TRUE(holds(tree.bvh.node(n), tree.bvh.node(2 * n)) && holds(tree.bvh.node(n), tree.bvh.node(2 * n + 1)));  // V1
+        EXPECT_TRUE(holds(tree.bvh.node(n), tree.bvh.node(2 * n)) &&
+                    holds(tree.bvh.node(n), tree.bvh.node(2 * n + 1)));  // V1
       } else if (!tree.bvh.node(n).is_empty()) {
         cells.insert(tree.bvh.cell_of(n));
       }
@@ -270,7 +290,8 @@ TEST(MotionBvh, RaysSideBySideVisitTheNodesThatEachVisitsAlone) {
   Random random(6);
   Tree tree(random_mesh(random, {{true, true}}));
   std::vector<MotionBvh::Ray> rays;
-  for (std::uint32_t s = 0; s < tree.mesh.samples.count; s += 3) rays.push_back(tree.bvh.ray(tree.mesh.samples, s, 1e30f));
+  for (std::uint32_t s = 0; s < tree.mesh.samples.count; s += 3)
+    rays.push_back(tree.bvh.ray(tree.mesh.samples, s, 1e30f));
   std::set<std::pair<std::uint32_t, std::uint32_t>> together, alone;
   const auto collect = [](auto& pairs) {
     return [&](const MotionBvh::CellRays& leaf) {
@@ -296,7 +317,9 @@ int unreached(std::uint32_t seed, bool freeze) {
     std::vector<MotionBvh::Ray> rays;
     for (std::uint32_t s = 0; s < m.samples.count; ++s) {
       rays.push_back(tree.bvh.ray(m.samples, s, 1e30f));
-      if (freeze) rays.back().a = {rays.back().a[0] + rays.back().b[0], rays.back().a[1] + rays.back().b[1]}, rays.back().b = {0, 0};
+      if (freeze)
+        rays.back().a = {rays.back().a[0] + rays.back().b[0], rays.back().a[1] + rays.back().b[1]},
+        rays.back().b = {0, 0};
     }
     std::set<std::pair<std::uint32_t, std::uint32_t>> reached;
     tree.bvh.trace(rays, MotionBvh::kRoot, [&](const MotionBvh::CellRays& leaf) {
@@ -309,7 +332,8 @@ int unreached(std::uint32_t seed, bool freeze) {
       VisibilityWork work;
       test_cell_samples(m.mesh, cell, samples, m.samples, m.effects, m.settings, sink, work);
       sink.flush();
-      for (const HitSet::Key& hit : sink.hits) lost += reached.contains({static_cast<std::uint32_t>(cell), std::get<0>(hit)}) ? 0 : 1;
+      for (const HitSet::Key& hit : sink.hits)
+        lost += reached.contains({static_cast<std::uint32_t>(cell), std::get<0>(hit)}) ? 0 : 1;
     });
   }
   return lost;
@@ -338,9 +362,12 @@ TEST(MotionBvh, RaysParallelToASlabMeetWhatTheyAreInside) {
     m.samples.x[1] = 1.0f;  // parallel to one slab, outside the other
     m.samples.y[1] = 4.0f;
     Tree tree(std::move(m));
-    const std::vector<MotionBvh::Ray> rays = {tree.bvh.ray(tree.mesh.samples, 0, 1e30f), tree.bvh.ray(tree.mesh.samples, 1, 1e30f)};
+    const std::vector<MotionBvh::Ray> rays = {tree.bvh.ray(tree.mesh.samples, 0, 1e30f),
+                                              tree.bvh.ray(tree.mesh.samples, 1, 1e30f)};
     std::vector<std::uint32_t> met;
-    tree.bvh.trace(rays, MotionBvh::kRoot, [&](const MotionBvh::CellRays& leaf) { met.insert(met.end(), leaf.samples.begin(), leaf.samples.end()); });
+    tree.bvh.trace(rays, MotionBvh::kRoot, [&](const MotionBvh::CellRays& leaf) {
+      met.insert(met.end(), leaf.samples.begin(), leaf.samples.end());
+    });
     EXPECT_EQ(met, std::vector<std::uint32_t>{0});
     for (const double v : {rays[0].a[0], rays[0].b[0], rays[0].c[0]}) EXPECT_TRUE(std::isfinite(v));
   }

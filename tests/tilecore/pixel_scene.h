@@ -10,7 +10,8 @@
 
 namespace tessera::tilecore {
 
-// A scene seen by an orthographic camera whose unit is a pixel: world (x, y) is pixel (x, height - y), z = 0 is 10 in front of the camera.
+// A scene seen by an orthographic camera whose unit is a pixel: world (x, y) is pixel (x, height - y), z = 0 is 10 in
+// front of the camera.
 struct PixelScene : TestFrame {
   int width, height;
   SamplePattern pattern;
@@ -23,8 +24,10 @@ struct PixelScene : TestFrame {
   int add_quad(float x, float y, float w, float h, float z, const frontend::Material& material, bool bezier) {
     const int m = test::add_material(*capture, material);
     const auto bottom = static_cast<float>(height) - y - h;
-    if (bezier) return test::add_node(*capture, test::patches(test::flat_patch({x, bottom, z}, {w, 0, 0}, {0, h, 0}), m));
-    frontend::Primitive quad = test::triangles({{x, bottom, z}, {x + w, bottom, z}, {x + w, bottom + h, z}, {x, bottom + h, z}}, {0, 1, 2, 0, 2, 3}, m);
+    if (bezier)
+      return test::add_node(*capture, test::patches(test::flat_patch({x, bottom, z}, {w, 0, 0}, {0, h, 0}), m));
+    frontend::Primitive quad = test::triangles(
+        {{x, bottom, z}, {x + w, bottom, z}, {x + w, bottom + h, z}, {x, bottom + h, z}}, {0, 1, 2, 0, 2, 3}, m);
     quad.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     return test::add_node(*capture, quad);
   }

@@ -32,7 +32,8 @@ class ProcedureArray : public testing::TestWithParam<std::string> {
   void SetUp() override { force_simd_target(GetParam()); }
   void TearDown() override { force_simd_target(""); }
 };
-INSTANTIATE_TEST_SUITE_P(Targets, ProcedureArray, testing::ValuesIn(simd_target_names()), [](const auto& target) { return target.param; });
+INSTANTIATE_TEST_SUITE_P(Targets, ProcedureArray, testing::ValuesIn(simd_target_names()),
+                         [](const auto& target) { return target.param; });
 
 // The scalar twin of a run: the same templates on floats, the view written out.
 TEST_P(ProcedureArray, GivesTheBitsOfTheScalarTemplates) {
@@ -55,7 +56,8 @@ TEST_P(ProcedureArray, GivesTheBitsOfTheScalarTemplates) {
     program.to_raster[0] = Mat4(100, 0, 0, 0, 0, -100, 0, 0, -50, -50, -1, -1, 250, 250, 5, 5);
     program.surface = &surface;
     const std::size_t count = 77;  // no multiple of a vector
-    for (std::size_t k = 0; k < count; ++k) registers->u[k] = k == 0 ? 0.0f : random.uniform(0, 1), registers->v[k] = k < 2 ? 1.0f : random.uniform(0, 1);
+    for (std::size_t k = 0; k < count; ++k)
+      registers->u[k] = k == 0 ? 0.0f : random.uniform(0, 1), registers->v[k] = k < 2 ? 1.0f : random.uniform(0, 1);
     run_procedure(program, count, *registers);
     for (std::size_t k = 0; k < count; ++k)
       shaders::with_shape(id, [&](auto shape) {
@@ -63,20 +65,30 @@ TEST_P(ProcedureArray, GivesTheBitsOfTheScalarTemplates) {
         const float u = registers->u[k], v = registers->v[k];
         const auto p = shaders::shape_tangents<Shape>(in, u, v);
         const Mat4& m = program.to_raster[0];
-        const auto row = [&](int r) { return (m[0][r] * p.position.x + m[1][r] * p.position.y) + (m[2][r] * p.position.z + m[3][r]); };
-        const auto tangent = [&](int r, const Vector3<float>& t) { return (m[0][r] * t.x + m[1][r] * t.y) + m[2][r] * t.z; };
-        const float z = row(2), inverse = 1.0f / z, x = row(0) * inverse, xu = (tangent(0, p.by_u) - x * tangent(2, p.by_u)) * inverse;
+        const auto row = [&](int r) {
+          return (m[0][r] * p.position.x + m[1][r] * p.position.y) + (m[2][r] * p.position.z + m[3][r]);
+        };
+        const auto tangent = [&](int r, const Vector3<float>& t) {
+          return (m[0][r] * t.x + m[1][r] * t.y) + m[2][r] * t.z;
+        };
+        const float z = row(2), inverse = 1.0f / z, x = row(0) * inverse,
+                    xu = (tangent(0, p.by_u) - x * tangent(2, p.by_u)) * inverse;
         const auto& at = registers->at[0];
-        ASSERT_TRUE(same_bits(at[SampleRegisters::kX][k], x) && same_bits(at[SampleRegisters::kZ][k], z) && same_bits(at[SampleRegisters::kXu][k], xu)) << Shape::kName << " " << k;
+        ASSERT_TRUE(same_bits(at[SampleRegisters::kX][k], x) && same_bits(at[SampleRegisters::kZ][k], z) &&
+                    same_bits(at[SampleRegisters::kXu][k], xu))
+            << Shape::kName << " " << k;
         float margin;
         Vector3<float> n = shaders::unit_normal(p.by_u, p.by_v, margin);
         if (!(margin > 0)) {
-          const auto beside = shaders::shape_tangents<Shape>(in, shaders::towards_middle(u), shaders::towards_middle(v));
+          const auto beside =
+              shaders::shape_tangents<Shape>(in, shaders::towards_middle(u), shaders::towards_middle(v));
           n = shaders::unit_normal(beside.by_u, beside.by_v, margin);
         }
         shaders::PointRecord<float> record;
         const Vector3<float> c = shaders::run_surface_stages<float>(surface, u, v, p.position, n, z, record);
-        ASSERT_TRUE(same_bits(registers->r[k], c.x) && same_bits(registers->g[k], c.y) && same_bits(registers->b[k], c.z)) << Shape::kName << " " << k;
+        ASSERT_TRUE(same_bits(registers->r[k], c.x) && same_bits(registers->g[k], c.y) &&
+                    same_bits(registers->b[k], c.z))
+            << Shape::kName << " " << k;
       });
     if (HasFatalFailure()) return;
   }
@@ -103,8 +115,8 @@ struct RandomScene {
   }
 };
 
-// Visible points of random scenes, by the exact double-precision procedure, whose (object, tile) the tag map lacks and whose
-// (cell, tile) the parameter map lacks.
+// Visible points of random scenes, by the exact double-precision procedure, whose (object, tile) the tag map lacks and
+// whose (cell, tile) the parameter map lacks.
 struct Misses {
   int scenes = 0, points = 0, tags = 0, cells = 0;
 };
@@ -121,20 +133,27 @@ Misses count_misses(std::uint32_t seed, int scenes, const ProcedureSettings& set
     const frontend::Projection& projection = frame.projection;
     ++misses.scenes;
     for (int k = 0; k < points_each; ++k) {
-      const double u = static_cast<double>(random.uniform(0, 1)), v = static_cast<double>(random.uniform(0, 1)), t = static_cast<double>(random.uniform(0, 1));
+      const double u = static_cast<double>(random.uniform(0, 1)), v = static_cast<double>(random.uniform(0, 1)),
+                   t = static_cast<double>(random.uniform(0, 1));
       const double angle = static_cast<double>(random.uniform(0, 6.2831f));
       shaders::ShapePoint<double> p;
-      shaders::with_shape(id, [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(drawable.procedure->pieces[0].input, u, v); });
+      shaders::with_shape(id, [&](auto shape) {
+        p = shaders::shape_tangents<decltype(shape)>(drawable.procedure->pieces[0].input, u, v);
+      });
       const auto raster = [&](const Vector3<double>& a, double w) {
         const DVec4 q(a.x, a.y, a.z, w);
         return DMat4(drawable.to_raster[0]) * q * (1 - t) + DMat4(drawable.to_raster[1]) * q * t;
       };
       const DVec4 r = raster(p.position, 1), ru = raster(p.by_u, 0), rv = raster(p.by_v, 0);
       if (!(r.z > projection.near * 1.0001) || !std::isfinite(r.x + r.y)) continue;
-      const double w = projection.orthographic ? 1.0 : r.z, x = r.x / w, y = r.y / w, coc = projection.orthographic ? 1 - r.z * projection.inverse_focus : 1 / r.z - projection.inverse_focus;
-      const double px = x + projection.lens_scale * std::cos(angle) * coc, py = y + projection.lens_scale * std::sin(angle) * coc;
+      const double w = projection.orthographic ? 1.0 : r.z, x = r.x / w, y = r.y / w,
+                   coc = projection.orthographic ? 1 - r.z * projection.inverse_focus
+                                                 : 1 / r.z - projection.inverse_focus;
+      const double px = x + projection.lens_scale * std::cos(angle) * coc,
+                   py = y + projection.lens_scale * std::sin(angle) * coc;
       if (!(px > 0.01 && py > 0.01 && px < 95.99 && py < 63.99)) continue;
-      const double turn = projection.orthographic ? 0 : 1, area = (ru.x - turn * x * ru.z) * (rv.y - turn * y * rv.z) - (ru.y - turn * y * ru.z) * (rv.x - turn * x * rv.z);
+      const double turn = projection.orthographic ? 0 : 1, area = (ru.x - turn * x * ru.z) * (rv.y - turn * y * rv.z) -
+                                                                  (ru.y - turn * y * ru.z) * (rv.x - turn * x * rv.z);
       if (!drawable.material->double_sided && area > -1e-9) continue;  // culled at will
       ++misses.points;
       const auto tile = grid.index(static_cast<int>(px) / 16, static_cast<int>(py) / 16);
@@ -142,7 +161,8 @@ Misses count_misses(std::uint32_t seed, int scenes, const ProcedureSettings& set
       for (const std::uint32_t c : maps.of_tile(tile)) {
         const ParameterCell& cell = maps.cells()[c];
         tagged = true;
-        listed = listed || (u >= static_cast<double>(cell.u0) && u <= static_cast<double>(cell.u1) && v >= static_cast<double>(cell.v0) && v <= static_cast<double>(cell.v1));
+        listed = listed || (u >= static_cast<double>(cell.u0) && u <= static_cast<double>(cell.u1) &&
+                            v >= static_cast<double>(cell.v0) && v <= static_cast<double>(cell.v1));
       }
       misses.tags += tagged ? 0 : 1;
       misses.cells += listed ? 0 : 1;
@@ -190,15 +210,21 @@ TEST(ParameterMaps, ACellsHalfStepsStayInsideTheSpacing) {  // S2
     if (maps.counters().rates_clamped > 0) continue;
     for (std::size_t c = 0; c < maps.cells().size(); c += 7) {
       const ParameterCell& cell = maps.cells()[c];
-      const double u = static_cast<double>(random.uniform(cell.u0, cell.u1)), v = static_cast<double>(random.uniform(cell.v0, cell.v1));
+      const double u = static_cast<double>(random.uniform(cell.u0, cell.u1)),
+                   v = static_cast<double>(random.uniform(cell.v0, cell.v1));
       shaders::ShapePoint<double> p;
-      shaders::with_shape(id, [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(frame.drawables[0].procedure->pieces[0].input, u, v); });
+      shaders::with_shape(id, [&](auto shape) {
+        p = shaders::shape_tangents<decltype(shape)>(frame.drawables[0].procedure->pieces[0].input, u, v);
+      });
       const DMat4 m(frame.drawables[0].to_raster[0]);
-      const DVec4 r = m * DVec4(p.position.x, p.position.y, p.position.z, 1), ru = m * DVec4(p.by_u.x, p.by_u.y, p.by_u.z, 0), rv = m * DVec4(p.by_v.x, p.by_v.y, p.by_v.z, 0);
+      const DVec4 r = m * DVec4(p.position.x, p.position.y, p.position.z, 1),
+                  ru = m * DVec4(p.by_u.x, p.by_u.y, p.by_u.z, 0), rv = m * DVec4(p.by_v.x, p.by_v.y, p.by_v.z, 0);
       if (!(r.z > frame.projection.near)) continue;
-      const double hu = (static_cast<double>(cell.u1) - static_cast<double>(cell.u0)) / cell.steps_u / 2, hv = (static_cast<double>(cell.v1) - static_cast<double>(cell.v0)) / cell.steps_v / 2;
+      const double hu = (static_cast<double>(cell.u1) - static_cast<double>(cell.u0)) / cell.steps_u / 2,
+                   hv = (static_cast<double>(cell.v1) - static_cast<double>(cell.v0)) / cell.steps_v / 2;
       const double w = frame.projection.orthographic ? 1 : r.z, turn = frame.projection.orthographic ? 0 : 1;
-      const double reach = (std::abs(ru.x - turn * r.x / w * ru.z) * hu + std::abs(rv.x - turn * r.x / w * rv.z) * hv) / w;
+      const double reach =
+          (std::abs(ru.x - turn * r.x / w * ru.z) * hu + std::abs(rv.x - turn * r.x / w * rv.z) * hv) / w;
       EXPECT_LE(reach, 0.25 * 1.001);
     }
   }
@@ -210,12 +236,20 @@ TEST(Footprint, NeighboursLeaveNoGapAndHardlyOverlap) {
   Random random(4);
   int covered = 0, twice = 0, points = 0;
   for (int trial = 0; trial < 2000; ++trial) {
-    const float ax = random.uniform(0.05f, 0.2f), ay = random.uniform(-0.03f, 0.03f), bx = random.uniform(-0.03f, 0.03f), by = random.uniform(0.05f, 0.2f);
+    const float ax = random.uniform(0.05f, 0.2f), ay = random.uniform(-0.03f, 0.03f),
+                bx = random.uniform(-0.03f, 0.03f), by = random.uniform(0.05f, 0.2f);
     const float px = random.uniform(-0.3f, 0.3f), py = random.uniform(-0.3f, 0.3f);
     int hits = 0;
     for (int i = -8; i <= 8; ++i)
       for (int j = -8; j <= 8; ++j) {
-        const Parallelogram p{2 * (static_cast<float>(i) * ax + static_cast<float>(j) * bx), 2 * (static_cast<float>(i) * ay + static_cast<float>(j) * by), ax, ay, bx, by, ax * by - ay * bx, 1.0f / 256};
+        const Parallelogram p{2 * (static_cast<float>(i) * ax + static_cast<float>(j) * bx),
+                              2 * (static_cast<float>(i) * ay + static_cast<float>(j) * by),
+                              ax,
+                              ay,
+                              bx,
+                              by,
+                              ax * by - ay * bx,
+                              1.0f / 256};
         float u, v;
         hits += p.holds(px, py, u, v) ? 1 : 0;
       }
@@ -240,7 +274,8 @@ Drawn draw(const frontend::FrameGeometry& frame, const ProcedureSettings& settin
   const binner::TileGrid grid(96, 64, 96, 64);
   const ParameterMaps maps(frame, grid, settings, 4, 64);
   TileSamples samples;
-  samples.fill(pattern, {0, 0, 96, 64}, static_cast<float>(frame.projection.lens_scale), frame.projection.lens_scale != 0);
+  samples.fill(pattern, {0, 0, 96, 64}, static_cast<float>(frame.projection.lens_scale),
+               frame.projection.lens_scale != 0);
   Drawn out;
   out.state.start(samples.count);
   SamplingController controller;
@@ -252,10 +287,12 @@ Drawn draw(const frontend::FrameGeometry& frame, const ProcedureSettings& settin
 
 // Covered samples inside the picture that have an uncovered one between two covered ones of their pixel row.
 std::size_t seen(const TileState& state) {
-  return static_cast<std::size_t>(std::count_if(state.patch.begin(), state.patch.end(), [](std::uint32_t p) { return p != TileState::kNoPatch; }));
+  return static_cast<std::size_t>(
+      std::count_if(state.patch.begin(), state.patch.end(), [](std::uint32_t p) { return p != TileState::kNoPatch; }));
 }
 
-TestFrame one(ShapeId id, const shaders::ShapeInput& in, const DVec3& place, bool double_sided = false, double eye = 4) {
+TestFrame one(ShapeId id, const shaders::ShapeInput& in, const DVec3& place, bool double_sided = false,
+              double eye = 4) {
   TestFrame scene;
   frontend::Camera camera;
   camera.near = 0.2f;
@@ -288,7 +325,8 @@ TEST(SamplingController, ABlurredSphereIsSeenWhereItPassesAndCountedOnce) {  // 
   test::add_material(*scene.capture);
   shaders::ShapeInput in;
   in.p[0] = 0.4f;
-  test::add_motion(*scene.capture, test::add_procedure(*scene.capture, ShapeId::kSphere, in, DVec3(-0.5, 0, 0), 0), DVec3(1, 0, 0));
+  test::add_motion(*scene.capture, test::add_procedure(*scene.capture, ShapeId::kSphere, in, DVec3(-0.5, 0, 0), 0),
+                   DVec3(1, 0, 0));
   scene.pose(96, 64);
   const Drawn drawn = draw(*scene.frame, {});
   const SamplingCounters& c = drawn.counters;
@@ -296,7 +334,8 @@ TEST(SamplingController, ABlurredSphereIsSeenWhereItPassesAndCountedOnce) {  // 
   // The middle of the way sees it most of the time, its ends and what lies beyond do not.
   const auto covered = [&](int x) {
     std::size_t n = 0;
-    for (std::size_t k = 0; k < 16; ++k) n += drawn.state.patch[(32 * 96 + static_cast<std::size_t>(x)) * 16 + k] != TileState::kNoPatch ? 1 : 0;
+    for (std::size_t k = 0; k < 16; ++k)
+      n += drawn.state.patch[(32 * 96 + static_cast<std::size_t>(x)) * 16 + k] != TileState::kNoPatch ? 1 : 0;
     return n;
   };
   EXPECT_GT(covered(48), 8u);
@@ -316,13 +355,16 @@ TEST(SamplingController, SeesASphereWhereItIs) {
   samples.fill(pattern, {0, 0, 96, 64}, 0, false);
   int wrong = 0, inside = 0;
   for (std::size_t s = 0; s < samples.count; ++s) {
-    const double x = (static_cast<double>(samples.x[s]) - p.center_x) / p.scale, y = (static_cast<double>(samples.y[s]) - p.center_y) / p.scale;
-    const double b = 4 / (1 + x * x + y * y), c = 15 / (1 + x * x + y * y), square = b * b - c;  // |t (x, y, 1) - (0, 0, 4)| = 1
+    const double x = (static_cast<double>(samples.x[s]) - p.center_x) / p.scale,
+                 y = (static_cast<double>(samples.y[s]) - p.center_y) / p.scale;
+    const double b = 4 / (1 + x * x + y * y), c = 15 / (1 + x * x + y * y),
+                 square = b * b - c;  // |t (x, y, 1) - (0, 0, 4)| = 1
     const bool hit = square >= 0, found = drawn.state.patch[s] != TileState::kNoPatch;
     inside += hit ? 1 : 0;
     if (hit != found && std::abs(square) > 2e-2) ++wrong;
     if (hit && found && square > 2e-2) {
-      EXPECT_NEAR(static_cast<double>(drawn.state.z[s]), b - std::sqrt(square), 2e-3);  // extrapolated half a step, steepest at the outline
+      EXPECT_NEAR(static_cast<double>(drawn.state.z[s]), b - std::sqrt(square),
+                  2e-3);  // extrapolated half a step, steepest at the outline
     }
   }
   EXPECT_EQ(wrong, 0);  // no hole, and nothing beside the outline

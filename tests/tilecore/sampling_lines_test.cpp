@@ -1,4 +1,5 @@
-// procedures.style=lines: strokes along parameter lines, against the surface that the same procedures show in the ordinary style.
+// procedures.style=lines: strokes along parameter lines, against the surface that the same procedures show in the
+// ordinary style.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,22 +28,23 @@ using shaders::ShapeId;
 using test::Random;
 
 constexpr int kWidth = 64, kHeight = 48, kSpp = 4, kSide = 2;  // kSide x kSide sub-pixels
-constexpr int kLines = 64;                // of each parameter over a piece
-constexpr double kHalfWidth = 0.55;       // pixels, of a stroke
-constexpr double kHalfStep = 1.4143 / kSide;  // pixels along a line: a sub-pixel along x and along y
-constexpr double kRounding = 0.02;        // pixels: footprints are wider by a 256th of their size and of a pixel
+constexpr int kLines = 64;                                     // of each parameter over a piece
+constexpr double kHalfWidth = 0.55;                            // pixels, of a stroke
+constexpr double kHalfStep = 1.4143 / kSide;                   // pixels along a line: a sub-pixel along x and along y
+constexpr double kRounding = 0.02;  // pixels: footprints are wider by a 256th of their size and of a pixel
 
 ProcedureSettings style(ProcedureSettings::Style s) {
   ProcedureSettings settings;
   settings.style = s;
   return settings;
 }
-const ProcedureSettings kSurfaceStyle = style(ProcedureSettings::Style::kSurface), kLineStyle = style(ProcedureSettings::Style::kLines);
+const ProcedureSettings kSurfaceStyle = style(ProcedureSettings::Style::kSurface),
+                        kLineStyle = style(ProcedureSettings::Style::kLines);
 
 // What a sample point sees, and where it looks.
 struct Sample {
   std::uint32_t patch, triangle;
-  float z, u, v;   // of the patch
+  float z, u, v;  // of the patch
   float x, y;
   bool seen() const { return patch != TileState::kNoPatch; }
   bool stroke() const { return seen() && triangle == SurfaceLocation::kStroke; }
@@ -53,7 +55,8 @@ struct Picture {
   SamplingCounters counters;
 };
 
-Picture draw(const frontend::FrameGeometry& frame, const ProcedureSettings& settings, int tile_width = kWidth, int tile_height = kHeight, int width = kWidth, int height = kHeight) {
+Picture draw(const frontend::FrameGeometry& frame, const ProcedureSettings& settings, int tile_width = kWidth,
+             int tile_height = kHeight, int width = kWidth, int height = kHeight) {
   const SamplePattern pattern({kSpp, 1, 0});
   const binner::TileGrid grid(width, height, tile_width, tile_height);
   const ParameterMaps maps(frame, grid, settings, kSide, 64);
@@ -69,7 +72,8 @@ Picture draw(const frontend::FrameGeometry& frame, const ProcedureSettings& sett
     controller.render(frame, maps, t, samples, 64, state);
     for (std::size_t s = 0; s < samples.count; ++s) {
       const int pixel = static_cast<int>(s) / kSpp, x = r.x0 + pixel % r.width(), y = r.y0 + pixel / r.width();
-      out.samples[static_cast<std::size_t>((y * width + x) * kSpp) + s % kSpp] = {state.patch[s], state.triangle[s], state.z[s], state.b1[s], state.b2[s], samples.x[s], samples.y[s]};
+      out.samples[static_cast<std::size_t>((y * width + x) * kSpp) + s % kSpp] = {
+          state.patch[s], state.triangle[s], state.z[s], state.b1[s], state.b2[s], samples.x[s], samples.y[s]};
     }
   }
   out.counters = controller.take_counters();
@@ -103,7 +107,8 @@ TestFrame sphere(const frontend::Camera& camera, const DVec3& way = DVec3(0.0)) 
   material.double_sided = true;
   shaders::ShapeInput in;
   in.p[0] = 0.5f;
-  const int node = test::add_procedure(*scene.capture, ShapeId::kSphere, in, DVec3(0.0), test::add_material(*scene.capture, material));
+  const int node = test::add_procedure(*scene.capture, ShapeId::kSphere, in, DVec3(0.0),
+                                       test::add_material(*scene.capture, material));
   if (way != DVec3(0.0)) test::add_motion(*scene.capture, node, way);
   scene.pose(kWidth, kHeight);
   return scene;
@@ -115,9 +120,11 @@ struct Seen {
 };
 Seen locate(const frontend::FrameGeometry& frame, const Sample& s) {
   const frontend::ProcedurePatch patch = frontend::procedure_patch(frame, s.patch);
-  const double u = (patch.column + static_cast<double>(s.u)) / patch.columns, v = (patch.row + static_cast<double>(s.v)) / patch.rows;
+  const double u = (patch.column + static_cast<double>(s.u)) / patch.columns,
+               v = (patch.row + static_cast<double>(s.v)) / patch.rows;
   shaders::ShapePoint<double> p;
-  shaders::with_shape(patch.shape, [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(patch.piece->input, u, v); });
+  shaders::with_shape(patch.shape,
+                      [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(patch.piece->input, u, v); });
   const DVec4 r = DMat4(frame.drawable_of(s.patch).to_raster[0]) * DVec4(p.position.x, p.position.y, p.position.z, 1);
   const double w = frame.projection.orthographic ? 1 : r.z;
   return {u, v, r.x / w, r.y / w, r.z};
@@ -180,7 +187,10 @@ Strays count_strays(const frontend::FrameGeometry& frame, const Picture& picture
     const Seen at = locate(frame, s);
     ++out.all;
     out.off_line += std::min(from_line(at.u), from_line(at.v)) > 1e-6 ? 1 : 0;
-    out.far += std::hypot(at.x - static_cast<double>(s.x), at.y - static_cast<double>(s.y)) > std::hypot(kHalfWidth, kHalfStep) + kRounding ? 1 : 0;
+    out.far += std::hypot(at.x - static_cast<double>(s.x), at.y - static_cast<double>(s.y)) >
+                       std::hypot(kHalfWidth, kHalfStep) + kRounding
+                   ? 1
+                   : 0;
     out.at_depth += std::abs(static_cast<double>(s.z / nearer) - at.z) < 1e-5 * at.z ? 1 : 0;
   }
   return out;
@@ -189,7 +199,9 @@ Strays count_strays(const frontend::FrameGeometry& frame, const Picture& picture
 TEST(Lines, EveryStrokeShowsAPointOfAParameterLineNoFartherThanItIsWide) {
   Random random(3);
   Strays strokes, surface;
-  const auto add = [](Strays& sum, const Strays& more) { sum.off_line += more.off_line, sum.far += more.far, sum.at_depth += more.at_depth, sum.all += more.all; };
+  const auto add = [](Strays& sum, const Strays& more) {
+    sum.off_line += more.off_line, sum.far += more.far, sum.at_depth += more.at_depth, sum.all += more.all;
+  };
   for (int n = 0; n < 15; ++n) {
     const TestFrame scene = random_scene(random);
     const Picture picture = draw(*scene.frame, kLineStyle);
@@ -283,9 +295,10 @@ TEST(Lines, AreLeftOutByHalvesAsLightGrows) {
   EXPECT_EQ(*spacings.rbegin(), 32);
 }
 
-// Every sample point of the patch is a stroke where a line passes within half a stroke's width, and nowhere else: lines have no
-// gaps and no bulges.
-std::size_t wrong_samples(const Picture& picture, const frontend::FrameGeometry& frame, int spacing, double half_width) {
+// Every sample point of the patch is a stroke where a line passes within half a stroke's width, and nowhere else: lines
+// have no gaps and no bulges.
+std::size_t wrong_samples(const Picture& picture, const frontend::FrameGeometry& frame, int spacing,
+                          double half_width) {
   const auto corner = [&](double x, double y) {
     const DVec4 r = DMat4(frame.drawables[0].to_raster[0]) * DVec4(x, y, 0, 1);
     return r / r.z;
@@ -293,11 +306,13 @@ std::size_t wrong_samples(const Picture& picture, const frontend::FrameGeometry&
   const DVec4 low = corner(-1, -1), high = corner(1, 1);
   std::size_t wrong = 0;
   for (const Sample& s : picture.samples) {
-    const double u = (static_cast<double>(s.x) - low.x) / (high.x - low.x), v = (static_cast<double>(s.y) - low.y) / (high.y - low.y);
+    const double u = (static_cast<double>(s.x) - low.x) / (high.x - low.x),
+                 v = (static_cast<double>(s.y) - low.y) / (high.y - low.y);
     if (!(u > 0 && u < 1 && v > 0 && v < 1)) continue;
     // Pixels to the nearest line that is drawn; there is none at 1.
     const auto distance = [&](double parameter, double pixels) {
-      const double line = std::min(std::round(parameter * kLines / spacing) * spacing, static_cast<double>(kLines - spacing));
+      const double line =
+          std::min(std::round(parameter * kLines / spacing) * spacing, static_cast<double>(kLines - spacing));
       return std::abs(parameter - line / kLines) * pixels;
     };
     const double d = std::min(distance(u, std::abs(high.x - low.x)), distance(v, std::abs(high.y - low.y)));
@@ -328,7 +343,8 @@ TEST(Lines, FollowFromTheSceneAloneWhateverTheTiles) {  // C1
     const Picture whole = draw(*scene.frame, kLineStyle);
     for (const auto& [width, height] : {std::pair{8, 8}, {16, 16}, {32, 8}}) {
       const Picture tiled = draw(*scene.frame, kLineStyle, width, height);
-      const auto differ = std::inner_product(whole.samples.begin(), whole.samples.end(), tiled.samples.begin(), std::size_t{0}, std::plus<>(), std::not_equal_to<>());
+      const auto differ = std::inner_product(whole.samples.begin(), whole.samples.end(), tiled.samples.begin(),
+                                             std::size_t{0}, std::plus<>(), std::not_equal_to<>());
       EXPECT_EQ(differ, 0u) << "scene " << n << ", tiles of " << width << "x" << height;
     }
   }
@@ -382,16 +398,21 @@ TEST(Lines, EveryStepOfEveryLineOfATilesCellsIsCountedOnce) {
   EXPECT_GT(all, 5000u);
 }
 
-// The maps have more entries: a tile also needs cells that reach it by their strokes alone, which its surfaces leave out.
+// The maps have more entries: a tile also needs cells that reach it by their strokes alone, which its surfaces leave
+// out.
 TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
   Random random(7);
   for (int n = 0; n < 8; ++n) {
     const TestFrame scene = random_scene(random);
     const Picture surface = draw(*scene.frame, kSurfaceStyle, 16, 16), lines = draw(*scene.frame, kLineStyle, 16, 16);
-    const auto strokes = std::count_if(lines.samples.begin(), lines.samples.end(), [](const Sample& s) { return s.stroke(); });
+    const auto strokes =
+        std::count_if(lines.samples.begin(), lines.samples.end(), [](const Sample& s) { return s.stroke(); });
     for (const auto& field : hardware::kCounterFields<SamplingCounters>) {
-      const std::set<std::string_view> of_maps = {"sampling.cells", "sampling.cells_outside", "sampling.interval_evaluations", "sampling.map_entries", "sampling.tags", "sampling.rates_clamped", "sampling.cells_culled_backface"};
-      const std::set<std::string_view> of_strokes = {"sampling.strokes", "sampling.writes", "sampling.array_slots", "sampling.operations", "sampling.footprint_tests"};
+      const std::set<std::string_view> of_maps = {
+          "sampling.cells", "sampling.cells_outside", "sampling.interval_evaluations", "sampling.map_entries",
+          "sampling.tags",  "sampling.rates_clamped", "sampling.cells_culled_backface"};
+      const std::set<std::string_view> of_strokes = {"sampling.strokes", "sampling.writes", "sampling.array_slots",
+                                                     "sampling.operations", "sampling.footprint_tests"};
       if (of_strokes.contains(field.name) || of_maps.contains(field.name)) continue;
       EXPECT_EQ(lines.counters.*field.member, surface.counters.*field.member) << field.name;
     }

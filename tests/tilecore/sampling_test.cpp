@@ -128,7 +128,8 @@ TEST(SamplePattern, LensAndTimeAreUncorrelated) {
   int count = 0;
   for (int y = 0; y < 40; ++y)
     for (int x = 0; x < 40; ++x)
-      for (int s = 0; s < 8; ++s, ++count) sum += (pattern.time(x, y, s) / 65536.0 - 0.5) * static_cast<double>(pattern.lens(x, y, s).u);
+      for (int s = 0; s < 8; ++s, ++count)
+        sum += (pattern.time(x, y, s) / 65536.0 - 0.5) * static_cast<double>(pattern.lens(x, y, s).u);
   EXPECT_LT(std::abs(sum / count), 0.01);  // each has a deviation of 0.29 and 0.5
 }
 
@@ -179,7 +180,8 @@ TEST(SampleClasses, HoldEverySampleOfThePatternOnceInOrderOfTime) {
   for (const SamplingSettings& settings : {SamplingSettings{6, 0, 3}, SamplingSettings{4, 1, 0, 32, 16}}) {
     const SamplePattern pattern(settings);
     const SampleClasses& classes = pattern.classes();
-    ASSERT_EQ(classes.count, static_cast<std::uint32_t>(settings.pattern_side * settings.pattern_side * settings.samples_per_pixel));
+    ASSERT_EQ(classes.count,
+              static_cast<std::uint32_t>(settings.pattern_side * settings.pattern_side * settings.samples_per_pixel));
     std::set<std::tuple<int, int, int>> seen;
     for (std::size_t c = 0; c < classes.count; ++c) {
       const int column = classes.column[c], row = classes.row[c], sample = classes.sample[c];
@@ -188,13 +190,15 @@ TEST(SampleClasses, HoldEverySampleOfThePatternOnceInOrderOfTime) {
       EXPECT_EQ(classes.y[c], static_cast<float>(row) + pattern.offset(sample).y);
       const int code = pattern.time(column, row, sample);
       EXPECT_EQ(classes.t[c], static_cast<float>(code) / 65536.0f);
-      EXPECT_TRUE(c >= classes.first_at[static_cast<std::size_t>(code >> 8)] && c < classes.first_at[static_cast<std::size_t>(code >> 8) + 1]);
+      EXPECT_TRUE(c >= classes.first_at[static_cast<std::size_t>(code >> 8)] &&
+                  c < classes.first_at[static_cast<std::size_t>(code >> 8) + 1]);
       if (c > 0) {
         EXPECT_GE(classes.t[c], classes.t[c - 1]);
       }
       // The lens point in every block lies in the class's box.
       for (int block = 0; block < 40; ++block) {
-        const auto p = pattern.lens(column + settings.pattern_side * (block % 7), row + settings.pattern_side * block, sample);
+        const auto p =
+            pattern.lens(column + settings.pattern_side * (block % 7), row + settings.pattern_side * block, sample);
         EXPECT_LE(std::abs(p.u - classes.lens_u[c]), classes.lens_extent_u[c]);
         EXPECT_LE(std::abs(p.v - classes.lens_v[c]), classes.lens_extent_v[c]);
       }
@@ -212,7 +216,8 @@ TEST(TileSamples, DoNotDependOnTheTileThatAsks) {
   for (int y = 40; y < 48; ++y)
     for (int x = 24; x < 32; ++x)
       for (int s = 0; s < 4; ++s) {
-        const auto a = static_cast<std::size_t>((y * 64 + x) * 4 + s), b = static_cast<std::size_t>(((y - 40) * 8 + x - 24) * 4 + s);
+        const auto a = static_cast<std::size_t>((y * 64 + x) * 4 + s),
+                   b = static_cast<std::size_t>(((y - 40) * 8 + x - 24) * 4 + s);
         EXPECT_EQ(large.x[a], small.x[b]);
         EXPECT_EQ(large.time[a], small.time[b]);
         EXPECT_EQ(large.lens_u[a], small.lens_u[b]);

@@ -37,7 +37,8 @@ struct MixedScene : TestFrame {
         corners.push_back(random.in_box(v < 12 ? 1.5f : 0.02f));
         indices.push_back(v);
       }
-      test::add_motion(*capture, test::add_node(*capture, test::triangles(corners, indices, m)), DVec3(random.in_box(0.5f)));
+      test::add_motion(*capture, test::add_node(*capture, test::triangles(corners, indices, m)),
+                       DVec3(random.in_box(0.5f)));
     }
     test::add_camera(*capture, {0, 0, 4});
     pose(320, 240);
@@ -107,7 +108,8 @@ TEST(ShadingCells, AreAboutAPixelWideWhateverTheSizeOfTheSurface) {
         constexpr int kSteps = 4000;
         for (int k = 0; k < kSteps; ++k) {
           const float p = (static_cast<float>(k) + 0.5f) / kSteps;
-          const ShadingCell cell = cells.cell_of({0, bezier ? SurfaceLocation::kWholePatch : 0u, p, bezier ? 0.3f : 0.0f, 0});
+          const ShadingCell cell =
+              cells.cell_of({0, bezier ? SurfaceLocation::kWholePatch : 0u, p, bezier ? 0.3f : 0.0f, 0});
           if (!bezier) {
             EXPECT_EQ(cell.origin, 1);  // of (0, 1, 2): below right
           }
@@ -157,8 +159,10 @@ TEST(ShadingCache, C1C2FindsWhatWasUsedLastAndNothingElse) {
       stream.push_back(n);
       const ShadedPoint* found = cache.find(numbered(n));
       hits.push_back(found != nullptr);
-      if (found != nullptr) ASSERT_EQ(found->alpha, static_cast<float>(n));
-      else EXPECT_EQ(cache.insert(numbered(n), {Vec3(0), static_cast<float>(n), Vec3(0)}).alpha, static_cast<float>(n));
+      if (found != nullptr)
+        ASSERT_EQ(found->alpha, static_cast<float>(n));
+      else
+        EXPECT_EQ(cache.insert(numbered(n), {Vec3(0), static_cast<float>(n), Vec3(0)}).alpha, static_cast<float>(n));
       ASSERT_LE(cache.size(), capacity);
     }
     EXPECT_EQ(hits, hits_in_list(stream, capacity, true)) << capacity;
@@ -184,9 +188,15 @@ PixelScene busy_scene() {
     return material;
   };
   scene.add_quad(-4, -4, 72, 72, 0, textured({1, 1, 1, 1}, frontend::AlphaMode::kOpaque), true);
-  test::add_motion(*scene.capture, scene.add_quad(4, 6, 30, 30, 1, textured({1, 0.5f, 0, 1}, frontend::AlphaMode::kOpaque), true), {17, 5, 0});
-  test::add_motion(*scene.capture, scene.add_quad(30, 30, 25, 25, 2, textured({0, 1, 0.7f, 1}, frontend::AlphaMode::kOpaque), false), {-15, 9, 0});
-  test::add_motion(*scene.capture, scene.add_quad(10, 20, 40, 22, 3, textured({0.3f, 0.3f, 1, 0.5f}, frontend::AlphaMode::kBlend), true), {8, 0, 0});
+  test::add_motion(*scene.capture,
+                   scene.add_quad(4, 6, 30, 30, 1, textured({1, 0.5f, 0, 1}, frontend::AlphaMode::kOpaque), true),
+                   {17, 5, 0});
+  test::add_motion(*scene.capture,
+                   scene.add_quad(30, 30, 25, 25, 2, textured({0, 1, 0.7f, 1}, frontend::AlphaMode::kOpaque), false),
+                   {-15, 9, 0});
+  test::add_motion(
+      *scene.capture,
+      scene.add_quad(10, 20, 40, 22, 3, textured({0.3f, 0.3f, 1, 0.5f}, frontend::AlphaMode::kBlend), true), {8, 0, 0});
   scene.look();
   scene.job.shading = ShadingRate::kCache;
   return scene;
@@ -205,7 +215,8 @@ TEST(ShadingRateCache, ThePictureDependsNeitherOnTheCapacityNorOnTheTiles) {
       EXPECT_EQ(r.targets.color.values, expected.targets.color.values) << entries << " entries, tiles of " << side;
       EXPECT_EQ(r.targets.normal.values, expected.targets.normal.values) << entries << " entries, tiles of " << side;
       // D2, and every look-up is a hit or a run.
-      EXPECT_EQ(r.counters.pixel_shader_invocations + r.counters.pixel_shader_invocations_saved, r.counters.samples_visible + r.counters.blended_layers);
+      EXPECT_EQ(r.counters.pixel_shader_invocations + r.counters.pixel_shader_invocations_saved,
+                r.counters.samples_visible + r.counters.blended_layers);
       EXPECT_EQ(r.counters.shading_cache_misses, r.counters.pixel_shader_invocations);
       EXPECT_EQ(r.counters.shading_cache_hits, r.counters.pixel_shader_invocations_saved);
       if (side != 64) continue;
@@ -258,7 +269,9 @@ Image picture_from_map(const PixelScene& scene, const Name& name) {
   return picture_by(scene, [&](const SurfaceLocation& at) {
     const ShadingCell cell = cells.cell_of(at);
     const auto [found, fresh] = shaded.try_emplace(name(cell));
-    if (fresh) found->second = shade_point(*scene.frame, scene.job.lighting, ShadingCells::canonical_point(*scene.frame, cell)).color;
+    if (fresh)
+      found->second =
+          shade_point(*scene.frame, scene.job.lighting, ShadingCells::canonical_point(*scene.frame, cell)).color;
     return found->second;
   });
 }
@@ -269,9 +282,12 @@ TEST(ShadingRateCache, IsShadingOfEveryCellAtItsCanonicalPoint) {
   scene.look();
   scene.job.shading = ShadingRate::kCache;
   const Image expected = three_channels(render(scene).targets.color);
-  const Image by_cell = picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.part, c.i, c.j); });
-  const Image without_patch = picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.part, c.i, c.j); });
-  const Image without_part = picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.i, c.j); });
+  const Image by_cell =
+      picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.part, c.i, c.j); });
+  const Image without_patch =
+      picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.part, c.i, c.j); });
+  const Image without_part =
+      picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.i, c.j); });
   EXPECT_LT(max_difference(by_cell, expected), 1e-5);
   // Names that leave out a member mix up cells, and the check sees it.
   EXPECT_GT(max_difference(without_patch, expected), 0.1);
@@ -289,16 +305,19 @@ frontend::Material waves(int texels) {
       for (std::size_t c = 0; c < 4; ++c) image.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(value[c] * 255));
     }
   frontend::Material material = unlit(Vec4(1));
-  material.base_color_texture.texture = std::make_shared<shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
+  material.base_color_texture.texture =
+      std::make_shared<shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
   return material;
 }
 
 TEST(ShadingRateCache, ComesCloseToShadingPerPixelOnATexturedWall) {
-  // Per pixel, one colour stands for the pixel; its point lies within half a pixel of the middle in x and y. Through the cache, the
-  // colour of a sample is that of its cell's middle, evenly spread within half a cell, which is at most sqrt(2) pixels: along an axis
-  // rms 0.5 / sqrt(3) = 0.29 and 0.71 / sqrt(3) = 0.41 pixels. A sine of amplitude a and wave length w changes by at most
-  // 2 pi a / (w sqrt(2)) rms a pixel; texels of 8 bits add less than 0.003. Averaging only helps.
-  const double slope = 2 * std::numbers::pi * kAmplitude / (kWave * std::numbers::sqrt2), bound = slope * (0.29 + 0.41) + 0.003;
+  // Per pixel, one colour stands for the pixel; its point lies within half a pixel of the middle in x and y. Through
+  // the cache, the colour of a sample is that of its cell's middle, evenly spread within half a cell, which is at most
+  // sqrt(2) pixels: along an axis rms 0.5 / sqrt(3) = 0.29 and 0.71 / sqrt(3) = 0.41 pixels. A sine of amplitude a and
+  // wave length w changes by at most 2 pi a / (w sqrt(2)) rms a pixel; texels of 8 bits add less than 0.003. Averaging
+  // only helps.
+  const double slope = 2 * std::numbers::pi * kAmplitude / (kWave * std::numbers::sqrt2),
+               bound = slope * (0.29 + 0.41) + 0.003;
   const double least_psnr = -20 * std::log10(bound);
   for (const bool bezier : {false, true}) {
     PixelScene scene(128, 128, 4);

@@ -22,7 +22,8 @@ struct SurfaceScene : TestFrame {
     Random random(1);
     frontend::Material material;
     std::vector<float> heights(64);
-    for (std::size_t i = 0; i < heights.size(); ++i) heights[i] = 0.1f * std::sin(static_cast<float>(i % 8) * 0.785f) * std::cos(static_cast<float>(i / 8) * 0.785f);
+    for (std::size_t i = 0; i < heights.size(); ++i)
+      heights[i] = 0.1f * std::sin(static_cast<float>(i % 8) * 0.785f) * std::cos(static_cast<float>(i / 8) * 0.785f);
     if (displaced) material.displacement = test::displacement(8, 8, heights, 1.0f, 0.0f);
     const int m = test::add_material(*capture, material);
     frontend::Primitive primitive;
@@ -56,7 +57,8 @@ void check_derivatives(const SurfaceScene& scene, const SurfaceLocation& at, flo
     SurfaceLocation moved = at;
     moved.b1 += step.x;
     moved.b2 += step.y;
-    const Vec2 pixels = scene.screen(moved) - scene.screen(at), expected = surface_texcoord(*scene.frame, moved, 0, {}) - uv.value;
+    const Vec2 pixels = scene.screen(moved) - scene.screen(at),
+               expected = surface_texcoord(*scene.frame, moved, 0, {}) - uv.value;
     const Vec2 predicted = uv.by_x * pixels.x + uv.by_y * pixels.y;
     EXPECT_NEAR(predicted.x, expected.x, tolerance * 0.01f);
     EXPECT_NEAR(predicted.y, expected.y, tolerance * 0.01f);
@@ -90,7 +92,8 @@ TEST(Surface, DisplacedNormalsArePerpendicularToTheDisplacedSurface) {
     // The triangle of the grid that holds (u, v), by its exact parameters.
     const auto& p = frame.patterns[0];
     const int i = static_cast<int>(u * static_cast<float>(p.nu)), j = static_cast<int>(v * static_cast<float>(p.nv));
-    const float fu = u * static_cast<float>(p.nu) - static_cast<float>(i), fv = v * static_cast<float>(p.nv) - static_cast<float>(j);
+    const float fu = u * static_cast<float>(p.nu) - static_cast<float>(i),
+                fv = v * static_cast<float>(p.nv) - static_cast<float>(j);
     const bool first = fv <= fu;
     const auto triangle = 2u * static_cast<std::uint32_t>(j * p.nu + i) + (first ? 0u : 1u);
     return first ? SurfaceLocation{0, triangle, fu - fv, fv, 0} : SurfaceLocation{0, triangle, fu, fv - fu, 0};
@@ -98,8 +101,10 @@ TEST(Surface, DisplacedNormalsArePerpendicularToTheDisplacedSurface) {
   for (const auto& [u, v] : {std::pair{0.4f, 0.45f}, {0.62f, 0.3f}, {0.55f, 0.7f}}) {
     const Surface s = evaluate_surface(frame, displaced(u, v));
     const float h = 2e-3f;
-    const Vec3 du = evaluate_surface(frame, displaced(u + h, v)).position - evaluate_surface(frame, displaced(u - h, v)).position;
-    const Vec3 dv = evaluate_surface(frame, displaced(u, v + h)).position - evaluate_surface(frame, displaced(u, v - h)).position;
+    const Vec3 du =
+        evaluate_surface(frame, displaced(u + h, v)).position - evaluate_surface(frame, displaced(u - h, v)).position;
+    const Vec3 dv =
+        evaluate_surface(frame, displaced(u, v + h)).position - evaluate_surface(frame, displaced(u, v - h)).position;
     EXPECT_GT(glm::dot(s.normal, glm::normalize(glm::cross(du, dv))), 0.98f);
   }
 }
@@ -128,7 +133,8 @@ std::shared_ptr<const shaders::Texture> flat_texture(std::array<std::uint8_t, 4>
 
 ShadedPoint shade_quad(frontend::Material material, std::vector<Vec4> colors = {}) {
   TestFrame test;
-  frontend::Primitive primitive = test::triangles({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {0, 1, 2, 0, 2, 3}, test::add_material(*test.capture, std::move(material)));
+  frontend::Primitive primitive = test::triangles({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {0, 1, 2, 0, 2, 3},
+                                                  test::add_material(*test.capture, std::move(material)));
   primitive.vertices.texcoords = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
   primitive.vertices.colors = std::move(colors);
   test::add_node(*test.capture, primitive);
@@ -185,7 +191,8 @@ TEST(PixelShader, BackFacesOfDoubleSidedSurfacesAreLitFromTheViewersSide) {
   TestFrame test;
   frontend::Material material;
   material.double_sided = true;
-  test::add_node(*test.capture, test::triangles({{-1, -1, 0}, {1, 1, 0}, {1, -1, 0}}, {0, 1, 2}, test::add_material(*test.capture, material)));
+  test::add_node(*test.capture, test::triangles({{-1, -1, 0}, {1, 1, 0}, {1, -1, 0}}, {0, 1, 2},
+                                                test::add_material(*test.capture, material)));
   test::add_camera(*test.capture, {0, 0, 3});
   test.pose();
   EXPECT_GT(shade_point(*test.frame, Lighting(), {0, 0, 0.3f, 0.4f, 0}).normal.z, 0.9f);
@@ -228,7 +235,9 @@ struct TileScene : TestFrame {
     for (int k = 0; k < 12; ++k) {
       frontend::Material material;
       material.double_sided = true;
-      material.alpha_mode = k % 4 == 1 ? frontend::AlphaMode::kBlend : k % 4 == 2 ? frontend::AlphaMode::kMask : frontend::AlphaMode::kOpaque;
+      material.alpha_mode = k % 4 == 1   ? frontend::AlphaMode::kBlend
+                            : k % 4 == 2 ? frontend::AlphaMode::kMask
+                                         : frontend::AlphaMode::kOpaque;
       material.base_color = {random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), 0.6f};
       if (k % 4 == 3) material.displacement = test::displacement(2, 2, {0, 1, 1, 0}, 0.4f, 0);
       const Vec3 origin = random.in_box(1.2f);
@@ -317,11 +326,13 @@ TEST(TileCore, ShadingPerSampleConvergesToShadingPerPixelOnFlatColour) {
   const Rendered per_pixel = render(scene, scene.entries, 1);
   scene.job.shading = ShadingRate::kSample;
   const Rendered per_sample = render(scene, scene.entries, 1);
-  EXPECT_EQ(per_sample.shading.samples_visible + per_sample.shading.blended_layers, per_sample.shading.pixel_shader_invocations);
+  EXPECT_EQ(per_sample.shading.samples_visible + per_sample.shading.blended_layers,
+            per_sample.shading.pixel_shader_invocations);
   EXPECT_LT(per_pixel.shading.pixel_shader_invocations, per_sample.shading.pixel_shader_invocations / 2);
   double difference = 0;
   for (std::size_t i = 0; i < per_pixel.targets.color.values.size(); ++i)
-    difference += std::abs(static_cast<double>(per_pixel.targets.color.values[i]) - static_cast<double>(per_sample.targets.color.values[i]));
+    difference += std::abs(static_cast<double>(per_pixel.targets.color.values[i]) -
+                           static_cast<double>(per_sample.targets.color.values[i]));
   EXPECT_LT(difference / static_cast<double>(per_pixel.targets.color.values.size()), 2e-3);
 }
 
@@ -337,7 +348,8 @@ struct LayeredScene : TestFrame {
       material.base_color = k == 0 ? Vec4(0, 1, 0, 1) : Vec4(1, 0, 0, alpha);
       if (k == 1) material.alpha_mode = front_mode, material.alpha_cutoff = cutoff;
       const float z = k == 0 ? -1.0f : 0.0f;
-      test::add_node(*capture, test::triangles({{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}}, {0, 1, 2, 0, 2, 3}, test::add_material(*capture, material)));
+      test::add_node(*capture, test::triangles({{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}}, {0, 1, 2, 0, 2, 3},
+                                               test::add_material(*capture, material)));
     }
     test::add_camera(*capture, {0, 0, 3});
     pose(8, 8);

@@ -11,7 +11,8 @@ TileSamples timed_samples(const IntRect& tile, const std::vector<int>& stencils)
   static const SamplePattern pattern({1, 0, 0});
   TileSamples samples;
   samples.fill(pattern, tile, 0, false);
-  for (std::size_t i = 0; i < samples.count; ++i) samples.time[i] = static_cast<std::uint16_t>(stencils[i % stencils.size()] << 8);
+  for (std::size_t i = 0; i < samples.count; ++i)
+    samples.time[i] = static_cast<std::uint16_t>(stencils[i % stencils.size()] << 8);
   return samples;
 }
 

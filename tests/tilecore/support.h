@@ -30,7 +30,8 @@ struct TestFrame {
 // Whole grid of a base patch.
 inline frontend::CellRange whole_patch(const frontend::FrameGeometry& frame, std::uint32_t patch) {
   const auto& drawable = frame.drawable_of(patch);
-  if (drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+  if (drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches)
+    return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
   const auto& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   return {0, 0, static_cast<std::uint8_t>(clusters.clusters[patch - drawable.drawable->first_patch].cell_count), 1};
 }

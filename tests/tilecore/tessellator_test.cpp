@@ -32,14 +32,18 @@ TestFrame closed_surface(float strength, bool deforming, Random& random) {
   }
   const int node = test::add_node(*test.capture, primitive);
   test::add_motion(*test.capture, node, {0.4, 0.1, -0.2});
-  if (deforming) test.capture->animations[0].channels.push_back({node, frontend::AnimatedPath::kWeights, frontend::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+  if (deforming)
+    test.capture->animations[0].channels.push_back(
+        {node, frontend::AnimatedPath::kWeights, frontend::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
   test::add_camera(*test.capture, {0.3, 0.4, 4.0});
   test.pose(400, 300);
   return test;
 }
 
 using Bits = std::array<std::uint32_t, 3>;
-Bits bits_of(const Vec3& p) { return {std::bit_cast<std::uint32_t>(p.x), std::bit_cast<std::uint32_t>(p.y), std::bit_cast<std::uint32_t>(p.z)}; }
+Bits bits_of(const Vec3& p) {
+  return {std::bit_cast<std::uint32_t>(p.x), std::bit_cast<std::uint32_t>(p.y), std::bit_cast<std::uint32_t>(p.z)};
+}
 
 // Positions of the boundary vertices of all patches at a key, each with the number of patches that have it.
 std::map<Bits, std::set<std::uint32_t>> boundary_vertices(const frontend::FrameGeometry& frame, int key) {
@@ -48,7 +52,8 @@ std::map<Bits, std::set<std::uint32_t>> boundary_vertices(const frontend::FrameG
     const auto& p = frame.patterns[patch];
     for (int j = 0; j <= p.nv; ++j)
       for (int i = 0; i <= p.nu; ++i)
-        if (i == 0 || j == 0 || i == p.nu || j == p.nv) out[bits_of(Tessellator::vertex_position(frame, patch, i, j, key))].insert(patch);
+        if (i == 0 || j == 0 || i == p.nu || j == p.nv)
+          out[bits_of(Tessellator::vertex_position(frame, patch, i, j, key))].insert(patch);
   }
   return out;
 }
@@ -88,14 +93,16 @@ VertexBits vertex_bits(const MicroMesh& m, std::size_t v) {
   return {b(m.x0[v]), b(m.y0[v]), b(m.z0[v]), b(m.x1[v]), b(m.y1[v]), b(m.z1[v]), m.projected[v]};
 }
 
-std::map<std::pair<int, int>, VertexBits> grid_vertices(const frontend::FrameGeometry& frame, std::uint32_t patch, const CellRange& r) {
+std::map<std::pair<int, int>, VertexBits> grid_vertices(const frontend::FrameGeometry& frame, std::uint32_t patch,
+                                                        const CellRange& r) {
   Tessellator tessellator;
   MicroMesh mesh;
   tessellator.tessellate(frame, patch, r, {true, true}, mesh);
   std::map<std::pair<int, int>, VertexBits> out;
   const int columns = r.i1 - r.i0 + 1;
   for (int j = r.j0; j <= r.j1; ++j)
-    for (int i = r.i0; i <= r.i1; ++i) out[{i, j}] = vertex_bits(mesh, static_cast<std::size_t>((j - r.j0) * columns + i - r.i0));
+    for (int i = r.i0; i <= r.i1; ++i)
+      out[{i, j}] = vertex_bits(mesh, static_cast<std::size_t>((j - r.j0) * columns + i - r.i0));
   return out;
 }
 
@@ -176,7 +183,8 @@ TEST(Tessellator, StitchedCellsDropTheirDegenerateTriangles) {
 
 TEST(Tessellator, ClustersKeepTheirTrianglesNumbers) {
   TestFrame test;
-  test::add_node(*test.capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}}, {0, 1, 2, 0, 2, 3, 1, 4, 2}));
+  test::add_node(*test.capture,
+                 test::triangles({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}}, {0, 1, 2, 0, 2, 3, 1, 4, 2}));
   test::add_camera(*test.capture, {0.5, 0.5, 3});
   test.pose();
   Tessellator tessellator;

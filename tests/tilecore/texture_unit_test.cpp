@@ -29,7 +29,8 @@ frontend::Capture with_texture(std::shared_ptr<const Texture> texture) {
 }
 
 // Lines of one look-up with a cache that is empty.
-std::set<std::uint32_t> lines_of(const TextureMemory& memory, std::int64_t line_bytes, const Texture& texture, const Sampler& sampler, Vec2 uv, float lod, TextureCounters* counters = nullptr) {
+std::set<std::uint32_t> lines_of(const TextureMemory& memory, std::int64_t line_bytes, const Texture& texture,
+                                 const Sampler& sampler, Vec2 uv, float lod, TextureCounters* counters = nullptr) {
   TextureUnit unit;
   unit.begin_tile({&memory, 1 << 16, 4, line_bytes});
   shaders::TexelFootprint footprint;
@@ -63,7 +64,8 @@ TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
       std::set<std::uint32_t> needed;
       for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
-          if (black(kSize, kSize, x, y)->sample(sampler, uv, 0).x > 0) needed.insert(static_cast<std::uint32_t>((y >> h) * (kSize >> w) + (x >> w)));
+          if (black(kSize, kSize, x, y)->sample(sampler, uv, 0).x > 0)
+            needed.insert(static_cast<std::uint32_t>((y >> h) * (kSize >> w) + (x >> w)));
       for (const std::uint32_t line : needed) EXPECT_TRUE(lines.contains(line)) << "seed 17, round " << round;
     }
   }

@@ -20,7 +20,8 @@ TEST(VisibilityMethods, FindTheSameHitsOnPatchesAndClustersUnderAllEffects) {
       for (const auto& [motion, lens] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}})
         for (const bool cluster : {false, true})
           for (const IntRect& tile : {IntRect{0, 0, 24, 16}, IntRect{8, 8, 16, 16}, IntRect{3, 1, 18, 14}}) {
-            const MethodMesh m = random_mesh(random, {{motion, lens}, orthographic, cluster, 0, 0, 2, tile, 4, time_bits});
+            const MethodMesh m =
+                random_mesh(random, {{motion, lens}, orthographic, cluster, 0, 0, 2, tile, 4, time_bits});
             const auto expected = all_pairs(m);
             hits += expected.size();
             expect_all_methods_find(m, expected);
@@ -69,7 +70,8 @@ TEST(VisibilityMethods, AgreeOnATileWithOneSample) {
   Random random(4);
   std::size_t hits = 0;
   for (int trial = 0; trial < 60; ++trial) {
-    const MethodMesh m = random_mesh(random, {{true, trial % 2 == 0}, false, trial % 3 == 0, 0, 0, 2, {12, 8, 13, 9}, 1});
+    const MethodMesh m =
+        random_mesh(random, {{true, trial % 2 == 0}, false, trial % 3 == 0, 0, 0, 2, {12, 8, 13, 9}, 1});
     const auto expected = all_pairs(m);
     hits += expected.size();
     expect_all_methods_find(m, expected);
@@ -117,7 +119,8 @@ TEST(VisibilityMethods, AgreeAtTheEndOfTheGuardBandAndAMillionUnitsAway) {
   Random random(6);
   std::size_t hits = 0;
   for (int trial = 0; trial < 8; ++trial) {
-    const MethodMesh m = random_mesh(random, {{true, trial % 2 == 0}, trial % 4 > 1, false, 16000, 15000, 1e6f, {16000, 15000, 16024, 15016}});
+    const MethodMesh m = random_mesh(
+        random, {{true, trial % 2 == 0}, trial % 4 > 1, false, 16000, 15000, 1e6f, {16000, 15000, 16024, 15016}});
     const auto expected = all_pairs(m);
     hits += expected.size();
     expect_all_methods_find(m, expected);
@@ -136,7 +139,8 @@ TEST(VisibilityMethods, OnlySamplesWithinTheEntrysTimesAreTested) {
     });
     MeshInTile in = m.in_tile();
     in.times = {40, 200};
-    for (const NamedMethod& method : methods_of_units()) EXPECT_EQ(find(in, method.settings).hits, expected) << method.name;
+    for (const NamedMethod& method : methods_of_units())
+      EXPECT_EQ(find(in, method.settings).hits, expected) << method.name;
   }
 }
 
@@ -171,7 +175,9 @@ TEST(VisibilityMethods, HitsBehindWhatASampleSeesMayBeLeftOutOthersMayNot) {
 // ---- Whole tile cores -------------------------------------------------------------------------------------------
 
 // Hits of every patch of a frame, tile by tile; samples are numbered over the frame.
-std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const frontend::FrameGeometry& frame, int tile_side, const VisibilityMethodSettings& method) {
+std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const frontend::FrameGeometry& frame,
+                                                                           int tile_side,
+                                                                           const VisibilityMethodSettings& method) {
   const binner::TileGrid grid(frame.request.width, frame.request.height, tile_side, tile_side);
   const SamplePattern pattern({4, 3, 0});
   TileJob job;
@@ -227,7 +233,8 @@ TEST_P(Scenes, AllMethodsAndTileSizesFindTheHitsOfTheDefault) {
     std::vector<std::uint32_t> indices;
     for (std::uint32_t k = 0; k < 60; ++k) {
       const Vec3 at = random.in_box(1.2f);
-      for (int corner = 0; corner < 3; ++corner) positions.push_back(at + random.in_box(0.5f)), indices.push_back(3 * k + static_cast<std::uint32_t>(corner));
+      for (int corner = 0; corner < 3; ++corner)
+        positions.push_back(at + random.in_box(0.5f)), indices.push_back(3 * k + static_cast<std::uint32_t>(corner));
     }
     node = test::add_node(*test.capture, test::triangles(positions, indices, m));
   }
@@ -238,20 +245,27 @@ TEST_P(Scenes, AllMethodsAndTileSizesFindTheHitsOfTheDefault) {
   if (c.lens) camera.lens = {0.05f, 2.0f};
   test::add_camera(*test.capture, {0, 0, c.camera_z}, camera);
   // What is near is large: fewer pixels.
-  if (c.camera_z < 1) test.pose(24, 16);
-  else test.pose(64, 40);
+  if (c.camera_z < 1)
+    test.pose(24, 16);
+  else
+    test.pose(64, 40);
   const auto expected = frame_hits(*test.frame, 32, {});
   EXPECT_GT(expected.size(), 500u);
   EXPECT_EQ(frame_hits(*test.frame, 8, {}), expected);
   for (const NamedMethod& method : methods_of_units())
-    for (const int side : {8, 32}) EXPECT_TRUE(frame_hits(*test.frame, side, method.settings) == expected) << method.name << ", tiles of " << side;
+    for (const int side : {8, 32})
+      EXPECT_TRUE(frame_hits(*test.frame, side, method.settings) == expected) << method.name << ", tiles of " << side;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, Scenes,
-                         testing::Values(SceneCase{"StaticPatches", true, false, false, false, 3}, SceneCase{"MovingPatches", true, true, false, false, 3},
-                                         SceneCase{"DefocusedPatches", true, false, true, false, 3}, SceneCase{"MovingDefocusedPatches", true, true, true, false, 3},
-                                         SceneCase{"OrthographicMovingDefocusedPatches", true, true, true, true, 3}, SceneCase{"CrossingTheCameraPlane", true, true, true, false, 0.6},
-                                         SceneCase{"MovingClusters", false, true, false, false, 3}, SceneCase{"ClustersCrossingTheCameraPlane", false, true, true, false, 0.6}),
+                         testing::Values(SceneCase{"StaticPatches", true, false, false, false, 3},
+                                         SceneCase{"MovingPatches", true, true, false, false, 3},
+                                         SceneCase{"DefocusedPatches", true, false, true, false, 3},
+                                         SceneCase{"MovingDefocusedPatches", true, true, true, false, 3},
+                                         SceneCase{"OrthographicMovingDefocusedPatches", true, true, true, true, 3},
+                                         SceneCase{"CrossingTheCameraPlane", true, true, true, false, 0.6},
+                                         SceneCase{"MovingClusters", false, true, false, false, 3},
+                                         SceneCase{"ClustersCrossingTheCameraPlane", false, true, true, false, 0.6}),
                          [](const auto& param_info) { return std::string(param_info.param.name); });
 
 // ---- What the methods are for -----------------------------------------------------------------------------------

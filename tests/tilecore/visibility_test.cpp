@@ -23,10 +23,17 @@ struct RandomMesh {
   TileSamples samples;
   float lens_scale;
 
-  RandomMesh(const RandomMesh& o) : mesh(o.mesh), effects(o.effects), settings(o.settings), pattern(o.pattern), samples(o.samples), lens_scale(o.lens_scale) {
+  RandomMesh(const RandomMesh& o)
+      : mesh(o.mesh),
+        effects(o.effects),
+        settings(o.settings),
+        pattern(o.pattern),
+        samples(o.samples),
+        lens_scale(o.lens_scale) {
     samples.classes = &pattern.classes();
   }
-  RandomMesh(Random& random, RayEffects effects_in, bool orthographic, const SamplingSettings& sampling = {4, 1, 0}, int box_bits = 32)
+  RandomMesh(Random& random, RayEffects effects_in, bool orthographic, const SamplingSettings& sampling = {4, 1, 0},
+             int box_bits = 32)
       : effects(effects_in), pattern(sampling), lens_scale(effects_in.lens ? random.uniform(0, 20) : 0) {
     settings.orthographic = orthographic;
     settings.inverse_focus = random.uniform(0, 0.8f);
@@ -72,7 +79,8 @@ Corner reference_corner(const RandomMesh& r, std::size_t v, std::size_t sample) 
     c.y = std::fma(lambda, m.y1[v] - m.y0[v], c.y);
   }
   if (r.effects.lens) {
-    const float coc = r.settings.orthographic ? 1.0f - c.z * r.settings.inverse_focus : c.scale - r.settings.inverse_focus;
+    const float coc =
+        r.settings.orthographic ? 1.0f - c.z * r.settings.inverse_focus : c.scale - r.settings.inverse_focus;
     c.x = std::fma(-r.samples.lens_u[sample], coc, c.x);
     c.y = std::fma(-r.samples.lens_v[sample], coc, c.y);
   }
@@ -85,12 +93,15 @@ std::set<HitSet::Key> brute_force(const RandomMesh& r) {
     if (!r.mesh.used[cell]) continue;
     for (std::uint32_t s = 0; s < r.samples.count; ++s) {
       Corner c[4];
-      for (std::size_t k = 0; k < 4; ++k) c[k] = reference_corner(r, static_cast<std::size_t>(r.mesh.corner[k][cell]), s);
+      for (std::size_t k = 0; k < 4; ++k)
+        c[k] = reference_corner(r, static_cast<std::size_t>(r.mesh.corner[k][cell]), s);
       const auto test = [&](const Corner& a, const Corner& b, const Corner& d, std::uint32_t offset) {
         TriangleHit hit;
         if (!exact_triangle_test(a, b, d, r.settings.orthographic, hit)) return;
         const HitLimits& limits = r.settings.limits;
-        if (!(hit.z >= limits.near && hit.z <= limits.far) || !(hit.positive ? limits.keep_positive : limits.keep_negative)) return;
+        if (!(hit.z >= limits.near && hit.z <= limits.far) ||
+            !(hit.positive ? limits.keep_positive : limits.keep_negative))
+          return;
         hits.emplace(s, r.mesh.triangle[cell] + offset, hit.z, hit.b1, hit.b2);
       };
       test(c[0], c[1], c[2], 0);
@@ -138,14 +149,16 @@ TEST_P(Visibility, TheRayPathFindsExactlyTheHitsOfBruteForceOnEveryInstructionSe
 // Quantised boxes let more samples through, never fewer.
 TEST_P(Visibility, EveryPatternPrecisionOfTimeAndPrecisionOfBoxesFindsTheHitsOfBruteForce) {
   const auto [motion, lens, orthographic] = GetParam();
-  for (const SamplingSettings& sampling : {SamplingSettings{4, 1, 0, 32, 8}, SamplingSettings{3, 2, 5, 8, 16}, SamplingSettings{16, 0, 1, 8, 16}})
+  for (const SamplingSettings& sampling :
+       {SamplingSettings{4, 1, 0, 32, 8}, SamplingSettings{3, 2, 5, 8, 16}, SamplingSettings{16, 0, 1, 8, 16}})
     for (const int box_bits : {8, 16, 32}) {
       Random random(70);
       std::uint64_t triangle_tests = 0;
       for (int trial = 0; trial < 2; ++trial) {
         const RandomMesh mesh(random, {motion, lens}, orthographic, sampling, box_bits);
         VisibilityWork work;
-        EXPECT_EQ(traced(mesh, work), brute_force(mesh)) << sampling.pattern_side << " " << sampling.samples_per_pixel << " " << box_bits;
+        EXPECT_EQ(traced(mesh, work), brute_force(mesh))
+            << sampling.pattern_side << " " << sampling.samples_per_pixel << " " << box_bits;
         triangle_tests += work.triangle_tests;
       }
       EXPECT_GT(triangle_tests, 0u);
@@ -185,7 +198,8 @@ TEST_P(Visibility, ListsOfSamplesGiveTheSameHits) {
     HitSet sink;
     VisibilityWork work;
     for (std::size_t cell = 0; cell < mesh.mesh.used.size(); ++cell)
-      if (mesh.mesh.used[cell]) test_cell_samples(mesh.mesh, cell, list, mesh.samples, mesh.effects, mesh.settings, sink, work);
+      if (mesh.mesh.used[cell])
+        test_cell_samples(mesh.mesh, cell, list, mesh.samples, mesh.effects, mesh.settings, sink, work);
     sink.flush();
     EXPECT_EQ(sink.hits, brute_force(mesh));
   }
@@ -211,9 +225,11 @@ TEST_P(Visibility, FacingAndDepthLimitsAreRespected) {
 
 std::string effect_names(const testing::TestParamInfo<std::tuple<bool, bool, bool>>& info) {
   const auto [motion, lens, orthographic] = info.param;
-  return std::string(motion ? "Moving" : "Still") + (lens ? "Lens" : "Pinhole") + (orthographic ? "Orthographic" : "Perspective");
+  return std::string(motion ? "Moving" : "Still") + (lens ? "Lens" : "Pinhole") +
+         (orthographic ? "Orthographic" : "Perspective");
 }
-INSTANTIATE_TEST_SUITE_P(Effects, Visibility, testing::Combine(testing::Bool(), testing::Bool(), testing::Bool()), effect_names);
+INSTANTIATE_TEST_SUITE_P(Effects, Visibility, testing::Combine(testing::Bool(), testing::Bool(), testing::Bool()),
+                         effect_names);
 
 TEST(RasterPath, FindsExactlyTheHitsOfBruteForceOnEveryInstructionSet) {
   Random random(30);
@@ -281,13 +297,16 @@ int missed_times(std::uint32_t seed, bool naive) {
     if (naive && !range.empty()) {
       // The published solve in single precision, rounded to codes without widening.
       const float d0 = static_cast<float>(pixels.x0) - leaf.x_high, d1 = d0 - leaf.drift_x;
-      if (d0 > 0 && d1 < 0) range.first = std::max(range.first, static_cast<int>(std::ceil(d0 / (d0 - d1) * 256.0f)) + 1);
+      if (d0 > 0 && d1 < 0)
+        range.first = std::max(range.first, static_cast<int>(std::ceil(d0 / (d0 - d1) * 256.0f)) + 1);
     }
     for (int code = 0; code < 256; ++code) {
       const float t = static_cast<float>(code) / 256.0f, tau = t * leaf.rate / ((1.0f - t) + t * leaf.rate);
       const auto face = [&](float at, float drift) { return std::fma(tau, drift, at); };
-      const bool touches = face(leaf.x_low, leaf.drift_x) <= static_cast<float>(pixels.x1) && face(leaf.x_high, leaf.drift_x) >= static_cast<float>(pixels.x0) &&
-                           face(leaf.y_low, leaf.drift_y) <= static_cast<float>(pixels.y1) && face(leaf.y_high, leaf.drift_y) >= static_cast<float>(pixels.y0);
+      const bool touches = face(leaf.x_low, leaf.drift_x) <= static_cast<float>(pixels.x1) &&
+                           face(leaf.x_high, leaf.drift_x) >= static_cast<float>(pixels.x0) &&
+                           face(leaf.y_low, leaf.drift_y) <= static_cast<float>(pixels.y1) &&
+                           face(leaf.y_high, leaf.drift_y) >= static_cast<float>(pixels.y0);
       if (touches && (code < range.first || code > range.last)) ++missed;
     }
   }
@@ -333,7 +352,8 @@ TEST(TouchingTimes, AreTheSameForOneLeafAndForManyOnEverySimdTarget) {
       touching_times(leaves, pixels, moving, lens_scale, times);
       for (std::size_t l = 0; l < leaves.size(); ++l) {
         const TimeRange one = touching_times(leaves[l], pixels, moving, lens_scale);
-        EXPECT_TRUE(times[l].first == one.first && times[l].last == one.last) << target << " leaf " << l << " of trial " << trial;
+        EXPECT_TRUE(times[l].first == one.first && times[l].last == one.last)
+            << target << " leaf " << l << " of trial " << trial;
       }
     }
     force_simd_target("");
@@ -359,10 +379,13 @@ int box_violations(bool forget_spread) {
         const float t = static_cast<float>(code) / 256.0f, tau = t * leaf.rate / ((1.0f - t) + t * leaf.rate);
         for (const auto& corner : r.mesh.corner) {
           const auto v = static_cast<std::size_t>(corner[cell]);
-          const double z0 = static_cast<double>(r.mesh.z0[v]), z1 = static_cast<double>(r.mesh.z1[v]), td = static_cast<double>(t);
+          const double z0 = static_cast<double>(r.mesh.z0[v]), z1 = static_cast<double>(r.mesh.z1[v]),
+                       td = static_cast<double>(t);
           const double lambda = td * z1 / ((1 - td) * z0 + td * z1);
-          const double x = static_cast<double>(r.mesh.x0[v]) + lambda * (static_cast<double>(r.mesh.x1[v]) - static_cast<double>(r.mesh.x0[v]));
-          const float low = std::fma(tau, leaf.drift_x, r.mesh.box_x_low[cell]), high = std::fma(tau, leaf.drift_x, r.mesh.box_x_high[cell]);
+          const double x = static_cast<double>(r.mesh.x0[v]) +
+                           lambda * (static_cast<double>(r.mesh.x1[v]) - static_cast<double>(r.mesh.x0[v]));
+          const float low = std::fma(tau, leaf.drift_x, r.mesh.box_x_low[cell]),
+                      high = std::fma(tau, leaf.drift_x, r.mesh.box_x_high[cell]);
           if (x < static_cast<double>(low) || x > static_cast<double>(high)) ++violations;
         }
       }
@@ -371,7 +394,9 @@ int box_violations(bool forget_spread) {
   return violations;
 }
 
-TEST(MovingBoxes, HoldTheirVerticesAtEveryTimeAlsoWhenTheyApproachAtDifferentRates) { EXPECT_EQ(box_violations(false), 0); }
+TEST(MovingBoxes, HoldTheirVerticesAtEveryTimeAlsoWhenTheyApproachAtDifferentRates) {
+  EXPECT_EQ(box_violations(false), 0);
+}
 
 TEST(MovingBoxes, BoxesThatMoveLinearlyOnScreenAreCaught) { EXPECT_GT(box_violations(true), 0); }
 
@@ -386,7 +411,8 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
     std::vector<std::uint32_t> indices;
     const int n = 6;
     for (int j = 0; j <= n; ++j)
-      for (int i = 0; i <= n; ++i) positions.push_back(point(-30.0f + 10.0f * static_cast<float>(i), 10.0f - 10.0f * static_cast<float>(j)));
+      for (int i = 0; i <= n; ++i)
+        positions.push_back(point(-30.0f + 10.0f * static_cast<float>(i), 10.0f - 10.0f * static_cast<float>(j)));
     for (std::uint32_t j = 0; j < n; ++j)
       for (std::uint32_t i = 0; i < n; ++i) {
         const std::uint32_t a = j * (n + 1) + i;
@@ -411,7 +437,8 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
       tessellator.tessellate(frame, patch, whole_patch(frame, patch), {moving, false}, mesh);
       EXPECT_FALSE(mesh.clipped_cells.empty());
       if (moving) {
-        for (std::size_t l = 0; l < mesh.leaves.size(); ++l) trace_leaf(mesh, l, samples, {0, 255}, {true, false}, settings, sink, work);
+        for (std::size_t l = 0; l < mesh.leaves.size(); ++l)
+          trace_leaf(mesh, l, samples, {0, 255}, {true, false}, settings, sink, work);
       } else {
         raster_mesh(mesh, samples, settings, sink, work);
       }
@@ -424,7 +451,8 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
     for (const auto& hit : sink.hits) ++count[std::get<0>(hit)];
     for (std::uint32_t s = 0; s < samples.count; ++s) {
       // The ray (dx, dy, -1) z meets y = -1 at z = -1/dy.
-      const double dx = (static_cast<double>(samples.x[s]) - 32) / frame.projection.scale, dy = -(static_cast<double>(samples.y[s]) - 24) / frame.projection.scale;
+      const double dx = (static_cast<double>(samples.x[s]) - 32) / frame.projection.scale,
+                   dy = -(static_cast<double>(samples.y[s]) - 24) / frame.projection.scale;
       const double z = dy < 0 ? -1 / dy : 1e9, shift = moving ? 3 * static_cast<double>(samples.t(s)) : 0;
       const bool expected = z + shift < 49.9 && std::abs(dx * z) < 29.9;
       const bool outside = z + shift > 50.1 || std::abs(dx * z) > 30.1;

@@ -72,14 +72,18 @@ struct StoredImage {
     const float there = history.depth[at];
     // Equal infinities agree; otherwise infinity and NaN do with nothing.
     const float apart = std::abs(there - depth);
-    if (there != depth && !(std::isfinite(apart) && apart <= tolerance * std::abs(depth))) return Advection::kDisoccluded;
+    if (there != depth && !(std::isfinite(apart) && apart <= tolerance * std::abs(depth)))
+      return Advection::kDisoccluded;
     const Vec4& c = history.color[at];
-    return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w) ? Advection::kTaken : Advection::kNonFinite;
+    return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w) ? Advection::kTaken
+                                                                                                : Advection::kNonFinite;
   }
   const Vec4& color(int x, int y) const { return history.color[index(x, y)]; }
 
  private:
-  std::ptrdiff_t index(int x, int y) const { return (y - history.region.y0) * history.row_stride + (x - history.region.x0); }
+  std::ptrdiff_t index(int x, int y) const {
+    return (y - history.region.y0) * history.row_stride + (x - history.region.x0);
+  }
 };
 
 using Weights = std::array<float, 4>;  // of the texels -1, 0, 1, 2 along an axis
@@ -92,9 +96,10 @@ Weights catmull_rom_weights(float f) {
 
 constexpr bool is_inner(int i) { return i == 1 || i == 2; }
 
-// Sum over the texels with a weight as differences from the first inner one, so that a flat colour is exact. The outcome is
-// that of the first texel that disagrees; inner ones come first.
-Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, const Weights& wy, bool clamp, Vec4& out, AdvectionWork& work) {
+// Sum over the texels with a weight as differences from the first inner one, so that a flat colour is exact. The
+// outcome is that of the first texel that disagrees; inner ones come first.
+Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, const Weights& wy, bool clamp, Vec4& out,
+                AdvectionWork& work) {
   const Vec4* base = nullptr;
   Vec4 sum(0.0f), low, high;
   for (const bool inner : {true, false})
@@ -105,8 +110,10 @@ Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, c
         const int x = p.x + i - 1, y = p.y + j - 1;
         if (const Advection verdict = surface.verdict(x, y, work); verdict != Advection::kTaken) return verdict;
         const Vec4& color = surface.color(x, y);
-        if (base == nullptr) base = &color, low = high = color;
-        else sum += w * (color - *base);
+        if (base == nullptr)
+          base = &color, low = high = color;
+        else
+          sum += w * (color - *base);
         if (inner) low = glm::min(low, color), high = glm::max(high, color);
       }
   // Not even 0 is added to a lone texel: -0 stays.
@@ -119,15 +126,20 @@ Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, c
 bool fetch_agreeing(const StoredImage& surface, const Place& p, Vec4& out, AdvectionWork& work) {
   const HistoryView& history = surface.history;
   const float w1 = p.fx * (1.0f - p.fy), w2 = (1.0f - p.fx) * p.fy, w3 = p.fx * p.fy;
-  if (!history.region.contains(p.x, p.y) || !history.region.contains(p.x + 1, p.y + 1) || w1 == 0.0f || w2 == 0.0f || w3 == 0.0f) return false;
-  const std::ptrdiff_t above = (p.y - history.region.y0) * history.row_stride + (p.x - history.region.x0), below = above + history.row_stride;
+  if (!history.region.contains(p.x, p.y) || !history.region.contains(p.x + 1, p.y + 1) || w1 == 0.0f || w2 == 0.0f ||
+      w3 == 0.0f)
+    return false;
+  const std::ptrdiff_t above = (p.y - history.region.y0) * history.row_stride + (p.x - history.region.x0),
+                       below = above + history.row_stride;
   const std::uint32_t *a = history.patch + above, *b = history.patch + below;
-  if (((a[0] ^ surface.patch) | (a[1] ^ surface.patch) | (b[0] ^ surface.patch) | (b[1] ^ surface.patch)) != 0) return false;
+  if (((a[0] ^ surface.patch) | (a[1] ^ surface.patch) | (b[0] ^ surface.patch) | (b[1] ^ surface.patch)) != 0)
+    return false;
   const float *da = history.depth + above, *db = history.depth + below;
   const float limit = surface.tolerance * std::abs(surface.depth);
   const auto near = [&](float there) { return std::abs(there - surface.depth) <= limit; };
   if (!(std::isfinite(limit) && near(da[0]) && near(da[1]) && near(db[0]) && near(db[1]))) return false;
-  const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]), c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
+  const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]),
+                 c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
   if (!is_finite(((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3)))) return false;
   work.history_texels += 4;
   store(base + ((w1 * (c1 - base) + w2 * (c2 - base)) + w3 * (c3 - base)), &out);
@@ -143,10 +155,13 @@ Advection fetch_bilinear(const StoredImage& surface, const Place& p, Vec4& out, 
     for (int i = 0; i < 2; ++i) {
       const float w = (i == 0 ? 1.0f - p.fx : p.fx) * (j == 0 ? 1.0f - p.fy : p.fy);
       if (w == 0.0f) continue;
-      if (const Advection verdict = surface.verdict(p.x + i, p.y + j, work); verdict != Advection::kTaken) return verdict;
+      if (const Advection verdict = surface.verdict(p.x + i, p.y + j, work); verdict != Advection::kTaken)
+        return verdict;
       const Vec4& color = surface.color(p.x + i, p.y + j);
-      if (base == nullptr) base = &color;
-      else sum += w * (color - *base);
+      if (base == nullptr)
+        base = &color;
+      else
+        sum += w * (color - *base);
     }
   out = p.fx == 0.0f && p.fy == 0.0f ? *base : *base + sum;
   return Advection::kTaken;
@@ -154,16 +169,18 @@ Advection fetch_bilinear(const StoredImage& surface, const Place& p, Vec4& out, 
 
 }  // namespace
 
-AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
-                           const AdvectionSettings& settings, AdvectionWork& work) {
+AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history,
+                           const VelocityView& velocity, const AdvectionSettings& settings, AdvectionWork& work) {
   const auto v = velocity_at({x, y, 0, 0}, velocity, work);
   if (!v) return {Advection::kUnusableVelocity, {}};
   Vec2 offset = -*v;
   if (settings.bfecc) {
     const auto x1 = place_at(x, y, offset);
     const auto v1 = x1 ? velocity_at(*x1, velocity, work) : std::nullopt;
-    if (v1) offset -= 0.5f * (*v1 - *v);  // x2 - x = v(x1) - v(x)
-    else ++work.uncorrected;
+    if (v1)
+      offset -= 0.5f * (*v1 - *v);  // x2 - x = v(x1) - v(x)
+    else
+      ++work.uncorrected;
   }
   const auto place = place_at(x, y, offset);
   if (!place) return {Advection::kOutsideFrame, {}};
@@ -171,7 +188,8 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   const StoredImage surface{history, depth, settings.depth_tolerance, patch};
   AdvectedPixel result{Advection::kTaken, {}};
   if (settings.fetch == Fetch::kBicubic) {
-    result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy), settings.clamp_to_range, result.color, work);
+    result.outcome = fetch(surface, *place, catmull_rom_weights(place->fx), catmull_rom_weights(place->fy),
+                           settings.clamp_to_range, result.color, work);
     if (result.outcome == Advection::kTaken) return result;
   }
   // After a bicubic fetch the inner texels have been read and charged.
@@ -188,9 +206,9 @@ namespace {
 
 // Where four pixels of a row come from: place_at(), for all at once.
 struct RowPlaces {
-  alignas(16) std::int32_t x[4], y[4];   // upper left texels
+  alignas(16) std::int32_t x[4], y[4];    // upper left texels
   alignas(16) float w1[4], w2[4], w3[4];  // weights of the other three
-  unsigned plain = 0;                    // bit i: all four texels have a weight and are in the region
+  unsigned plain = 0;                     // bit i: all four texels have a weight and are in the region
 
   RowPlaces(int px, int py, const Vec2* velocity, const IntRect& region) {
     const Channels ab = load(&velocity[0].x), cd = load(&velocity[2].x);
@@ -233,8 +251,8 @@ auto four_texels(const T* above, const T* below) {
 
 }  // namespace
 
-PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history, float depth_tolerance, Vec4* out,
-                                   std::ptrdiff_t out_stride, AdvectionWork& work) {
+PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
+                                   float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
   PlainAdvection result;
   int left = INT_MAX, top = INT_MAX, right = INT_MIN, bottom = INT_MIN;
   for (int j = 0; j < 4; ++j) {
@@ -246,13 +264,18 @@ PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wan
       const int i = std::countr_zero(pixels);
       const float depth = block.depth[row + i], limit = depth_tolerance * std::abs(depth);
       if (block.usable[row + i] == 0 || !std::isfinite(limit)) continue;
-      const std::ptrdiff_t above = (places.y[i] - history.region.y0) * history.row_stride + (places.x[i] - history.region.x0), below = above + history.row_stride;
-      const ChannelMask others = four_texels(history.patch + above, history.patch + below) ^ static_cast<std::int32_t>(block.patch[row + i]);
+      const std::ptrdiff_t above = (places.y[i] - history.region.y0) * history.row_stride +
+                                   (places.x[i] - history.region.x0),
+                           below = above + history.row_stride;
+      const ChannelMask others =
+          four_texels(history.patch + above, history.patch + below) ^ static_cast<std::int32_t>(block.patch[row + i]);
       const ChannelMask near = magnitude(four_texels(history.depth + above, history.depth + below) - depth) <= limit;
       if (!none(others | ~near)) continue;
-      const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]), c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
+      const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]),
+                     c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
       if (!is_finite(((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3)))) continue;
-      store(base + ((places.w1[i] * (c1 - base) + places.w2[i] * (c2 - base)) + places.w3[i] * (c3 - base)), &out[j * out_stride + i]);
+      store(base + ((places.w1[i] * (c1 - base) + places.w2[i] * (c2 - base)) + places.w3[i] * (c3 - base)),
+            &out[j * out_stride + i]);
       result.taken = static_cast<std::uint16_t>(result.taken | 1u << (4 * j + i));
       left = std::min(left, places.x[i]), right = std::max(right, places.x[i]);
       top = std::min(top, places.y[i]), bottom = std::max(bottom, places.y[i]);

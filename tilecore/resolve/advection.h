@@ -8,8 +8,8 @@
 
 namespace tessera::tilecore {
 
-// Takes a pixel's colour from the previous frame along its motion (US 2015/0379692). Positions count pixels, a pixel's own
-// place is its integer coordinate; a velocity says by how much a point moved from the previous frame to this one.
+// Takes a pixel's colour from the previous frame along its motion (US 2015/0379692). Positions count pixels, a pixel's
+// own place is its integer coordinate; a velocity says by how much a point moved from the previous frame to this one.
 
 // The previous frame. Pointers are to the pixel (region.x0, region.y0).
 struct HistoryView {
@@ -34,8 +34,8 @@ struct AdvectionSettings {
   Fetch fetch = Fetch::kBilinear;
   // Back and forth error compensation: x1 = x - v(x), x2 = x1 + v(x1), e = (x2 - x) / 2, fetch at x1 - e; v(x1) is
   // interpolated bilinearly. It makes the place second-order accurate where v is the velocity at an instant. Where v is
-  // the exact displacement of the point that x shows, x - v(x) is exact already and the correction takes it away by half
-  // the velocity's change over one step. Where v(x1) cannot be had, e = 0.
+  // the exact displacement of the point that x shows, x - v(x) is exact already and the correction takes it away by
+  // half the velocity's change over one step. Where v(x1) cannot be had, e = 0.
   bool bfecc = false;
   // Bicubic only: each channel stays in the range of the four texels around the place.
   bool clamp_to_range = true;
@@ -60,11 +60,11 @@ struct AdvectedPixel {
 
 // What was read, so that it can be charged: a texel of the history is a colour, a depth and a patch.
 struct AdvectionWork {
-  std::uint64_t fetches = 0;            // places looked at in the history
-  std::uint64_t history_texels = 0;     // texels of the history read for them; those with weight 0 are not
-  std::uint64_t velocity_texels = 0;    // velocities read, the pixel's own included
-  std::uint64_t uncorrected = 0;        // fetches with BFECC for which v(x1) could not be had
-  std::uint64_t bilinear_fallbacks = 0; // bicubic fetches whose outer texels did not all show the same surface
+  std::uint64_t fetches = 0;             // places looked at in the history
+  std::uint64_t history_texels = 0;      // texels of the history read for them; those with weight 0 are not
+  std::uint64_t velocity_texels = 0;     // velocities read, the pixel's own included
+  std::uint64_t uncorrected = 0;         // fetches with BFECC for which v(x1) could not be had
+  std::uint64_t bilinear_fallbacks = 0;  // bicubic fetches whose outer texels did not all show the same surface
 };
 
 // The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive).
@@ -74,16 +74,18 @@ struct AdvectionWork {
 //       neighbours need not agree.
 //   A2  Texels without weight are not read: whole-pixel motion copies.
 //   A3  The result depends on the motion and on the texels around its end, not on where in the frame that is.
-//   A4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic one that
+//   A4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic one
+//   that
 //       do not make it a bilinear one.
-AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history, const VelocityView& velocity,
-                           const AdvectionSettings& settings, AdvectionWork& work);
+AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history,
+                           const VelocityView& velocity, const AdvectionSettings& settings, AdvectionWork& work);
 
-// The same for those of a block's pixels that are plain: a fetch between four texels of the region that all agree with them and are finite. What it
-// takes has the bits of advect_pixel() with a bilinear fetch and without bfecc, which has to see to the others.
+// The same for those of a block's pixels that are plain: a fetch between four texels of the region that all agree with
+// them and are finite. What it takes has the bits of advect_pixel() with a bilinear fetch and without bfecc, which has
+// to see to the others.
 struct BlockOfPixels {
-  int x, y;                    // its first pixel, of 4 x 4
-  const float* depth;          // of that pixel and on, as the next three; positive
+  int x, y;            // its first pixel, of 4 x 4
+  const float* depth;  // of that pixel and on, as the next three; positive
   const std::uint32_t* patch;
   const Vec2* velocity;
   const std::uint8_t* usable;
@@ -93,7 +95,7 @@ struct PlainAdvection {
   std::uint16_t taken = 0;  // bit 4*j + i: pixel (x + i, y + j)
   IntRect texels;           // that were read for them
 };
-PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history, float depth_tolerance, Vec4* out,
-                                   std::ptrdiff_t out_stride, AdvectionWork& work);
+PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
+                                   float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
 
 }  // namespace tessera::tilecore

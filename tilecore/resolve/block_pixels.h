@@ -9,7 +9,9 @@ namespace tessera::tilecore {
 constexpr BlockMask block_bit(int x, int y) { return static_cast<BlockMask>(1u << (4 * (y & 3) + (x & 3))); }
 
 // A byte per pixel of a row of four from its bits, 0 or 1.
-constexpr std::uint32_t row_bytes(unsigned bits) { return (bits & 1u) | (bits & 2u) << 7 | (bits & 4u) << 14 | (bits & 8u) << 21; }
+constexpr std::uint32_t row_bytes(unsigned bits) {
+  return (bits & 1u) | (bits & 2u) << 7 | (bits & 4u) << 14 | (bits & 8u) << 21;
+}
 
 // Calls visit(x, y) row by row.
 template <class Visit>

@@ -7,7 +7,8 @@
 
 namespace tessera::tilecore {
 
-// A colour's four channels, or a row of a block. Element-wise arithmetic without fusing: the same bits with any instruction set.
+// A colour's four channels, or a row of a block. Element-wise arithmetic without fusing: the same bits with any
+// instruction set.
 using Channels [[gnu::vector_size(16)]] = float;
 
 // Truth per element: all bits or none.

@@ -5,7 +5,9 @@
 namespace tessera::tilecore {
 namespace {
 
-bool all_finite(const Vec4& c) { return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w); }
+bool all_finite(const Vec4& c) {
+  return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w);
+}
 
 // The up to four neighbours that may be used.
 struct Cross {
@@ -40,15 +42,18 @@ Cross gather(const BlockWindow& window, BlockMask missing, int x, int y, Checker
     if (!is_usable(window, missing, nx, ny)) continue;
     ++work.taps;
     const Vec4& color = window.first_pixel[ny * window.row_stride + nx];
-    if (all_finite(color)) cross.add(color);
-    else ++work.non_finite_pixels;
+    if (all_finite(color))
+      cross.add(color);
+    else
+      ++work.non_finite_pixels;
   }
   return cross;
 }
 
 }  // namespace
 
-BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, const CheckerboardHistory& history, Vec4* out16, CheckerboardWork& work) {
+BlockMask reconstruct_checkerboard(const BlockWindow& window, BlockMask missing, const CheckerboardHistory& history,
+                                   Vec4* out16, CheckerboardWork& work) {
   BlockMask unfilled = 0;
   for (int p = 0; p < 16; ++p) {
     if (!(missing >> p & 1)) continue;

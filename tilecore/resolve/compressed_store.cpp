@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-
 #include "base/parallel.h"
 #include "base/vec.h"
 #include "tilecore/resolve/frame_compression.h"
@@ -14,12 +13,15 @@ namespace {
 
 constexpr int kWidth = 8, kHeight = 4;
 
-void charge_block(const Image& color, IntRect region, IntRect block, std::uint64_t burst_bytes, CompressionCounters& counters) {
+void charge_block(const Image& color, IntRect region, IntRect block, std::uint64_t burst_bytes,
+                  CompressionCounters& counters) {
   const IntRect inside = block.intersect(region);
   std::uint64_t raw = 0;
   for (int y = inside.y0; y < inside.y1; ++y) {
-    const auto first = static_cast<std::uint64_t>(y - region.y0) * static_cast<std::uint64_t>(region.width()) + static_cast<std::uint64_t>(inside.x0 - region.x0);
-    raw += hardware::burst_bytes(first * kFramePixelBytes, static_cast<std::uint64_t>(inside.width()) * kFramePixelBytes, burst_bytes);
+    const auto first = static_cast<std::uint64_t>(y - region.y0) * static_cast<std::uint64_t>(region.width()) +
+                       static_cast<std::uint64_t>(inside.x0 - region.x0);
+    raw += hardware::burst_bytes(first * kFramePixelBytes,
+                                 static_cast<std::uint64_t>(inside.width()) * kFramePixelBytes, burst_bytes);
   }
   ++counters.frame_blocks;
   counters.frame_bytes_raw += raw;
@@ -42,12 +44,15 @@ void charge_block(const Image& color, IntRect region, IntRect block, std::uint64
 
 }  // namespace
 
-void charge_compressed_frame(const Image& color, IntRect region, std::uint64_t burst_bytes, CompressionCounters& counters, hardware::Ledger& ledger) {
-  const int x0 = region.x0 / kWidth, x1 = (region.x1 + kWidth - 1) / kWidth, y0 = region.y0 / kHeight, y1 = (region.y1 + kHeight - 1) / kHeight;
+void charge_compressed_frame(const Image& color, IntRect region, std::uint64_t burst_bytes,
+                             CompressionCounters& counters, hardware::Ledger& ledger) {
+  const int x0 = region.x0 / kWidth, x1 = (region.x1 + kWidth - 1) / kWidth, y0 = region.y0 / kHeight,
+            y1 = (region.y1 + kHeight - 1) / kHeight;
   PerThread<CompressionCounters> parts;
   parallel_for(static_cast<std::size_t>(y1 - y0), [&](std::size_t row) {
     const int y = (y0 + static_cast<int>(row)) * kHeight;
-    for (int x = x0 * kWidth; x < x1 * kWidth; x += kWidth) charge_block(color, region, {x, y, x + kWidth, y + kHeight}, burst_bytes, parts.local());
+    for (int x = x0 * kWidth; x < x1 * kWidth; x += kWidth)
+      charge_block(color, region, {x, y, x + kWidth, y + kHeight}, burst_bytes, parts.local());
   });
   CompressionCounters frame;
   parts.for_each([&](const CompressionCounters& part) { hardware::merge(frame, part); });

@@ -27,8 +27,11 @@ struct Result {
 
 template <Stencil S, std::size_t First, std::size_t Count>
 [[gnu::always_inline]] inline Channels sum_of_taps(const Vec4* center, std::ptrdiff_t stride) {
-  if constexpr (Count == 1) return load(center + S.taps[First].dy * stride + S.taps[First].dx);
-  else return sum_of_taps<S, First, Count / 2>(center, stride) + sum_of_taps<S, First + Count / 2, Count - Count / 2>(center, stride);
+  if constexpr (Count == 1)
+    return load(center + S.taps[First].dy * stride + S.taps[First].dx);
+  else
+    return sum_of_taps<S, First, Count / 2>(center, stride) +
+           sum_of_taps<S, First + Count / 2, Count - Count / 2>(center, stride);
 }
 
 // One product per different weight. Counts are powers of two, so the sums of a flat colour are exact.
@@ -38,8 +41,10 @@ template <Stencil S, std::size_t First = 0>
   static_assert(std::has_single_bit(kCount));
   constexpr float kWeight = static_cast<float>(S.taps[First].weight) / static_cast<float>(S.unit());
   const Channels product = sum_of_taps<S, First, kCount>(center, stride) * kWeight;
-  if constexpr (First + kCount == S.count) return product;
-  else return product + weighted_sum<S, First + kCount>(center, stride);
+  if constexpr (First + kCount == S.count)
+    return product;
+  else
+    return product + weighted_sum<S, First + kCount>(center, stride);
 }
 
 template <Stencil S, bool Clamp>
@@ -79,8 +84,8 @@ struct Fill {
   const Vec4* at(int pixel) const { return block + (pixel / 4) * stride + pixel % 4; }
 };
 
-// Patterns repeat every two rows, so pixels p and p + 8 have the same stencil: both before anything is stored, since they
-// share taps and sums of taps.
+// Patterns repeat every two rows, so pixels p and p + 8 have the same stencil: both before anything is stored, since
+// they share taps and sums of taps.
 template <Stencil S, bool Clamp>
 void fill_pixels(BlockMask pixels, Fill& fill, ReconstructionWork& work) {
   work.taps += S.count * pixel_count(pixels);
@@ -118,14 +123,18 @@ constexpr InteriorFill kInteriorFills[kReconstructionCount][2] = {
     {fill_interior<Reconstruction::kBilinear, false>, fill_interior<Reconstruction::kBilinear, true>},
     {fill_interior<Reconstruction::kCubicUnscaled, false>, fill_interior<Reconstruction::kCubicUnscaled, true>},
     {fill_interior<Reconstruction::kCubic, false>, fill_interior<Reconstruction::kCubic, true>},
-    {fill_interior<Reconstruction::kCubicInterpolating, false>, fill_interior<Reconstruction::kCubicInterpolating, true>},
+    {fill_interior<Reconstruction::kCubicInterpolating, false>,
+     fill_interior<Reconstruction::kCubicInterpolating, true>},
 };
 
 // The pixels that a pattern does not render, by its corner (see pattern_of()).
-constexpr BlockMask left_out_by(unsigned corner) { return static_cast<BlockMask>(~(((corner & 3u) * 5u | (corner >> 2) * 0x50u) * 0x101u)); }
+constexpr BlockMask left_out_by(unsigned corner) {
+  return static_cast<BlockMask>(~(((corner & 3u) * 5u | (corner >> 2) * 0x50u) * 0x101u));
+}
 
 // `whole`: `missing` is all that the pattern leaves out. False: some result is not finite.
-bool fill_amid_others(Reconstruction kernel, const MirroredPattern& pattern, bool clamp, BlockMask missing, bool whole, Fill& fill, ReconstructionWork& work) {
+bool fill_amid_others(Reconstruction kernel, const MirroredPattern& pattern, bool clamp, BlockMask missing, bool whole,
+                      Fill& fill, ReconstructionWork& work) {
   if (whole && !clamp) {
     const WideFill wide = fill_interior_block(kernel, pattern, fill.block, fill.stride, fill.out);
     work.taps += wide.taps;
@@ -178,7 +187,8 @@ constexpr unsigned kWindowColumns = (1u << kWindowSide) - 1;
 constexpr auto kKernelWeights = [] {
   std::array<std::array<float, kWindowMargin + 1>, kReconstructionCount> k{};
   for (std::size_t r = 0; r < kReconstructionCount; ++r)
-    for (std::size_t d = 0; d <= kWindowMargin; ++d) k[r][d] = static_cast<float>(kernel_weight(static_cast<Reconstruction>(r), static_cast<int>(d)));
+    for (std::size_t d = 0; d <= kWindowMargin; ++d)
+      k[r][d] = static_cast<float>(kernel_weight(static_cast<Reconstruction>(r), static_cast<int>(d)));
   return k;
 }();
 
@@ -193,7 +203,8 @@ constexpr auto kNearOffsets = [] {
   std::array<NearOffset, static_cast<std::size_t>(kSide * kSide)> all{};
   for (int i = 0; i < kSide * kSide; ++i) {
     const int dx = i % kSide - kFarthest, dy = i / kSide - kFarthest;
-    all[static_cast<std::size_t>(i)] = {static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy), static_cast<std::int16_t>(dx * dx + dy * dy)};
+    all[static_cast<std::size_t>(i)] = {static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy),
+                                        static_cast<std::int16_t>(dx * dx + dy * dy)};
   }
   std::sort(all.begin(), all.end(), [](const NearOffset& a, const NearOffset& b) {
     return a.square != b.square ? a.square < b.square : a.dy != b.dy ? a.dy < b.dy : a.dx < b.dx;
@@ -216,7 +227,8 @@ TapList nearest_taps(const WindowView& view, int pixel, bool only_one) {
   for (const NearOffset& o : kNearOffsets) {
     if (square >= 0 && (o.square != square || only_one)) break;
     const int x = cx + o.dx, y = cy + o.dy;
-    if (x < 0 || y < 0 || x >= kWindowSide || y >= kWindowSide || !(view.usable[static_cast<std::size_t>(y)] >> x & 1)) continue;
+    if (x < 0 || y < 0 || x >= kWindowSide || y >= kWindowSide || !(view.usable[static_cast<std::size_t>(y)] >> x & 1))
+      continue;
     square = o.square;
     taps.add(view.at(x, y), 1.0f);
   }
@@ -293,8 +305,8 @@ Result fill_from_table(const WindowView& view, const StencilIndexEntry& entry, i
 
 // ---- What surrounds a block ---------------------------------------------------------------------------------------
 
-// The window's rows in words of four, the first in the lowest bits: rows 0-3, 3-6 and 6-9. The pixels to fill are cleared
-// in the middle word only; the others are asked for the rows beyond the block.
+// The window's rows in words of four, the first in the lowest bits: rows 0-3, 3-6 and 6-9. The pixels to fill are
+// cleared in the middle word only; the others are asked for the rows beyond the block.
 struct RowWords {
   std::uint64_t top, middle, bottom;
 
@@ -309,7 +321,9 @@ struct RowWords {
   }
   bool any() const { return ((top << 16 | middle | bottom >> 16) & kWindowColumns * kEachRow) != 0; }
   // As pattern_of() wants it.
-  unsigned corner() const { return static_cast<unsigned>((middle >> kWindowMargin & 3u) | (middle >> (16 + kWindowMargin) & 3u) << 2); }
+  unsigned corner() const {
+    return static_cast<unsigned>((middle >> kWindowMargin & 3u) | (middle >> (16 + kWindowMargin) & 3u) << 2);
+  }
 
   static constexpr std::uint64_t kEachRow = 0x0001000100010001;
 };
@@ -317,7 +331,9 @@ struct RowWords {
 UsableRows without_missing(const UsableRows& usable, BlockMask missing) {
   UsableRows rows;
   for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = static_cast<std::uint16_t>(usable[y] & kWindowColumns);
-  for (std::size_t y = 0; y < 4; ++y) rows[y + kWindowMargin] = static_cast<std::uint16_t>(rows[y + kWindowMargin] & ~((missing >> (4 * y) & 15u) << kWindowMargin));
+  for (std::size_t y = 0; y < 4; ++y)
+    rows[y + kWindowMargin] =
+        static_cast<std::uint16_t>(rows[y + kWindowMargin] & ~((missing >> (4 * y) & 15u) << kWindowMargin));
   return rows;
 }
 
@@ -331,7 +347,8 @@ struct PatternRows {
 
 bool is_interior(const RowWords& rows, const PatternRows& pattern, int reach) {
   const std::uint64_t within = (((1u << (4 + 2 * reach)) - 1) << (kWindowMargin - reach)) * RowWords::kEachRow;
-  const std::uint64_t block = pattern.even | std::uint64_t{pattern.odd} << 16 | std::uint64_t{pattern.even} << 32 | std::uint64_t{pattern.odd} << 48;
+  const std::uint64_t block = pattern.even | std::uint64_t{pattern.odd} << 16 | std::uint64_t{pattern.even} << 32 |
+                              std::uint64_t{pattern.odd} << 48;
   const std::uint64_t around = block << 16 | pattern.odd;  // begins with an odd row
   const std::uint64_t above = ~std::uint64_t{0} >> 16 & ~std::uint64_t{0} << (16 * (kWindowMargin - reach));
   const std::uint64_t below = ~std::uint64_t{0} << 16 & ~std::uint64_t{0} >> (16 * (kWindowMargin - reach));
@@ -343,7 +360,8 @@ std::optional<unsigned> border_of(const UsableRows& rows, const PatternRows& pat
   unsigned columns = 0;
   for (const std::uint16_t row : rows) columns |= row;
   const unsigned border = (columns & 0x007 ? 0u : kLeftBorder) | (columns & 0x380 ? 0u : kRightBorder) |
-                          (rows[0] | rows[1] | rows[2] ? 0u : kTopBorder) | (rows[7] | rows[8] | rows[9] ? 0u : kBottomBorder);
+                          (rows[0] | rows[1] | rows[2] ? 0u : kTopBorder) |
+                          (rows[7] | rows[8] | rows[9] ? 0u : kBottomBorder);
   unsigned within = ((1u << (4 + 2 * reach)) - 1) << (kWindowMargin - reach);
   if (border & kLeftBorder) within &= ~7u;
   if (border & kRightBorder) within &= 0x7fu;
@@ -370,19 +388,22 @@ Plan plan_of(Reconstruction kernel, bool packed_weights, const UsableRows& usabl
   return border ? Plan{kernel, pattern, *border} : Plan{kernel, std::nullopt};
 }
 
-void fill_block(const WindowView& view, const Plan& plan, bool clamp, BlockMask missing, Fill& fill, ReconstructionWork& work) {
+void fill_block(const WindowView& view, const Plan& plan, bool clamp, BlockMask missing, Fill& fill,
+                ReconstructionWork& work) {
   for (unsigned left = missing; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
-    const StencilIndexEntry entry = plan.pattern ? mirrored_entry(plan.kernel, plan.border, *plan.pattern, p) : StencilIndexEntry{};
+    const StencilIndexEntry entry =
+        plan.pattern ? mirrored_entry(plan.kernel, plan.border, *plan.pattern, p) : StencilIndexEntry{};
     fill.put(p, entry.stencil == kNoStencil ? fill_directly(view, plan.kernel, clamp, p, work)
                 : clamp                     ? fill_from_table<true>(view, entry, p, work)
                                             : fill_from_table<false>(view, entry, p, work));
   }
 }
 
-// Fills those of `missing` again that took NaN or infinity from their surroundings, now without such pixels; returns those
-// that have nothing else. The others stay as they are.
-BlockMask fill_again(const WindowView& view, const Plan& plan, bool clamp, BlockMask missing, Fill& fill, ReconstructionWork& work) {
+// Fills those of `missing` again that took NaN or infinity from their surroundings, now without such pixels; returns
+// those that have nothing else. The others stay as they are.
+BlockMask fill_again(const WindowView& view, const Plan& plan, bool clamp, BlockMask missing, Fill& fill,
+                     ReconstructionWork& work) {
   std::array<Vec4, 16> plain;
   Fill again{fill.block, fill.stride, plain.data()};
   ReconstructionWork done_before;
@@ -403,15 +424,18 @@ BlockMask fill_again(const WindowView& view, const Plan& plan, bool clamp, Block
   for (unsigned left = missing; left != 0; left &= left - 1) {
     const int p = std::countr_zero(left);
     if (is_finite(load(&plain[static_cast<std::size_t>(p)]))) continue;
-    if (any) fill.put(p, fill_directly({view.window, finite}, plan.kernel, clamp, p, work));
-    else unfilled = static_cast<BlockMask>(unfilled | 1u << p);
+    if (any)
+      fill.put(p, fill_directly({view.window, finite}, plan.kernel, clamp, p, work));
+    else
+      unfilled = static_cast<BlockMask>(unfilled | 1u << p);
   }
   return unfilled;
 }
 
 }  // namespace
 
-BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool clamp, const BlockWindow& window, BlockMask missing, Vec4* out16, ReconstructionWork& work) {
+BlockMask reconstruct_block(Reconstruction kernel, bool packed_weights, bool clamp, const BlockWindow& window,
+                            BlockMask missing, Vec4* out16, ReconstructionWork& work) {
   const RowWords words(window.usable, missing);
   if (!words.any()) return missing;
   Fill fill{window.first_pixel + kWindowMargin * window.row_stride + kWindowMargin, window.row_stride, out16};

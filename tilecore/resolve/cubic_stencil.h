@@ -29,7 +29,7 @@ inline constexpr int kWindowSide = 4 + 2 * kWindowMargin;
 // The block and three pixels around it. Pixel (x, y) of the window is pixel (x - 3, y - 3) of the block and colour
 // first_pixel[y * row_stride + x]. Only pixels whose bit is set are ever read, so others need not exist.
 struct BlockWindow {
-  const Vec4* first_pixel;  // linear RGB, coverage
+  const Vec4* first_pixel;    // linear RGB, coverage
   std::ptrdiff_t row_stride;  // in pixels
   // Bit x of row y: this pixel holds a rendered colour that may be used. The caller clears what lies outside the frame,
   // outside the tile (tile-local variant), in a block with an edge, or on another patch. Bits 10 to 15 are ignored, and
@@ -38,30 +38,33 @@ struct BlockWindow {
 };
 
 struct ReconstructionWork {
-  std::uint64_t pixels = 0;             // filled
-  std::uint64_t taps = 0;               // multiply-adds of four channels
-  std::uint64_t direct_pixels = 0;      // of `pixels`: weights were computed and divided, no table had them
-  std::uint64_t fallbacks = 0;          // of `pixels`: no stencil held, nearest usable ones were taken (kNearest itself is none)
+  std::uint64_t pixels = 0;         // filled
+  std::uint64_t taps = 0;           // multiply-adds of four channels
+  std::uint64_t direct_pixels = 0;  // of `pixels`: weights were computed and divided, no table had them
+  std::uint64_t fallbacks =
+      0;  // of `pixels`: no stencil held, nearest usable ones were taken (kNearest itself is none)
   std::uint64_t non_finite_pixels = 0;  // usable pixels that were found to hold NaN or infinity and were left out
 };
 
-// Fills the pixels of `missing` in out16[4*y + x]; the others' places are not written. Returns the pixels that could not
-// be filled since the window has no usable pixel: either 0 or `missing`. The caller shades them.
+// Fills the pixels of `missing` in out16[4*y + x]; the others' places are not written. Returns the pixels that could
+// not be filled since the window has no usable pixel: either 0 or `missing`. The caller shades them.
 //
 // Invariants (cited by the tests):
 //   S1  A flat colour comes back as itself, to one unit in the last place.
 //   S2  What is not usable has no influence: neither its colour nor, non-finite ones, its being there.
 //   S3  The result is finite wherever it is filled, as long as the usable finite colours are below 2^125 in magnitude.
 //   S4  clamp_to_range: each channel lies in the range of the pixels that entered it.
-//   S5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the block's
+//   S5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the
+//   block's
 //       own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program was built.
-//       They sum to one exactly; each is within one unit of its last place of the exact weight. All others, and all when
-//       false, evaluate the kernel directly in single precision and divide by the sum of weights.
+//       They sum to one exactly; each is within one unit of its last place of the exact weight. All others, and all
+//       when false, evaluate the kernel directly in single precision and divide by the sum of weights.
 //   S6  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
-//       lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the window
-//       stands in.
+//       lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the
+//       window stands in.
 //   S7  The same bits on every host; no allocation.
-[[nodiscard]] BlockMask reconstruct_block(Reconstruction reconstruction, bool packed_weights, bool clamp_to_range, const BlockWindow& window,
-                                          BlockMask missing, Vec4* out16, ReconstructionWork& work);
+[[nodiscard]] BlockMask reconstruct_block(Reconstruction reconstruction, bool packed_weights, bool clamp_to_range,
+                                          const BlockWindow& window, BlockMask missing, Vec4* out16,
+                                          ReconstructionWork& work);
 
 }  // namespace tessera::tilecore

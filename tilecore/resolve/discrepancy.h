@@ -11,8 +11,9 @@ namespace tessera::tilecore {
 // How a block finds out that advection went wrong in it. What it finds keeps the next frames from advecting around it.
 enum class DiscrepancyCheck {
   kOff,
-  kRendered,    // what advection would have given for the rendered pixels of every other row, against what they are. Deviation from the
-                // note and better: it compares like with like, so texture is no discrepancy, and the block is fetched anyway
+  kRendered,    // what advection would have given for the rendered pixels of every other row, against what they are.
+                // Deviation from the note and better: it compares like with like, so texture is no discrepancy, and the
+                // block is fetched anyway
   kNeighbours,  // advected pixels against the range of their rendered neighbours in the block, as published
 };
 
@@ -22,13 +23,13 @@ struct DiscrepancySettings {
   int frames = 4;           // for which the neighbourhood is rendered fully; at most 15
 };
 
-// Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour, with a
-// floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.
+// Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,
+// with a floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.
 float relative_difference(const Channels& a, const Channels& b);
 inline float relative_difference(const Vec4& a, const Vec4& b) { return relative_difference(load(&a), load(&b)); }
 
-// Whether the advected pixels of a block stand out of their rendered neighbours above, left, right and below in it, on average by more
-// than the tolerance. Colours are [4*y + x]; pixels without rendered neighbours do not vote.
+// Whether the advected pixels of a block stand out of their rendered neighbours above, left, right and below in it, on
+// average by more than the tolerance. Colours are [4*y + x]; pixels without rendered neighbours do not vote.
 bool stands_out(const Vec4* colors, BlockMask advected, BlockMask rendered, float tolerance);
 
 }  // namespace tessera::tilecore

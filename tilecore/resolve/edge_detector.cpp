@@ -26,7 +26,8 @@ bool detect_edge_4x4(const EdgeSettings& settings, const float* depth, std::size
     for (Channels& r : row) r = 1.0f / r;
   const Channels along_y[2] = {row[0] - 2.0f * row[1] + row[2], row[1] - 2.0f * row[2] + row[3]};
   for (int y = 0; y < 4; ++y) {
-    const Channels &r = row[y], left = {r[0], r[0], r[1], r[1]}, middle = {r[1], r[1], r[2], r[2]}, right = {r[2], r[2], r[3], r[3]};
+    const Channels &r = row[y], left = {r[0], r[0], r[1], r[1]}, middle = {r[1], r[1], r[2], r[2]},
+                   right = {r[2], r[2], r[3], r[3]};
     const Channels laplacian = (left - 2.0f * middle + right) + along_y[y / 2];
     if (!none(magnitude(laplacian) > settings.threshold * magnitude(r))) return true;
   }

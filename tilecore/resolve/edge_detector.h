@@ -9,7 +9,7 @@ namespace tessera::tilecore {
 
 // What the Laplacian is taken of.
 enum class EdgeMeasure {
-  kDepth,         // eye-space z: not linear over a plane on screen, so that steep planes at grazing angles are taken for edges
+  kDepth,  // eye-space z: not linear over a plane on screen, so that steep planes at grazing angles are taken for edges
   kInverseDepth,  // 1/z: linear over any plane of a perspective picture
 };
 
@@ -19,14 +19,15 @@ struct EdgeSettings {
   bool orthographic = false;
 };
 
-// Edge bit of one block: whether any pixel's Laplacian says edge, or the block sees surfaces at finite depth beside none. One bit per block.
+// Edge bit of one block: whether any pixel's Laplacian says edge, or the block sees surfaces at finite depth beside
+// none. One bit per block.
 //
 // The Laplacian of a pixel is the sum of the second differences along x and y. The block is all that is looked at, so
-// that the bit depends neither on the tile nor on neighbours: a border pixel takes the second difference of the pixel next
-// to it. Along an axis on which the block is cut to fewer than three pixels there is none.
+// that the bit depends neither on the tile nor on neighbours: a border pixel takes the second difference of the pixel
+// next to it. Along an axis on which the block is cut to fewer than three pixels there is none.
 //
-// `depth` is that of the block's pixels, `width` x `height` of them, at most 4 x 4, with `stride` values from row to row; infinity is
-// nothing seen. Source: US 2015/0379692; there of z alone.
+// `depth` is that of the block's pixels, `width` x `height` of them, at most 4 x 4, with `stride` values from row to
+// row; infinity is nothing seen. Source: US 2015/0379692; there of z alone.
 bool detect_edge(const EdgeSettings& settings, const float* depth, std::size_t stride, int width, int height);
 
 }  // namespace tessera::tilecore

@@ -6,14 +6,15 @@
 
 namespace tessera::tilecore {
 
-// Foveated rendering: what is far from where the eye looks needs fewer samples. Steps, so that neighbouring blocks share a pattern.
+// Foveated rendering: what is far from where the eye looks needs fewer samples. Steps, so that neighbouring blocks
+// share a pattern.
 struct Foveation {
   bool on = false;
-  Vec2 focus{0.0f};          // pixels of the frame
-  float r0 = 0, r1 = 0;      // pixels; r0 <= r1
+  Vec2 focus{0.0f};      // pixels of the frame
+  float r0 = 0, r1 = 0;  // pixels; r0 <= r1
 
-  // Most samples that a block of 4x4 pixels gets whose middle is at `middle`: 16 up to r0, 8 up to r1, 4 beyond. Without
-  // foveation 32, which limits nothing.
+  // Most samples that a block of 4x4 pixels gets whose middle is at `middle`: 16 up to r0, 8 up to r1, 4 beyond.
+  // Without foveation 32, which limits nothing.
   int most_samples(Vec2 middle) const {
     if (!on) return 32;
     const Vec2 d = middle - focus;

@@ -16,10 +16,16 @@ constexpr std::size_t kChannelHeaderBits = kPredictorBits + kValueBits;
 using Channel = std::array<std::uint16_t, kLargestBlockPixels>;  // one channel of a block, row by row
 
 // Negative halves count down from 0x7fff, positive ones up from 0x8000: -0 and 0 are neighbours.
-std::uint16_t ordered_code(std::uint16_t half) { return static_cast<std::uint16_t>(half & 0x8000 ? ~half : half | 0x8000); }
-std::uint16_t half_of_code(std::uint16_t code) { return static_cast<std::uint16_t>(code & 0x8000 ? code & 0x7fff : ~code); }
+std::uint16_t ordered_code(std::uint16_t half) {
+  return static_cast<std::uint16_t>(half & 0x8000 ? ~half : half | 0x8000);
+}
+std::uint16_t half_of_code(std::uint16_t code) {
+  return static_cast<std::uint16_t>(code & 0x8000 ? code & 0x7fff : ~code);
+}
 
-std::uint16_t zigzag(std::uint16_t residual) { return static_cast<std::uint16_t>((residual << 1) ^ (residual & 0x8000 ? 0xffff : 0)); }
+std::uint16_t zigzag(std::uint16_t residual) {
+  return static_cast<std::uint16_t>((residual << 1) ^ (residual & 0x8000 ? 0xffff : 0));
+}
 std::uint16_t unzigzag(std::uint16_t code) { return static_cast<std::uint16_t>((code >> 1) ^ (code & 1 ? 0xffff : 0)); }
 
 // From pixels before (x, y) in row order. All arithmetic is modulo 2^16.
@@ -29,10 +35,15 @@ std::uint16_t prediction(const Channel& codes, int width, int x, int y, Predicto
   if (x == 0) return at(0, y - 1);
   const std::uint16_t left = at(x - 1, y), up = at(x, y - 1), corner = at(x - 1, y - 1);
   switch (predictor) {
-    case Predictor::kLeft: return left;
-    case Predictor::kUp: return up;
-    case Predictor::kPlane: return static_cast<std::uint16_t>(left + up - corner);
-    case Predictor::kGradient: return static_cast<std::uint16_t>(std::clamp(left + up - corner, int{std::min(left, up)}, int{std::max(left, up)}));
+    case Predictor::kLeft:
+      return left;
+    case Predictor::kUp:
+      return up;
+    case Predictor::kPlane:
+      return static_cast<std::uint16_t>(left + up - corner);
+    case Predictor::kGradient:
+      return static_cast<std::uint16_t>(
+          std::clamp(left + up - corner, int{std::min(left, up)}, int{std::max(left, up)}));
   }
   return 0;
 }
@@ -81,7 +92,8 @@ class BitWriter {
  public:
   explicit BitWriter(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
   void write(std::uint32_t value, std::size_t bits) {
-    for (std::size_t b = 0; b < bits; ++b, ++at_) bytes_[at_ / 8] = static_cast<std::uint8_t>(bytes_[at_ / 8] | (value >> b & 1u) << (at_ % 8));
+    for (std::size_t b = 0; b < bits; ++b, ++at_)
+      bytes_[at_ / 8] = static_cast<std::uint8_t>(bytes_[at_ / 8] | (value >> b & 1u) << (at_ % 8));
   }
 
  private:
@@ -129,13 +141,15 @@ void read_channel(BitReader& in, int width, Channel& codes) {
   for (int y = 0; y < kBlockRows; ++y)
     for (int x = 0; x < width; ++x) {
       const auto i = static_cast<std::size_t>(y * width + x);
-      if (i != 0) codes[i] = static_cast<std::uint16_t>(prediction(codes, width, x, y, predictor) + unzigzag(residual[i]));
+      if (i != 0)
+        codes[i] = static_cast<std::uint16_t>(prediction(codes, width, x, y, predictor) + unzigzag(residual[i]));
     }
 }
 
 // Bytes of pixels, after checking the shape.
 std::size_t raw_bytes(std::size_t halves, int width, int height, std::size_t burst_bytes) {
-  TESSERA_CHECK((width == 4 || width == 8 || width == 16) && height == kBlockRows, "a block is 4, 8 or 16 pixels wide and 4 high");
+  TESSERA_CHECK((width == 4 || width == 8 || width == 16) && height == kBlockRows,
+                "a block is 4, 8 or 16 pixels wide and 4 high");
   TESSERA_CHECK(halves == static_cast<std::size_t>(4 * width * height), "a block has four halves per pixel");
   TESSERA_CHECK(burst_bytes >= 8 && 2 * halves % burst_bytes == 0, "a raw block is whole bursts");
   return 2 * halves;
@@ -145,7 +159,9 @@ bool is_cleared(std::span<const std::uint16_t> halves) {
   return std::all_of(halves.begin(), halves.end(), [](std::uint16_t h) { return h == 0; });
 }
 
-std::size_t in_bursts(std::size_t bits, std::size_t burst_bytes) { return (bits + 8 * burst_bytes - 1) / (8 * burst_bytes) * burst_bytes; }
+std::size_t in_bursts(std::size_t bits, std::size_t burst_bytes) {
+  return (bits + 8 * burst_bytes - 1) / (8 * burst_bytes) * burst_bytes;
+}
 
 }  // namespace
 
@@ -181,7 +197,8 @@ void decompress_block(const CompressedBlock& block, int width, int height, std::
   raw_bytes(halves.size(), width, height, 8);
   if (block.payload_bytes == 0) return std::fill(halves.begin(), halves.end(), std::uint16_t{0});
   if (block.raw) {
-    for (std::size_t i = 0; i < halves.size(); ++i) halves[i] = static_cast<std::uint16_t>(block.payload[2 * i] | block.payload[2 * i + 1] << 8);
+    for (std::size_t i = 0; i < halves.size(); ++i)
+      halves[i] = static_cast<std::uint16_t>(block.payload[2 * i] | block.payload[2 * i + 1] << 8);
     return;
   }
   BitReader in(std::span(block.payload).first(block.payload_bytes));
@@ -192,7 +209,8 @@ void decompress_block(const CompressedBlock& block, int width, int height, std::
   }
 }
 
-std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes) {
+std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height,
+                                   std::size_t burst_bytes) {
   const std::size_t raw = raw_bytes(halves.size(), width, height, burst_bytes);
   if (is_cleared(halves)) return 0;
   std::size_t bits = 0;
@@ -207,7 +225,9 @@ std::uint16_t half_bits(float value) {
   if (magnitude > 0x7f800000) return static_cast<std::uint16_t>(sign | 0x7e00 | (magnitude >> 13 & 0x1ff));
   if (magnitude >= 0x477ff000) return static_cast<std::uint16_t>(sign | 0x7c00);  // 65520 and above
   // Below 2^-14 a half counts 2^-24: adding 0.5 leaves those counts, rounded to even, in the lowest bits.
-  if (magnitude < 0x38800000) return static_cast<std::uint16_t>(sign | (std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude) + 0.5f) - std::bit_cast<std::uint32_t>(0.5f)));
+  if (magnitude < 0x38800000)
+    return static_cast<std::uint16_t>(sign | (std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude) + 0.5f) -
+                                              std::bit_cast<std::uint32_t>(0.5f)));
   const std::uint32_t rebased = magnitude - (112u << 23);
   return static_cast<std::uint16_t>(sign | (rebased + 0xfff + (rebased >> 13 & 1)) >> 13);
 }

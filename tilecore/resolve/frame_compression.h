@@ -10,20 +10,22 @@
 namespace tessera::tilecore {
 
 // Lossless compression of finished pixels on their way to memory, as mobile GPUs have it (Arm's AFBC, Qualcomm's UBWC,
-// AMD's DCC). The vendors do not publish their codes; this one follows what they say of them and Rasmusson, Hasselgren and
-// Akenine-Moeller 2007, "Exact and error-bounded approximate color buffer compression and decompression": predict within
-// a block, code the residuals at the least width that holds them, keep the block's place in memory so that it stays
-// randomly accessible, and save bandwidth, not room. All sizes are [assumed].
+// AMD's DCC). The vendors do not publish their codes; this one follows what they say of them and Rasmusson, Hasselgren
+// and Akenine-Moeller 2007, "Exact and error-bounded approximate color buffer compression and decompression": predict
+// within a block, code the residuals at the least width that holds them, keep the block's place in memory so that it
+// stays randomly accessible, and save bandwidth, not room. All sizes are [assumed].
 //
 // A block is 16x4, 8x4 or 4x4 pixels of four half floats (RGBA16F), row by row, given as bits. Each channel on its own:
 //   1. bits -> an unsigned integer in the order of the halves' values (negative ones below), 16 bits, one to one;
-//   2. residual = value - prediction modulo 2^16, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which makes
+//   2. residual = value - prediction modulo 2^16, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which
+//   makes
 //      the channel shortest; the first pixel is predicted as 0;
-//   3. stream: 2 bits of predictor; 16 bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of its
+//   3. stream: 2 bits of predictor; 16 bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of
+//   its
 //      widest residual, 0 to 16, and its residuals at W bits each, the first pixel's left out.
-// The streams of the channels follow each other, lowest bit first, rounded up to bursts. A stream that takes as many bursts
-// as the pixels do is not used: the block is raw. Every block has a header in an array of its own (AFBC and UBWC do the
-// same), which says how many bursts it takes; 0 bursts: all bits are 0, as after a clear.
+// The streams of the channels follow each other, lowest bit first, rounded up to bursts. A stream that takes as many
+// bursts as the pixels do is not used: the block is raw. Every block has a header in an array of its own (AFBC and UBWC
+// do the same), which says how many bursts it takes; 0 bursts: all bits are 0, as after a clear.
 enum class Predictor : std::uint8_t {
   kLeft,
   kUp,
@@ -56,7 +58,8 @@ CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width,
 void decompress_block(const CompressedBlock& block, int width, int height, std::span<std::uint16_t> halves);
 
 // Bytes of payload that compress_block() would give, without writing them: for the ledger.
-std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes);
+std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int width, int height,
+                                   std::size_t burst_bytes);
 
 // Bytes of headers of `blocks` blocks, rounded up to bursts.
 constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_bytes) {

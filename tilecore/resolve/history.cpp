@@ -47,7 +47,9 @@ bool History::distrusted_around(int x, int y) const {
   const int column = x / 4 - region.x0 / 4, row = y / 4 - region.y0 / 4;
   for (int r = std::max(0, row - 1); r <= std::min(block_rows() - 1, row + 1); ++r)
     for (int c = std::max(0, column - 1); c <= std::min(block_columns() - 1, column + 1); ++c)
-      if (distrust[static_cast<std::size_t>(r) * static_cast<std::size_t>(block_columns()) + static_cast<std::size_t>(c)] != 0) return true;
+      if (distrust[static_cast<std::size_t>(r) * static_cast<std::size_t>(block_columns()) +
+                   static_cast<std::size_t>(c)] != 0)
+        return true;
   return false;
 }
 
@@ -75,15 +77,22 @@ History History::restore(const std::filesystem::path& file, std::uint64_t most_p
   if (!in || head.magic != magic) throw InputError(file.string(), "byte 0", "is not a history of the resolve unit");
   constexpr int kMostSide = 1 << 20;
   const auto side_fits = [](int low, int high) { return low >= 0 && high > low && high <= kMostSide; };
-  if (!side_fits(head.x0, head.x1) || !side_fits(head.y0, head.y1)) throw InputError(file.string(), "byte 8", "the region is empty or too large");
+  if (!side_fits(head.x0, head.x1) || !side_fits(head.y0, head.y1))
+    throw InputError(file.string(), "byte 8", "the region is empty or too large");
   const IntRect region{head.x0, head.y0, head.x1, head.y1};
   const std::uint64_t pixels = static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height());
-  if (pixels > most_pixels) throw LimitError(fmt::format("{}: a history of {} pixels; {} are expected at most", file.string(), pixels, most_pixels));
+  if (pixels > most_pixels)
+    throw LimitError(
+        fmt::format("{}: a history of {} pixels; {} are expected at most", file.string(), pixels, most_pixels));
   // The file must be as long as its head says, before memory is taken for it.
-  const auto columns = static_cast<std::uint64_t>((region.x1 + 3) / 4 - region.x0 / 4), rows = static_cast<std::uint64_t>((region.y1 + 3) / 4 - region.y0 / 4);
-  const std::uint64_t expected = sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) + columns * rows * 2;
+  const auto columns = static_cast<std::uint64_t>((region.x1 + 3) / 4 - region.x0 / 4),
+             rows = static_cast<std::uint64_t>((region.y1 + 3) / 4 - region.y0 / 4);
+  const std::uint64_t expected =
+      sizeof head + pixels * (sizeof(Vec4) + sizeof(float) + sizeof(std::uint32_t)) + columns * rows * 2;
   if (std::filesystem::file_size(file) != expected)
-    throw InputError(file.string(), fmt::format("byte {}", std::min<std::uint64_t>(expected, std::filesystem::file_size(file))), fmt::format("{} bytes are expected", expected));
+    throw InputError(file.string(),
+                     fmt::format("byte {}", std::min<std::uint64_t>(expected, std::filesystem::file_size(file))),
+                     fmt::format("{} bytes are expected", expected));
   History out(region);
   out.frame = head.frame;
   extract(in, out.color);

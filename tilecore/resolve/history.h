@@ -10,22 +10,23 @@
 
 namespace tessera::tilecore {
 
-// What one frame leaves to the next: all state that the resolve unit carries between frames. With it and the capture a replay may go on
-// at any frame. (Where vertices were follows from the frame's number.)
+// What one frame leaves to the next: all state that the resolve unit carries between frames. With it and the capture a
+// replay may go on at any frame. (Where vertices were follows from the frame's number.)
 //
-// Arrays of pixels hold a value per pixel of the region, row by row; arrays of blocks one per block of 4x4 pixels. Blocks
-// lie on multiples of four pixels of the whole frame, whatever the region.
+// Arrays of pixels hold a value per pixel of the region, row by row; arrays of blocks one per block of 4x4 pixels.
+// Blocks lie on multiples of four pixels of the whole frame, whatever the region.
 //
-// The emulated machine keeps `color` as the frame buffer, in half floats, and a record of kSurfaceBytes per pixel beside it; the
-// emulator keeps single precision, so that a colour that is copied from frame to frame is the one that was shaded.
+// The emulated machine keeps `color` as the frame buffer, in half floats, and a record of kSurfaceBytes per pixel
+// beside it; the emulator keeps single precision, so that a colour that is copied from frame to frame is the one that
+// was shaded.
 struct History {
   static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface
   static constexpr std::uint64_t kBlockBytes = 1;    // regime and frames of distrust, four bits each
 
   IntRect region;
-  std::int64_t frame = kNone;  // that it was filled by
-  std::vector<Vec4> color;     // linear RGB and coverage, as resolved
-  std::vector<float> depth;    // of the sample nearest to the pixel's middle; infinity
+  std::int64_t frame = kNone;          // that it was filled by
+  std::vector<Vec4> color;             // linear RGB and coverage, as resolved
+  std::vector<float> depth;            // of the sample nearest to the pixel's middle; infinity
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
   std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory()
@@ -40,18 +41,21 @@ struct History {
   int block_columns() const { return (region.x1 + 3) / 4 - region.x0 / 4; }
   int block_rows() const { return (region.y1 + 3) / 4 - region.y0 / 4; }
   std::size_t pixel(int x, int y) const {
-    return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) + static_cast<std::size_t>(x - region.x0);
+    return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) +
+           static_cast<std::size_t>(x - region.x0);
   }
   // Block that pixel (x, y) lies in.
   std::size_t block(int x, int y) const {
-    return static_cast<std::size_t>(y / 4 - region.y0 / 4) * static_cast<std::size_t>(block_columns()) + static_cast<std::size_t>(x / 4 - region.x0 / 4);
+    return static_cast<std::size_t>(y / 4 - region.y0 / 4) * static_cast<std::size_t>(block_columns()) +
+           static_cast<std::size_t>(x / 4 - region.x0 / 4);
   }
   // Whether a block around (x, y), or that itself, is distrusted.
   bool distrusted_around(int x, int y) const;
 
   // A file with everything, whole or not at all; the host's byte order. Throws SystemError.
   void save(const std::filesystem::path& file) const;
-  // Throws InputError when the file is not such a file or is damaged, LimitError when its region has more than `most_pixels`.
+  // Throws InputError when the file is not such a file or is damaged, LimitError when its region has more than
+  // `most_pixels`.
   static History restore(const std::filesystem::path& file, std::uint64_t most_pixels);
 
   bool operator==(const History&) const = default;

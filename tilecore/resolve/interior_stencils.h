@@ -13,11 +13,13 @@ struct WideFill {
   bool finite = true;      // false: some result is not
 };
 
-// Fills in out16[4*y + x] every pixel of a block that `pattern` leaves out. The kernel must have a table, and every pixel of the window that the
-// pattern renders within the kernel's reach must be usable. `block` is its pixel (0, 0); rows are `stride` pixels apart. Nothing is clamped.
+// Fills in out16[4*y + x] every pixel of a block that `pattern` leaves out. The kernel must have a table, and every
+// pixel of the window that the pattern renders within the kernel's reach must be usable. `block` is its pixel (0, 0);
+// rows are `stride` pixels apart. Nothing is clamped.
 //
-// Bits are those of weighted_sum() in cubic_stencil.cpp: the same sums in the same order, for two pixels at once. What is not
-// rendered is not read.
-WideFill fill_interior_block(Reconstruction kernel, const MirroredPattern& pattern, const Vec4* block, std::ptrdiff_t stride, Vec4* out16);
+// Bits are those of weighted_sum() in cubic_stencil.cpp: the same sums in the same order, for two pixels at once. What
+// is not rendered is not read.
+WideFill fill_interior_block(Reconstruction kernel, const MirroredPattern& pattern, const Vec4* block,
+                             std::ptrdiff_t stride, Vec4* out16);
 
 }  // namespace tessera::tilecore

@@ -18,13 +18,13 @@ bool same_positions(std::span<const Vec3> a, std::span<const Vec3> b) {
 }
 
 bool same_projection(const frontend::Projection& a, const frontend::Projection& b) {
-  return a.orthographic == b.orthographic && a.center_x == b.center_x && a.center_y == b.center_y && a.scale == b.scale && a.lens_scale == b.lens_scale &&
-         a.inverse_focus == b.inverse_focus;
+  return a.orthographic == b.orthographic && a.center_x == b.center_x && a.center_y == b.center_y &&
+         a.scale == b.scale && a.lens_scale == b.lens_scale && a.inverse_focus == b.inverse_focus;
 }
 
 bool same_light(const shaders::Light& a, const shaders::Light& b) {
-  return a.type == b.type && a.color == b.color && a.position == b.position && a.direction == b.direction && a.range == b.range && a.cos_inner == b.cos_inner &&
-         a.cos_outer == b.cos_outer;
+  return a.type == b.type && a.color == b.color && a.position == b.position && a.direction == b.direction &&
+         a.range == b.range && a.cos_inner == b.cos_inner && a.cos_outer == b.cos_outer;
 }
 
 // (xh, yh, depth, 1) to camera space, the inverse of Projection::matrix() on points of the scene.
@@ -34,7 +34,8 @@ DMat4 unprojection(const frontend::Projection& p) {
   m[1][1] = -1.0 / p.scale;
   m[2][2] = -1.0;
   m[3][3] = 1.0;
-  const auto column = p.orthographic ? 3 : 2;  // what the picture's middle is multiplied by: 1, or w, which is the depth
+  const auto column =
+      p.orthographic ? 3 : 2;  // what the picture's middle is multiplied by: 1, or w, which is the depth
   m[column][0] = -p.center_x / p.scale;
   m[column][1] = p.center_y / p.scale;
   return m;
@@ -57,11 +58,13 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
     motion.kind = Kind::kDeforming;
     return motion;
   }
-  if (!a.moving && !b.moving && a.to_raster[0] == b.to_raster[0] && a.to_world[0] == b.to_world[0] && same_projection(now.projection, then.projection)) {
+  if (!a.moving && !b.moving && a.to_raster[0] == b.to_raster[0] && a.to_world[0] == b.to_world[0] &&
+      same_projection(now.projection, then.projection)) {
     motion.kind = Kind::kStill;
     return motion;
   }
-  const DMat4 camera_now = now.views[0].world_to_camera * DMat4(a.to_world[0]), camera_then = then.views[0].world_to_camera * DMat4(b.to_world[0]);
+  const DMat4 camera_now = now.views[0].world_to_camera * DMat4(a.to_world[0]),
+              camera_then = then.views[0].world_to_camera * DMat4(b.to_world[0]);
   const double determinant = glm::determinant(camera_now);
   if (!(std::abs(determinant) > 0)) return motion;
   const DMat4 m = then.projection.matrix() * camera_then * glm::inverse(camera_now) * unprojection(now.projection);
@@ -71,22 +74,28 @@ MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const Frame
   return motion;
 }
 
-MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then) : now_(now), then_(then), orthographic_(now.projection.orthographic) {
+MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
+    : now_(now), then_(then), orthographic_(now.projection.orthographic) {
   TESSERA_CHECK(now.drawables.size() == then.drawables.size(), "motion is between two poses of one assembly");
   motions_.reserve(now.drawables.size());
   for (std::size_t d = 0; d < now.drawables.size(); ++d) {
     motions_.push_back(motion_of(now, then, d));
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
-  same_lights_ = now.lights.size() == then.lights.size() && std::equal(now.lights.begin(), now.lights.end(), then.lights.begin(), same_light);
+  same_lights_ = now.lights.size() == then.lights.size() &&
+                 std::equal(now.lights.begin(), now.lights.end(), then.lights.begin(), same_light);
 }
 
 MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {
   switch (motions_[d].kind) {
-    case Kind::kStill: return {Vec2(0.0f), z, true};
-    case Kind::kUnusable: return {};
-    case Kind::kRigid: return rigid_step(d, rest, z);
-    case Kind::kDeforming: break;
+    case Kind::kStill:
+      return {Vec2(0.0f), z, true};
+    case Kind::kUnusable:
+      return {};
+    case Kind::kRigid:
+      return rigid_step(d, rest, z);
+    case Kind::kDeforming:
+      break;
   }
   const Vec2 parameters = surface_parameters(now_, at);
   const Vec4 here = surface_raster(now_, at, parameters, 0);

@@ -10,16 +10,17 @@
 
 namespace tessera::tilecore {
 
-// Where the points of a frame's surfaces were in another frame, or are for another eye: what vertex positions of both, interpolated at a
-// hit, would say. Positions are those at shutter open through a pinhole, in both frames; what a shutter and a lens add to a
-// sample's place is the same in both and does not count as motion.
+// Where the points of a frame's surfaces were in another frame, or are for another eye: what vertex positions of both,
+// interpolated at a hit, would say. Positions are those at shutter open through a pinhole, in both frames; what a
+// shutter and a lens add to a sample's place is the same in both and does not count as motion.
 //
-// Drawables whose vertices keep their places in object space (all but deforming ones) moved as a whole: one matrix on the
-// point's place in raster space is exact and needs no surface. The points of deforming ones are evaluated at both poses.
+// Drawables whose vertices keep their places in object space (all but deforming ones) moved as a whole: one matrix on
+// the point's place in raster space is exact and needs no surface. The points of deforming ones are evaluated at both
+// poses.
 //
 // Invariants (cited by the tests):
-//   M1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor during the shutters.
-//   M2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
+//   M1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor
+//   during the shutters. M2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
 class MotionField {
  public:
   enum class Kind : std::uint8_t { kStill, kRigid, kDeforming, kUnusable };
@@ -79,7 +80,8 @@ class MotionField {
     if (!std::isfinite(step.velocity.x) || !std::isfinite(step.velocity.y)) return {};
     return step;
   }
-  static Motion motion_of(const frontend::FrameGeometry& now, const frontend::FrameGeometry& then, std::size_t drawable);
+  static Motion motion_of(const frontend::FrameGeometry& now, const frontend::FrameGeometry& then,
+                          std::size_t drawable);
 
   const frontend::FrameGeometry& now_;
   const frontend::FrameGeometry& then_;

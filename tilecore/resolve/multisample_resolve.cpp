@@ -6,7 +6,8 @@ void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters&
   std::size_t sample = 0;
   for (int y = in.pixels.y0; y < in.pixels.y1; ++y) {
     for (int x = in.pixels.x0; x < in.pixels.x1; ++x) {
-      const Vec4 mean = in.spp == 4 ? mean_of_samples<4>(&in.color[sample], &in.coverage[sample]) : mean_of_samples(&in.color[sample], &in.coverage[sample], in.spp);
+      const Vec4 mean = in.spp == 4 ? mean_of_samples<4>(&in.color[sample], &in.coverage[sample])
+                                    : mean_of_samples(&in.color[sample], &in.coverage[sample], in.spp);
       sample += static_cast<std::size_t>(in.spp);
       const auto out = target.at(x - in.region.x0, y - in.region.y0);
       for (int c = 0; c < 4; ++c) out[static_cast<std::size_t>(c)] = mean[c];
@@ -14,10 +15,14 @@ void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters&
     // A tile's row of pixels is contiguous in memory.
     const auto width = static_cast<std::uint64_t>(in.pixels.width());
     const auto address = (static_cast<std::uint64_t>(y - in.region.y0) * static_cast<std::uint64_t>(in.region.width()) +
-                          static_cast<std::uint64_t>(in.pixels.x0 - in.region.x0)) * kFramePixelBytes;
-    if (in.charge) ledger.write_at(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, address, width * kFramePixelBytes, in.burst_bytes);
+                          static_cast<std::uint64_t>(in.pixels.x0 - in.region.x0)) *
+                         kFramePixelBytes;
+    if (in.charge)
+      ledger.write_at(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, address, width * kFramePixelBytes,
+                      in.burst_bytes);
   }
-  counters.pixels_shaded += static_cast<std::uint64_t>(in.pixels.width()) * static_cast<std::uint64_t>(in.pixels.height());
+  counters.pixels_shaded +=
+      static_cast<std::uint64_t>(in.pixels.width()) * static_cast<std::uint64_t>(in.pixels.height());
 }
 
 }  // namespace tessera::tilecore

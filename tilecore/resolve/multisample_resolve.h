@@ -64,10 +64,12 @@ inline constexpr std::uint64_t kFramePixelBytes = 8;
 namespace tessera::hardware {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::ResolveCounters> = std::to_array<CounterField<tilecore::ResolveCounters>>({
-    {"resolve.pixels_shaded", &tilecore::ResolveCounters::pixels_shaded, Combine::kSum, "pixels",
-     "Pixels resolved from samples that were shaded for them.", "PowerVR Pixels Out; V3D TLB-quads-written-to-color-buffer (times 4)"},
-});
+inline constexpr auto kCounterFields<tilecore::ResolveCounters> =
+    std::to_array<CounterField<tilecore::ResolveCounters>>({
+        {"resolve.pixels_shaded", &tilecore::ResolveCounters::pixels_shaded, Combine::kSum, "pixels",
+         "Pixels resolved from samples that were shaded for them.",
+         "PowerVR Pixels Out; V3D TLB-quads-written-to-color-buffer (times 4)"},
+    });
 TESSERA_COUNTERS_COVER(tilecore::ResolveCounters);
 
 }  // namespace tessera::hardware

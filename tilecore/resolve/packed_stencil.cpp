@@ -12,6 +12,8 @@ std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, u
   return stencil_of(entry);
 }
 
-StencilTableSize stencil_table_size() { return {generated::kStencils, generated::kStencilBits, std::size(generated::kStencilIndex)}; }
+StencilTableSize stencil_table_size() {
+  return {generated::kStencils, generated::kStencilBits, std::size(generated::kStencilIndex)};
+}
 
 }  // namespace tessera::tilecore

@@ -20,7 +20,9 @@ namespace tessera::tilecore {
 // has anyway, says by how many places the result is shifted, or by how much its exponent is lowered, and is not stored.
 inline constexpr std::size_t kMostTaps = 16;
 inline constexpr std::size_t kCountBits = 4, kWeightBits = 8, kOffsetBits = 3;
-constexpr std::size_t packed_stencil_bits(std::size_t taps) { return kCountBits + taps * (kWeightBits + 2 * kOffsetBits); }
+constexpr std::size_t packed_stencil_bits(std::size_t taps) {
+  return kCountBits + taps * (kWeightBits + 2 * kOffsetBits);
+}
 
 struct StencilTap {
   std::int8_t dx = 0, dy = 0;
@@ -76,7 +78,8 @@ constexpr std::size_t pack_stencil(const Stencil& s, std::span<std::uint8_t> str
 
 // ---- Which stencil a pixel has ----------------------------------------------------------------------------------
 
-// A symmetry of the pixel grid: axes exchanged first, then signs flipped. Stencils that are equal up to one are kept once.
+// A symmetry of the pixel grid: axes exchanged first, then signs flipped. Stencils that are equal up to one are kept
+// once.
 struct GridSymmetry {
   std::uint8_t bits = 0;  // 1: exchange x and y; 2: negate x; 4: negate y
 
@@ -105,19 +108,21 @@ struct StencilIndexEntry {
 inline constexpr std::uint16_t kNoStencil = 0xffff;
 
 // Mirrors of coordinates within a block: bit 0 flips x, bit 1 flips y.
-constexpr int mirrored_pixel(int pixel, unsigned mirror) { return pixel ^ (mirror & 1 ? 3 : 0) ^ (mirror & 2 ? 12 : 0); }
+constexpr int mirrored_pixel(int pixel, unsigned mirror) {
+  return pixel ^ (mirror & 1 ? 3 : 0) ^ (mirror & 2 ? 12 : 0);
+}
 constexpr unsigned mirrored_border(unsigned border, unsigned mirror) {
   if (mirror & 1) border = (border & 12u) | (border & 1u) << 1 | (border >> 1 & 1u);
   if (mirror & 2) border = (border & 3u) | (border & 4u) << 1 | (border >> 1 & 4u);
   return border;
 }
 
-// The stencil that reconstruct_block() uses with packed weights, largest weight first; none where it evaluates directly.
-// `pattern`: one of kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
+// The stencil that reconstruct_block() uses with packed weights, largest weight first; none where it evaluates
+// directly. `pattern`: one of kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
 std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel);
 
-// What the tables take in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border case,
-// table pattern and pixel.
+// What the tables take in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border
+// case, table pattern and pixel.
 struct StencilTableSize {
   std::size_t stencils, stencil_bits, index_entries;
 };

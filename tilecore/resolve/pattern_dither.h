@@ -12,8 +12,8 @@ namespace tessera::tilecore {
 using BlockMask = std::uint16_t;
 inline constexpr BlockMask kFullBlock = 0xffff;
 
-// kCounter: the frame number picks the pattern. kSeeded: a hash of seed and frame does; it forgets what it chose before,
-// so it promises nothing of how long a pixel may stay unrendered.
+// kCounter: the frame number picks the pattern. kSeeded: a hash of seed and frame does; it forgets what it chose
+// before, so it promises nothing of how long a pixel may stay unrendered.
 enum class DitherOrder { kCounter, kSeeded };
 
 struct DitherSettings {
@@ -28,30 +28,37 @@ struct DitherSettings {
 constexpr BlockMask sparse_square(int x, int y) { return static_cast<BlockMask>(0x0505u << (x + 4 * y)); }
 
 // Squares in the order in which the counter takes them. Two frames in a row are diagonal neighbours where they can be:
-// (0, 1) and (2, 3) together are a quincunx lattice. No cyclic order of the four squares has more diagonal steps than two.
-inline constexpr std::array<BlockMask, 4> kSquareOrder = {sparse_square(0, 0), sparse_square(1, 1), sparse_square(1, 0), sparse_square(0, 1)};
+// (0, 1) and (2, 3) together are a quincunx lattice. No cyclic order of the four squares has more diagonal steps than
+// two.
+inline constexpr std::array<BlockMask, 4> kSquareOrder = {sparse_square(0, 0), sparse_square(1, 1), sparse_square(1, 0),
+                                                          sparse_square(0, 1)};
 
-// Pairs of squares for eight samples: diagonal ones, so that the samples are a quincunx lattice, every missing pixel has
-// samples on all four sides, and the two patterns are each other's complement. Pairs that make rows or columns have the
-// same number of samples, but lines twice as far apart in one direction: over sinusoids of 6 to 16 pixels in all directions
-// they leave 1.7 to 2 times the error [measured].
+// Pairs of squares for eight samples: diagonal ones, so that the samples are a quincunx lattice, every missing pixel
+// has samples on all four sides, and the two patterns are each other's complement. Pairs that make rows or columns have
+// the same number of samples, but lines twice as far apart in one direction: over sinusoids of 6 to 16 pixels in all
+// directions they leave 1.7 to 2 times the error [measured].
 inline constexpr std::array<BlockMask, 2> kPairOrder = {
-    static_cast<BlockMask>(sparse_square(0, 0) | sparse_square(1, 1)), static_cast<BlockMask>(sparse_square(1, 0) | sparse_square(0, 1))};
+    static_cast<BlockMask>(sparse_square(0, 0) | sparse_square(1, 1)),
+    static_cast<BlockMask>(sparse_square(1, 0) | sparse_square(0, 1))};
 
-// Pixels of a block to render at `rate` samples per block: 4, 8 or 16 (checked). (block_x, block_y) count blocks from the
-// frame's corner and matter only when settings.per_block.
+// Pixels of a block to render at `rate` samples per block: 4, 8 or 16 (checked). (block_x, block_y) count blocks from
+// the frame's corner and matter only when settings.per_block.
 //
 // Invariants (cited by the tests):
 //   D1  exactly `rate` bits are set; four are a sparse square, eight a pair of them;
-//   D2  with kCounter every pixel is rendered once in any 16/rate frames in a row, per block too, across the wrap of the
+//   D2  with kCounter every pixel is rendered once in any 16/rate frames in a row, per block too, across the wrap of
+//   the
 //       frame number too;
 //   D3  without per_block the block's place does not matter.
 inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y) {
   TESSERA_CHECK(rate == 4 || rate == 8 || rate == 16, "a block is rendered at 4, 8 or 16 samples");
   if (rate == 16) return kFullBlock;
-  const auto place = settings.per_block ? hash32(settings.seed, static_cast<std::uint32_t>(block_x), static_cast<std::uint32_t>(block_y), 1) : 0u;
+  const auto place = settings.per_block ? hash32(settings.seed, static_cast<std::uint32_t>(block_x),
+                                                 static_cast<std::uint32_t>(block_y), 1)
+                                        : 0u;
   // 2^32 is a multiple of the period, so the frame number may wrap.
-  const std::uint32_t step = settings.order == DitherOrder::kCounter ? frame + place : hash32(settings.seed, frame, place, 2);
+  const std::uint32_t step =
+      settings.order == DitherOrder::kCounter ? frame + place : hash32(settings.seed, frame, place, 2);
   return rate == 4 ? kSquareOrder[step % 4] : kPairOrder[step % 2];
 }
 

@@ -13,17 +13,21 @@ std::size_t center_of(const TileSamples& samples) {
   std::size_t best = 0;
   float best2 = std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < static_cast<std::size_t>(samples.spp); ++k) {
-    const float dx = samples.x[k] - static_cast<float>(samples.pixels.x0) - 0.5f, dy = samples.y[k] - static_cast<float>(samples.pixels.y0) - 0.5f;
+    const float dx = samples.x[k] - static_cast<float>(samples.pixels.x0) - 0.5f,
+                dy = samples.y[k] - static_cast<float>(samples.pixels.y0) - 0.5f;
     if (const float d2 = dx * dx + dy * dy; d2 < best2) best2 = d2, best = k;
   }
   return best;
 }
 
-bool is_still(const MotionField* motion, std::uint32_t drawable) { return motion != nullptr && motion->kind(drawable) == MotionField::Kind::kStill; }
+bool is_still(const MotionField* motion, std::uint32_t drawable) {
+  return motion != nullptr && motion->kind(drawable) == MotionField::Kind::kStill;
+}
 
 }  // namespace
 
-void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state, const MotionField* motion) {
+void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state,
+                           const MotionField* motion) {
   pixels = samples.pixels;
   spp = samples.spp;
   still_in = motion;
@@ -39,7 +43,8 @@ void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSampl
   if (!state.layers.empty()) gather_layers(frame, state, motion);
 }
 
-void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const TileState& state, const MotionField* motion) {
+void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const TileState& state,
+                                  const MotionField* motion) {
   const auto n = static_cast<std::size_t>(spp);
   const std::vector<std::uint32_t>& drawable_of = frame.assembly->patch_drawable;
   // Neighbouring pixels mostly see one patch: what it belongs to is looked up once.
@@ -82,7 +87,8 @@ void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const Ti
   }
 }
 
-void PixelSurfaces::gather_layers(const frontend::FrameGeometry& frame, const TileState& state, const MotionField* motion) {
+void PixelSurfaces::gather_layers(const frontend::FrameGeometry& frame, const TileState& state,
+                                  const MotionField* motion) {
   samples_with_layers += state.layers.size();
   const auto n = static_cast<std::uint32_t>(spp);
   // Layers come in any order: what is added up does not tell.

@@ -9,15 +9,17 @@
 
 namespace tessera::tilecore {
 
-// What the pixels of a tile see, drawn from their samples before anything is shaded: the input of all decisions of the resolve unit.
-// Arrays hold a value per pixel, row by row.
+// What the pixels of a tile see, drawn from their samples before anything is shaded: the input of all decisions of the
+// resolve unit. Arrays hold a value per pixel, row by row.
 //
 //   depth     of the sample nearest to the pixel's middle; infinity where that sees nothing opaque
 //   patch     base patch of that sample; TileState::kNoPatch where there is none
-//   surface   which surfaces the samples see: 0 when nothing; the drawable's number + 1 when they all see that one and nothing blended
-//             is in front; else a hash over the samples, with the top bit set. Equal numbers: the same surfaces through the same samples
-//   still     all that the samples see is of kind MotionField::Kind::kStill in `still_in`; 1 as well where they see nothing
-//   layered   something blended is in front
+//   surface   which surfaces the samples see: 0 when nothing; the drawable's number + 1 when they all see that one and
+//   nothing blended
+//             is in front; else a hash over the samples, with the top bit set. Equal numbers: the same surfaces through
+//             the same samples
+//   still     all that the samples see is of kind MotionField::Kind::kStill in `still_in`; 1 as well where they see
+//   nothing layered   something blended is in front
 //
 // Pixels whose `surface` is the same may stand for each other where nothing else speaks against it; a hash rarely
 // repeats but along a straight silhouette.
@@ -34,10 +36,12 @@ struct PixelSurfaces {
   std::uint64_t samples_with_layers = 0;
 
   // Drops the state's hidden layers. `motion` null: there is no earlier frame, nothing counts as still.
-  void gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state, const MotionField* motion);
+  void gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state,
+              const MotionField* motion);
 
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y - pixels.y0) * static_cast<std::size_t>(pixels.width()) + static_cast<std::size_t>(x - pixels.x0);
+    return static_cast<std::size_t>(y - pixels.y0) * static_cast<std::size_t>(pixels.width()) +
+           static_cast<std::size_t>(x - pixels.x0);
   }
 
  private:

@@ -5,19 +5,22 @@
 namespace tessera::tilecore {
 namespace {
 
-// Whether the speed counts as above the threshold: one that was above stays so a little longer, and the other way round.
+// Whether the speed counts as above the threshold: one that was above stays so a little longer, and the other way
+// round.
 bool above(float speed, float threshold, float hysteresis, bool known, bool was_above) {
   if (!known) return speed > threshold;
   return was_above ? speed > threshold * (1.0f - hysteresis) : speed > threshold * (1.0f + hysteresis);
 }
 
 BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block) {
-  if (block.edge && !(settings.advect_still_edges && block.still && block.advection_allowed)) return {settings.supersampling ? 32 : 16, false};
+  if (block.edge && !(settings.advect_still_edges && block.still && block.advection_allowed))
+    return {settings.supersampling ? 32 : 16, false};
   if (!block.velocity_usable) return {16, false};
   const SpeedThresholds& t = settings.thresholds;
   const std::uint8_t last = block.last_samples;
   const bool known = last == 1 || last == 4 || last == 8 || last == 16;
-  const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis) : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
+  const bool slow = known && last == 1 ? block.speed < t.still * (1.0f + t.hysteresis)
+                                       : block.speed < t.still * (known ? 1.0f - t.hysteresis : 1.0f);
   if (slow && block.advection_allowed) return {8, true};
   if (above(block.speed, t.fast2, t.hysteresis, known, last == 4)) return {4, false};
   if (above(block.speed, t.fast1, t.hysteresis, known, last == 4 || last == 8)) return {8, false};

@@ -4,35 +4,36 @@
 
 namespace tessera::tilecore {
 
-// Speeds in pixels per frame. Which regime a block is in: below `still` (advection), from there to `fast1` (full rate), above `fast1` (half),
-// above `fast2` (a quarter). By default [measured: docs/resolve.md] nothing lies between `still` and `fast1`: advection goes
-// on until half of the pixels need no history; blocks that may not be advected are rendered fully up to `fast1`.
+// Speeds in pixels per frame. Which regime a block is in: below `still` (advection), from there to `fast1` (full rate),
+// above `fast1` (half), above `fast2` (a quarter). By default [measured: docs/resolve.md] nothing lies between `still`
+// and `fast1`: advection goes on until half of the pixels need no history; blocks that may not be advected are rendered
+// fully up to `fast1`.
 struct SpeedThresholds {
   float still = 2.0f, fast1 = 2.0f, fast2 = 8.0f;
-  // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one that
-  // moves at a threshold does not flicker. 0: none.
+  // Share of a threshold by which a speed must pass it before a block leaves the regime that it was in, so that one
+  // that moves at a threshold does not flicker. 0: none.
   float hysteresis = 0.05f;
 };
 
 // What is known of a block of 4x4 pixels before anything of it is shaded.
 struct BlockEvidence {
   bool edge = false;
-  bool still = false;             // every sample is at rest between the frames
+  bool still = false;  // every sample is at rest between the frames
   bool velocity_usable = false;
-  float speed = 0;                // where usable
-  bool advection_allowed = false; // a valid history, same lights, no discrepancy around the block
-  int most_samples = 32;          // foveation
-  std::uint8_t last_samples = 0;  // what the block had last, 0 unknown: rate, or 1 when it was advected
+  float speed = 0;                 // where usable
+  bool advection_allowed = false;  // a valid history, same lights, no discrepancy around the block
+  int most_samples = 32;           // foveation
+  std::uint8_t last_samples = 0;   // what the block had last, 0 unknown: rate, or 1 when it was advected
 };
 
 struct RateSettings {
   SpeedThresholds thresholds;
-  bool supersampling = false;    // 32 on edges
+  bool supersampling = false;  // 32 on edges
   bool advect_still_edges = true;
 };
 
 struct BlockDecision {
-  int samples = 16;  // 4, 8, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
+  int samples = 16;     // 4, 8, 16 or 32 of 4x4 pixels; 32: the two halves of each pixel apart
   bool advect = false;  // pixels that are not rendered come from the history, else from their neighbours
   // What BlockEvidence::last_samples wants to know next time.
   std::uint8_t memory() const { return advect ? std::uint8_t{1} : static_cast<std::uint8_t>(samples); }

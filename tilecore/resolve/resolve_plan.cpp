@@ -19,17 +19,21 @@ int ceiling(float v) {
 
 void grow(IntRect& rect, int x0, int y0, int x1, int y1) {
   if (x0 >= x1 || y0 >= y1) return;
-  if (rect.empty()) rect = {x0, y0, x1, y1};
-  else rect = {std::min(rect.x0, x0), std::min(rect.y0, y0), std::max(rect.x1, x1), std::max(rect.y1, y1)};
+  if (rect.empty())
+    rect = {x0, y0, x1, y1};
+  else
+    rect = {std::min(rect.x0, x0), std::min(rect.y0, y0), std::max(rect.x1, x1), std::max(rect.y1, y1)};
 }
 
 }  // namespace
 
-void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state) {
+void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples,
+                       TileState& state) {
   spp_ = samples.spp;
   surfaces_.gather(frame, samples, state, resolve.previous.motion);
   velocity_.start(frame, samples, state, surfaces_, resolve.previous.motion);
-  if (resolve.other_eye.motion != nullptr) eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
+  if (resolve.other_eye.motion != nullptr)
+    eye_velocity_.start(frame, samples, state, surfaces_, resolve.other_eye.motion);
   runs_.assign(surfaces_.depth.size(), 1);
   colors_.resize(surfaces_.depth.size());
   fetched_ = eye_fetched_ = {};
@@ -48,17 +52,23 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometr
 }
 
 bool ResolveUnit::is_edge(const ResolveSettings& settings, const Block& block) const {
-  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0), stride = static_cast<std::size_t>(surfaces_.pixels.width());
-  if (settings.evidence != EdgeEvidence::kDepth && (!block.uniform || ((surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0))) return true;
+  const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0),
+                    stride = static_cast<std::size_t>(surfaces_.pixels.width());
+  if (settings.evidence != EdgeEvidence::kDepth &&
+      (!block.uniform || ((surfaces_.surface[first] & PixelSurfaces::kMixed) != 0 && surfaces_.layered[first] == 0)))
+    return true;
   if (settings.evidence == EdgeEvidence::kPatch) {
     bool differs = false;
-    for_each_pixel(block.pixels, [&](int x, int y) { differs = differs || surfaces_.patch[surfaces_.index(x, y)] != surfaces_.patch[first]; });
+    for_each_pixel(block.pixels, [&](int x, int y) {
+      differs = differs || surfaces_.patch[surfaces_.index(x, y)] != surfaces_.patch[first];
+    });
     if (differs) return true;
   }
   return detect_edge(settings.edges, &surfaces_.depth[first], stride, block.pixels.width(), block.pixels.height());
 }
 
-// What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see it.
+// What is there, and whether it is one surface, at rest; how near it comes is asked for only where another eye may see
+// it.
 void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   const std::uint32_t surface = surfaces_.surface[first];
@@ -112,7 +122,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   BlockEvidence evidence;
   evidence.still = block.still;
   const History* history = resolve.previous.history;
-  if (history != nullptr && reads_blocks(settings)) evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
+  if (history != nullptr && reads_blocks(settings))
+    evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
   if (history != nullptr && advects(settings)) {
     const bool distrusted = history->distrusted_around(block.pixels.x0, block.pixels.y0);
     counters_.blocks_distrusted += distrusted;
@@ -132,8 +143,10 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   evidence.most_samples = settings.foveation.most_samples(middle);
   counters_.blocks_foveated += evidence.most_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
-  // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the last frame, zero.
-  if (resolve.other_eye.history != nullptr && !block.edge && !block.still && nearest > resolve.other_eye_depth && !block.decision.advect) {
+  // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
+  // last frame, zero.
+  if (resolve.other_eye.history != nullptr && !block.edge && !block.still && nearest > resolve.other_eye_depth &&
+      !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
     block.from_other_eye = true;
     block.decision = {std::min(8, evidence.most_samples), true};
@@ -155,18 +168,29 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
   const auto missing = static_cast<BlockMask>(block.seen & ~pattern);
   block.rendered = static_cast<BlockMask>(block.exists & ~missing);
   if (block.decision.advect) {
-    if (block.still) copy_still(resolve, block, missing);
-    else try_advection(resolve, block, missing);
+    if (block.still)
+      copy_still(resolve, block, missing);
+    else
+      try_advection(resolve, block, missing);
   } else if (missing != 0) {
     block.reconstructed = reconstructible(settings, block, missing);
-    counters_.pixels_forced += static_cast<std::uint64_t>(std::popcount(static_cast<unsigned>(missing & ~block.reconstructed)));
+    counters_.pixels_forced +=
+        static_cast<std::uint64_t>(std::popcount(static_cast<unsigned>(missing & ~block.reconstructed)));
     block.rendered = static_cast<BlockMask>(block.exists & ~block.reconstructed);
   }
   switch (block.decision.samples) {
-    case 4: ++counters_.blocks_rate_4; break;
-    case 8: ++counters_.blocks_rate_8; break;
-    case 32: ++counters_.blocks_rate_32; break;
-    default: ++counters_.blocks_rate_16; break;
+    case 4:
+      ++counters_.blocks_rate_4;
+      break;
+    case 8:
+      ++counters_.blocks_rate_8;
+      break;
+    case 32:
+      ++counters_.blocks_rate_32;
+      break;
+    default:
+      ++counters_.blocks_rate_16;
+      break;
   }
   counters_.blocks_advected += block.decision.advect;
   counters_.blocks_edge += block.edge && !(block.still && block.decision.advect);
@@ -179,7 +203,9 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     }
     return;
   }
-  for_each_pixel(block.pixels, [&](int x, int y) { runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0; });
+  for_each_pixel(block.pixels, [&](int x, int y) {
+    runs_[surfaces_.index(x, y)] = (block.rendered & block_bit(x, y)) != 0 ? groups : 0;
+  });
 }
 
 BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const {
@@ -189,44 +215,59 @@ BlockMask ResolveUnit::reconstructible(const ResolveSettings& settings, const Bl
     if ((missing & block_bit(x, y)) == 0) return;
     for_each_pixel(block.pixels, [&](int nx, int ny) {
       if ((block.rendered & block_bit(nx, ny)) == 0) return;
-      if (settings.desampling == Desampling::kCheckerboard ? std::abs(nx - x) + std::abs(ny - y) == 1
-                                                           : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
+      if (settings.desampling == Desampling::kCheckerboard
+              ? std::abs(nx - x) + std::abs(ny - y) == 1
+              : surfaces_.surface[surfaces_.index(nx, ny)] == surfaces_.surface[surfaces_.index(x, y)])
         found = static_cast<BlockMask>(found | block_bit(x, y));
     });
   });
   return found;
 }
 
-BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride) {
+BlockMask ResolveUnit::advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity,
+                                    BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride) {
   const AdvectionSettings& settings = resolve.settings.advection;
   if (block.exists != kFullBlock || settings.fetch != Fetch::kBilinear || settings.bfecc) return 0;
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   if (block.from_other_eye)
     for_each_pixel(block.pixels, [&](int x, int y) {
-      if (!(velocity.then_depth()[surfaces_.index(x, y)] > resolve.other_eye_depth)) wanted = static_cast<BlockMask>(wanted & ~block_bit(x, y));
+      if (!(velocity.then_depth()[surfaces_.index(x, y)] > resolve.other_eye_depth))
+        wanted = static_cast<BlockMask>(wanted & ~block_bit(x, y));
     });
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region, history.region.width()};
-  const BlockOfPixels pixels{block.pixels.x0, block.pixels.y0, &velocity.then_depth()[first], &surfaces_.surface[first], &velocity.velocity()[first], &velocity.usable()[first],
+  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+                         history.region.width()};
+  const BlockOfPixels pixels{block.pixels.x0,
+                             block.pixels.y0,
+                             &velocity.then_depth()[first],
+                             &surfaces_.surface[first],
+                             &velocity.velocity()[first],
+                             &velocity.usable()[first],
                              surfaces_.pixels.width()};
-  const PlainAdvection plain = advect_plain_pixels(pixels, wanted, view, settings.depth_tolerance, out, out_stride, advection_work_);
-  grow(block.from_other_eye ? eye_fetched_ : fetched_, plain.texels.x0, plain.texels.y0, plain.texels.x1, plain.texels.y1);
+  const PlainAdvection plain =
+      advect_plain_pixels(pixels, wanted, view, settings.depth_tolerance, out, out_stride, advection_work_);
+  grow(block.from_other_eye ? eye_fetched_ : fetched_, plain.texels.x0, plain.texels.y0, plain.texels.x1,
+       plain.texels.y1);
   return plain.taken;
 }
 
 void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing) {
   const VelocityBuffer& velocity = block.from_other_eye ? eye_velocity_ : velocity_;
-  block.advected = advect_plain(resolve, block, velocity, missing, &colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)], surfaces_.pixels.width());
+  block.advected = advect_plain(resolve, block, velocity, missing,
+                                &colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)], surfaces_.pixels.width());
   missing = static_cast<BlockMask>(missing & ~block.advected);
   if (missing == 0) return;
   for_each_pixel(block.pixels, [&](int x, int y) {
     if ((missing & block_bit(x, y)) == 0) return;
-    if (advect(resolve, block, velocity, x, y, colors_[surfaces_.index(x, y)], true)) block.advected = static_cast<BlockMask>(block.advected | block_bit(x, y));
-    else block.rendered = static_cast<BlockMask>(block.rendered | block_bit(x, y));
+    if (advect(resolve, block, velocity, x, y, colors_[surfaces_.index(x, y)], true))
+      block.advected = static_cast<BlockMask>(block.advected | block_bit(x, y));
+    else
+      block.rendered = static_cast<BlockMask>(block.rendered | block_bit(x, y));
   });
 }
 
-// The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (A1 of advection.h).
+// The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (A1 of
+// advection.h).
 void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing) {
   const History& history = *resolve.previous.history;
   for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
@@ -236,8 +277,10 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
       if ((missing & bit) == 0) continue;
       const auto i = static_cast<std::size_t>(x - block.pixels.x0);
       const Vec4& color = history.color[there + i];
-      const bool same = history.surface[there + i] == surfaces_.surface[here + i] && history.depth[there + i] == surfaces_.depth[here + i];
-      if (same && std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z) && std::isfinite(color.w)) {
+      const bool same = history.surface[there + i] == surfaces_.surface[here + i] &&
+                        history.depth[there + i] == surfaces_.depth[here + i];
+      if (same && std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z) &&
+          std::isfinite(color.w)) {
         colors_[here + i] = color;
         block.advected = static_cast<BlockMask>(block.advected | bit);
       } else {
@@ -249,24 +292,32 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
   if (block.advected != 0) grow(fetched_, block.pixels.x0, block.pixels.y0, block.pixels.x1, block.pixels.y1);
 }
 
-bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count) {
+bool ResolveUnit::advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y,
+                         Vec4& out, bool count) {
   const std::size_t pixel = surfaces_.index(x, y);
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
   IntRect& fetched = block.from_other_eye ? eye_fetched_ : fetched_;
-  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region, history.region.width()};
-  const AdvectedPixel result = advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view, velocity.view(), resolve.settings.advection, advection_work_);
-  if (result.outcome == Advection::kTaken && (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
+  const HistoryView view{history.color.data(), history.depth.data(), history.surface.data(), history.region,
+                         history.region.width()};
+  const AdvectedPixel result = advect_pixel(x, y, velocity.then_depth()[pixel], surfaces_.surface[pixel], view,
+                                            velocity.view(), resolve.settings.advection, advection_work_);
+  if (result.outcome == Advection::kTaken &&
+      (!block.from_other_eye || velocity.then_depth()[pixel] > resolve.other_eye_depth)) {
     const Vec2 v = velocity.velocity()[pixel];
-    const int left = x - ceiling(v.x), top = y - ceiling(v.y), ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
-    grow(fetched, std::max(left - ring, history.region.x0), std::max(top - ring, history.region.y0), std::min(left + 2 + ring, history.region.x1),
-         std::min(top + 2 + ring, history.region.y1));
+    const int left = x - ceiling(v.x), top = y - ceiling(v.y),
+              ring = resolve.settings.advection.fetch == Fetch::kBicubic ? 1 : 0;
+    grow(fetched, std::max(left - ring, history.region.x0), std::max(top - ring, history.region.y0),
+         std::min(left + 2 + ring, history.region.x1), std::min(top + 2 + ring, history.region.y1));
     out = result.color;
     return true;
   }
   if (!count) return false;
-  if (result.outcome == Advection::kOutsideFrame) ++counters_.advections_outside;
-  else if (result.outcome == Advection::kUnusableVelocity) ++counters_.advections_unusable;
-  else ++counters_.advections_disoccluded;
+  if (result.outcome == Advection::kOutsideFrame)
+    ++counters_.advections_outside;
+  else if (result.outcome == Advection::kUnusableVelocity)
+    ++counters_.advections_unusable;
+  else
+    ++counters_.advections_disoccluded;
   return false;
 }
 

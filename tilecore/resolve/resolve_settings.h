@@ -48,8 +48,13 @@ struct ResolveSettings {
 };
 
 // Whether blocks may take pixels from the previous frame, and so want its records (depth and surface of each pixel).
-constexpr bool advects(const ResolveSettings& s) { return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0; }
-// Whether decisions want what the previous frame left of each block: its regime for the hysteresis, its distrust for advection.
-constexpr bool reads_blocks(const ResolveSettings& s) { return advects(s) || (s.desampling == Desampling::kAdaptive && s.rates.thresholds.hysteresis > 0); }
+constexpr bool advects(const ResolveSettings& s) {
+  return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0;
+}
+// Whether decisions want what the previous frame left of each block: its regime for the hysteresis, its distrust for
+// advection.
+constexpr bool reads_blocks(const ResolveSettings& s) {
+  return advects(s) || (s.desampling == Desampling::kAdaptive && s.rates.thresholds.hysteresis > 0);
+}
 
 }  // namespace tessera::tilecore

@@ -22,22 +22,28 @@ struct RectTransfer {
   void each_row(const Move& move) const {
     const auto width = static_cast<std::uint64_t>(region.width());
     for (int y = rect.y0; y < rect.y1; ++y) {
-      const std::uint64_t first = static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
+      const std::uint64_t first =
+          static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
       move(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
     }
   }
   void read(hardware::Ledger& ledger, hardware::Purpose purpose) const {
-    each_row([&](std::uint64_t offset, std::uint64_t size) { ledger.read_at(hardware::Unit::kResolve, purpose, offset, size, burst); });
+    each_row([&](std::uint64_t offset, std::uint64_t size) {
+      ledger.read_at(hardware::Unit::kResolve, purpose, offset, size, burst);
+    });
   }
   void write(hardware::Ledger& ledger, hardware::Purpose purpose) const {
-    each_row([&](std::uint64_t offset, std::uint64_t size) { ledger.write_at(hardware::Unit::kResolve, purpose, offset, size, burst); });
+    each_row([&](std::uint64_t offset, std::uint64_t size) {
+      ledger.write_at(hardware::Unit::kResolve, purpose, offset, size, burst);
+    });
   }
 };
 
 // How far from a missing pixel its stencil looks, in pixels.
 int stencil_reach(const ResolveSettings& settings) {
   if (settings.desampling == Desampling::kCheckerboard) return 1;
-  // Where a kernel finds nothing within its reach, the nearest usable pixel stands in: one of the block's own at the latest.
+  // Where a kernel finds nothing within its reach, the nearest usable pixel stands in: one of the block's own at the
+  // latest.
   return settings.reconstruction == Reconstruction::kNearest ? kWindowMargin : kernel_reach(settings.reconstruction);
 }
 
@@ -50,12 +56,14 @@ void ResolveUnit::count_skipped(std::uint64_t samples, std::uint64_t invocations
 
 // ---- Colours ----------------------------------------------------------------------------------------------------
 
-void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory, FrameTargets& targets) {
+void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                           Memory memory, FrameTargets& targets) {
   History& next = *resolve.next;
   const IntRect& tile = surfaces_.pixels;
   const bool keeps_records = resolve.keeps_records || resolve.settings.reach_neighbours;
   for (int y = tile.y0; keeps_records && y < tile.y1; ++y) {
-    const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y), n = static_cast<std::size_t>(tile.width());
+    const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y),
+                      n = static_cast<std::size_t>(tile.width());
     std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
@@ -74,7 +82,8 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     resolve.deferred[b] = 0;
     if (block.reconstructed == 0) continue;
-    const IntRect wanted = next.region.intersect({block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
+    const IntRect wanted = next.region.intersect(
+        {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
     if (resolve.settings.reach_neighbours && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
@@ -100,11 +109,15 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> co
     for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
       const std::size_t from = surfaces_.index(block.pixels.x0, y), to = next.pixel(block.pixels.x0, y);
       const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
-      const unsigned rendered = block.rendered >> row, advected = block.advected >> row, reconstructed = block.reconstructed >> row;
+      const unsigned rendered = block.rendered >> row, advected = block.advected >> row,
+                     reconstructed = block.reconstructed >> row;
       Vec4* out = &colors_[from];
       for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x)
-        if ((rendered >> x & 1u) != 0) out[x] = spp_ == 4 ? mean_of_samples<4>(&color[4 * (from + x)], &coverage[4 * (from + x)]) : mean_of_samples(&color[n * (from + x)], &coverage[n * (from + x)], spp_);
-      const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) + row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
+        if ((rendered >> x & 1u) != 0)
+          out[x] = spp_ == 4 ? mean_of_samples<4>(&color[4 * (from + x)], &coverage[4 * (from + x)])
+                             : mean_of_samples(&color[n * (from + x)], &coverage[n * (from + x)], spp_);
+      const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) +
+                                   row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
       std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
     }
     pixels_shaded_ += static_cast<std::uint64_t>(std::popcount(block.rendered));
@@ -132,7 +145,8 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
       Vec4& expected = there[4 * (y & 3) + (x & 3)];
-      if ((looked_at & bit) == 0 || ((taken & bit) == 0 && !advect(resolve, block, velocity_, x, y, expected, false))) return;
+      if ((looked_at & bit) == 0 || ((taken & bit) == 0 && !advect(resolve, block, velocity_, x, y, expected, false)))
+        return;
       sum += relative_difference(expected, colors_[surfaces_.index(x, y)]);
       ++compared;
     });
@@ -140,19 +154,22 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
   }
   if (!discrepant) return;
   ++counters_.blocks_discrepant;
-  resolve.next->distrust[resolve.next->block(block.pixels.x0, block.pixels.y0)] = static_cast<std::uint8_t>(settings.frames);
+  resolve.next->distrust[resolve.next->block(block.pixels.x0, block.pixels.y0)] =
+      static_cast<std::uint8_t>(settings.frames);
 }
 
 // ---- Stencils ---------------------------------------------------------------------------------------------------
 
-std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, const Records& records) const {
+std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveFrame& resolve, const Block& block,
+                                                                  std::uint32_t surface, const Records& records) const {
   const History& next = *resolve.next;
   const IntRect& reach = records.region;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
-  // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no such plane.
-  // Nor has what is seen before nothing, whose depth is infinite.
+  // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no
+  // such plane. Nor has what is seen before nothing, whose depth is infinite.
   const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4;
-  const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive && std::isfinite(records.depth[records.index(x0, y0)]);
+  const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive &&
+                     std::isfinite(records.depth[records.index(x0, y0)]);
   float inverse = 0.0f, by_x = 0.0f, by_y = 0.0f;
   if (plane) {
     inverse = 1.0f / records.depth[records.index(x0, y0)];
@@ -168,10 +185,13 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
     std::uint32_t row = 0;
     const std::size_t first = next.pixel(left, y), first_record = records.index(left, y);
     for (int x = left; x < right; ++x) {
-      const std::size_t pixel = first + static_cast<std::size_t>(x - left), record = first_record + static_cast<std::size_t>(x - left);
-      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) && (any_surface || records.surface[record] == surface);
+      const std::size_t pixel = first + static_cast<std::size_t>(x - left),
+                        record = first_record + static_cast<std::size_t>(x - left);
+      bool use = resolve.origin[pixel] == static_cast<std::uint8_t>(PixelOrigin::kShaded) &&
+                 (any_surface || records.surface[record] == surface);
       if (plane && use && !any_surface) {
-        const float z = records.depth[record], expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
+        const float z = records.depth[record],
+                    expected = inverse + by_x * static_cast<float>(x - x0) + by_y * static_cast<float>(y - y0);
         use = std::isfinite(z) && std::abs(1.0f - expected * z) <= tolerance * z;
       }
       row |= static_cast<std::uint32_t>(use) << (x - x0 + kWindowMargin);
@@ -185,14 +205,16 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
   const ResolveSettings& settings = resolve.settings;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
   const std::ptrdiff_t stride = records.region.width();
-  const Vec4* first = records.color + (std::ptrdiff_t{y0} - kWindowMargin - records.region.y0) * stride + (x0 - kWindowMargin - records.region.x0);
+  const Vec4* first = records.color + (std::ptrdiff_t{y0} - kWindowMargin - records.region.y0) * stride +
+                      (x0 - kWindowMargin - records.region.x0);
   // One surface of the block after the other.
   for (BlockMask left = block.reconstructed; left != 0;) {
     const int number = std::countr_zero(left);
     const std::uint32_t surface = records.surface[records.index(x0 + (number & 3), y0 + (number >> 2))];
     BlockMask missing = 0;
     for_each_pixel(block.pixels, [&](int x, int y) {
-      if ((left & block_bit(x, y)) != 0 && (settings.desampling == Desampling::kCheckerboard || records.surface[records.index(x, y)] == surface))
+      if ((left & block_bit(x, y)) != 0 &&
+          (settings.desampling == Desampling::kCheckerboard || records.surface[records.index(x, y)] == surface))
         missing = static_cast<BlockMask>(missing | block_bit(x, y));
     });
     left = static_cast<BlockMask>(left & ~missing);
@@ -204,12 +226,15 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
       unfilled = reconstruct_checkerboard(window, missing, {}, out, work);
       reconstruction_work_.taps += work.taps;
     } else {
-      unfilled = reconstruct_block(settings.reconstruction, settings.packed_weights, settings.clamp_to_range, window, missing, out, reconstruction_work_);
+      unfilled = reconstruct_block(settings.reconstruction, settings.packed_weights, settings.clamp_to_range, window,
+                                   missing, out, reconstruction_work_);
     }
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
       // Nothing finite around: black, and not another NaN.
-      if ((missing & bit) != 0) records.color[records.index(x, y)] = (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : out[4 * (y & 3) + (x & 3)];
+      if ((missing & bit) != 0)
+        records.color[records.index(x, y)] =
+            (unfilled & bit) != 0 ? Vec4(0.0f, 0.0f, 0.0f, 1.0f) : out[4 * (y & 3) + (x & 3)];
     });
   }
   counters_.stencil_taps += std::exchange(reconstruction_work_.taps, 0);
@@ -225,18 +250,24 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       if (resolve.deferred[b] == 0) continue;
       block.edge = resolve.deferred[b] == 2;
       for_each_pixel(block.pixels, [&](int x, int y) {
-        if (resolve.origin[next.pixel(x, y)] == static_cast<std::uint8_t>(PixelOrigin::kReconstructed)) block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
+        if (resolve.origin[next.pixel(x, y)] == static_cast<std::uint8_t>(PixelOrigin::kReconstructed))
+          block.reconstructed = static_cast<BlockMask>(block.reconstructed | block_bit(x, y));
       });
       reconstruct(resolve, block, {next.color.data(), next.depth.data(), next.surface.data(), next.region});
       for_each_pixel(block.pixels, [&](int x, int y) {
-        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &next.color[next.pixel(x, y)], sizeof(Vec4));
+        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(),
+                    &next.color[next.pixel(x, y)], sizeof(Vec4));
       });
       // Colours and records of the window are read again, the block is written again.
       const int margin = stencil_reach(resolve.settings);
       const IntRect window = next.region.intersect({bx - margin, by - margin, bx + 4 + margin, by + 4 + margin});
-      RectTransfer{window, next.region, kFramePixelBytes, memory.burst_bytes}.read(ledger_, hardware::Purpose::kNeighbours);
-      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(ledger_, hardware::Purpose::kNeighbours);
-      if (memory.charge_frame_buffer) RectTransfer{block.pixels, next.region, kFramePixelBytes, memory.burst_bytes}.write(ledger_, hardware::Purpose::kFrameBuffer);
+      RectTransfer{window, next.region, kFramePixelBytes, memory.burst_bytes}.read(ledger_,
+                                                                                   hardware::Purpose::kNeighbours);
+      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(
+          ledger_, hardware::Purpose::kNeighbours);
+      if (memory.charge_frame_buffer)
+        RectTransfer{block.pixels, next.region, kFramePixelBytes, memory.burst_bytes}.write(
+            ledger_, hardware::Purpose::kFrameBuffer);
     }
 }
 
@@ -264,15 +295,18 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
   using hardware::Purpose;
   using hardware::Unit;
-  if (memory.charge_frame_buffer) RectTransfer{tile, region, kFramePixelBytes, burst_bytes}.write(ledger_, Purpose::kFrameBuffer);
+  if (memory.charge_frame_buffer)
+    RectTransfer{tile, region, kFramePixelBytes, burst_bytes}.write(ledger_, Purpose::kFrameBuffer);
   // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
   for (const IntRect& fetched : {fetched_, eye_fetched_}) {
     RectTransfer{fetched, region, kFramePixelBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
     RectTransfer{fetched, region, History::kSurfaceBytes, burst_bytes}.read(ledger_, Purpose::kHistory);
   }
   const RectTransfer records{tile, region, History::kSurfaceBytes, burst_bytes};
-  if (resolve.keeps_records) records.write(ledger_, Purpose::kHistory);
-  else if (resolve.settings.reach_neighbours) records.write(ledger_, Purpose::kNeighbours);  // for the second pass
+  if (resolve.keeps_records)
+    records.write(ledger_, Purpose::kHistory);
+  else if (resolve.settings.reach_neighbours)
+    records.write(ledger_, Purpose::kNeighbours);  // for the second pass
   if (!reads_blocks(resolve.settings)) return;
   const std::uint64_t block_bytes = hardware::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
   if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);

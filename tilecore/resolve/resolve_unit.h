@@ -22,7 +22,8 @@ namespace tessera::tilecore {
 
 struct DesamplingCounters {
   std::uint64_t blocks_rate_4 = 0, blocks_rate_8 = 0, blocks_rate_16 = 0, blocks_rate_32 = 0;
-  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0, blocks_deferred = 0, blocks_foveated = 0;
+  std::uint64_t blocks_advected = 0, blocks_empty = 0, blocks_edge = 0, blocks_distrusted = 0, blocks_discrepant = 0,
+                blocks_deferred = 0, blocks_foveated = 0;
   std::uint64_t pixels_advected = 0, pixels_reconstructed = 0, pixels_forced = 0;
   std::uint64_t advections_outside = 0, advections_disoccluded = 0, advections_unusable = 0;
   std::uint64_t velocity_evaluations = 0, stencil_taps = 0;
@@ -35,36 +36,39 @@ struct AdvectionSource {
   const MotionField* motion = nullptr;
 };
 
-// What the tile cores of one frame share about its resolve; read only but for `next` and `origin`, in which tiles write disjoint pixels.
+// What the tile cores of one frame share about its resolve; read only but for `next` and `origin`, in which tiles write
+// disjoint pixels.
 struct ResolveFrame {
   ResolveSettings settings;
-  std::uint32_t number = 0;      // of the frame, for the dither
-  AdvectionSource previous;      // `motion` alone: speeds are known, nothing may be advected
-  AdvectionSource other_eye;     // stereo: the left eye's finished frame
-  float other_eye_depth = 0;     // both eyes must see a point farther than this
-  bool keeps_records = true;     // the next frame's advection, or the right eye, will want depth and surface of each pixel
-  bool all_velocities = false;   // BFECC needs those that no decision needs, too
-  bool auxiliary = false;        // pictures show velocities and edges that nothing needs; not counted
+  std::uint32_t number = 0;   // of the frame, for the dither
+  AdvectionSource previous;   // `motion` alone: speeds are known, nothing may be advected
+  AdvectionSource other_eye;  // stereo: the left eye's finished frame
+  float other_eye_depth = 0;  // both eyes must see a point farther than this
+  bool keeps_records = true;  // the next frame's advection, or the right eye, will want depth and surface of each pixel
+  bool all_velocities = false;  // BFECC needs those that no decision needs, too
+  bool auxiliary = false;       // pictures show velocities and edges that nothing needs; not counted
   History* next = nullptr;
   std::vector<std::uint8_t> origin;  // per pixel of the region: PixelOrigin
-  std::vector<std::uint8_t> deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
+  std::vector<std::uint8_t>
+      deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
 enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 
-// Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie on multiples of four
-// pixels of the frame. Keeps its scratch memory; one instance per thread.
+// Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
+// on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
 //
-//   plan(): surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> runs of the shader per pixel
-//   complete(): mean of samples -> advected pixels -> discrepancy -> stencils -> history, frame buffer
-//   finish_deferred(), reach_neighbours only: when all tiles are complete, the blocks whose stencils reach into other tiles
+//   plan(): surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> runs of the shader per
+//   pixel complete(): mean of samples -> advected pixels -> discrepancy -> stencils -> history, frame buffer
+//   finish_deferred(), reach_neighbours only: when all tiles are complete, the blocks whose stencils reach into other
+//   tiles
 //
 // Invariants (cited by the tests):
-//   U1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or threads.
-//   U2  With reach_neighbours neither do pictures; without, stencils stop at the tile's border.
-//   U3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
-//   U4  A pixel that sees nothing is never skipped: it costs no run of the shader.
-//   U5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   U6  What the history keeps of a pixel is what the picture shows. Nothing is kept, or charged, that nobody reads.
+//   U1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
+//   threads. U2  With reach_neighbours neither do pictures; without, stencils stop at the tile's border. U3  A pixel
+//   that is shaded has the colour that it has without desampling, bit for bit. U4  A pixel that sees nothing is never
+//   skipped: it costs no run of the shader. U5  A pixel that neither advection nor a rendered pixel of its surface in
+//   the block can give is shaded. U6  What the history keeps of a pixel is what the picture shows. Nothing is kept, or
+//   charged, that nobody reads.
 class ResolveUnit {
  public:
   // How traffic is charged: TileJob's members of these names.
@@ -73,13 +77,16 @@ class ResolveUnit {
     bool charge_frame_buffer;
   };
 
-  void plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state);
+  void plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples,
+            TileState& state);
 
-  // Of the tile planned last: how many groups of its samples the shader takes each pixel of the tile for. 0: it is skipped.
+  // Of the tile planned last: how many groups of its samples the shader takes each pixel of the tile for. 0: it is
+  // skipped.
   std::span<const std::uint8_t> runs() const { return runs_; }
 
   // `color` and `coverage`: spp values per pixel; those of pixels with runs() == 0 are not read.
-  void complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory, FrameTargets& targets);
+  void complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage, Memory memory,
+                FrameTargets& targets);
 
   // Second pass over a tile; no other tile may still be incomplete.
   void finish_deferred(ResolveFrame& resolve, IntRect tile, Memory memory, FrameTargets& targets);
@@ -109,8 +116,10 @@ class ResolveUnit {
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
   void copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing);
   // advect() for those pixels of `wanted` for which it is plain; returns them. `out` is of the block's first pixel.
-  BlockMask advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride);
-  bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out, bool count);
+  BlockMask advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity,
+                         BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride);
+  bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
+              bool count);
   void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
   void look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const;
   void check_discrepancy(const ResolveFrame& resolve, const Block& block);
@@ -120,11 +129,15 @@ class ResolveUnit {
     const float* depth;
     const std::uint32_t* surface;
     IntRect region;
-    std::size_t index(int x, int y) const { return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) + static_cast<std::size_t>(x - region.x0); }
+    std::size_t index(int x, int y) const {
+      return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) +
+             static_cast<std::size_t>(x - region.x0);
+    }
   };
   // Stencils read pixels of `records` alone.
   void reconstruct(ResolveFrame& resolve, const Block& block, const Records& records);
-  std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block, std::uint32_t surface, const Records& records) const;
+  std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block,
+                                                       std::uint32_t surface, const Records& records) const;
   void write_auxiliary(const ResolveFrame& resolve, FrameTargets& targets) const;
   void charge(const ResolveFrame& resolve, Memory memory);
 
@@ -132,7 +145,7 @@ class ResolveUnit {
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
   std::vector<std::uint8_t> runs_;
-  std::vector<Vec4> colors_;     // per pixel of the tile: the advected ones' from plan() on, then all
+  std::vector<Vec4> colors_;       // per pixel of the tile: the advected ones' from plan() on, then all
   IntRect fetched_, eye_fetched_;  // of the histories, for this tile
   int spp_ = 1;
   AdvectionWork advection_work_;
@@ -150,17 +163,24 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::DesamplingCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_array<CounterField<tilecore::DesamplingCounters>>({
-    {"resolve.blocks_rate_4", &tilecore::DesamplingCounters::blocks_rate_4, Combine::kSum, "blocks", "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
-    {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks", "Blocks of which 8 pixels were to be shaded.", ""},
-    {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks", "Blocks that were shaded fully.", ""},
+inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_array<
+    CounterField<tilecore::DesamplingCounters>>({
+    {"resolve.blocks_rate_4", &tilecore::DesamplingCounters::blocks_rate_4, Combine::kSum, "blocks",
+     "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
+    {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
+     "Blocks of which 8 pixels were to be shaded.", ""},
+    {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
+     "Blocks that were shaded fully.", ""},
     {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
      "Blocks that were shaded at two groups of samples per pixel.", ""},
     {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
      "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
-    {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks", "Blocks that see nothing; they have no rate.", ""},
-    {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks", "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
-    {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks", "Blocks in which the edge detector found an edge; still blocks that are advected are not looked at.", ""},
+    {"resolve.blocks_empty", &tilecore::DesamplingCounters::blocks_empty, Combine::kSum, "blocks",
+     "Blocks that see nothing; they have no rate.", ""},
+    {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
+     "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
+    {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
+     "Blocks in which the edge detector found an edge; still blocks that are advected are not looked at.", ""},
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
@@ -172,7 +192,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
      "Pixels made from rendered neighbours.", ""},
     {"resolve.pixels_forced", &tilecore::DesamplingCounters::pixels_forced, Combine::kSum, "pixels",
-     "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.", ""},
+     "Pixels shaded although their block's rate leaves them out: no rendered pixel of the block shows their surface.",
+     ""},
     {"resolve.advections_outside", &tilecore::DesamplingCounters::advections_outside, Combine::kSum, "pixels",
      "Pixels shaded because advection pointed out of the frame.", ""},
     {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",
@@ -186,7 +207,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",
      "Visible samples and blended layers of pixels that were not shaded.", ""},
     {"resolve.invocations_saved", &tilecore::DesamplingCounters::invocations_saved, Combine::kSum, "invocations",
-     "Runs of the pixel shader that those pixels would have taken; with shading.rate=cache the look-ups.", "MaliFragThread, as a difference"},
+     "Runs of the pixel shader that those pixels would have taken; with shading.rate=cache the look-ups.",
+     "MaliFragThread, as a difference"},
 });
 TESSERA_COUNTERS_COVER(tilecore::DesamplingCounters);
 

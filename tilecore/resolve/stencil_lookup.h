@@ -11,8 +11,8 @@
 // The packed tables as cubic_stencil.cpp computes with them; an inner header.
 namespace tessera::tilecore {
 
-// Largest weight first, so that taps of equal weight are neighbours; among them pairs that mirror each other along x, so
-// that they are summed first and pixels above each other share the sum.
+// Largest weight first, so that taps of equal weight are neighbours; among them pairs that mirror each other along x,
+// so that they are summed first and pixels above each other share the sum.
 constexpr Stencil sorted_by_weight(Stencil s) {
   const auto comes_before = [](const StencilTap& a, const StencilTap& b) {
     if (a.weight != b.weight) return a.weight > b.weight;
@@ -27,14 +27,16 @@ constexpr Stencil sorted_by_weight(Stencil s) {
 
 inline constexpr auto kStencils = [] {
   std::array<Stencil, generated::kStencils> all{};
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = sorted_by_weight(unpack_stencil(generated::kPackedStencils, generated::kStencilStart[i]));
+  for (std::size_t i = 0; i < all.size(); ++i)
+    all[i] = sorted_by_weight(unpack_stencil(generated::kPackedStencils, generated::kStencilStart[i]));
   return all;
 }();
 
 constexpr bool has_table(Reconstruction kernel) { return kernel != Reconstruction::kNearest; }
 
 constexpr StencilIndexEntry index_entry(Reconstruction kernel, unsigned border, std::size_t table_pattern, int pixel) {
-  const std::size_t row = ((static_cast<std::size_t>(kernel) - 1) * kBorderCases + border) * kTablePatterns.size() + table_pattern;
+  const std::size_t row =
+      ((static_cast<std::size_t>(kernel) - 1) * kBorderCases + border) * kTablePatterns.size() + table_pattern;
   const std::uint16_t code = generated::kStencilIndex[row * 16 + static_cast<std::size_t>(pixel)];
   if (code == kNoStencil) return {};
   return {static_cast<std::uint16_t>(code / 8), {static_cast<std::uint8_t>(code % 8)}};
@@ -46,22 +48,32 @@ struct MirroredPattern {
   unsigned mirror;  // as mirrored_pixel()
 };
 
-// By which of the pixels (0, 0), (1, 0), (0, 1), (1, 1) are rendered, bit 0 first; all patterns repeat every two pixels.
+// By which of the pixels (0, 0), (1, 0), (0, 1), (1, 1) are rendered, bit 0 first; all patterns repeat every two
+// pixels.
 constexpr std::optional<MirroredPattern> pattern_of(unsigned corner) {
   switch (corner) {
-    case 1: return MirroredPattern{0, 0};
-    case 2: return MirroredPattern{0, 1};
-    case 4: return MirroredPattern{0, 2};
-    case 8: return MirroredPattern{0, 3};
-    case 9: return MirroredPattern{1, 0};
-    case 6: return MirroredPattern{1, 1};
-    default: return std::nullopt;
+    case 1:
+      return MirroredPattern{0, 0};
+    case 2:
+      return MirroredPattern{0, 1};
+    case 4:
+      return MirroredPattern{0, 2};
+    case 8:
+      return MirroredPattern{0, 3};
+    case 9:
+      return MirroredPattern{1, 0};
+    case 6:
+      return MirroredPattern{1, 1};
+    default:
+      return std::nullopt;
   }
 }
 constexpr unsigned corner_of(BlockMask pattern) { return (pattern & 3u) | (pattern >> 2 & 12u); }
 
-constexpr StencilIndexEntry mirrored_entry(Reconstruction kernel, unsigned border, const MirroredPattern& p, int pixel) {
-  StencilIndexEntry entry = index_entry(kernel, mirrored_border(border, p.mirror), p.table_pattern, mirrored_pixel(pixel, p.mirror));
+constexpr StencilIndexEntry mirrored_entry(Reconstruction kernel, unsigned border, const MirroredPattern& p,
+                                           int pixel) {
+  StencilIndexEntry entry =
+      index_entry(kernel, mirrored_border(border, p.mirror), p.table_pattern, mirrored_pixel(pixel, p.mirror));
   entry.symmetry.bits = static_cast<std::uint8_t>(entry.symmetry.bits ^ p.mirror << 1);
   return entry;
 }

@@ -26,7 +26,9 @@ struct ExactTap {
 using ExactStencil = std::vector<ExactTap>;
 
 bool is_rendered(BlockMask pattern, unsigned border, int x, int y) {
-  if ((border & kLeftBorder && x < 0) || (border & kRightBorder && x > 3) || (border & kTopBorder && y < 0) || (border & kBottomBorder && y > 3)) return false;
+  if ((border & kLeftBorder && x < 0) || (border & kRightBorder && x > 3) || (border & kTopBorder && y < 0) ||
+      (border & kBottomBorder && y > 3))
+    return false;
   return pattern >> (4 * (y & 3) + (x & 3)) & 1;
 }
 
@@ -72,19 +74,22 @@ CanonicalStencil canonical(const ExactStencil& original) {
           if (t.dx == there.dx && t.dy == there.dy) form.push_back({dx, dy, t.weight});
       }
     std::sort(form.begin(), form.end(), comes_before);
-    if (best.taps.empty() || std::lexicographical_compare(form.begin(), form.end(), best.taps.begin(), best.taps.end(), comes_before)) best = {form, back};
+    if (best.taps.empty() ||
+        std::lexicographical_compare(form.begin(), form.end(), best.taps.begin(), best.taps.end(), comes_before))
+      best = {form, back};
   }
   return best;
 }
 
-// Rounds weights to multiples of 1/unit with the given sum, each within one unit of the exact weight and such that a ramp
-// of one per pixel is off by one unit at most. Of all such codes the ones nearest in the sense of squares are taken, the
-// moments' errors counting as a weight's. kEqual: taps of equal weight get equal codes, so that symmetric stencils stay
-// symmetric and reproduce a ramp exactly; kApart: each tap is rounded up or down.
+// Rounds weights to multiples of 1/unit with the given sum, each within one unit of the exact weight and such that a
+// ramp of one per pixel is off by one unit at most. Of all such codes the ones nearest in the sense of squares are
+// taken, the moments' errors counting as a weight's. kEqual: taps of equal weight get equal codes, so that symmetric
+// stencils stay symmetric and reproduce a ramp exactly; kApart: each tap is rounded up or down.
 enum class Grouping { kEqual, kApart };
 class Quantizer {
  public:
-  Quantizer(const ExactStencil& taps, int unit, Grouping grouping) : taps_(taps), unit_(unit), most_(grouping == Grouping::kEqual ? 3 : 2), codes_(taps.size()) {
+  Quantizer(const ExactStencil& taps, int unit, Grouping grouping)
+      : taps_(taps), unit_(unit), most_(grouping == Grouping::kEqual ? 3 : 2), codes_(taps.size()) {
     for (std::size_t i = 0; i < taps.size(); ++i) {
       std::size_t g = grouping == Grouping::kEqual ? 0 : groups_.size();
       while (g < groups_.size() && comparable(taps[groups_[g].front()].weight) != comparable(taps[i].weight)) ++g;
@@ -133,7 +138,8 @@ struct Attempt {
   int unit;
   Grouping grouping;
 };
-constexpr Attempt kAttempts[] = {{256, Grouping::kEqual}, {256, Grouping::kApart}, {128, Grouping::kEqual}, {128, Grouping::kApart}, {64, Grouping::kEqual}, {64, Grouping::kApart}};
+constexpr Attempt kAttempts[] = {{256, Grouping::kEqual}, {256, Grouping::kApart}, {128, Grouping::kEqual},
+                                 {128, Grouping::kApart}, {64, Grouping::kEqual},  {64, Grouping::kApart}};
 
 Stencil quantized(const ExactStencil& taps) {
   for (const auto& [unit, grouping] : kAttempts) {
@@ -144,14 +150,16 @@ Stencil quantized(const ExactStencil& taps) {
       const int code = quantizer.codes()[i];
       if (code == 0) continue;
       if (s.count == kMostTaps) throw std::runtime_error("a stencil has more taps than its count can say");
-      s.taps[s.count++] = {static_cast<std::int8_t>(taps[i].dx), static_cast<std::int8_t>(taps[i].dy), static_cast<std::int16_t>(code)};
+      s.taps[s.count++] = {static_cast<std::int8_t>(taps[i].dx), static_cast<std::int8_t>(taps[i].dy),
+                           static_cast<std::int16_t>(code)};
     }
     return s;
   }
   throw std::runtime_error("a stencil's weights cannot be rounded to a power of two");
 }
 
-constexpr Reconstruction kKernels[kTableKernels] = {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic, Reconstruction::kCubicInterpolating};
+constexpr Reconstruction kKernels[kTableKernels] = {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled,
+                                                    Reconstruction::kCubic, Reconstruction::kCubicInterpolating};
 
 struct Tables {
   std::vector<Stencil> stencils;
@@ -170,7 +178,9 @@ struct Tables {
     for (const Reconstruction kernel : kKernels)
       for (unsigned border = 0; border < kBorderCases; ++border)
         for (const BlockMask pattern : kTablePatterns)
-          for (int p = 0; p < 16; ++p) index.push_back(pattern >> p & 1 ? StencilIndexEntry{} : entry(exact_stencil(kernel, pattern, border, p % 4, p / 4)));
+          for (int p = 0; p < 16; ++p)
+            index.push_back(pattern >> p & 1 ? StencilIndexEntry{}
+                                             : entry(exact_stencil(kernel, pattern, border, p % 4, p / 4)));
   }
 };
 
@@ -188,10 +198,12 @@ void write_tables(const Tables& tables, std::ostream& out) {
   std::vector<std::uint8_t> stream((bits + 7) / 8);
   for (std::size_t i = 0; i < starts.size(); ++i) pack_stencil(tables.stencils[i], stream, starts[i]);
   std::vector<unsigned> index;
-  for (const StencilIndexEntry& e : tables.index) index.push_back(e.stencil == kNoStencil ? kNoStencil : e.stencil * 8u + e.symmetry.bits);
+  for (const StencilIndexEntry& e : tables.index)
+    index.push_back(e.stencil == kNoStencil ? kNoStencil : e.stencil * 8u + e.symmetry.bits);
 
   out << "// Written by tilecore/resolve/stencil_table_generator.cpp; formats: tilecore/resolve/packed_stencil.h.\n"
-      << "// " << tables.stencils.size() << " stencils in " << bits << " bits, and an index of " << index.size() << " entries.\n"
+      << "// " << tables.stencils.size() << " stencils in " << bits << " bits, and an index of " << index.size()
+      << " entries.\n"
       << "#pragma once\n\n#include <cstdint>\n\nnamespace tessera::tilecore::generated {\n\n"
       << "inline constexpr int kStencils = " << tables.stencils.size() << ";\n"
       << "inline constexpr int kStencilBits = " << bits << ";\n\n";

@@ -12,14 +12,17 @@ float statistic_of(std::array<float, 16>& speeds, int count, BlockSpeed statisti
   if (count == 0) return 0.0f;
   const auto end = speeds.begin() + count;
   switch (statistic) {
-    case BlockSpeed::kMax: return *std::max_element(speeds.begin(), end);
-    case BlockSpeed::kMin: return *std::min_element(speeds.begin(), end);
+    case BlockSpeed::kMax:
+      return *std::max_element(speeds.begin(), end);
+    case BlockSpeed::kMin:
+      return *std::min_element(speeds.begin(), end);
     case BlockSpeed::kMedian: {
       const auto middle = speeds.begin() + count / 2;
       std::nth_element(speeds.begin(), middle, end);
       return *middle;  // the upper one of two
     }
-    case BlockSpeed::kMean: break;
+    case BlockSpeed::kMean:
+      break;
   }
   float sum = 0.0f;
   for (auto s = speeds.begin(); s != end; ++s) sum += *s;
@@ -28,7 +31,8 @@ float statistic_of(std::array<float, 16>& speeds, int count, BlockSpeed statisti
 
 }  // namespace
 
-void VelocityBuffer::start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state, const PixelSurfaces& surfaces, const MotionField* motion) {
+void VelocityBuffer::start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
+                           const PixelSurfaces& surfaces, const MotionField* motion) {
   frame_ = &frame;
   samples_ = &samples;
   state_ = &state;
@@ -56,25 +60,31 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
   // A still pinhole sample sees the surface where it is itself.
   const Vec2 rest = last_rests_ ? Vec2(samples_->x[s], samples_->y[s]) : Vec2(state_->rest_x[s], state_->rest_y[s]);
   if (last_rigid_) return motion_->rigid_step(drawable, rest, surfaces_->depth[pixel]);
-  return motion_->step(drawable, rest, surfaces_->depth[pixel], {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
+  return motion_->step(drawable, rest, surfaces_->depth[pixel],
+                       {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
 }
 
 // Four pixels of a row at a time: MotionField::rigid_step() in the same order, element by element.
 bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds) {
-  const std::size_t first = surfaces_->index(block.x0, block.y0), width = static_cast<std::size_t>(surfaces_->pixels.width()), spp = static_cast<std::size_t>(surfaces_->spp);
+  const std::size_t first = surfaces_->index(block.x0, block.y0),
+                    width = static_cast<std::size_t>(surfaces_->pixels.width()),
+                    spp = static_cast<std::size_t>(surfaces_->spp);
   const std::uint32_t surface = surfaces_->surface[first];
   if (block.width() != 4 || block.height() != 4 || surface == 0 || (surface & PixelSurfaces::kMixed) != 0) return false;
   ChannelMask others{};
-  for (std::size_t j = 0; j < 4; ++j) others |= load(&surfaces_->surface[first + j * width]) ^ static_cast<std::int32_t>(surface);
+  for (std::size_t j = 0; j < 4; ++j)
+    others |= load(&surfaces_->surface[first + j * width]) ^ static_cast<std::int32_t>(surface);
   const std::uint32_t drawable = surface - 1;
   if (!none(others) || motion_->kind(drawable) != MotionField::Kind::kRigid) return false;
   const bool rests = !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
-  const std::vector<float> &xs = rests ? samples_->x : state_->rest_x, &ys = rests ? samples_->y : state_->rest_y;
+  const std::vector<float>&xs = rests ? samples_->x : state_->rest_x, &ys = rests ? samples_->y : state_->rest_y;
   for (std::size_t j = 0; j < 4; ++j) {
     const std::size_t pixel = first + j * width, s = pixel * spp + surfaces_->center_sample;
-    const Channels x{xs[s], xs[s + spp], xs[s + 2 * spp], xs[s + 3 * spp]}, y{ys[s], ys[s + spp], ys[s + 2 * spp], ys[s + 3 * spp]};
+    const Channels x{xs[s], xs[s + spp], xs[s + 2 * spp], xs[s + 3 * spp]},
+        y{ys[s], ys[s + spp], ys[s + 2 * spp], ys[s + 3 * spp]};
     const MotionField::RigidSteps steps = motion_->rigid_steps(drawable, x, y, load(&surfaces_->depth[pixel]));
-    const Channels low = __builtin_shufflevector(steps.x, steps.y, 0, 4, 1, 5), high = __builtin_shufflevector(steps.x, steps.y, 2, 6, 3, 7);
+    const Channels low = __builtin_shufflevector(steps.x, steps.y, 0, 4, 1, 5),
+                   high = __builtin_shufflevector(steps.x, steps.y, 2, 6, 3, 7);
     std::memcpy(&velocity_[pixel].x, &low, sizeof low), std::memcpy(&velocity_[pixel + 2].x, &high, sizeof high);
     std::memcpy(&then_depth_[pixel], &steps.depth, sizeof steps.depth);
     const Channels square = steps.x * steps.x + steps.y * steps.y;
@@ -116,12 +126,15 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
       evaluations_ += counted;
       velocity_[pixel] = step.velocity;
       then_depth_[pixel] = step.depth;
-      // A colour that blended surfaces are in moves with them, not with what is behind. That they rest between two frames tells nothing of two eyes.
+      // A colour that blended surfaces are in moves with them, not with what is behind. That they rest between two
+      // frames tells nothing of two eyes.
       const bool nothing_behind = surfaces_->patch[pixel] == TileState::kNoPatch && surfaces_->surface[pixel] != 0;
-      usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) || (knows_still_ && surfaces_->still[pixel] != 0));
+      usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) ||
+                                       (knows_still_ && surfaces_->still[pixel] != 0));
       if (surfaces_->surface[pixel] == 0) continue;
       out.usable = out.usable && usable_[pixel] != 0;
-      speeds[static_cast<std::size_t>(count++)] = std::sqrt(step.velocity.x * step.velocity.x + step.velocity.y * step.velocity.y);
+      speeds[static_cast<std::size_t>(count++)] =
+          std::sqrt(step.velocity.x * step.velocity.x + step.velocity.y * step.velocity.y);
     }
   out.speed = statistic_of(speeds, count, statistic);
   return out;

@@ -14,20 +14,23 @@ namespace tessera::tilecore {
 // Which speed of a block's pixels decides. The mean hides a small fast object in a still block; `max` does not.
 enum class BlockSpeed { kMean, kMax, kMedian, kMin };
 
-// Screen-space motion of what the pixels of a tile see, from another frame to this one, in pixels. Evaluated block by block, where it
-// is asked for; pixels that see nothing opaque have velocity zero and no part in a block's speed.
+// Screen-space motion of what the pixels of a tile see, from another frame to this one, in pixels. Evaluated block by
+// block, where it is asked for; pixels that see nothing opaque have velocity zero and no part in a block's speed.
 class VelocityBuffer {
  public:
   struct Block {
-    bool still = false;   // every sample of every pixel is at rest: speed is zero, exactly
-    bool usable = true;   // every pixel that sees something opaque has a usable velocity
-    float speed = 0;      // the chosen statistic of |velocity|, pixels per frame
+    bool still = false;  // every sample of every pixel is at rest: speed is zero, exactly
+    bool usable = true;  // every pixel that sees something opaque has a usable velocity
+    float speed = 0;     // the chosen statistic of |velocity|, pixels per frame
   };
 
-  // Forgets the last tile. `motion`, which may be null (then nothing is usable), and the others must stay until the next tile.
-  void start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state, const PixelSurfaces& surfaces, const MotionField* motion);
+  // Forgets the last tile. `motion`, which may be null (then nothing is usable), and the others must stay until the
+  // next tile.
+  void start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
+             const PixelSurfaces& surfaces, const MotionField* motion);
 
-  // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4). `counted`: the machine needs it; false: a picture does.
+  // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4). `counted`: the machine needs
+  // it; false: a picture does.
   Block evaluate(IntRect block, BlockSpeed statistic, bool counted);
 
   // Of the tile, row by row. Unusable, with velocity zero, where nothing was evaluated.

@@ -45,11 +45,16 @@ struct Frames {
       for (int x = region.x0; x < region.x1; ++x) velocity[index(x, y)] = v(x, y);
   }
   AdvectedPixel advect(int x, int y, const AdvectionSettings& settings = {}, float z = 10.0f, std::uint32_t id = 7) {
-    return advect_pixel(x, y, z, id, {color.data(), depth.data(), patch.data(), region, kSide}, {velocity.data(), usable.data(), region, kSide}, settings, work);
+    return advect_pixel(x, y, z, id, {color.data(), depth.data(), patch.data(), region, kSide},
+                        {velocity.data(), usable.data(), region, kSide}, settings, work);
   }
 };
 
-const AdvectionSettings kEverySetting[] = {{Fetch::kBilinear, false}, {Fetch::kBilinear, true}, {Fetch::kBicubic, false}, {Fetch::kBicubic, true}, {Fetch::kBicubic, true, false}};
+const AdvectionSettings kEverySetting[] = {{Fetch::kBilinear, false},
+                                           {Fetch::kBilinear, true},
+                                           {Fetch::kBicubic, false},
+                                           {Fetch::kBicubic, true},
+                                           {Fetch::kBicubic, true, false}};
 
 bool same_bits(const Vec4& a, const Vec4& b) { return std::memcmp(&a.x, &b.x, sizeof(float) * 4) == 0; }
 
@@ -128,11 +133,13 @@ RC_GTEST_PROP(Advection, FetchesAreTheInterpolationsInDoublePrecision, (std::uin
   for (const bool cubic : {false, true}) {
     DVec4 expected(0.0);
     for (int y = 0; y < 24; ++y)
-      for (int x = 0; x < 24; ++x) expected += weight(x - px, cubic) * weight(y - py, cubic) * DVec4(frames.color_at(x, y));
+      for (int x = 0; x < 24; ++x)
+        expected += weight(x - px, cubic) * weight(y - py, cubic) * DVec4(frames.color_at(x, y));
     frames.work = {};
     const AdvectedPixel got = frames.advect(12, 12, {cubic ? Fetch::kBicubic : Fetch::kBilinear, false, false});
     RC_ASSERT(got.outcome == Advection::kTaken);
-    for (int c = 0; c < 4; ++c) RC_ASSERT(std::abs(static_cast<double>(got.color[c]) - expected[c]) < 1e-5 * (c == 2 ? 1000 : 4));
+    for (int c = 0; c < 4; ++c)
+      RC_ASSERT(std::abs(static_cast<double>(got.color[c]) - expected[c]) < 1e-5 * (c == 2 ? 1000 : 4));
     // A fraction near 0 or 1 leaves outer texels without a weight.
     RC_ASSERT(frames.work.history_texels <= (cubic ? 16u : 4u) && frames.work.history_texels >= (cubic ? 9u : 4u));
   }
@@ -150,7 +157,9 @@ TEST(Advection, BetweenFourTexelsThatAgreeATentWeighsThem) {
     EXPECT_EQ(frames.work.history_texels, 4u);
     for (int c = 0; c < 4; ++c) {
       const auto at = [&](int dx, int dy) { return static_cast<double>(frames.color_at(6 + dx, 11 + dy)[c]); };
-      const double u = static_cast<double>(fx), v = static_cast<double>(fy), expected = (1 - u) * (1 - v) * at(0, 0) + u * (1 - v) * at(1, 0) + (1 - u) * v * at(0, 1) + u * v * at(1, 1);
+      const double u = static_cast<double>(fx), v = static_cast<double>(fy),
+                   expected = (1 - u) * (1 - v) * at(0, 0) + u * (1 - v) * at(1, 0) + (1 - u) * v * at(0, 1) +
+                              u * v * at(1, 1);
       EXPECT_NEAR(got.color[c], expected, 1e-5 * (1 + std::abs(expected)));
     }
   }
@@ -175,7 +184,8 @@ TEST(Advection, TheClampKeepsABicubicFetchFromOvershooting) {
 
 TEST(Advection, APlaceOutsideOfTheFrameIsRefusedHoweverFar) {
   for (const AdvectionSettings& settings : kEverySetting)
-    for (const Vec2& v : {Vec2(12.5f, 0), Vec2(-12.5f, 0), Vec2(0, 12.25f), Vec2(0, -11.5f), Vec2(1e9f, 0), Vec2(-3e38f, 3e38f), Vec2(0, -5e6f)}) {
+    for (const Vec2& v : {Vec2(12.5f, 0), Vec2(-12.5f, 0), Vec2(0, 12.25f), Vec2(0, -11.5f), Vec2(1e9f, 0),
+                          Vec2(-3e38f, 3e38f), Vec2(0, -5e6f)}) {
       Frames frames;
       frames.move([&](double, double) { return v; });
       EXPECT_EQ(frames.advect(12, 12, settings).outcome, Advection::kOutsideFrame) << v.x << " " << v.y;
@@ -235,11 +245,13 @@ TEST(Advection, DepthsAgreeWithinAShareOfThePixelsOwn) {
   for (const float z : {1e-3f, 1.0f, 1e6f})
     for (const float share : {0.019f, -0.019f, 0.021f, -0.021f}) {
       frames.depth[frames.index(12, 12)] = z * (1 + share);
-      EXPECT_EQ(frames.advect(12, 12, {}, z).outcome, std::abs(share) < 0.02f ? Advection::kTaken : Advection::kDisoccluded);
+      EXPECT_EQ(frames.advect(12, 12, {}, z).outcome,
+                std::abs(share) < 0.02f ? Advection::kTaken : Advection::kDisoccluded);
     }
   for (const float there : {10.0f, kInfinity, kNan}) {
     frames.depth[frames.index(12, 12)] = there;
-    EXPECT_EQ(frames.advect(12, 12, {}, kInfinity).outcome, there == kInfinity ? Advection::kTaken : Advection::kDisoccluded);
+    EXPECT_EQ(frames.advect(12, 12, {}, kInfinity).outcome,
+              there == kInfinity ? Advection::kTaken : Advection::kDisoccluded);
     EXPECT_EQ(frames.advect(12, 12, {}, kNan).outcome, Advection::kDisoccluded);
     EXPECT_EQ(frames.advect(12, 12, {}, 10.0f).outcome, there == 10.0f ? Advection::kTaken : Advection::kDisoccluded);
   }
@@ -249,8 +261,8 @@ TEST(Advection, DepthsAgreeWithinAShareOfThePixelsOwn) {
 
 constexpr double kMiddle = 11.5;
 
-// How far from where it was one frame ago a pixel of a plane that turns by `angle` is looked for. The picture is a ramp, so
-// the colour is the place.
+// How far from where it was one frame ago a pixel of a plane that turns by `angle` is looked for. The picture is a
+// ramp, so the colour is the place.
 double miss(bool bfecc, double angle, const std::function<Vec2(double, double)>& velocity) {
   double worst = 0;
   for (const bool along_x : {true, false}) {
@@ -262,7 +274,8 @@ double miss(bool bfecc, double angle, const std::function<Vec2(double, double)>&
         const AdvectedPixel got = frames.advect(x, y, {Fetch::kBilinear, bfecc});
         EXPECT_EQ(got.outcome, Advection::kTaken);
         const double dx = x - kMiddle, dy = y - kMiddle;
-        const double back = along_x ? kMiddle + dx * std::cos(angle) + dy * std::sin(angle) : kMiddle - dx * std::sin(angle) + dy * std::cos(angle);
+        const double back = along_x ? kMiddle + dx * std::cos(angle) + dy * std::sin(angle)
+                                    : kMiddle - dx * std::sin(angle) + dy * std::cos(angle);
         worst = std::max(worst, std::abs(static_cast<double>(got.color.x) - back));
       }
   }
@@ -271,7 +284,9 @@ double miss(bool bfecc, double angle, const std::function<Vec2(double, double)>&
 
 TEST(Advection, BackAndForthIsSecondOrderWhereTheVelocityIsThatOfAnInstant) {
   const auto instant = [](double angle) {
-    return [angle](double x, double y) { return Vec2(static_cast<float>(-angle * (y - kMiddle)), static_cast<float>(angle * (x - kMiddle))); };
+    return [angle](double x, double y) {
+      return Vec2(static_cast<float>(-angle * (y - kMiddle)), static_cast<float>(angle * (x - kMiddle)));
+    };
   };
   for (const double angle : {0.1, 0.05}) {
     const double plain = miss(false, angle, instant(angle)), corrected = miss(true, angle, instant(angle));
@@ -289,7 +304,8 @@ TEST(Advection, BackAndForthHarmsWhereTheVelocityIsTheExactDisplacement) {
   for (const double angle : {0.1, 0.05}) {
     const auto displacement = [&](double x, double y) {
       const double dx = x - kMiddle, dy = y - kMiddle;
-      return Vec2(static_cast<float>(dx - (dx * std::cos(angle) + dy * std::sin(angle))), static_cast<float>(dy - (-dx * std::sin(angle) + dy * std::cos(angle))));
+      return Vec2(static_cast<float>(dx - (dx * std::cos(angle) + dy * std::sin(angle))),
+                  static_cast<float>(dy - (-dx * std::sin(angle) + dy * std::cos(angle))));
     };
     EXPECT_LT(miss(false, angle, displacement), 1e-5);
     EXPECT_NEAR(miss(true, angle, displacement), 0.5 * angle * angle * 3.5, 0.3 * angle * angle * 3.5);
@@ -308,42 +324,60 @@ TEST(Advection, WithoutAVelocityAtTheFarEndThereIsNoCorrection) {
   EXPECT_NE(frames.advect(12, 12, {Fetch::kBilinear, true}).color, frames.color_at(10, 12));
 }
 
-// Whatever is there: what whole blocks take is what pixel by pixel would have been taken, and nothing is refused that is plain.
+// Whatever is there: what whole blocks take is what pixel by pixel would have been taken, and nothing is refused that
+// is plain.
 RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t seed)) {
   Random random(seed);
   Frames frames(test::below(random, 9), test::below(random, 9));
   const float reach = test::below(random, 2) ? 2.0f : 14.0f;  // within, and out of the region
   const Vec2 way(test::uniform(random, -reach, reach), test::uniform(random, -reach, reach));
-  frames.move([&](double, double) { return way + Vec2(test::uniform(random, -0.1f, 0.1f), test::uniform(random, -0.1f, 0.1f)); });
+  frames.move([&](double, double) {
+    return way + Vec2(test::uniform(random, -0.1f, 0.1f), test::uniform(random, -0.1f, 0.1f));
+  });
   const float odd[] = {0.0f, -0.0f, 3.0f, -1e-30f, 0x1p21f, kNan, kInfinity};
   for (int k = 0; k < 40; ++k) {
-    const auto at = static_cast<std::size_t>(test::below(random, 24 * 24)), there = static_cast<std::size_t>(test::below(random, 24 * 24));
+    const auto at = static_cast<std::size_t>(test::below(random, 24 * 24)),
+               there = static_cast<std::size_t>(test::below(random, 24 * 24));
     switch (test::below(random, 5)) {
-      case 0: frames.velocity[at][test::below(random, 2)] = odd[test::below(random, 7)]; break;
-      case 1: frames.usable[at] = 0; break;
-      case 2: frames.patch[there] = 8; break;
-      case 3: frames.depth[there] = test::below(random, 2) ? kInfinity : 10.5f; break;
-      default: frames.color[there][test::below(random, 4)] = test::below(random, 2) ? kNan : kInfinity;
+      case 0:
+        frames.velocity[at][test::below(random, 2)] = odd[test::below(random, 7)];
+        break;
+      case 1:
+        frames.usable[at] = 0;
+        break;
+      case 2:
+        frames.patch[there] = 8;
+        break;
+      case 3:
+        frames.depth[there] = test::below(random, 2) ? kInfinity : 10.5f;
+        break;
+      default:
+        frames.color[there][test::below(random, 4)] = test::below(random, 2) ? kNan : kInfinity;
     }
   }
   const int x0 = frames.region.x0 + 4 + test::below(random, 16), y0 = frames.region.y0 + 4 + test::below(random, 16);
   const std::vector<float> depth(24 * 24, 10.0f);
   const std::vector<std::uint32_t> patch(24 * 24, 7u);
   const std::size_t first = frames.index(x0, y0);
-  const BlockOfPixels block{x0, y0, &depth[first], &patch[first], &frames.velocity[first], &frames.usable[first], Frames::kSide};
+  const BlockOfPixels block{
+      x0, y0, &depth[first], &patch[first], &frames.velocity[first], &frames.usable[first], Frames::kSide};
   const auto wanted = static_cast<std::uint16_t>(random());
   std::array<Vec4, 16> got;
   got.fill(Vec4(-77.0f));
   AdvectionWork work;
-  const PlainAdvection plain = advect_plain_pixels(block, wanted, {frames.color.data(), frames.depth.data(), frames.patch.data(), frames.region, Frames::kSide}, 0.02f, got.data(), 4, work);
+  const PlainAdvection plain = advect_plain_pixels(
+      block, wanted, {frames.color.data(), frames.depth.data(), frames.patch.data(), frames.region, Frames::kSide},
+      0.02f, got.data(), 4, work);
   RC_ASSERT((plain.taken & ~wanted) == 0);
   AdvectionWork expected_work;
   for (int p = 0; p < 16; ++p) {
     frames.work = {};
     const AdvectedPixel expected = frames.advect(x0 + p % 4, y0 + p / 4);
-    const bool taken = (plain.taken >> p & 1) != 0, between_four = expected.outcome == Advection::kTaken && frames.work.history_texels == 4;
+    const bool taken = (plain.taken >> p & 1) != 0,
+               between_four = expected.outcome == Advection::kTaken && frames.work.history_texels == 4;
     RC_ASSERT(taken == (between_four && (wanted >> p & 1) != 0));
-    const bool right = taken ? same_bits(got[static_cast<std::size_t>(p)], expected.color) : got[static_cast<std::size_t>(p)] == Vec4(-77.0f);
+    const bool right = taken ? same_bits(got[static_cast<std::size_t>(p)], expected.color)
+                             : got[static_cast<std::size_t>(p)] == Vec4(-77.0f);
     RC_ASSERT(right);
     if (taken) expected_work.history_texels += 4, expected_work.fetches += 1;
   }

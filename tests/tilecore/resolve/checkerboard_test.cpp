@@ -44,8 +44,12 @@ TEST(Checkerboard, MissingPixelsAreTheMeanOfTheirFourNeighbours) {
     EXPECT_EQ(got.work.taps, 32u);
     for (int p = 0; p < 16; ++p) {
       const int x = p % 4 + 3, y = p / 4 + 3;
-      const DVec4 mean = (DVec4(window.at(x - 1, y)) + DVec4(window.at(x + 1, y)) + DVec4(window.at(x, y - 1)) + DVec4(window.at(x, y + 1))) / 4.0;
-      for (int c = 0; c < 4; ++c) EXPECT_NEAR(static_cast<double>(got.color[static_cast<std::size_t>(p)][c]), missing >> p & 1 ? mean[c] : 0.0, 1e-4);
+      const DVec4 mean = (DVec4(window.at(x - 1, y)) + DVec4(window.at(x + 1, y)) + DVec4(window.at(x, y - 1)) +
+                          DVec4(window.at(x, y + 1))) /
+                         4.0;
+      for (int c = 0; c < 4; ++c)
+        EXPECT_NEAR(static_cast<double>(got.color[static_cast<std::size_t>(p)][c]), missing >> p & 1 ? mean[c] : 0.0,
+                    1e-4);
     }
   }
 }
@@ -90,8 +94,10 @@ TEST(Checkerboard, ThePreviousFramesPixelIsTakenWithinTheRangeOfItsNeighbours) {
       continue;
     }
     const int x = p % 4 + 3, y = p / 4 + 3;
-    const Vec4 low = glm::min(glm::min(window.at(x - 1, y), window.at(x + 1, y)), glm::min(window.at(x, y - 1), window.at(x, y + 1)));
-    const Vec4 high = glm::max(glm::max(window.at(x - 1, y), window.at(x + 1, y)), glm::max(window.at(x, y - 1), window.at(x, y + 1)));
+    const Vec4 low = glm::min(glm::min(window.at(x - 1, y), window.at(x + 1, y)),
+                              glm::min(window.at(x, y - 1), window.at(x, y + 1)));
+    const Vec4 high = glm::max(glm::max(window.at(x - 1, y), window.at(x + 1, y)),
+                               glm::max(window.at(x, y - 1), window.at(x, y + 1)));
     EXPECT_EQ(got.color[i], glm::clamp(previous[i], low, high));
     clamped += got.color[i] != previous[i];
   }

@@ -22,7 +22,8 @@ using test::UsableRows;
 using test::Window;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
-constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3], kPairOrder[0], kPairOrder[1]};
+constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2],
+                                   kSquareOrder[3], kPairOrder[0],   kPairOrder[1]};
 
 struct Filled {
   std::array<Vec4, 16> color{};
@@ -50,15 +51,21 @@ double reference_kernel(Reconstruction kernel, int distance) {
   const double d = std::abs(distance);
   const auto cubic = [](double x, double b, double c) {
     if (x < 1) return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + 6 - 2 * b) / 6;
-    if (x < 2) return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + 8 * b + 24 * c) / 6;
+    if (x < 2)
+      return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + 8 * b + 24 * c) / 6;
     return 0.0;
   };
   switch (kernel) {
-    case Reconstruction::kNearest: return 0;
-    case Reconstruction::kBilinear: return std::max(0.0, 1 - d / 2);
-    case Reconstruction::kCubicUnscaled: return cubic(d, 1.0 / 3, 1.0 / 3);
-    case Reconstruction::kCubic: return cubic(d * 2 / 3, 1.0 / 3, 1.0 / 3);
-    case Reconstruction::kCubicInterpolating: return cubic(d / 2, 0, 0.5);
+    case Reconstruction::kNearest:
+      return 0;
+    case Reconstruction::kBilinear:
+      return std::max(0.0, 1 - d / 2);
+    case Reconstruction::kCubicUnscaled:
+      return cubic(d, 1.0 / 3, 1.0 / 3);
+    case Reconstruction::kCubic:
+      return cubic(d * 2 / 3, 1.0 / 3, 1.0 / 3);
+    case Reconstruction::kCubicInterpolating:
+      return cubic(d / 2, 0, 0.5);
   }
   return 0;
 }
@@ -67,8 +74,10 @@ Reference nearest_reference(const Window& window, const UsableRows& usable, int 
   std::vector<std::pair<int, DVec4>> by_distance;
   for (int y = 0; y < kWindowSide; ++y)
     for (int x = 0; x < kWindowSide; ++x)
-      if (is_set(usable, x, y)) by_distance.emplace_back((x - cx) * (x - cx) + (y - cy) * (y - cy), DVec4(window.at(x, y)));
-  std::stable_sort(by_distance.begin(), by_distance.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+      if (is_set(usable, x, y))
+        by_distance.emplace_back((x - cx) * (x - cx) + (y - cy) * (y - cy), DVec4(window.at(x, y)));
+  std::stable_sort(by_distance.begin(), by_distance.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   std::size_t n = 1;
   while (!first_only && n < by_distance.size() && by_distance[n].first == by_distance[0].first) ++n;
   Reference r;
@@ -113,7 +122,9 @@ TEST(StencilTables, EveryMissingPixelOfEveryPatternAtEveryBorderHasAStencil) {
   for (const Reconstruction kernel : kKernels)
     for (const BlockMask pattern : kPatterns)
       for (unsigned border = 0; border < kBorderCases; ++border)
-        for (int p = 0; p < 16; ++p) EXPECT_EQ(table_stencil(kernel, pattern, border, p).has_value(), kernel != Reconstruction::kNearest && !(pattern >> p & 1));
+        for (int p = 0; p < 16; ++p)
+          EXPECT_EQ(table_stencil(kernel, pattern, border, p).has_value(),
+                    kernel != Reconstruction::kNearest && !(pattern >> p & 1));
 }
 
 TEST(StencilTables, WeightsSumToAPowerOfTwoAndFitEightBits) {
@@ -121,7 +132,8 @@ TEST(StencilTables, WeightsSumToAPowerOfTwoAndFitEightBits) {
     for (const Stencil& s : all_table_stencils(kernel)) {
       EXPECT_TRUE(s.unit() == 64 || s.unit() == 128 || s.unit() == 256) << s.unit();
       EXPECT_GE(s.count, 1u);
-      for (std::size_t i = 0; i < s.count; ++i) EXPECT_TRUE(s.taps[i].weight >= -128 && s.taps[i].weight <= 127 && s.taps[i].weight != 0);
+      for (std::size_t i = 0; i < s.count; ++i)
+        EXPECT_TRUE(s.taps[i].weight >= -128 && s.taps[i].weight <= 127 && s.taps[i].weight != 0);
     }
 }
 
@@ -152,7 +164,8 @@ Deviation deviation(const Stencil& s, const std::function<double(int, int)>& exa
 }
 
 TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluation) {  // S5
-  for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic, Reconstruction::kCubicInterpolating})
+  for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic,
+                                      Reconstruction::kCubicInterpolating})
     for (const BlockMask pattern : kPatterns)
       for (unsigned border = 0; border < kBorderCases; ++border) {
         const UsableRows usable = test::repeated(pattern, border);
@@ -161,7 +174,8 @@ TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluati
           if (!s) continue;
           const Deviation d = deviation(*s, [&](int dx, int dy) { return exact_weight(kernel, usable, p, dx, dy); });
           EXPECT_LE(d.weight, 1 + 1e-9);
-          EXPECT_LE(std::abs(d.ramp_x), 1 + 1e-9) << static_cast<int>(kernel) << " " << pattern << " " << border << " " << p;
+          EXPECT_LE(std::abs(d.ramp_x), 1 + 1e-9)
+              << static_cast<int>(kernel) << " " << pattern << " " << border << " " << p;
           EXPECT_LE(std::abs(d.ramp_y), 1 + 1e-9);
           if (border == 0) {
             EXPECT_EQ(d.ramp_x, 0);
@@ -183,11 +197,14 @@ TEST(StencilTables, RoundingBeforeNormalisingLosesStencils) {
         for (int dx = -2; dx <= 2; ++dx) {
           const int x = p % 4 + kWindowMargin + dx, y = p / 4 + kWindowMargin + dy;
           if (!is_set(usable, x, y)) continue;
-          const double w = reference_kernel(Reconstruction::kCubicUnscaled, dx) * reference_kernel(Reconstruction::kCubicUnscaled, dy);
+          const double w = reference_kernel(Reconstruction::kCubicUnscaled, dx) *
+                           reference_kernel(Reconstruction::kCubicUnscaled, dy);
           rounded += std::round(w * 128), largest = std::max(largest, w);
         }
-      if (rounded == 0) ++lost;
-      else beyond_a_unit += std::abs(rounded / 128 - 1) > 1.0 / 128;
+      if (rounded == 0)
+        ++lost;
+      else
+        beyond_a_unit += std::abs(rounded / 128 - 1) > 1.0 / 128;
     }
   }
   EXPECT_GT(lost, 0);
@@ -212,7 +229,9 @@ RC_GTEST_PROP(PackedStencil, UnpacksToItselfAtAnyBit, (std::uint32_t seed)) {
   Stencil s;
   s.count = static_cast<std::size_t>(1 + test::below(random, kMostTaps));
   for (std::size_t i = 0; i < s.count; ++i)
-    s.taps[i] = {static_cast<std::int8_t>(test::below(random, 8) - 4), static_cast<std::int8_t>(test::below(random, 8) - 4), static_cast<std::int16_t>(test::below(random, 256) - 128)};
+    s.taps[i] = {static_cast<std::int8_t>(test::below(random, 8) - 4),
+                 static_cast<std::int8_t>(test::below(random, 8) - 4),
+                 static_cast<std::int16_t>(test::below(random, 256) - 128)};
   std::array<std::uint8_t, 64> stream{};
   const auto at = static_cast<std::size_t>(test::below(random, 200));
   RC_ASSERT(pack_stencil(s, stream, at) == at + 4 + 14 * s.count);
@@ -221,9 +240,11 @@ RC_GTEST_PROP(PackedStencil, UnpacksToItselfAtAnyBit, (std::uint32_t seed)) {
     if (bit < at || bit >= at + packed_stencil_bits(s.count)) RC_ASSERT(read_packed(stream, bit, 1, false) == 0);
 }
 
-// ---- Against the definition -------------------------------------------------------------------------------------------
+// ---- Against the definition
+// -------------------------------------------------------------------------------------------
 
-// Largest difference from the reference, relative to the colours' size; pixels whose stencil is about to give up are left out.
+// Largest difference from the reference, relative to the colours' size; pixels whose stencil is about to give up are
+// left out.
 double worst_error(Reconstruction kernel, const Window& window, BlockMask missing, const Filled& got) {
   const UsableRows usable = test::without(window.usable, missing);
   double worst = 0;
@@ -231,7 +252,8 @@ double worst_error(Reconstruction kernel, const Window& window, BlockMask missin
     if (!(missing >> p & 1)) continue;
     const Reference r = reference(kernel, window, usable, p);
     if (std::abs(r.denominator - 0.5) < 1e-4) continue;
-    for (int c = 0; c < 4; ++c) worst = std::max(worst, std::abs(r.color[c] - static_cast<double>(got.at(p)[c])) / (c == 2 ? 1000 : 4));
+    for (int c = 0; c < 4; ++c)
+      worst = std::max(worst, std::abs(r.color[c] - static_cast<double>(got.at(p)[c])) / (c == 2 ? 1000 : 4));
   }
   return worst;
 }
@@ -254,12 +276,14 @@ RC_GTEST_PROP(CubicStencil, DirectEvaluationIsTheDefinition, (std::uint32_t seed
     }
     RC_ASSERT(got.unfilled == 0);
     RC_ASSERT(worst_error(kernel, window, missing, got) < 2e-6);
-    RC_ASSERT(got.work.pixels == static_cast<std::uint64_t>(std::popcount(missing)) && got.work.direct_pixels == got.work.pixels);
+    RC_ASSERT(got.work.pixels == static_cast<std::uint64_t>(std::popcount(missing)) &&
+              got.work.direct_pixels == got.work.pixels);
     for (int p = 0; p < 16; ++p) RC_ASSERT((missing >> p & 1) || got.at(p) == Vec4(-77.0f));
   }
 }
 
-RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegularAndTheDefinitionElsewhere, (std::uint32_t seed)) {
+RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegularAndTheDefinitionElsewhere,
+              (std::uint32_t seed)) {
   Random random(seed);
   Window window;
   window.fill([&](int, int) { return test::random_color(random); });
@@ -281,8 +305,10 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
       const Stencil s = *table_stencil(kernel, pattern, border, p);
       DVec4 expected(0.0);
       for (std::size_t i = 0; i < s.count; ++i)
-        expected += DVec4(window.at(p % 4 + kWindowMargin + s.taps[i].dx, p / 4 + kWindowMargin + s.taps[i].dy)) * (static_cast<double>(s.taps[i].weight) / s.unit());
-      for (int c = 0; c < 4; ++c) RC_ASSERT(std::abs(expected[c] - static_cast<double>(got.at(p)[c])) < 2e-6 * (c == 2 ? 1000 : 4));
+        expected += DVec4(window.at(p % 4 + kWindowMargin + s.taps[i].dx, p / 4 + kWindowMargin + s.taps[i].dy)) *
+                    (static_cast<double>(s.taps[i].weight) / s.unit());
+      for (int c = 0; c < 4; ++c)
+        RC_ASSERT(std::abs(expected[c] - static_cast<double>(got.at(p)[c])) < 2e-6 * (c == 2 ? 1000 : 4));
       taps += s.count;
     }
     RC_ASSERT(got.work.taps == taps);
@@ -310,15 +336,19 @@ RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t s
       if (pattern >> p & 1) other = static_cast<BlockMask>(other | 1u << mirrored_pixel(p, 1));
     window.usable = test::repeated(pattern, border);
     mirrored.usable = test::repeated(other, mirrored_border(border, 1));
-    for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubic, Reconstruction::kCubicInterpolating}) {
-      const Filled a = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern)), b = fill(kernel, true, false, mirrored.view(), static_cast<BlockMask>(~other));
+    for (const Reconstruction kernel :
+         {Reconstruction::kBilinear, Reconstruction::kCubic, Reconstruction::kCubicInterpolating}) {
+      const Filled a = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern)),
+                   b = fill(kernel, true, false, mirrored.view(), static_cast<BlockMask>(~other));
       for (int p = 0; p < 16; ++p)
-        for (int c = 0; c < 4; ++c) RC_ASSERT(std::abs(a.at(p)[c] - b.at(mirrored_pixel(p, 1))[c]) <= 1e-6f * (c == 2 ? 1000.0f : 4.0f));
+        for (int c = 0; c < 4; ++c)
+          RC_ASSERT(std::abs(a.at(p)[c] - b.at(mirrored_pixel(p, 1))[c]) <= 1e-6f * (c == 2 ? 1000.0f : 4.0f));
     }
   }
 }
 
-// ---- Flat colours -----------------------------------------------------------------------------------------------------
+// ---- Flat colours
+// -----------------------------------------------------------------------------------------------------
 
 int units_apart(float a, float b) {
   const auto ordered = [](float f) {
@@ -330,7 +360,10 @@ int units_apart(float a, float b) {
 
 RC_GTEST_PROP(CubicStencil, AFlatColourComesBackToOneUnitInTheLastPlace, (std::uint32_t seed)) {  // S1
   Random random(seed);
-  const auto any_float = [&] { return std::ldexp(test::uniform(random, 1, 2), test::below(random, 240) - 120) * (test::below(random, 2) ? 1.0f : -1.0f); };
+  const auto any_float = [&] {
+    return std::ldexp(test::uniform(random, 1, 2), test::below(random, 240) - 120) *
+           (test::below(random, 2) ? 1.0f : -1.0f);
+  };
   const Vec4 flat(any_float(), any_float(), any_float(), 1.0f);
   Window window;
   window.fill([&](int, int) { return flat; });
@@ -342,12 +375,13 @@ RC_GTEST_PROP(CubicStencil, AFlatColourComesBackToOneUnitInTheLastPlace, (std::u
       for (const bool clamp : {false, true}) {
         const Filled got = fill(kernel, packed, clamp, window.view(), missing);
         for (int p = 0; p < 16; ++p)
-          for (int c = 0; c < 4; ++c) RC_ASSERT(!(missing >> p & 1) || units_apart(got.at(p)[c], flat[c]) <= (clamp ? 0 : 1));
+          for (int c = 0; c < 4; ++c)
+            RC_ASSERT(!(missing >> p & 1) || units_apart(got.at(p)[c], flat[c]) <= (clamp ? 0 : 1));
       }
 }
 
-// The same for the patterns themselves, on many mantissas, and the failing twin: the sum of products over the sum of weights,
-// one after the other.
+// The same for the patterns themselves, on many mantissas, and the failing twin: the sum of products over the sum of
+// weights, one after the other.
 TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsNot) {
   Random random(1);
   int worst = 0, worst_plain = 0;
@@ -367,7 +401,8 @@ TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsN
     for (int dy = -2; dy <= 2; ++dy)
       for (int dx = -2; dx <= 2; ++dx) {
         if (((dx + dy) & 1) == 0) continue;
-        const auto w = static_cast<float>(kernel_weight(Reconstruction::kCubic, dx) * kernel_weight(Reconstruction::kCubic, dy));
+        const auto w =
+            static_cast<float>(kernel_weight(Reconstruction::kCubic, dx) * kernel_weight(Reconstruction::kCubic, dy));
         sum += w * value, weights += w;
       }
     worst_plain = std::max(worst_plain, units_apart(sum / weights, value));
@@ -376,7 +411,8 @@ TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsN
   EXPECT_GT(worst_plain, 1);
 }
 
-// ---- What may not be used -----------------------------------------------------------------------------------------------
+// ---- What may not be used
+// -----------------------------------------------------------------------------------------------
 
 TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // S2
   // Sixteen pixels on the heap and nothing around them.
@@ -385,7 +421,8 @@ TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // S2
   for (const BlockMask pattern : kPatterns) {
     const BlockWindow window{block.get() - kWindowMargin * 4 - kWindowMargin, 4, test::repeated(pattern, 15)};
     for (const Reconstruction kernel : kKernels)
-      for (const bool packed : {false, true}) EXPECT_EQ(fill(kernel, packed, true, window, static_cast<BlockMask>(~pattern)).unfilled, 0);
+      for (const bool packed : {false, true})
+        EXPECT_EQ(fill(kernel, packed, true, window, static_cast<BlockMask>(~pattern)).unfilled, 0);
   }
 }
 
@@ -404,7 +441,8 @@ RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed))
   }
   for (const Reconstruction kernel : kKernels)
     for (const bool packed : {false, true}) {
-      const Filled a = fill(kernel, packed, false, window.view(), missing), b = fill(kernel, packed, false, poisoned.view(), missing);
+      const Filled a = fill(kernel, packed, false, window.view(), missing),
+                   b = fill(kernel, packed, false, poisoned.view(), missing);
       RC_ASSERT(a.color == b.color && a.unfilled == b.unfilled && b.work.non_finite_pixels == 0u);
     }
 }
@@ -430,7 +468,8 @@ RC_GTEST_PROP(CubicStencil, NonFiniteNeighboursAreAsIfNotUsable, (std::uint32_t 
   if (!has_usable(usable)) return;
   for (const Reconstruction kernel : kKernels)
     for (const bool clamp : {false, true}) {
-      const Filled a = fill(kernel, false, clamp, window.view(), missing), b = fill(kernel, false, clamp, without_bad.view(), missing);
+      const Filled a = fill(kernel, false, clamp, window.view(), missing),
+                   b = fill(kernel, false, clamp, without_bad.view(), missing);
       RC_ASSERT(a.unfilled == b.unfilled);
       RC_ASSERT(a.color == b.color || a.unfilled != 0);
       RC_ASSERT(a.work.non_finite_pixels == 0u || a.work.non_finite_pixels == bad);
@@ -461,8 +500,8 @@ TEST(CubicStencil, ANonFinitePixelLeavesPixelsBeyondItsReachAsTheyWere) {
   EXPECT_FALSE(std::isfinite(0.25f * (window.at(3, 3).y + window.at(5, 3).y + window.at(4, 2).y + window.at(4, 4).y)));
 }
 
-// S7. Blocks amid others of their rate take another way where registers hold two pixels; a hole, a pixel that is not finite and colours
-// whose sum is infinite lead back from it.
+// S7. Blocks amid others of their rate take another way where registers hold two pixels; a hole, a pixel that is not
+// finite and colours whose sum is infinite lead back from it.
 TEST(CubicStencil, EveryInstructionSetGivesTheSameBits) {
   Random random(17);
   enum Kind { kPlain, kHole, kNotFinite, kHuge, kKinds };
@@ -473,15 +512,19 @@ TEST(CubicStencil, EveryInstructionSetGivesTheSameBits) {
         const float scale = kind == kHuge ? 0x1p124f : 1.0f;
         window.fill([&](int, int) { return kind == kHuge ? Vec4(scale) : test::random_color(random); });
         window.usable = test::repeated(pattern);
-        const int x = 3 + std::countr_zero(static_cast<unsigned>(pattern)) % 4, y = 3 + std::countr_zero(static_cast<unsigned>(pattern)) / 4;
-        if (kind == kHole) window.usable[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(window.usable[static_cast<std::size_t>(y)] & ~(1u << x));
+        const int x = 3 + std::countr_zero(static_cast<unsigned>(pattern)) % 4,
+                  y = 3 + std::countr_zero(static_cast<unsigned>(pattern)) / 4;
+        if (kind == kHole)
+          window.usable[static_cast<std::size_t>(y)] =
+              static_cast<std::uint16_t>(window.usable[static_cast<std::size_t>(y)] & ~(1u << x));
         if (kind == kNotFinite) window.at(x, y).y = kNan;
         std::optional<Filled> expected;
         for (const std::string& target : simd_target_names()) {
           force_simd_target(target);
           const Filled got = fill(kernel, true, false, window.view(), static_cast<BlockMask>(~pattern));
           if (!expected) expected = got;
-          EXPECT_EQ(std::memcmp(got.color.data(), expected->color.data(), sizeof got.color), 0) << target << " kernel " << static_cast<int>(kernel) << " pattern " << pattern << " kind " << kind;
+          EXPECT_EQ(std::memcmp(got.color.data(), expected->color.data(), sizeof got.color), 0)
+              << target << " kernel " << static_cast<int>(kernel) << " pattern " << pattern << " kind " << kind;
           EXPECT_EQ(got.work.taps, expected->work.taps) << target;
           EXPECT_EQ(got.work.direct_pixels, expected->work.direct_pixels) << target;
           EXPECT_EQ(got.work.pixels, expected->work.pixels) << target;
@@ -510,17 +553,21 @@ TEST(CubicStencil, AWindowWithNothingUsableIsReportedAndNothingIsWritten) {
   }
 }
 
-// ---- Lopsided surroundings ----------------------------------------------------------------------------------------------
+// ---- Lopsided surroundings
+// ----------------------------------------------------------------------------------------------
 
 TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // S6
   Window window;
   Random random(5);
   window.fill([&](int, int) { return Vec4(test::uniform(random, 0.9f, 1.1f)); });
-  // One pixel diagonally beside (1, 1), and those three away in one direction and one in the other: weights 81, and -9 each,
-  // of 256.
-  const auto set = [&](int dx, int dy) { window.usable[static_cast<std::size_t>(4 + dy)] |= static_cast<std::uint16_t>(1u << (4 + dx)); };
+  // One pixel diagonally beside (1, 1), and those three away in one direction and one in the other: weights 81, and -9
+  // each, of 256.
+  const auto set = [&](int dx, int dy) {
+    window.usable[static_cast<std::size_t>(4 + dy)] |= static_cast<std::uint16_t>(1u << (4 + dx));
+  };
   set(-1, -1);
-  for (const auto& [dx, dy] : {std::pair{-1, 3}, {1, 3}, {-3, 1}, {3, 1}, {3, -1}, {-3, -1}, {-1, -3}, {1, -3}}) set(dx, dy);
+  for (const auto& [dx, dy] : {std::pair{-1, 3}, {1, 3}, {-3, 1}, {3, 1}, {3, -1}, {-3, -1}, {-1, -3}, {1, -3}})
+    set(dx, dy);
   const auto missing = static_cast<BlockMask>(1u << 5);
   const Filled got = fill(Reconstruction::kCubicInterpolating, true, false, window.view(), missing);
   EXPECT_EQ(got.work.fallbacks, 1u);
@@ -529,7 +576,9 @@ TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // S6
   double sum = 0, weights = 0;
   for (int y = 0; y < 10; ++y)
     for (int x = 0; x < 10; ++x) {
-      const double w = is_set(window.usable, x, y) ? reference_kernel(Reconstruction::kCubicInterpolating, x - 4) * reference_kernel(Reconstruction::kCubicInterpolating, y - 4) : 0;
+      const double w = is_set(window.usable, x, y) ? reference_kernel(Reconstruction::kCubicInterpolating, x - 4) *
+                                                         reference_kernel(Reconstruction::kCubicInterpolating, y - 4)
+                                                   : 0;
       sum += w * static_cast<double>(window.at(x, y).x), weights += w;
     }
   EXPECT_NEAR(weights, 9.0 / 256, 1e-12);
@@ -539,12 +588,12 @@ TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // S6
 TEST(CubicStencil, OnlyNegativeWeightsOrNoneInReachFallBackToo) {
   Window window;
   window.fill([](int x, int y) { return Vec4(static_cast<float>(x + 10 * y)); });
-  window.usable[3] = 1u << 9;                     // six to the right of pixel (0, 0)
+  window.usable[3] = 1u << 9;  // six to the right of pixel (0, 0)
   const Filled far = fill(Reconstruction::kBilinear, true, false, window.view(), 1);
   EXPECT_EQ(far.at(0).x, 39.0f);
   EXPECT_EQ(far.work.fallbacks, 1u);
   window.usable[3] = 0;
-  window.usable[4] = 1u << 5;                     // (2, 1) from pixel (0, 0): negative
+  window.usable[4] = 1u << 5;  // (2, 1) from pixel (0, 0): negative
   const Filled negative = fill(Reconstruction::kCubic, true, false, window.view(), 1);
   EXPECT_EQ(negative.at(0).x, 45.0f);
   EXPECT_EQ(negative.work.fallbacks, 1u);
@@ -556,7 +605,8 @@ TEST(CubicStencil, OnlyNegativeWeightsOrNoneInReachFallBackToo) {
   EXPECT_EQ(fill(Reconstruction::kNearest, true, false, window.view(), 1).work.fallbacks, 0u);
 }
 
-// ---- Range --------------------------------------------------------------------------------------------------------------
+// ---- Range
+// --------------------------------------------------------------------------------------------------------------
 
 RC_GTEST_PROP(CubicStencil, ClampedResultsStayInTheRangeOfTheWindow, (std::uint32_t seed)) {  // S4
   Random random(seed);
@@ -577,7 +627,8 @@ RC_GTEST_PROP(CubicStencil, ClampedResultsStayInTheRangeOfTheWindow, (std::uint3
         for (int y = 0; y < 10; ++y)
           for (int x = 0; x < 10; ++x) {
             const bool in_reach = std::abs(x - p % 4 - 3) <= reach && std::abs(y - p / 4 - 3) <= reach;
-            if (is_set(usable, x, y) && (in_reach || got.work.fallbacks > 0 || kernel == Reconstruction::kNearest)) low = glm::min(low, window.at(x, y)), high = glm::max(high, window.at(x, y));
+            if (is_set(usable, x, y) && (in_reach || got.work.fallbacks > 0 || kernel == Reconstruction::kNearest))
+              low = glm::min(low, window.at(x, y)), high = glm::max(high, window.at(x, y));
           }
         for (int c = 0; c < 4; ++c) RC_ASSERT(got.at(p)[c] >= low[c] && got.at(p)[c] <= high[c]);
       }
@@ -590,7 +641,8 @@ TEST(CubicStencil, BesideAFireflyOnlyTheClampKeepsLightFromTurningNegative) {
   window.at(5, 4) = Vec4(1000.0f);
   window.usable = test::repeated(kPairOrder[1]);
   const auto missing = static_cast<BlockMask>(~kPairOrder[1]);
-  const Filled plain = fill(Reconstruction::kCubic, true, false, window.view(), missing), clamped = fill(Reconstruction::kCubic, true, true, window.view(), missing);
+  const Filled plain = fill(Reconstruction::kCubic, true, false, window.view(), missing),
+               clamped = fill(Reconstruction::kCubic, true, true, window.view(), missing);
   bool negative = false;
   for (int p = 0; p < 16; ++p)
     if (missing >> p & 1) {
@@ -600,7 +652,8 @@ TEST(CubicStencil, BesideAFireflyOnlyTheClampKeepsLightFromTurningNegative) {
   EXPECT_TRUE(negative);
 }
 
-// ---- How good -----------------------------------------------------------------------------------------------------------
+// ---- How good
+// -----------------------------------------------------------------------------------------------------------
 
 // Root mean square error over the missing pixels, all directions and phases of sinusoids.
 double sinusoid_error(Reconstruction kernel, bool packed, BlockMask pattern, const std::vector<double>& wavelengths) {
@@ -609,9 +662,11 @@ double sinusoid_error(Reconstruction kernel, bool packed, BlockMask pattern, con
   for (const double wavelength : wavelengths)
     for (int direction = 0; direction < 24; ++direction)
       for (int phase = 0; phase < 16; ++phase) {
-        const double angle = direction * M_PI / 24, kx = 2 * M_PI / wavelength * std::cos(angle), ky = 2 * M_PI / wavelength * std::sin(angle);
+        const double angle = direction * M_PI / 24, kx = 2 * M_PI / wavelength * std::cos(angle),
+                     ky = 2 * M_PI / wavelength * std::sin(angle);
         Window window;
-        window.fill([&](int x, int y) { return Vec4(static_cast<float>(std::sin(kx * x + ky * y + phase * M_PI / 8))); });
+        window.fill(
+            [&](int x, int y) { return Vec4(static_cast<float>(std::sin(kx * x + ky * y + phase * M_PI / 8))); });
         window.usable = test::repeated(pattern);
         const auto missing = static_cast<BlockMask>(~pattern);
         const Filled got = fill(kernel, packed, false, window.view(), missing);
@@ -647,8 +702,10 @@ TEST(CubicStencil, TheUnscaledCubicIsBilinearOnTheseLattices) {
   for (const BlockMask pattern : kPatterns) {
     window.usable = test::repeated(pattern);
     const auto missing = static_cast<BlockMask>(~pattern);
-    EXPECT_EQ(fill(Reconstruction::kCubicUnscaled, true, false, window.view(), missing).color, fill(Reconstruction::kBilinear, true, false, window.view(), missing).color);
-    const Filled a = fill(Reconstruction::kCubicUnscaled, false, false, window.view(), missing), b = fill(Reconstruction::kBilinear, false, false, window.view(), missing);
+    EXPECT_EQ(fill(Reconstruction::kCubicUnscaled, true, false, window.view(), missing).color,
+              fill(Reconstruction::kBilinear, true, false, window.view(), missing).color);
+    const Filled a = fill(Reconstruction::kCubicUnscaled, false, false, window.view(), missing),
+                 b = fill(Reconstruction::kBilinear, false, false, window.view(), missing);
     for (int p = 0; p < 16; ++p)
       for (int c = 0; c < 4; ++c) EXPECT_NEAR(a.at(p)[c], b.at(p)[c], c == 2 ? 1e-3f : 2e-6f);
   }

@@ -1,4 +1,5 @@
-// What the resolve unit decides before anything is shaded: edges, rates, foveation; afterwards: discrepancy, the mean of samples.
+// What the resolve unit decides before anything is shaded: edges, rates, foveation; afterwards: discrepancy, the mean
+// of samples.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -29,7 +30,9 @@ bool edge(const Depths& depth, EdgeMeasure measure = EdgeMeasure::kInverseDepth,
 Depths plane(float inverse, float by_x, float by_y) {
   Depths d;
   for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 4; ++x) d[static_cast<std::size_t>(4 * y + x)] = 1.0f / (inverse + by_x * static_cast<float>(x) + by_y * static_cast<float>(y));
+    for (int x = 0; x < 4; ++x)
+      d[static_cast<std::size_t>(4 * y + x)] =
+          1.0f / (inverse + by_x * static_cast<float>(x) + by_y * static_cast<float>(y));
   return d;
 }
 
@@ -77,12 +80,16 @@ TEST(EdgeDetector, EveryPixelOfAWholeBlockCounts) {
     Depths d = plane(random.uniform(0.1f, 2.0f), random.uniform(0, 0.02f), random.uniform(0, 0.02f));
     d[static_cast<std::size_t>(i % 16)] *= 1.0f + random.uniform(-0.03f, 0.03f);
     for (const EdgeMeasure measure : {EdgeMeasure::kDepth, EdgeMeasure::kInverseDepth}) {
-      const auto value = [&](int x, int y) { return measure == EdgeMeasure::kDepth ? d[static_cast<std::size_t>(4 * y + x)] : 1.0f / d[static_cast<std::size_t>(4 * y + x)]; };
+      const auto value = [&](int x, int y) {
+        return measure == EdgeMeasure::kDepth ? d[static_cast<std::size_t>(4 * y + x)]
+                                              : 1.0f / d[static_cast<std::size_t>(4 * y + x)];
+      };
       bool expected = false;
       for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x) {
           const int cx = x < 2 ? 1 : 2, cy = y < 2 ? 1 : 2;
-          const float laplacian = (value(cx - 1, y) - 2.0f * value(cx, y) + value(cx + 1, y)) + (value(x, cy - 1) - 2.0f * value(x, cy) + value(x, cy + 1));
+          const float laplacian = (value(cx - 1, y) - 2.0f * value(cx, y) + value(cx + 1, y)) +
+                                  (value(x, cy - 1) - 2.0f * value(x, cy) + value(x, cy + 1));
           expected = expected || std::abs(laplacian) > 0.01f * std::abs(value(x, y));
         }
       EXPECT_EQ(edge(d, measure), expected) << i;
@@ -98,7 +105,9 @@ TEST(EdgeDetector, BlocksCutByTheFrameLookAtWhatTheyHave) {
   d[1] = 2;  // a step along x
   for (int width = 1; width <= 4; ++width)
     for (int height = 1; height <= 4; ++height)
-      EXPECT_EQ(detect_edge({EdgeMeasure::kInverseDepth, 0.01f, false}, d.data(), 4, width, height), width >= 3 || (height >= 3 && width >= 2)) << width << "x" << height;
+      EXPECT_EQ(detect_edge({EdgeMeasure::kInverseDepth, 0.01f, false}, d.data(), 4, width, height),
+                width >= 3 || (height >= 3 && width >= 2))
+          << width << "x" << height;
 }
 
 BlockEvidence moving(float speed, bool allowed = false) {
@@ -211,7 +220,8 @@ TEST(Discrepancy, DifferencesAreRelativeSymmetricAndSurviveNonsense) {
 TEST(Discrepancy, AdvectedPixelsStandOutBeyondTheirRenderedNeighboursOnly) {
   std::array<Vec4, 16> colors;
   const BlockMask rendered = checkerboard_mask(0), advected = static_cast<BlockMask>(~rendered);
-  for (std::size_t i = 0; i < 16; ++i) colors[i] = Vec4(static_cast<float>(i % 4));  // a ramp: every pixel within its neighbours' range
+  for (std::size_t i = 0; i < 16; ++i)
+    colors[i] = Vec4(static_cast<float>(i % 4));  // a ramp: every pixel within its neighbours' range
   EXPECT_FALSE(stands_out(colors.data(), advected, rendered, 0.05f));
   for (std::size_t i = 0; i < 16; ++i)
     if (advected >> i & 1) colors[i] = Vec4(50);
@@ -230,7 +240,8 @@ TEST(MultisampleResolve, FourSamplesAtOnceHaveTheBitsOfOneAfterTheOther) {
       for (int c = 0; c < 3; ++c) color[k][c] = n % 5 == 0 ? -0.0f : value(random);
       coverage[k] = static_cast<float>(random() % 2);
     }
-    const Vec4 expected = mean_of_samples(color.get(), coverage.get(), 4), got = mean_of_samples<4>(color.get(), coverage.get());
+    const Vec4 expected = mean_of_samples(color.get(), coverage.get(), 4),
+               got = mean_of_samples<4>(color.get(), coverage.get());
     ASSERT_EQ(std::memcmp(&got.x, &expected.x, 4 * sizeof(float)), 0) << n;
   }
 }

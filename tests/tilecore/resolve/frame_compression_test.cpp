@@ -50,29 +50,42 @@ Halves make_block(const Shape& shape, const Value& value) {
 // Bits of every kind: any, few low bits around a value, special ones.
 RC_GTEST_PROP(FrameCompression, DecodesToTheSameBitsAndIsNeverLargerThanThePixels, (std::uint32_t seed)) {  // C1, C2
   std::mt19937 random(seed);
-  constexpr std::uint16_t kSpecial[] = {0, 0x8000, 0x7c00, 0xfc00, 0x7e00, 0xffff, 0x7c01, 1, 0x8001, 0x03ff, 0x0400, 0x7bff, 0xfbff, 0x3c00};
+  constexpr std::uint16_t kSpecial[] = {0, 0x8000, 0x7c00, 0xfc00, 0x7e00, 0xffff, 0x7c01,
+                                        1, 0x8001, 0x03ff, 0x0400, 0x7bff, 0xfbff, 0x3c00};
   for (const Shape& shape : kShapes) {
     std::array<unsigned, 4> kind, base, bits;
     for (std::size_t c = 0; c < 4; ++c) kind[c] = random() % 4, base[c] = random(), bits[c] = random() % 16;
-    round_trip(make_block(shape, [&](int x, int y, int channel) {
-      const auto c = static_cast<std::size_t>(channel);
-      switch (kind[c]) {
-        case 0: return static_cast<std::uint16_t>(random());
-        case 1: return static_cast<std::uint16_t>(base[c] + (random() & ((1u << bits[c]) - 1)));
-        case 2: return kSpecial[random() % std::size(kSpecial)];
-        default: return static_cast<std::uint16_t>(base[c] + static_cast<unsigned>(x) * bits[c] + static_cast<unsigned>(y) * 3);
-      }
-    }), shape);
+    round_trip(make_block(shape,
+                          [&](int x, int y, int channel) {
+                            const auto c = static_cast<std::size_t>(channel);
+                            switch (kind[c]) {
+                              case 0:
+                                return static_cast<std::uint16_t>(random());
+                              case 1:
+                                return static_cast<std::uint16_t>(base[c] + (random() & ((1u << bits[c]) - 1)));
+                              case 2:
+                                return kSpecial[random() % std::size(kSpecial)];
+                              default:
+                                return static_cast<std::uint16_t>(base[c] + static_cast<unsigned>(x) * bits[c] +
+                                                                  static_cast<unsigned>(y) * 3);
+                            }
+                          }),
+               shape);
   }
 }
 
 TEST(FrameCompression, NoiseIsKeptRawAndSpecialValuesSurvive) {
   std::mt19937 random(1);
   for (const Shape& shape : kShapes) {
-    EXPECT_EQ(round_trip(make_block(shape, [&](int, int, int) { return static_cast<std::uint16_t>(random()); }), shape), raw_size(shape));
+    EXPECT_EQ(round_trip(make_block(shape, [&](int, int, int) { return static_cast<std::uint16_t>(random()); }), shape),
+              raw_size(shape));
     for (const std::uint16_t special : {0x7c00, 0xfc00, 0x7e55, 0xfdff, 0x8000}) {
-      EXPECT_LE(round_trip(make_block(shape, [&](int, int, int) { return special; }), shape), std::max<std::size_t>(shape.burst_bytes, 32));
-      round_trip(make_block(shape, [&](int x, int y, int) { return static_cast<std::uint16_t>((x + y) % 3 == 0 ? special : 0x3c00); }), shape);
+      EXPECT_LE(round_trip(make_block(shape, [&](int, int, int) { return special; }), shape),
+                std::max<std::size_t>(shape.burst_bytes, 32));
+      round_trip(
+          make_block(shape, [&](int x, int y,
+                                int) { return static_cast<std::uint16_t>((x + y) % 3 == 0 ? special : 0x3c00); }),
+          shape);
     }
   }
 }
@@ -80,15 +93,23 @@ TEST(FrameCompression, NoiseIsKeptRawAndSpecialValuesSurvive) {
 TEST(FrameCompression, ClearedBlocksTakeNothingAndFlatOnesABurst) {  // C3
   for (const Shape& shape : kShapes) {
     EXPECT_EQ(round_trip(make_block(shape, [](int, int, int) { return std::uint16_t{0}; }), shape), 0u);
-    EXPECT_EQ(round_trip(make_block(shape, [](int, int, int c) { return static_cast<std::uint16_t>(0x3a57 + 77 * c); }), shape), shape.burst_bytes);
+    EXPECT_EQ(round_trip(make_block(shape, [](int, int, int c) { return static_cast<std::uint16_t>(0x3a57 + 77 * c); }),
+                         shape),
+              shape.burst_bytes);
     // The failing twin: -0 is not cleared.
-    EXPECT_GT(round_trip(make_block(shape, [](int, int, int c) { return static_cast<std::uint16_t>(c == 1 ? 0x8000 : 0); }), shape), 0u);
+    EXPECT_GT(
+        round_trip(make_block(shape, [](int, int, int c) { return static_cast<std::uint16_t>(c == 1 ? 0x8000 : 0); }),
+                   shape),
+        0u);
   }
 }
 
 TEST(FrameCompression, AGradientTakesAtMostHalf) {
   for (const Shape& shape : kShapes) {
-    const auto gradient = [](int x, int y, int c) { return c == 3 ? half_bits(1.0f) : half_bits(0.3f + 0.01f * static_cast<float>((c + 1) * x) + 0.007f * static_cast<float>(y)); };
+    const auto gradient = [](int x, int y, int c) {
+      return c == 3 ? half_bits(1.0f)
+                    : half_bits(0.3f + 0.01f * static_cast<float>((c + 1) * x) + 0.007f * static_cast<float>(y));
+    };
     EXPECT_LE(round_trip(make_block(shape, gradient), shape), raw_size(shape) / 2);
   }
 }
@@ -96,13 +117,16 @@ TEST(FrameCompression, AGradientTakesAtMostHalf) {
 TEST(FrameCompression, AcrossZeroValuesAreNeighbours) {
   // 2^-24 .. and their negatives: halves' bits jump by 2^15 between -0 and 0.
   const Shape shape{4, 16};
-  const auto around_zero = [](int x, int y, int) { return half_bits(std::ldexp(static_cast<float>(x + 4 * y - 8), -24)); };
+  const auto around_zero = [](int x, int y, int) {
+    return half_bits(std::ldexp(static_cast<float>(x + 4 * y - 8), -24));
+  };
   EXPECT_LE(round_trip(make_block(shape, around_zero), shape), 48u);
 }
 
 TEST(FrameCompression, AWrongBitIsAnotherPicture) {
   const Shape shape{4, 16};
-  const Halves halves = make_block(shape, [](int x, int y, int c) { return half_bits(static_cast<float>(1 + x * y + c)); });
+  const Halves halves =
+      make_block(shape, [](int x, int y, int c) { return half_bits(static_cast<float>(1 + x * y + c)); });
   const CompressedBlock block = compress_block(halves, 4, 4, 16);
   ASSERT_FALSE(block.raw);
   int same = 0;
@@ -142,14 +166,19 @@ TEST(HalfBits, AreOpenExrsForEveryHalfItsNeighboursAndTheMiddlesBetween) {
       continue;
     }
     const float next = half(std::nextafter(value, std::numeric_limits<float>::infinity()));
-    for (const float v : {value, std::nextafter(value, std::numeric_limits<float>::infinity()), std::nextafter(value, -std::numeric_limits<float>::infinity()), next}) EXPECT_EQ(half_bits(v), half(v).bits()) << v;
+    for (const float v : {value, std::nextafter(value, std::numeric_limits<float>::infinity()),
+                          std::nextafter(value, -std::numeric_limits<float>::infinity()), next})
+      EXPECT_EQ(half_bits(v), half(v).bits()) << v;
     half after;
     after.setBits(static_cast<std::uint16_t>(bits + 1));
     if ((bits & 0x7fff) >= 0x7bff) continue;
     const float middle = 0.5f * (value + static_cast<float>(after));
-    for (const float v : {middle, std::nextafter(middle, 1e30f), std::nextafter(middle, -1e30f)}) EXPECT_EQ(half_bits(v), half(v).bits()) << v;
+    for (const float v : {middle, std::nextafter(middle, 1e30f), std::nextafter(middle, -1e30f)})
+      EXPECT_EQ(half_bits(v), half(v).bits()) << v;
   }
-  for (const float v : {65519.0f, 65519.996f, 65520.0f, 65536.0f, 1e30f, 1e-30f, 0x1p-25f, 0x1.000002p-25f, -0x1p-25f, -1e30f, std::numeric_limits<float>::infinity()}) EXPECT_EQ(half_bits(v), half(v).bits()) << v;
+  for (const float v : {65519.0f, 65519.996f, 65520.0f, 65536.0f, 1e30f, 1e-30f, 0x1p-25f, 0x1.000002p-25f, -0x1p-25f,
+                        -1e30f, std::numeric_limits<float>::infinity()})
+    EXPECT_EQ(half_bits(v), half(v).bits()) << v;
 }
 
 }  // namespace

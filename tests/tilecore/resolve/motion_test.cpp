@@ -12,7 +12,8 @@
 namespace tessera::tilecore {
 namespace {
 
-std::unique_ptr<frontend::FrameGeometry> pose(const TestFrame& scene, double open, double close, bool orthographic = false) {
+std::unique_ptr<frontend::FrameGeometry> pose(const TestFrame& scene, double open, double close,
+                                              bool orthographic = false) {
   frontend::FrameRequest request;
   request.width = 96;
   request.height = 64;
@@ -29,7 +30,8 @@ std::unique_ptr<frontend::FrameGeometry> pose(const TestFrame& scene, double ope
 // Triangles and patches before a camera, moved by `way` in a second; the camera by `camera_way`.
 TestFrame scene(const DVec3& way, const DVec3& camera_way) {
   TestFrame s;
-  const int patches = test::add_node(*s.capture, test::patches(test::flat_patch({-1, -1, 0}, {2, 0, 0.5f}, {0, 2, -0.3f})));
+  const int patches =
+      test::add_node(*s.capture, test::patches(test::flat_patch({-1, -1, 0}, {2, 0, 0.5f}, {0, 2, -0.3f})));
   const int mesh = test::add_node(*s.capture, test::triangles({{-1, -1, -1}, {1, -1, -1.5f}, {0, 1, -2}}, {0, 1, 2}));
   test::add_camera(*s.capture, {0, 0, 6});
   if (way != DVec3(0.0)) test::add_motion(*s.capture, patches, way), test::add_motion(*s.capture, mesh, way);
@@ -40,13 +42,16 @@ TestFrame scene(const DVec3& way, const DVec3& camera_way) {
 
 TEST(MotionField, RigidMotionIsWhatTheVerticesOfBothPosesSay) {
   for (const bool orthographic : {false, true})
-    for (const auto& [way, camera_way] : {std::pair{DVec3(0.3, -0.2, 0.4), DVec3(0.0)}, std::pair{DVec3(0.0), DVec3(0.2, 0.1, -0.5)}, std::pair{DVec3(1, 0, 0), DVec3(-0.4, 0.3, 0.2)}}) {
+    for (const auto& [way, camera_way] :
+         {std::pair{DVec3(0.3, -0.2, 0.4), DVec3(0.0)}, std::pair{DVec3(0.0), DVec3(0.2, 0.1, -0.5)},
+          std::pair{DVec3(1, 0, 0), DVec3(-0.4, 0.3, 0.2)}}) {
       const TestFrame s = scene(way, camera_way);
       const auto then = pose(s, 0.2, 0.25, orthographic), now = pose(s, 0.5, 0.55, orthographic);
       const MotionField field(*now, *then);
       test::Random random(3);
       for (int i = 0; i < 200; ++i) {
-        const std::uint32_t patch = i % 2 == 0 ? 0u : s.assembly->drawables[1].first_patch, d = s.assembly->patch_drawable[patch];
+        const std::uint32_t patch = i % 2 == 0 ? 0u : s.assembly->drawables[1].first_patch,
+                            d = s.assembly->patch_drawable[patch];
         ASSERT_EQ(field.kind(d), MotionField::Kind::kRigid);
         const float b1 = random.uniform(0.05f, 0.45f), b2 = random.uniform(0.05f, 0.45f);
         const SurfaceLocation at{patch, i % 2 == 0 ? SurfaceLocation::kWholePatch : 0u, b1, b2, 0};
@@ -73,7 +78,8 @@ TEST(MotionField, FourPointsAtOnceHaveTheBitsOfEach) {
     int unusable = 0;
     for (int n = 0; n < 300; ++n) {
       Channels x, y, z;
-      for (int i = 0; i < 4; ++i) x[i] = random.uniform(-20, 120), y[i] = random.uniform(-20, 90), z[i] = random.uniform(-3, 12);
+      for (int i = 0; i < 4; ++i)
+        x[i] = random.uniform(-20, 120), y[i] = random.uniform(-20, 90), z[i] = random.uniform(-3, 12);
       if (n % 7 == 0) z[n % 4] = n % 2 ? std::numeric_limits<float>::infinity() : 0.0f;
       const MotionField::RigidSteps four = field.rigid_steps(0, x, y, z);
       for (int i = 0; i < 4; ++i) {
@@ -97,7 +103,8 @@ TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {
   const MotionField::Step step = field.step(0, {10.25f, 3.5f}, 6.0f, {0, 0, 0.2f, 0.2f, 0});
   EXPECT_TRUE(step.usable);
   EXPECT_EQ(step.velocity, Vec2(0.0f));
-  // The failing twin: one that moves during the shutters alone is not still, though it is in the same place at each opening.
+  // The failing twin: one that moves during the shutters alone is not still, though it is in the same place at each
+  // opening.
   const TestFrame moving = scene(DVec3(1, 0, 0), DVec3(0.0));
   EXPECT_FALSE(MotionField(*pose(moving, 0.5, 0.75), *pose(moving, 0.5, 0.75)).all_still());
 }
@@ -136,7 +143,8 @@ TEST(MotionField, PointsBehindTheEyeInEitherFrameAreNotUsable) {
   const TestFrame s = scene(DVec3(0.0), DVec3(0, 0, -10));
   const auto before = pose(s, 0, 0), after = pose(s, 1, 1);
   EXPECT_FALSE(MotionField(*before, *after).step(0, {48, 32}, 6.0f, {0, 0, 0.2f, 0.2f, 0}).usable);
-  EXPECT_FALSE(MotionField(*before, *before).all_still() && MotionField(*before, *after).step(0, {48, 32}, -1.0f, {0, 0, 0.2f, 0.2f, 0}).usable);
+  EXPECT_FALSE(MotionField(*before, *before).all_still() &&
+               MotionField(*before, *after).step(0, {48, 32}, -1.0f, {0, 0, 0.2f, 0.2f, 0}).usable);
 }
 
 TEST(MotionField, ALightThatChangesIsNoticed) {

@@ -11,7 +11,10 @@ namespace tessera::tilecore {
 namespace {
 
 constexpr std::uint32_t kFrames[] = {0, 1, 2, 3, 4, 17, 0x7fffffff, 0xfffffffd, 0xfffffffe, 0xffffffff};
-const DitherSettings kAllSettings[] = {{DitherOrder::kCounter, 0, false}, {DitherOrder::kCounter, 5, true}, {DitherOrder::kSeeded, 0, false}, {DitherOrder::kSeeded, 5, true}};
+const DitherSettings kAllSettings[] = {{DitherOrder::kCounter, 0, false},
+                                       {DitherOrder::kCounter, 5, true},
+                                       {DitherOrder::kSeeded, 0, false},
+                                       {DitherOrder::kSeeded, 5, true}};
 
 int squares_in(BlockMask mask) {
   int count = 0;
@@ -23,7 +26,8 @@ TEST(PatternDither, MasksHaveTheirRateAndAreMadeOfSparseSquares) {  // D1
   for (const DitherSettings& settings : kAllSettings)
     for (const std::uint32_t frame : kFrames)
       for (int block = 0; block < 8; ++block) {
-        const BlockMask four = dither_mask(4, frame, settings, block, 3), eight = dither_mask(8, frame, settings, block, 3);
+        const BlockMask four = dither_mask(4, frame, settings, block, 3),
+                        eight = dither_mask(8, frame, settings, block, 3);
         EXPECT_EQ(std::popcount(four), 4);
         EXPECT_EQ(squares_in(four), 1);
         EXPECT_EQ(std::popcount(eight), 8);
@@ -95,7 +99,8 @@ double square_error(const std::vector<BlockMask>& frames, double wavelength) {
   int count = 0;
   for (int direction = 0; direction < 24; ++direction)
     for (int phase = 0; phase < 8; ++phase) {
-      const double angle = direction * M_PI / 24, kx = 2 * M_PI / wavelength * std::cos(angle), ky = 2 * M_PI / wavelength * std::sin(angle);
+      const double angle = direction * M_PI / 24, kx = 2 * M_PI / wavelength * std::cos(angle),
+                   ky = 2 * M_PI / wavelength * std::sin(angle);
       const auto truth = [&](int x, int y) { return static_cast<float>(std::sin(kx * x + ky * y + phase * M_PI / 4)); };
       std::array<double, 16> mean{};
       for (const BlockMask mask : frames) {
@@ -106,10 +111,13 @@ double square_error(const std::vector<BlockMask>& frames, double wavelength) {
         ReconstructionWork work;
         const auto missing = static_cast<BlockMask>(~mask);
         EXPECT_EQ(reconstruct_block(Reconstruction::kCubic, false, false, window.view(), missing, out.data(), work), 0);
-        for (int p = 0; p < 16; ++p) mean[static_cast<std::size_t>(p)] += static_cast<double>(missing >> p & 1 ? out[static_cast<std::size_t>(p)].x : truth(p % 4, p / 4));
+        for (int p = 0; p < 16; ++p)
+          mean[static_cast<std::size_t>(p)] +=
+              static_cast<double>(missing >> p & 1 ? out[static_cast<std::size_t>(p)].x : truth(p % 4, p / 4));
       }
       for (int p = 0; p < 16; ++p, ++count) {
-        const double e = mean[static_cast<std::size_t>(p)] / static_cast<double>(frames.size()) - static_cast<double>(truth(p % 4, p / 4));
+        const double e = mean[static_cast<std::size_t>(p)] / static_cast<double>(frames.size()) -
+                         static_cast<double>(truth(p % 4, p / 4));
         error += e * e;
       }
     }
@@ -117,13 +125,17 @@ double square_error(const std::vector<BlockMask>& frames, double wavelength) {
 }
 
 TEST(PatternDither, DiagonalPairsLeaveLessErrorThanRowsOrColumns) {
-  const auto pair = [](int x0, int y0, int x1, int y1) { return static_cast<BlockMask>(sparse_square(x0, y0) | sparse_square(x1, y1)); };
+  const auto pair = [](int x0, int y0, int x1, int y1) {
+    return static_cast<BlockMask>(sparse_square(x0, y0) | sparse_square(x1, y1));
+  };
   for (const double wavelength : {6.0, 8.0, 16.0}) {
     const double diagonal = std::sqrt(square_error({kPairOrder[0]}, wavelength));
-    const double rows = std::sqrt(square_error({pair(0, 0, 1, 0)}, wavelength)), columns = std::sqrt(square_error({pair(0, 0, 0, 1)}, wavelength));
+    const double rows = std::sqrt(square_error({pair(0, 0, 1, 0)}, wavelength)),
+                 columns = std::sqrt(square_error({pair(0, 0, 0, 1)}, wavelength));
     EXPECT_GT(rows, 1.3 * diagonal) << wavelength;
     EXPECT_GT(columns, 1.3 * diagonal) << wavelength;
-    RecordProperty("rows_over_diagonal_at_" + std::to_string(static_cast<int>(wavelength)), std::to_string(rows / diagonal));
+    RecordProperty("rows_over_diagonal_at_" + std::to_string(static_cast<int>(wavelength)),
+                   std::to_string(rows / diagonal));
   }
 }
 
@@ -134,11 +146,13 @@ TEST(PatternDither, TwoFramesInARowAverageBestWhenDiagonal) {
     for (std::size_t f = 0; f < 4; ++f) sum += square_error({order[f], order[(f + 1) % 4]}, wavelength);
     return std::sqrt(sum / 4);
   };
-  const std::array<BlockMask, 4> around = {sparse_square(0, 0), sparse_square(1, 0), sparse_square(1, 1), sparse_square(0, 1)};
+  const std::array<BlockMask, 4> around = {sparse_square(0, 0), sparse_square(1, 0), sparse_square(1, 1),
+                                           sparse_square(0, 1)};
   for (const double wavelength : {6.0, 8.0, 16.0}) {
     const double chosen = over_pairs(kSquareOrder, wavelength), other = over_pairs(around, wavelength);
     EXPECT_LT(chosen, other) << wavelength;
-    RecordProperty("around_over_chosen_at_" + std::to_string(static_cast<int>(wavelength)), std::to_string(other / chosen));
+    RecordProperty("around_over_chosen_at_" + std::to_string(static_cast<int>(wavelength)),
+                   std::to_string(other / chosen));
   }
 }
 

@@ -10,8 +10,9 @@
 // Windows around a block for the tests of tilecore/resolve/.
 namespace tessera::tilecore::test {
 
-inline constexpr Reconstruction kKernels[kReconstructionCount] = {Reconstruction::kNearest, Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic,
-                                                                  Reconstruction::kCubicInterpolating};
+inline constexpr Reconstruction kKernels[kReconstructionCount] = {
+    Reconstruction::kNearest, Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic,
+    Reconstruction::kCubicInterpolating};
 
 using UsableRows = std::array<std::uint16_t, kWindowSide>;
 
@@ -23,8 +24,11 @@ inline UsableRows repeated(BlockMask pattern, unsigned border = 0) {
   for (int y = 0; y < kWindowSide; ++y)
     for (int x = 0; x < kWindowSide; ++x) {
       const int bx = x - kWindowMargin, by = y - kWindowMargin;
-      if ((border & kLeftBorder && bx < 0) || (border & kRightBorder && bx > 3) || (border & kTopBorder && by < 0) || (border & kBottomBorder && by > 3)) continue;
-      if (pattern >> (4 * (by & 3) + (bx & 3)) & 1) rows[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(rows[static_cast<std::size_t>(y)] | 1u << x);
+      if ((border & kLeftBorder && bx < 0) || (border & kRightBorder && bx > 3) || (border & kTopBorder && by < 0) ||
+          (border & kBottomBorder && by > 3))
+        continue;
+      if (pattern >> (4 * (by & 3) + (bx & 3)) & 1)
+        rows[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(rows[static_cast<std::size_t>(y)] | 1u << x);
     }
   return rows;
 }
@@ -54,26 +58,35 @@ struct Window {
 };
 
 using Random = std::mt19937;
-inline float uniform(Random& random, float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); }
+inline float uniform(Random& random, float low, float high) {
+  return std::uniform_real_distribution<float>(low, high)(random);
+}
 inline int below(Random& random, int count) { return std::uniform_int_distribution<int>(0, count - 1)(random); }
-inline Vec4 random_color(Random& random) { return {uniform(random, -1, 4), uniform(random, -1, 4), uniform(random, 0, 1000), uniform(random, 0, 1)}; }
+inline Vec4 random_color(Random& random) {
+  return {uniform(random, -1, 4), uniform(random, -1, 4), uniform(random, 0, 1000), uniform(random, 0, 1)};
+}
 
 // The patterns of pattern_dither.h, whole or cut anywhere, or nothing regular at all.
 inline UsableRows random_usable(Random& random) {
-  constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3], kPairOrder[0], kPairOrder[1], kFullBlock};
+  constexpr BlockMask kPatterns[] = {kSquareOrder[0], kSquareOrder[1], kSquareOrder[2], kSquareOrder[3],
+                                     kPairOrder[0],   kPairOrder[1],   kFullBlock};
   UsableRows rows = repeated(kPatterns[below(random, 7)], static_cast<unsigned>(below(random, 2) * below(random, 16)));
   switch (below(random, 4)) {
-    case 0: break;
+    case 0:
+      break;
     case 1: {  // the frame ends somewhere
       const int right = below(random, 11), bottom = below(random, 11);
-      for (int y = 0; y < 10; ++y) rows[static_cast<std::size_t>(y)] = static_cast<std::uint16_t>(y < bottom ? rows[static_cast<std::size_t>(y)] & ((1u << right) - 1) : 0u);
+      for (int y = 0; y < 10; ++y)
+        rows[static_cast<std::size_t>(y)] =
+            static_cast<std::uint16_t>(y < bottom ? rows[static_cast<std::size_t>(y)] & ((1u << right) - 1) : 0u);
       break;
     }
     case 2:  // holes
       for (auto& row : rows) row = static_cast<std::uint16_t>(row & random());
       break;
     default:  // few or many, anywhere
-      for (auto& row : rows) row = static_cast<std::uint16_t>(random() & random() & (below(random, 2) ? 0x3ffu : random()));
+      for (auto& row : rows)
+        row = static_cast<std::uint16_t>(random() & random() & (below(random, 2) ? 0x3ffu : random()));
   }
   return rows;
 }
