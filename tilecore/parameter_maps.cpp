@@ -37,7 +37,7 @@ class IntervalPass {
         region_(region),
         settings_(settings),
         reach_(settings.spacing / side),
-        margin_(stroke_reach(settings)),
+        margin_(static_cast<double>(stroke_reach(settings))),
         out_(out) {}
 
   void run(std::uint32_t drawable, std::uint32_t piece) {
