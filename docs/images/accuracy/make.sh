@@ -19,4 +19,6 @@ measure eggs eggs-own-grids --reference-edge 0
 measure flyby flyby
 measure serpent serpent
 measure stroll stroll
-awk -f "$here/converge.awk" "$out"/{eggs,flyby,serpent,stroll}.convergence > "$here/convergence.svg"
+measure vases vases
+measure workshop workshop
+awk -f "$here/converge.awk" "$out"/{eggs,flyby,serpent,stroll,vases,workshop}.convergence > "$here/convergence.svg"
