@@ -40,6 +40,9 @@ struct Block {
   std::vector<Row> rows;
 };
 
+// Trials whose rounds take turns, and that are kept together.
+constexpr std::ptrdiff_t kTakingTurns = 16;
+
 json spread(const json& rounds) {
   std::vector<double> values = rounds.get<std::vector<double>>();
   std::sort(values.begin(), values.end());
@@ -89,8 +92,7 @@ class Tradeoff {
     Trial base{options_.settings, options_.gpu, false, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
-      if (stop_requested()) break;
-      measure(prepared, block, reference.color);
+      if (stop_requested() || !measure(prepared, block, reference.color)) break;
       out["knobs"].push_back(block_json(block, base.hash));
       done += block.rows.size();
       progress.update(done, block.knob.title);
@@ -160,7 +162,8 @@ class Tradeoff {
 
   fs::path trial_file(const std::string& hash) const { return options_.folder / "points" / (hash + ".json"); }
 
-  void measure(const std::shared_ptr<const PreparedCapture>& prepared, const Block& block, const Image& reference) {
+  // False when asked to stop before all of the block was measured; what was is kept.
+  bool measure(const std::shared_ptr<const PreparedCapture>& prepared, const Block& block, const Image& reference) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     std::error_code ignored;
@@ -172,11 +175,18 @@ class Tradeoff {
       else
         missing.push_back(row.trial);
     }
-    const std::vector<json> results = run_trials(prepared, missing, place_, reference);
-    for (std::size_t t = 0; t < missing.size(); ++t) {
-      write_file_atomically(trial_file(missing[t].hash), results[t].dump(1) + "\n");
-      results_[missing[t].hash] = results[t];
+    for (auto first = missing.begin(); first != missing.end();) {
+      const auto last = first + std::min<std::ptrdiff_t>(kTakingTurns, missing.end() - first);
+      const std::vector<Trial> part(first, last);
+      const std::vector<json> results = run_trials(prepared, part, place_, reference);
+      if (results.empty()) return false;
+      for (std::size_t t = 0; t < part.size(); ++t) {
+        write_file_atomically(trial_file(part[t].hash), results[t].dump(1) + "\n");
+        results_[part[t].hash] = results[t];
+      }
+      first = last;
     }
+    return true;
   }
 
   json row_json(const Row& row, const Knob& knob, const std::string& base) const {
@@ -298,7 +308,7 @@ class Tradeoff {
       block.rows.push_back(make_row(label, values, false));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
-    measure(prepared, block, reference);
+    if (!measure(prepared, block, reference)) return;
     out["knobs"].push_back(block_json(block, base));
   }
 

@@ -10,6 +10,7 @@
 #include "base/sha256.h"
 #include "base/thread_clock.h"
 #include "replay/frame_inputs.h"
+#include "replay/progress.h"
 #include "replay/statistics.h"
 #include "replay/sweep/columns.h"
 #include "replay/tradeoff/reference_renderer.h"
@@ -147,7 +148,10 @@ std::vector<json> run_trials(const std::shared_ptr<const PreparedCapture>& prepa
   std::vector<std::optional<tilecore::History>> histories(trials.size());
   for (std::size_t t = 0; t < trials.size(); ++t) runner.prepare(trials[t], histories[t]);
   for (int round = 0; round < place.rounds; ++round)
-    for (std::size_t t = 0; t < trials.size(); ++t) runner.run(trials[t], histories[t], results[t]);
+    for (std::size_t t = 0; t < trials.size(); ++t) {
+      if (stop_requested()) return {};
+      runner.run(trials[t], histories[t], results[t]);
+    }
   return results;
 }
 

@@ -38,6 +38,7 @@ void name_trial(Trial& trial, const TrialPlace& place);
 //    "values": every counter, cycle and energy of the compared frame by its name ({} in double),
 //    "host": {"seconds": [one per round], "processor_seconds": [...]}}
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
+// Empty when stop_requested() before the last of them.
 std::vector<nlohmann::json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared,
                                        const std::vector<Trial>& trials, const TrialPlace& place,
                                        const Image& reference_linear);

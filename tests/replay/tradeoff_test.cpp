@@ -276,6 +276,30 @@ TEST_F(TradeoffCommand, TurnsKnobsTogether) {
               HasSubstr("would be set by two of the knobs"));
 }
 
+TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
+  const std::vector<std::string> arguments = {"tradeoff",
+                                              test::shipped_capture("eggs").string(),
+                                              "--out",
+                                              (folder_ / "a").string(),
+                                              "--size",
+                                              "64x36",
+                                              "--reference-samples",
+                                              "4",
+                                              "--knobs",
+                                              "box_bits",
+                                              "--rounds"};
+  std::vector<std::string> long_one = arguments, short_one = arguments;
+  long_one.emplace_back("1000");
+  short_one.emplace_back("1");
+  const ProcessResult stopped = run_tessera(long_one, {.interrupt_after_ms = 2000});
+  EXPECT_EQ(stopped.status, 0) << stopped.errors;
+  EXPECT_TRUE(result("a").at("stopped").get<bool>());
+  EXPECT_TRUE(result("a").at("knobs").empty());
+  EXPECT_EQ(run_tessera(short_one).status, 0);
+  EXPECT_FALSE(result("a").at("stopped").get<bool>());
+  EXPECT_EQ(result("a").at("knobs").at(0).at("settings").size(), 3u);
+}
+
 TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {
   EXPECT_THAT(run("a", {"--knobs", "smaples"}).errors, HasSubstr("samples"));
   EXPECT_EQ(run("a", {"--knobs", "smaples"}).status, 2);

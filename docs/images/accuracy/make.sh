@@ -6,7 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../../..
 size=${1:-640x360} samples=${2:-1024} out=${3:-$(mktemp -d)}
 measure() {  # CAPTURE NAME further arguments
-  "$root/tessera" tradeoff "$root/captures/$1.glb" --out "$out/$2" --size "$size" --reference-samples "$samples" --joint usual --quiet "${@:3}"
+  "$root/tessera" tradeoff "$root/captures/$1.glb" --out "$out/$2" --size "$size" --reference-samples "$samples" --quiet "${@:3}"
   awk -v title="$2, $size: error against cycles" -f "$here/csv.awk" -f "$here/plot.awk" "$out/$2/tradeoff.csv" > "$here/$2.svg"
   # "samples error" of the reference's convergence.
   tr -d ' \n' < "$out/$2/tradeoff.json" | sed 's/.*"convergence":{"rms_error":\[\([^]]*\)\],"samples":\[\([^]]*\)\].*/\2;\1/' |
@@ -14,11 +14,11 @@ measure() {  # CAPTURE NAME further arguments
   printf '\n## %s\n' "$2"
   awk -f "$here/csv.awk" -f "$here/table.awk" "$out/$2/tradeoff.csv"
 }
-measure eggs eggs
-measure eggs eggs-own-grids --reference-edge 0
-measure flyby flyby
-measure serpent serpent
-measure stroll stroll
-measure vases vases
+measure eggs eggs --joint usual
+measure eggs eggs-own-grids --joint usual --reference-edge 0
+measure flyby flyby --joint usual
+measure serpent serpent --joint usual
+measure stroll stroll --joint usual
+measure vases vases --joint usual
 measure workshop workshop
 awk -f "$here/converge.awk" "$out"/{eggs,flyby,serpent,stroll,vases,workshop}.convergence > "$here/convergence.svg"
