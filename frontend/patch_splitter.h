@@ -76,9 +76,9 @@ struct BoundedSubPatch {
 };
 
 // Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
-// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself
-// never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one
-// instance per thread.
+// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself never
+// changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance
+// per thread.
 class PatchSplitter {
  public:
   // With a guess, sub-patches that it hides are put aside, unsplit.

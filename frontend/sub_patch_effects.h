@@ -22,15 +22,16 @@ inline constexpr std::uint8_t kAllSubPatchEffects = 31;
 // to find the same bits. Motion and defocus owe that to two rules that the tile core applies to single vertices, in
 // every kernel:
 //   a vertex that moves by no more than kStillPixels and kStillDepth does not move (project_vertices);
-//   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the middle of the lens
-//   (place_corner).
+//   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the middle of the lens: see
+//     place_corner.
 // The rules look at one vertex alone, so they depend on no split, tile or neighbour, and open no crack.
 //
 // Invariants (cited by the tests):
 //   E1  Without kEffectMotion every vertex of the sub-patch is projected and has the same bits at both keys.
 //   E2  Without kEffectDefocus every vertex is projected and sharp at all times.
 //   E3  Without kEffectDisplacement every offset that any of its vertices is displaced by, its neighbours' included, is
-//   zero. E4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
+//       zero.
+//   E4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
 class EffectSelector {
  public:
   EffectSelector(const FrameGeometry& frame, const PyramidLibrary& pyramids) : frame_(frame), pyramids_(pyramids) {}

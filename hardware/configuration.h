@@ -74,9 +74,8 @@ const KeyTable<GpuConfiguration>& gpu_keys();
 std::vector<std::string> preset_names();
 
 // A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
-// file leaves out keep the value of its "preset" member (default "middle").
-// Throws UsageError for an unknown preset, InputError for a file that is not such a configuration, LimitError for one
-// of more than 16 MiB.
+// file leaves out keep the value of its "preset" member (default "middle"). Throws UsageError for an unknown preset,
+// InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);
 
 // Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, ...).

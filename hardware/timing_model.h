@@ -43,8 +43,7 @@ struct Schedule {
 //
 // Invariants (cited by the tests):
 //   T1  A phase takes at least the cycles of each of its units, and a core has one tile in a phase at a time: no unit
-//   is busy for
-//       longer than the frame.
+//       is busy for longer than the frame.
 //   T2  Together the phases never move more than memory_rate() bytes a clock.
 //   T3  Every tile passes every phase once, in order, on one core.
 Schedule schedule_frame(const GpuConfiguration& gpu, const FrameWork& work,

@@ -35,9 +35,9 @@ struct TriangleHit {
   bool positive;    // sign of the area in raster space: clockwise on screen
 };
 
-// The scalar reference. `weighted_depth`: depth from the corners' depths (orthographic, or corners
-// that are not projected) instead of from their scales. False: outside, or degenerate. Raises neither the invalid nor
-// the divide-by-zero flag for finite corners.
+// The scalar reference. `weighted_depth`: depth from the corners' depths (orthographic, or corners that are not
+// projected) instead of from their scales. False: outside, or degenerate. Raises neither the invalid nor the
+// divide-by-zero flag for finite corners.
 bool exact_triangle_test(const Corner& a, const Corner& b, const Corner& c, bool weighted_depth, TriangleHit& hit);
 
 // What a hit must satisfy besides being inside.

@@ -50,9 +50,8 @@ struct SampleClasses {
 // seed): no state, any order.
 //   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence, the same for all pixels
 //   time    code 0..65535, the sample is at t = code / 65536; its upper 8 bits are the stencil value, the lower are
-//   zero
-//           unless 16 bits are asked for. Stratified over a pixel's samples, and over a pattern of blue-noise ranks
-//           that repeats over the frame and is shifted from frame to frame
+//           zero unless 16 bits are asked for. Stratified over a pixel's samples, and over a pattern of blue-noise
+//           ranks that repeats over the frame and is shifted from frame to frame
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
 //           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block. With
 //           lens_points = n: the first n points of the sequence, the same in all blocks, taken in turn

@@ -21,17 +21,15 @@ namespace tessera::tilecore {
 // stages on the emulated SIMD array and scatters the samples into the tile buffer, which is the tile's samples: 4x4 to
 // the pixel at 16 samples per pixel.
 //
-//   parameter map of the tile -> objects near to far -> batches of (u, v) -> SIMD array -> scatter, depth test -> tile
-//   state
-//                                cull what is hidden      at each cell's rate   geometry, view
+//   parameter map -> objects near to far -> batches of (u, v) -> SIMD array -> scatter,    -> tile state
+//   of the tile      cull what is hidden    at each cell's rate  geometry, view  depth test
 //
 // Invariants (cited by the tests):
 //   C1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order
-//   of cells
-//       or of samples. Equal depths go to the lower base patch, then to the lower parameters.
+//       of cells or of samples. Equal depths go to the lower base patch, then to the lower parameters.
 //   C2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
-//   bends. C3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or
-//   scattered.
+//       bends.
+//   C3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
 //
 // Keeps its scratch memory; one instance per thread.
 class SamplingController {

@@ -66,8 +66,9 @@ inline void merge(CoreCounters& into, const CoreCounters& from) {
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
 //
-//   entries of the tile -> order by depth -> cull what is hidden -> tessellate -> moving boxes -> raster or ray path ->
-//   visible samples all entries done    -> shade what is visible -> blend -> resolve -> store pixels
+//   entries of -> order    -> cull what -> tessellate -> moving -> raster or -> visible
+//   the tile      by depth    is hidden                  boxes     ray path     samples
+//   all entries done -> shade what is visible -> blend -> resolve -> store pixels
 class TileCore {
  public:
   // Tests the sub-patches of `entries` against the tile's samples; `state` gathers what they see. May be called several

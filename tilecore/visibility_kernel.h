@@ -70,10 +70,9 @@ void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const Visibi
 
 // Motion and defocus: all samples whose stencil value lies in `times` against one leaf.
 //   1. Per class of the sample pattern, the leaf's box at the class's time and lens point gives the samples inside it,
-//   by
-//      division: no search, the same work for any blur. Those that already see something nearer drop out.
+//      by division: no search, the same work for any blur. Those that already see something nearer drop out.
 //   2. They are brought to the leaf's rest frame and compared with the boxes of its cells, a sample with all boxes at
-//   once.
+//      once.
 //   3. The pairs of a sample and a cell that are left are tested, a vector of pairs with both triangles at once.
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                 RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);

@@ -1,12 +1,11 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, pictures;
-//   default: all. Prints the
-//                                                 tables of docs/resolve.md and writes thresholds.csv,
-//                                                 thresholds_*.svg, drift.csv, drift.svg, pictures
-//   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...   one row for each; SETTINGS:
-//   "KEY=VALUE,KEY=VALUE", keys of `resolve.` tessera_desampling_curves --check             a small replay: are the
-//   things that are compared the same things?
+//                                                 default: all. Prints the tables of docs/resolve.md and writes
+//                                                 thresholds.csv, thresholds_*.svg, drift.csv, drift.svg, pictures
+//   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
+//                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
+//   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
 //
 // The reference of every frame is the same frame with every pixel shaded. Saved: share of the reference's runs of the
 // pixel shader. Errors are of what a display shows: PSNR of every frame, mean SSIM and mean FLIP of every sixth; means

@@ -1,11 +1,15 @@
 // What effects cost where they run, and what the code for them costs where they do not.
 //
 //   tessera_elision_bench mover [ROUNDS]                          one object that covers a tenth of a still picture,
-//   beside all at rest and all moving tessera_elision_bench effects [ROUNDS]                        each effect of the
-//   shipped captures: as it is, off, forced everywhere tessera_elision_bench static STATIC_PROGRAM PROGRAM [ROUNDS]
-//   this build beside one with TESSERA_EFFECTS=static, on captures at rest tessera_elision_bench picture CAPTURE
-//   FILE.png                which tiles of a frame ran motion, defocus and displacement tessera_elision_bench --check
-//   small pictures, once: are the things that are compared the same things?
+//                                                                 beside all at rest and all moving
+//   tessera_elision_bench effects [ROUNDS]                        each effect of the shipped captures: as it is, off,
+//                                                                 forced everywhere
+//   tessera_elision_bench static STATIC_PROGRAM PROGRAM [ROUNDS]  this build beside one with TESSERA_EFFECTS=static, on
+//                                                                 captures at rest
+//   tessera_elision_bench picture CAPTURE FILE.png                which tiles of a frame ran motion, defocus and
+//                                                                 displacement
+//   tessera_elision_bench --check                                 small pictures, once: are the things that are
+//                                                                 compared the same things?
 //
 // Seconds are processor time of the one thread that renders, so that a busy machine does not count; the ways that are
 // compared take turns in every round, and the least of all rounds is quoted with the ratio to the first way. Programs:

@@ -1,7 +1,8 @@
 // Visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
 //
 //   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes rival.csv and the plots area.svg,
-//   blur.svg tessera_embree_rival --check                   a small picture, no times: do both see the same?
+//                                                  blur.svg
+//   tessera_embree_rival --check                   a small picture, no times: do both see the same?
 //   tessera_embree_rival --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.

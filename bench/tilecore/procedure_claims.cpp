@@ -1,5 +1,5 @@
 // The claims of the published procedural architecture, measured on a capture of procedures against the conventional
-// pipeline, in one run:  tessera_procedure_claims CAPTURE WxH [SPP] [--plots DIR] Prints a table in Markdown; with
+// pipeline, in one run: tessera_procedure_claims CAPTURE WxH [SPP] [--plots DIR] Prints a table in Markdown; with
 // --plots also cost against the number of objects and of tiles. Times are of this host.
 #include <algorithm>
 #include <chrono>

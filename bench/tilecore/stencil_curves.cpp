@@ -2,12 +2,12 @@
 // time.
 //
 //   tessera_stencil_curves OUT_FOLDER [ROUNDS]  writes stencil_error.csv, stencil_cost.csv, stencil_error_8.svg,
-//   stencil_error_4.svg, stencil_cost.svg tessera_stencil_curves --check              no times: do the orders hold that
-//   the plots are there to show?
+//                                               stencil_error_4.svg, stencil_cost.svg
+//   tessera_stencil_curves --check              no times: do the orders hold that the plots are there to show?
 //
-// Kernels are named as in cubic_stencil.h; "exact" is kCubic without packed weights. Error: root mean
-// square over the missing pixels of sinusoids of amplitude 1 in 32 directions and 16 phases. All blocks are rendered by
-// one pattern; "rows" is the pair of squares that pattern_dither.h did not choose.
+// Kernels are named as in cubic_stencil.h; "exact" is kCubic without packed weights. Error: root mean square over the
+// missing pixels of sinusoids of amplitude 1 in 32 directions and 16 phases. All blocks are rendered by one pattern;
+// "rows" is the pair of squares that pattern_dither.h did not choose.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

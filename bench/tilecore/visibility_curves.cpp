@@ -1,8 +1,9 @@
 // What visibility costs Tessera alone: against blur, triangle size, samples per pixel and threads.
 //
 //   tessera_visibility_curves OUT_FOLDER [ROUNDS]  writes curves.csv, curve_goals.csv, curve_blur.svg, curve_tests.svg,
-//   curve_size.svg, curve_samples.svg tessera_visibility_curves --check              a small picture, no times: are the
-//   things that are compared the same things?
+//                                                  curve_size.svg, curve_samples.svg
+//   tessera_visibility_curves --check              a small picture, no times: are the things that are compared the same
+//                                                  things?
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Time: front end, binner and tile cores without shading, all
 // counters on. The raster path is what runs where nothing moves; the ray path is forced there, so that its curve begins

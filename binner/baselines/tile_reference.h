@@ -13,8 +13,8 @@ namespace tessera::binner {
 // What a tile's list says of a block: where it is, and which of its triangles touch the tile.
 //
 //   address in units of kBlockAlignment, less that of the tile's reference before: 7 bits a byte, lowest first, the top
-//   bit set on all but the last a byte: bits 0..5 n, bits 6..7 the form of what follows, whichever takes the fewest
-//   bytes
+//     bit set on all but the last
+//   a byte: bits 0..5 n, bits 6..7 the form of what follows, whichever takes the fewest bytes
 //     0  all triangles: nothing
 //     1  a mask: one bit per triangle of the block, in whole bytes
 //     2  a list: n+1 bytes, each the distance from the number before, less one

@@ -167,8 +167,7 @@ void LimitMasks::add_inner_masks(const osd::TopologyLevel& level, int face) {
 
 // Loop et al. 2009: f = (c1 p + (3 - 2 c0 - c1) e + 2 c0 e' + r) / 3, with e and e' the points of the side's curve, c0
 // and c1 the cosines of the turn from edge to edge at its ends, and r = 2/3 (middle of this face - middle of the face
-// across)
-// + 1/3 (midpoint of the edge ahead - midpoint of the edge behind), in which the side itself cancels.
+// across) + 1/3 (midpoint of the edge ahead - midpoint of the edge behind), in which the side itself cancels.
 void LimitMasks::add_gregory_point(const osd::TopologyLevel& level, const FaceSide& side, double weight) {
   const osd::ConstIndexArray points = level.GetFaceVertices(side.face), faces = level.GetEdgeFaces(side.edge);
   const osd::ConstIndexArray across = level.GetFaceVertices(faces[0] == side.face ? faces[1] : faces[0]);

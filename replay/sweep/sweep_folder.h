@@ -21,8 +21,7 @@ namespace tessera::replay {
 // Invariants (cited by the tests):
 //   W1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
 //   W2  What is in the folder after all points are done follows from the study, the captures and the program alone: not
-//   from
-//       how often the sweep was killed, how it was sharded, or the number of threads.
+//       from how often the sweep was killed, how it was sharded, or the number of threads.
 //   W3  A point whose result is there is not computed again.
 class SweepFolder {
  public:

@@ -17,8 +17,9 @@ namespace tessera::replay {
 // Space: a vertex is (x, y, depth), x and y being raster coordinates from the middle of the picture times w (w = depth;
 // 1 if the projection is orthographic). That is linear in the point of the scene, so a vertex moves on a straight line
 // at constant speed between the keys, and what a sample looks along is the line
-//   perspective    x = u L + depth (sx - u L / f)      (sx: from the middle of the picture, L: lens_scale, f: focus
-//   distance) orthographic   x = sx + u L - depth u L / f
+//   perspective    x = u L + depth (sx - u L / f)
+//   orthographic   x = sx + u L - depth u L / f
+// with sx from the middle of the picture, L: lens_scale, f: focus distance;
 // that is (x, y) = origin + depth * direction: the one parameter is the depth, and nothing needs clipping.
 //
 // Invariants (cited by the tests):

@@ -91,8 +91,8 @@ TEST(DracoEncoder, SequentialOrderKeepsIndicesExactlyAndPositionsWithinHalfAStep
     const DracoOutput output = encode_draco(input, quantization, true);
     const auto mesh = decode(output);
     EXPECT_EQ(indices_of(*mesh), input.indices);
-    // A step is the largest extent divided by 2^bits - 1; rounding in float adds a little, and is all that is left
-    // at 24.
+    // A step is the largest extent divided by 2^bits - 1; rounding in float adds a little, and is all that is left at
+    // 24.
     const float step = range_of(input.attributes[0].values, 3) / (std::exp2(static_cast<float>(bits)) - 1.0f);
     const float error = largest_difference(values_of(*mesh, output.unique_ids[0]), input.attributes[0].values);
     EXPECT_LE(error, 0.5f * step + 2e-6f) << bits;

@@ -85,8 +85,7 @@ TEST(LayerMerger, LayersSubmittedInOrderOfDepthMergeWithoutError) {
 
 TEST(LayerMerger, WhatComesBetweenMergedLayersIsBehindThem) {
   // Room for two; a to e by depth, submitted as a, e, c, d, b. The third makes (c over e), at c's depth; d lies behind
-  // that and makes
-  // ((c over e) over d): wrong, d was before e. b makes (b over all that); a is nearest throughout.
+  // that and makes ((c over e) over d): wrong, d was before e. b makes (b over all that); a is nearest throughout.
   const BlendedLayer a = layer(1, 0, {1, 0, 0}, 0.5f), e = layer(5, 1, {0, 1, 0}, 0.25f),
                      c = layer(3, 2, {0, 0, 1}, 0.5f), d = layer(4, 3, {1, 1, 0}, 0.75f),
                      b = layer(2, 4, {0, 1, 1}, 0.5f);

@@ -75,8 +75,7 @@ struct AdvectionWork {
 //   A2  Texels without weight are not read: whole-pixel motion copies.
 //   A3  The result depends on the motion and on the texels around its end, not on where in the frame that is.
 //   A4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic one
-//   that
-//       do not make it a bilinear one.
+//       that do not make it a bilinear one.
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history,
                            const VelocityView& velocity, const AdvectionSettings& settings, AdvectionWork& work);
 

@@ -55,10 +55,9 @@ struct ReconstructionWork {
 //   S3  The result is finite wherever it is filled, as long as the usable finite colours are below 2^125 in magnitude.
 //   S4  clamp_to_range: each channel lies in the range of the pixels that entered it.
 //   S5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the
-//   block's
-//       own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program was built.
-//       They sum to one exactly; each is within one unit of its last place of the exact weight. All others, and all
-//       when false, evaluate the kernel directly in single precision and divide by the sum of weights.
+//       block's own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program was
+//       built. They sum to one exactly; each is within one unit of its last place of the exact weight. All others, and
+//       all when false, evaluate the kernel directly in single precision and divide by the sum of weights.
 //   S6  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
 //       lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the
 //       window stands in.

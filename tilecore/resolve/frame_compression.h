@@ -18,11 +18,9 @@ namespace tessera::tilecore {
 // A block is 16x4, 8x4 or 4x4 pixels of four half floats (RGBA16F), row by row, given as bits. Each channel on its own:
 //   1. bits -> an unsigned integer in the order of the halves' values (negative ones below), 16 bits, one to one;
 //   2. residual = value - prediction modulo 2^16, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which
-//   makes
-//      the channel shortest; the first pixel is predicted as 0;
+//      makes the channel shortest; the first pixel is predicted as 0;
 //   3. stream: 2 bits of predictor; 16 bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of
-//   its
-//      widest residual, 0 to 16, and its residuals at W bits each, the first pixel's left out.
+//      its widest residual, 0 to 16, and its residuals at W bits each, the first pixel's left out.
 // The streams of the channels follow each other, lowest bit first, rounded up to bursts. A stream that takes as many
 // bursts as the pixels do is not used: the block is raw. Every block has a header in an array of its own (AFBC and UBWC
 // do the same), which says how many bursts it takes; 0 bursts: all bits are 0, as after a clear.

@@ -15,11 +15,11 @@ namespace tessera::tilecore {
 //   depth     of the sample nearest to the pixel's middle; infinity where that sees nothing opaque
 //   patch     base patch of that sample; TileState::kNoPatch where there is none
 //   surface   which surfaces the samples see: 0 when nothing; the drawable's number + 1 when they all see that one and
-//   nothing blended
-//             is in front; else a hash over the samples, with the top bit set. Equal numbers: the same surfaces through
-//             the same samples
+//             nothing blended is in front; else a hash over the samples, with the top bit set. Equal numbers: the same
+//             surfaces through the same samples
 //   still     all that the samples see is of kind MotionField::Kind::kStill in `still_in`; 1 as well where they see
-//   nothing layered   something blended is in front
+//             nothing
+//   layered   something blended is in front
 //
 // Pixels whose `surface` is the same may stand for each other where nothing else speaks against it; a hash rarely
 // repeats but along a straight silhouette.
