@@ -8,12 +8,12 @@ namespace tessera::binner {
 namespace {
 
 // As far as the tile core is concerned: its kernels do not move what the front end found still.
-bool moves(const frontend::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
+bool moves(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
   return (sub_patch.effects & frontend::kEffectMotion) != 0 && frame.drawable_of(sub_patch.base_patch).moving;
 }
 
-QueueEntry make_entry(const frontend::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
-  const frontend::PosedDrawable& drawable = frame.drawable_of(sub_patch.base_patch);
+QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(sub_patch.base_patch);
   QueueEntry entry;
   entry.base_patch = sub_patch.base_patch;
   entry.range = sub_patch.range;
@@ -26,10 +26,10 @@ QueueEntry make_entry(const frontend::FrameGeometry& frame, const frontend::Boun
   flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, QueueEntry::kDefocused);
   flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(),
        QueueEntry::kDisplaced);
-  flag((sub_patch.effects & frontend::kEffectAlphaTest) != 0 &&
-           drawable.material->alpha_mode == frontend::AlphaMode::kMask,
-       QueueEntry::kAlphaMask);
-  flag(drawable.material->alpha_mode == frontend::AlphaMode::kBlend, QueueEntry::kBlended);
+  flag(
+      (sub_patch.effects & frontend::kEffectAlphaTest) != 0 && drawable.material->alpha_mode == scene::AlphaMode::kMask,
+      QueueEntry::kAlphaMask);
+  flag(drawable.material->alpha_mode == scene::AlphaMode::kBlend, QueueEntry::kBlended);
   return entry;
 }
 
@@ -42,7 +42,7 @@ void Binner::count(const Placed& placed) {
   counters.tiles_dropped_time += placed.dropped_time;
 }
 
-void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                          std::size_t first) {
   constexpr std::size_t kBlock = 64;
   ahead_first_ = first;
@@ -60,7 +60,7 @@ void Binner::place_ahead(const frontend::FrameGeometry& frame, std::span<const f
   });
 }
 
-bool Binner::run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                  Cursor& cursor) {
   if (cursor.sub_patch == 0 && cursor.entry == 0) ahead_.clear();
   for (; cursor.sub_patch < sub_patches.size(); ++cursor.sub_patch, cursor.entry = 0) {
@@ -87,7 +87,7 @@ bool Binner::run(const frontend::FrameGeometry& frame, std::span<const frontend:
   return true;
 }
 
-std::vector<QueueEntry> Binner::read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const {
+std::vector<QueueEntry> Binner::read_tile(TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read) const {
   std::vector<QueueEntry> entries;
   hierarchy_.for_each_queue_of(tile, [&](QueueIndex queue) { buffer_.read_queue(queue, entries, ledger, bytes_read); });
   return entries;

@@ -30,11 +30,11 @@ class Binner {
 
   // Bins from the cursor on, which stands at the beginning for sub-patches that were not passed before. True: all are
   // binned; false: the buffer is full.
-  [[nodiscard]] bool run(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+  [[nodiscard]] bool run(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                          Cursor& cursor);
 
   // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue.
-  std::vector<QueueEntry> read_tile(TileIndex tile, hardware::Ledger& ledger, std::uint64_t& bytes_read) const;
+  std::vector<QueueEntry> read_tile(TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read) const;
 
   // After a partial render: empty queues, same counters.
   void reset() { buffer_.reset(); }
@@ -52,7 +52,7 @@ class Binner {
   // Sub-patches whose coverage is found at once, by all threads; entries are then written in order.
   static constexpr std::size_t kAhead = 2048;
 
-  void place_ahead(const frontend::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
+  void place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                    std::size_t first);
   void count(const Placed& placed);
 

@@ -95,10 +95,10 @@ bool ParameterBuffer::append(QueueIndex queue, const QueueEntry& entry) {
 
 void ParameterBuffer::finish() { combiner_.flush(); }
 
-void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger,
+void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
                                  std::uint64_t& bytes_read) const {
   const auto charge = [&](std::uint64_t address, std::uint64_t bytes) {
-    ledger.read_at(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue, address, bytes, burst_bytes_);
+    ledger.read_at(memory::Unit::kTilecore, memory::Purpose::kTileQueue, address, bytes, burst_bytes_);
     bytes_read += bytes;
   };
   const Head head = load_head(queue);

@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/counter.h"
 #include "binner/queue_entry.h"
 #include "binner/queue_hierarchy.h"
 #include "binner/write_combiner.h"
 #include "hardware/configuration.h"
-#include "hardware/counter.h"
-#include "hardware/ledger.h"
+#include "memory/ledger.h"
 
 namespace tessera::binner {
 
@@ -50,7 +50,7 @@ class ParameterBuffer {
 
   // Adds the queue's entries to `entries`, in order. Bursts read are charged to `ledger` as tilecore / tile_queue,
   // payload bytes to `bytes_read`. May be called by many threads at once.
-  void read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, hardware::Ledger& ledger,
+  void read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
                   std::uint64_t& bytes_read) const;
 
   // Empties all queues.
@@ -59,9 +59,9 @@ class ParameterBuffer {
   std::uint64_t bytes_in_use() const;
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
-  const hardware::Ledger& ledger() const { return ledger_; }
+  const memory::Ledger& ledger() const { return ledger_; }
   // The binner's own transfers from now on also go to `log`.
-  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
+  void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
 
  private:
   struct Head {
@@ -77,13 +77,13 @@ class ParameterBuffer {
   std::vector<std::uint8_t> memory_;  // grows with the chunks in use
   std::uint64_t chunks_in_use_ = 0;
   BinnerCounters counters_;
-  hardware::Ledger ledger_;
+  memory::Ledger ledger_;
   WriteCombiner combiner_;
 };
 
 }  // namespace tessera::binner
 
-namespace tessera::hardware {
+namespace tessera {
 
 template <>
 inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
@@ -121,4 +121,4 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
 });
 TESSERA_COUNTERS_COVER(binner::BinnerCounters);
 
-}  // namespace tessera::hardware
+}  // namespace tessera

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "frontend/tessellation_pattern.h"
+#include "scene/tessellation_pattern.h"
 
 namespace tessera::binner {
 
@@ -33,7 +33,7 @@ struct QueueEntry {
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
 
   std::uint32_t base_patch = 0;
-  frontend::CellRange range;
+  scene::CellRange range;
   float near_depth = 0, far_depth = 0;  // unpacked: never nearer / farther than what was packed
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;

@@ -4,7 +4,7 @@ namespace tessera::binner {
 
 void WriteCombiner::evict(const Line& line) {
   if (line.changed)
-    ledger_.write_at(hardware::Unit::kBinner, hardware::Purpose::kTileQueue, line.burst * burst_bytes_, burst_bytes_,
+    ledger_.write_at(memory::Unit::kBinner, memory::Purpose::kTileQueue, line.burst * burst_bytes_, burst_bytes_,
                      burst_bytes_);
 }
 
@@ -21,7 +21,7 @@ void WriteCombiner::touch(std::uint64_t burst, bool change, bool fetch) {
     recent_.pop_back();
   }
   if (fetch)
-    ledger_.read_at(hardware::Unit::kBinner, hardware::Purpose::kTileQueue, burst * burst_bytes_, burst_bytes_,
+    ledger_.read_at(memory::Unit::kBinner, memory::Purpose::kTileQueue, burst * burst_bytes_, burst_bytes_,
                     burst_bytes_);
   recent_.push_front({burst, change});
   where_[burst] = recent_.begin();

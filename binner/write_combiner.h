@@ -4,7 +4,7 @@
 #include <list>
 #include <unordered_map>
 
-#include "hardware/ledger.h"
+#include "memory/ledger.h"
 
 namespace tessera::binner {
 
@@ -15,7 +15,7 @@ namespace tessera::binner {
 // Contract: every burst that leaves or enters is in the ledger when it does, under binner / tile_queue.
 class WriteCombiner {
  public:
-  WriteCombiner(std::uint64_t lines, std::uint64_t burst_bytes, hardware::Ledger& ledger)
+  WriteCombiner(std::uint64_t lines, std::uint64_t burst_bytes, memory::Ledger& ledger)
       : lines_(lines), burst_bytes_(burst_bytes), ledger_(ledger) {}
 
   void write(std::uint64_t address, std::uint64_t bytes);
@@ -33,7 +33,7 @@ class WriteCombiner {
   void evict(const Line& line);
 
   std::uint64_t lines_, burst_bytes_;
-  hardware::Ledger& ledger_;
+  memory::Ledger& ledger_;
   std::list<Line> recent_;  // most recently used first
   std::unordered_map<std::uint64_t, std::list<Line>::iterator> where_;
 };

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "base/parallel.h"
-#include "frontend/procedure_patch.h"
+#include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
 namespace {
@@ -13,17 +13,17 @@ constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neig
 
 }  // namespace
 
-std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch) {
-  const PosedDrawable& drawable = frame.drawable_of(patch);
+std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   const std::uint64_t keys = drawable.deforming ? 2 : 1;
   if (drawable.procedure != nullptr) return kHeaderBytes + procedure_record_bytes(*drawable.procedure);
-  if (drawable.drawable->kind == Primitive::Kind::kBezierPatches) return kHeaderBytes + 16 * sizeof(Vec3) * keys;
-  const Cluster& cluster =
+  if (drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches) return kHeaderBytes + 16 * sizeof(Vec3) * keys;
+  const scene::Cluster& cluster =
       frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch];
-  return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(ClusterCell);
+  return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(scene::ClusterCell);
 }
 
-FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids,
+FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                              const hardware::GpuConfiguration& gpu, const OcclusionGuess* guess) {
   // Blocks of patches in parallel, joined in order.
   constexpr std::size_t kBlock = 64;
@@ -38,35 +38,35 @@ FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& p
       if ((frame.request.sample_procedures || !frame.request.procedures) &&
           frame.drawable_of(patch).procedure != nullptr)
         continue;
-      result.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
-                         hardware::burst_bytes(0, patch_record_bytes(frame, patch),
-                                               static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
-      splitter.split(patch, result.sub_patches, result.aside, result.counters);
+      result.ledger.read(
+          memory::Unit::kFrontend, memory::Purpose::kPatchData,
+          memory::burst_bytes(0, patch_record_bytes(frame, patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+      splitter.split(patch, result.sub_patches, result.deferred, result.counters);
     }
   });
   FrontEndResult all;
   for (const FrontEndResult& block : blocks) {
     all.sub_patches.insert(all.sub_patches.end(), block.sub_patches.begin(), block.sub_patches.end());
-    all.aside.insert(all.aside.end(), block.aside.begin(), block.aside.end());
-    hardware::merge(all.counters, block.counters);
+    all.deferred.insert(all.deferred.end(), block.deferred.begin(), block.deferred.end());
+    merge(all.counters, block.counters);
     all.ledger += block.ledger;
   }
   return all;
 }
 
-std::vector<BoundedSubPatch> revive(const FrameGeometry& frame, const PyramidLibrary& pyramids,
-                                    const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
-                                    FrontEndResult& front_end) {
-  std::vector<BoundedSubPatch> revived;
+std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                                                 const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
+                                                 FrontEndResult& front_end) {
+  std::vector<BoundedSubPatch> visible;
   PatchSplitter splitter(frame, pyramids, split_settings(gpu));
-  for (const BoundedSubPatch& piece : front_end.aside) {
+  for (const BoundedSubPatch& piece : front_end.deferred) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
-    front_end.ledger.read(hardware::Unit::kFrontend, hardware::Purpose::kPatchData,
-                          hardware::burst_bytes(0, patch_record_bytes(frame, piece.base_patch),
-                                                static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
-    splitter.split_aside(piece, revived, front_end.counters);
+    front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                          memory::burst_bytes(0, patch_record_bytes(frame, piece.base_patch),
+                                              static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+    splitter.split_deferred(piece, visible, front_end.counters);
   }
-  return revived;
+  return visible;
 }
 
 }  // namespace tessera::frontend

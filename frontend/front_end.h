@@ -3,38 +3,38 @@
 #include <cstdint>
 #include <vector>
 
-#include "frontend/frame_geometry.h"
+#include "base/counter.h"
 #include "frontend/patch_splitter.h"
 #include "hardware/configuration.h"
-#include "hardware/counter.h"
-#include "hardware/ledger.h"
+#include "memory/ledger.h"
+#include "scene/frame_geometry.h"
 
 namespace tessera::frontend {
 
 // Bytes of a base patch's record in memory: a header, then control points or cluster vertices at one or two keys, then
 // the cells of a cluster. What the front end and every tile core that needs the patch fetch.
-std::uint64_t patch_record_bytes(const FrameGeometry& frame, std::uint32_t patch);
+std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 
 // The front end's work on one frame after posing: split every base patch, bound the pieces, drop what cannot be seen.
 // Configured by frontend.* and tessellator.sub_patch_cells. Sub-patches come out in the order of their base patches.
-// What `guess` hides, if there is one, is put aside.
+// What `guess` hides, if there is one, is deferred.
 struct FrontEndResult {
-  std::vector<BoundedSubPatch> sub_patches, aside;
+  std::vector<BoundedSubPatch> sub_patches, deferred;
   FrontendCounters counters;
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
 };
-FrontEndResult run_front_end(const FrameGeometry& frame, const PyramidLibrary& pyramids,
+FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                              const hardware::GpuConfiguration& gpu, const OcclusionGuess* guess = nullptr);
 
-// Sub-patches of what was put aside and, now that the frame's own depth is known, is not hidden by it. Counts into
+// Sub-patches of what was deferred and, now that the frame's own depth is known, is not hidden by it. Counts into
 // `front_end` and charges the records that are fetched again.
-std::vector<BoundedSubPatch> revive(const FrameGeometry& frame, const PyramidLibrary& pyramids,
-                                    const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
-                                    FrontEndResult& front_end);
+std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                                                 const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
+                                                 FrontEndResult& front_end);
 
 }  // namespace tessera::frontend
 
-namespace tessera::hardware {
+namespace tessera {
 
 template <>
 inline constexpr auto kCounterFields<frontend::FrontendCounters> =
@@ -100,4 +100,4 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> =
     });
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 
-}  // namespace tessera::hardware
+}  // namespace tessera

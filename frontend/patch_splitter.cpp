@@ -15,7 +15,7 @@ namespace {
 constexpr double kMandatory = std::numeric_limits<double>::infinity();
 constexpr int kSmallestSide = 2;  // cells; a finer cut costs more in entries than it saves in overlap
 
-std::uint64_t cell_count(const CellRange& r) {
+std::uint64_t cell_count(const scene::CellRange& r) {
   return static_cast<std::uint64_t>(r.i1 - r.i0) * static_cast<std::uint64_t>(r.j1 - r.j0);
 }
 
@@ -94,8 +94,8 @@ SplitSettings split_settings(const hardware::GpuConfiguration& gpu) {
           gpu.frontend_backface_culling};
 }
 
-std::array<CellRange, 2> halves(const CellRange& range, bool along_u) {
-  CellRange first = range, second = range;
+std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along_u) {
+  scene::CellRange first = range, second = range;
   if (along_u)
     first.i1 = second.i0 = static_cast<std::uint8_t>((range.i0 + range.i1) / 2);
   else
@@ -136,8 +136,8 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
   return 0;
 }
 
-std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const CellRange& range, int depth,
-                                                        std::vector<BoundedSubPatch>* aside,
+std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range, int depth,
+                                                        std::vector<BoundedSubPatch>* deferred,
                                                         FrontendCounters& counters) {
   const SubPatchBody body = bounder_.body(range);
   ++counters.bounds_computed;
@@ -152,10 +152,10 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
   }
-  if (aside != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
+  if (deferred != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
     ++counters.culled_previous_depth;
     counters.cells_culled_previous_depth += cell_count(range);
-    aside->push_back({patch, range, *bounds, body.corners, kAllSubPatchEffects});
+    deferred->push_back({patch, range, *bounds, body.corners, kAllSubPatchEffects});
     return std::nullopt;
   }
   Node node{0, visited_++, depth, {patch, range, *bounds, body.corners, effects_.select(bounder_, body, *bounds)}};
@@ -163,24 +163,24 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   return node;
 }
 
-void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside,
-                          FrontendCounters& counters) {
-  const CellRange whole = patch_cells(frame_, patch);
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out,
+                          std::vector<BoundedSubPatch>& deferred, FrontendCounters& counters) {
+  const scene::CellRange whole = patch_cells(frame_, patch);
   ++counters.base_patches;
   counters.cells += cell_count(whole);
-  split_range(patch, whole, out, &aside, counters);
+  split_range(patch, whole, out, &deferred, counters);
 }
 
-void PatchSplitter::split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out,
-                                FrontendCounters& counters) {
+void PatchSplitter::split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out,
+                                   FrontendCounters& counters) {
   --counters.culled_previous_depth;
   ++counters.revived_previous_depth;
   counters.cells_culled_previous_depth -= cell_count(piece.range);
   split_range(piece.base_patch, piece.range, out, nullptr, counters);
 }
 
-void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out,
-                                std::vector<BoundedSubPatch>* aside, FrontendCounters& counters) {
+void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
+                                std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters) {
   // A max-heap; equal priorities go in the order in which they were visited.
   const auto later = [](const Node& a, const Node& b) {
     return a.priority != b.priority ? a.priority < b.priority : a.order > b.order;
@@ -191,8 +191,8 @@ void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std
   visited_ = 0;
   heap_.clear();
   const std::size_t first = out.size();
-  const auto keep = [&](const CellRange& part, int depth) {
-    std::optional<Node> node = visit(patch, part, depth, aside, counters);
+  const auto keep = [&](const scene::CellRange& part, int depth) {
+    std::optional<Node> node = visit(patch, part, depth, deferred, counters);
     if (!node) return;
     if (node->priority > 0) {
       heap_.push_back(std::move(*node));
@@ -213,20 +213,20 @@ void PatchSplitter::split_range(std::uint32_t patch, const CellRange& range, std
       continue;
     }
     ++counters.splits;
-    const CellRange& r = node.piece.range;
+    const scene::CellRange& r = node.piece.range;
     const int width = r.i1 - r.i0, height = r.j1 - r.j0;
     // Where only one side is too long for a tile core, that one; else the longer on screen.
     bool along_u = side_length2(node.piece.corners, 1) >= side_length2(node.piece.corners, 2);
     if (mandatory && std::min(width, height) <= settings_.max_cells) along_u = width > height;
     if (std::min(width, height) < 2 * kSmallestSide) along_u = width > height;
-    for (const CellRange& half : halves(r, along_u)) keep(half, mandatory ? node.depth : node.depth + 1);
+    for (const scene::CellRange& half : halves(r, along_u)) keep(half, mandatory ? node.depth : node.depth + 1);
   }
   counters.sub_patches += out.size() - first;
   for (std::size_t k = first; k < out.size(); ++k) count_effects(out[k].effects, counters);
 }
 
 void PatchSplitter::count_effects(std::uint8_t effects, FrontendCounters& counters) const {
-  const PosedDrawable& drawable = bounder_.drawable();
+  const scene::PosedDrawable& drawable = bounder_.drawable();
   const auto count = [&](SubPatchEffect effect, bool asked, std::uint64_t& runs, std::uint64_t& elided) {
     if ((effects & effect) != 0)
       ++runs;
@@ -236,7 +236,7 @@ void PatchSplitter::count_effects(std::uint8_t effects, FrontendCounters& counte
   count(kEffectMotion, drawable.moving, counters.sub_patches_moving, counters.motion_elided);
   count(kEffectDefocus, frame_.projection.lens_scale != 0, counters.sub_patches_defocused, counters.defocus_elided);
   count(kEffectDisplacement, bounder_.displaced(), counters.sub_patches_displaced, counters.displacement_elided);
-  count(kEffectAlphaTest, drawable.material->alpha_mode == AlphaMode::kMask, counters.sub_patches_alpha_tested,
+  count(kEffectAlphaTest, drawable.material->alpha_mode == scene::AlphaMode::kMask, counters.sub_patches_alpha_tested,
         counters.alpha_test_elided);
   if ((effects & kEffectBlending) != 0) ++counters.sub_patches_blended;
 }

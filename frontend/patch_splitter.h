@@ -34,7 +34,7 @@ struct SplitSettings {
   SplitCriterion criterion;
   int max_cells;  // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
   double pixels;  // a sub-patch that is no wider on screen than this, at shutter open and close, is not split further
-  int depth;      // most splits on the way from a base patch to a sub-patch, those for max_cells aside
+  int depth;      // most splits on the way from a base patch to a sub-patch, not counting those for max_cells
   int budget;     // most sub-patches that the criterion may make of one base patch
   bool cull_backface;
 };
@@ -68,7 +68,7 @@ struct FrontendCounters {
 // A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
 struct BoundedSubPatch {
   std::uint32_t base_patch;
-  CellRange range;
+  scene::CellRange range;
   ScreenBounds bounds;  // over the whole shutter and lens
   MovingCorners
       corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
@@ -81,8 +81,8 @@ struct BoundedSubPatch {
 // per thread.
 class PatchSplitter {
  public:
-  // With a guess, sub-patches that it hides are put aside, unsplit.
-  PatchSplitter(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings,
+  // With a guess, sub-patches that it hides are deferred, unsplit.
+  PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings,
                 const OcclusionGuess* guess = nullptr)
       : frame_(frame),
         pyramids_(pyramids),
@@ -92,11 +92,11 @@ class PatchSplitter {
         back_face_(frame),
         effects_(frame, pyramids) {}
 
-  // Appends the sub-patches of one base patch, and to `aside` what the guess hides.
-  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& aside,
+  // Appends the sub-patches of one base patch, and to `deferred` what the guess hides.
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& deferred,
              FrontendCounters& counters);
-  // Appends the sub-patches of something put aside that was visible after all.
-  void split_aside(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Appends the sub-patches of something deferred that was visible after all.
+  void split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
 
  private:
   struct Node {
@@ -105,15 +105,15 @@ class PatchSplitter {
     int depth;
     BoundedSubPatch piece;
   };
-  // Bounds and tests; nothing when culled or put aside.
-  std::optional<Node> visit(std::uint32_t patch, const CellRange& range, int depth, std::vector<BoundedSubPatch>* aside,
-                            FrontendCounters& counters);
-  void split_range(std::uint32_t patch, const CellRange& range, std::vector<BoundedSubPatch>& out,
-                   std::vector<BoundedSubPatch>* aside, FrontendCounters& counters);
+  // Bounds and tests; nothing when culled or deferred.
+  std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth,
+                            std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
+  void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
+                   std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, int depth) const;
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
-  const FrameGeometry& frame_;
+  const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   SplitSettings settings_;
   const OcclusionGuess* guess_;
@@ -125,6 +125,6 @@ class PatchSplitter {
 };
 
 // The halves of a range.
-std::array<CellRange, 2> halves(const CellRange& range, bool along_u);
+std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along_u);
 
 }  // namespace tessera::frontend

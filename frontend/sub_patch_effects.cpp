@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frontend/subpixel.h"
+#include "scene/subpixel.h"
 
 namespace tessera::frontend {
 namespace {
 
 constexpr std::size_t kBodyCorners = 8;
 
-bool same_points(const PosedDrawable& drawable, std::size_t first, std::size_t count) {
+bool same_points(const scene::PosedDrawable& drawable, std::size_t first, std::size_t count) {
   const auto open = drawable.positions[0].subspan(first, count), close = drawable.positions[1].subspan(first, count);
   return std::equal(open.begin(), open.end(), close.begin());
 }
@@ -21,17 +21,18 @@ constexpr double kTransformShare = 1.0 / 24;
 
 }  // namespace
 
-float sharp_factor(const Projection& projection) {
-  return projection.lens_scale == 0 ? 0.0f
-                                    : static_cast<float>(static_cast<double>(kSharpPixels) / projection.lens_scale);
+float sharp_factor(const scene::Projection& projection) {
+  return projection.lens_scale == 0
+             ? 0.0f
+             : static_cast<float>(static_cast<double>(scene::kSharpPixels) / projection.lens_scale);
 }
 
-bool certainly_projected(const SubPatchBody& body, const Projection& projection) {
+bool certainly_projected(const SubPatchBody& body, const scene::Projection& projection) {
   for (const DVec4& r : body.corners) {
     const double w = r.w - body.margin.w;
     if (!(r.z - body.margin.depth > projection.near) || !(w > 0)) return false;
     const double reach = std::max(std::abs(r.x), std::abs(r.y)) + body.margin.position;
-    if (!(reach / w + 1 < static_cast<double>(kGuardBandPixels))) return false;
+    if (!(reach / w + 1 < static_cast<double>(scene::kGuardBandPixels))) return false;
   }
   return true;
 }
@@ -39,7 +40,8 @@ bool certainly_projected(const SubPatchBody& body, const Projection& projection)
 // With X = xh / w, a point moves by X1 - X0 = (dxh - X0 dw) / w1. Both differences are linear in the point, so for any
 // X0 the numerator is largest at a corner, and for any corner at an end of the range of X0. Depth moves linearly as
 // well.
-bool stays_still(const SubPatchBody& body, const Projection& projection, double still_pixels, double still_depth) {
+bool stays_still(const SubPatchBody& body, const scene::Projection& projection, double still_pixels,
+                 double still_depth) {
   if (!certainly_projected(body, projection)) return false;
   double least_w = body.corners[0].w, least_depth = body.corners[0].z;
   for (const DVec4& r : body.corners) {
@@ -77,7 +79,7 @@ bool stays_still(const SubPatchBody& body, const Projection& projection, double 
   return true;
 }
 
-bool stays_sharp(const ScreenBounds& bounds, const Projection& projection, double sharp_pixels) {
+bool stays_sharp(const ScreenBounds& bounds, const scene::Projection& projection, double sharp_pixels) {
   const double near = static_cast<double>(bounds.near_z), far = static_cast<double>(bounds.far_z);
   const double radius = std::max(defocus_radius(projection, near), defocus_radius(projection, far));
   // The kernels' factor is a difference of two rounded numbers.
@@ -87,21 +89,21 @@ bool stays_sharp(const ScreenBounds& bounds, const Projection& projection, doubl
 }
 
 bool EffectSelector::deforms(std::uint32_t patch) const {
-  const Drawable& drawable = *drawable_->drawable;
+  const scene::Drawable& drawable = *drawable_->drawable;
   if (!drawable_->deforming) return false;
-  if (drawable.kind != Primitive::Kind::kBezierPatches) {
-    const MeshClusters& clusters = frame_.assembly->clusters[drawable.geometry];
-    const Cluster& cluster = clusters.clusters[patch - drawable.first_patch];
+  if (drawable.kind != scene::Primitive::Kind::kBezierPatches) {
+    const scene::MeshClusters& clusters = frame_.assembly->clusters[drawable.geometry];
+    const scene::Cluster& cluster = clusters.clusters[patch - drawable.first_patch];
     for (std::uint32_t v = cluster.first_vertex; v < cluster.first_vertex + cluster.vertex_count; ++v)
       if (drawable_->positions[0][clusters.vertices[v]] != drawable_->positions[1][clusters.vertices[v]]) return true;
     return false;
   }
   const std::uint32_t own = patch - drawable.first_patch;
-  const PatchNeighbours& neighbours = frame_.assembly->neighbours[drawable.geometry][own];
+  const scene::PatchNeighbours& neighbours = frame_.assembly->neighbours[drawable.geometry][own];
   if (!same_points(*drawable_, std::size_t{16} * own, 16)) return true;
-  for (const PatchNeighbours::EdgeOwner& edge : neighbours.edges)
+  for (const scene::PatchNeighbours::EdgeOwner& edge : neighbours.edges)
     if (!same_points(*drawable_, std::size_t{16} * edge.patch, 16)) return true;
-  for (const PatchNeighbours::CornerOwner& corner : neighbours.corners)
+  for (const scene::PatchNeighbours::CornerOwner& corner : neighbours.corners)
     if (!same_points(*drawable_, std::size_t{16} * corner.patch, 16)) return true;
   return false;
 }
@@ -110,10 +112,10 @@ void EffectSelector::begin(std::uint32_t patch) {
   patch_ = patch;
   drawable_ = &frame_.drawable_of(patch);
   deforms_ = deforms(patch);
-  if (drawable_->material->alpha_mode != AlphaMode::kMask || drawable_->procedure != nullptr) return;
+  if (drawable_->material->alpha_mode != scene::AlphaMode::kMask || drawable_->procedure != nullptr) return;
   // Vertices that attributes are interpolated from: a patch's corners, a cluster's vertices.
-  const Vertices& vertices = drawable_->primitive->vertices;
-  const TextureSlot& slot = drawable_->material->base_color_texture;
+  const scene::Vertices& vertices = drawable_->primitive->vertices;
+  const scene::TextureSlot& slot = drawable_->material->base_color_texture;
   bool first = true;
   least_vertex_alpha_ = 1;
   const auto add = [&](std::size_t v) {
@@ -126,13 +128,13 @@ void EffectSelector::begin(std::uint32_t patch) {
     }
     first = false;
   };
-  if (drawable_->drawable->kind == Primitive::Kind::kBezierPatches) {
+  if (drawable_->drawable->kind == scene::Primitive::Kind::kBezierPatches) {
     const std::size_t base = std::size_t{16} * (patch - drawable_->drawable->first_patch);
     for (const std::size_t corner : {std::size_t{0}, std::size_t{3}, std::size_t{12}, std::size_t{15}})
       add(base + corner);
   } else {
-    const MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
-    const Cluster& cluster = clusters.clusters[patch - drawable_->drawable->first_patch];
+    const scene::MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
+    const scene::Cluster& cluster = clusters.clusters[patch - drawable_->drawable->first_patch];
     for (std::uint32_t v = cluster.first_vertex; v < cluster.first_vertex + cluster.vertex_count; ++v)
       add(clusters.vertices[v]);
   }
@@ -140,28 +142,28 @@ void EffectSelector::begin(std::uint32_t patch) {
 
 bool EffectSelector::moves(const SubPatchBody& body) const {
   if (!drawable_->moving) return false;
-  return deforms_ ||
-         !stays_still(body, frame_.projection, static_cast<double>(kStillPixels), static_cast<double>(kStillDepth));
+  return deforms_ || !stays_still(body, frame_.projection, static_cast<double>(scene::kStillPixels),
+                                  static_cast<double>(scene::kStillDepth));
 }
 
 bool EffectSelector::may_fail_alpha(const SubPatchBounder& bounder) const {
-  const Material& material = *drawable_->material;
+  const scene::Material& material = *drawable_->material;
   if (drawable_->procedure != nullptr || !(least_vertex_alpha_ >= 0) || !(material.base_color.w >= 0)) return true;
   float least = material.base_color.w * least_vertex_alpha_;
-  const TextureSlot& slot = material.base_color_texture;
+  const scene::TextureSlot& slot = material.base_color_texture;
   if (slot.texture != nullptr && !slot.texture->opaque()) {
     const MinMaxPyramid* pyramid = pyramids_.alpha_of(*slot.texture);
     if (pyramid == nullptr) return true;
     Vec2 low = texcoord_low_, high = texcoord_high_;
-    if (drawable_->drawable->kind == Primitive::Kind::kBezierPatches) {
+    if (drawable_->drawable->kind == scene::Primitive::Kind::kBezierPatches) {
       // Bilinear between the corners, as for displacement: the box of a range is that of its corners.
       const std::vector<Vec2>& texcoords =
           drawable_->primitive->vertices.texcoords[static_cast<std::size_t>(slot.texcoord)];
       const std::size_t first = std::size_t{16} * (patch_ - drawable_->drawable->first_patch);
-      PatchDisplacement coordinates;
+      scene::PatchDisplacement coordinates;
       constexpr std::array<std::size_t, 4> kCorners = {0, 3, 12, 15};
       for (std::size_t c = 0; c < 4; ++c) coordinates.corner[c] = slot.transform.apply(texcoords[first + kCorners[c]]);
-      const PatchDisplacement::Footprint footprint = coordinates.footprint(bounder.range());
+      const scene::PatchDisplacement::Footprint footprint = coordinates.footprint(bounder.range());
       low = footprint.low;
       high = footprint.high;
     }
@@ -177,12 +179,14 @@ std::uint8_t EffectSelector::select(const SubPatchBounder& bounder, const SubPat
                                     const ScreenBounds& bounds) const {
   std::uint8_t effects = 0;
   if (moves(body)) effects |= kEffectMotion;
-  if (frame_.projection.lens_scale != 0 && !(certainly_projected(body, frame_.projection) &&
-                                             stays_sharp(bounds, frame_.projection, static_cast<double>(kSharpPixels))))
+  if (frame_.projection.lens_scale != 0 &&
+      !(certainly_projected(body, frame_.projection) &&
+        stays_sharp(bounds, frame_.projection, static_cast<double>(scene::kSharpPixels))))
     effects |= kEffectDefocus;
   if (bounder.displaced() && !bounder.offsets_vanish()) effects |= kEffectDisplacement;
-  if (drawable_->material->alpha_mode == AlphaMode::kMask && may_fail_alpha(bounder)) effects |= kEffectAlphaTest;
-  if (drawable_->material->alpha_mode == AlphaMode::kBlend) effects |= kEffectBlending;
+  if (drawable_->material->alpha_mode == scene::AlphaMode::kMask && may_fail_alpha(bounder))
+    effects |= kEffectAlphaTest;
+  if (drawable_->material->alpha_mode == scene::AlphaMode::kBlend) effects |= kEffectBlending;
   return effects;
 }
 

@@ -4,7 +4,7 @@
 
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
-#include "frontend/frame_geometry.h"
+#include "scene/frame_geometry.h"
 
 namespace tessera::frontend {
 
@@ -34,7 +34,8 @@ inline constexpr std::uint8_t kAllSubPatchEffects = 31;
 //   E4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
 class EffectSelector {
  public:
-  EffectSelector(const FrameGeometry& frame, const PyramidLibrary& pyramids) : frame_(frame), pyramids_(pyramids) {}
+  EffectSelector(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids)
+      : frame_(frame), pyramids_(pyramids) {}
 
   void begin(std::uint32_t patch);
   // Of the cells whose body `bounder` made last; `bounds` are those of that body.
@@ -46,10 +47,10 @@ class EffectSelector {
   // The vertices of the patch, and of those that own its boundary, differ between the keys.
   bool deforms(std::uint32_t patch) const;
 
-  const FrameGeometry& frame_;
+  const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   std::uint32_t patch_ = 0;
-  const PosedDrawable* drawable_ = nullptr;
+  const scene::PosedDrawable* drawable_ = nullptr;
   bool deforms_ = false;
   float least_vertex_alpha_ = 1;
   Vec2 texcoord_low_{0.0f}, texcoord_high_{0.0f};  // of a cluster
@@ -57,15 +58,16 @@ class EffectSelector {
 
 // Whether no point of a moving body moves by more than the tile core overlooks, whatever its arithmetic rounds: both
 // keys' corners are the same points of a body that is rigid in object space. Exposed for tests.
-bool stays_still(const SubPatchBody& body, const Projection& projection, double still_pixels, double still_depth);
+bool stays_still(const SubPatchBody& body, const scene::Projection& projection, double still_pixels,
+                 double still_depth);
 // Whether a body lies in front of the near plane and inside the guard band at both keys, so that every vertex is
 // projected.
-bool certainly_projected(const SubPatchBody& body, const Projection& projection);
+bool certainly_projected(const SubPatchBody& body, const scene::Projection& projection);
 // Whether the circle of confusion of every depth of `bounds` has a radius of no more than `sharp_pixels`, rounding
 // included.
-bool stays_sharp(const ScreenBounds& bounds, const Projection& projection, double sharp_pixels);
+bool stays_sharp(const ScreenBounds& bounds, const scene::Projection& projection, double sharp_pixels);
 
 // The lens factor below which a vertex is sharp; 0 without a lens.
-float sharp_factor(const Projection& projection);
+float sharp_factor(const scene::Projection& projection);
 
 }  // namespace tessera::frontend

@@ -33,7 +33,7 @@ Keys frontend_keys() {
        "Whether sub-patches that face away are dropped before binning.",
        "[spec] every GPU culls back faces; before tessellation: Hasselgren et al. 2009"},
       {"frontend.previous_depth_culling", &Gpu::frontend_previous_depth_culling,
-       "Whether sub-patches that the previous frame's coarse depth hides are put aside, looked at again when the tiles "
+       "Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles "
        "are done, and rendered in a second pass "
        "where they were visible after all.",
        "[assumed] two-pass occlusion culling, Haar and Aaltonen 2015"},

@@ -7,10 +7,10 @@
 namespace tessera::replay {
 namespace {
 
-using binner::BaselineCounters;
-using binner::Scheme;
+using baselines::BaselineCounters;
+using baselines::Scheme;
 
-constexpr const auto& kFields = hardware::kCounterFields<BaselineCounters>;
+constexpr const auto& kFields = kCounterFields<BaselineCounters>;
 
 // "12 345 678"
 std::string grouped(std::uint64_t value) {
@@ -23,10 +23,10 @@ std::string ratio(std::uint64_t over, std::uint64_t under) {
   return over == 0 || under == 0 ? "-" : fmt::format("{:.2f}", static_cast<double>(over) / static_cast<double>(under));
 }
 
-std::string csv_rows(const std::string& frame, const BaselineSet& set) {
+std::string csv_rows(const std::string& frame, const baselines::BaselineSet& set) {
   std::string text;
-  for (std::size_t s = 0; s < binner::kSchemeCount; ++s) {
-    text += fmt::format("{},{}", frame, binner::kSchemeNames[s]);
+  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
+    text += fmt::format("{},{}", frame, baselines::kSchemeNames[s]);
     for (const auto& field : kFields) text += fmt::format(",{}", set.schemes[s].*field.member);
     text += "\n";
   }
@@ -35,18 +35,18 @@ std::string csv_rows(const std::string& frame, const BaselineSet& set) {
 
 }  // namespace
 
-nlohmann::json baselines_json(const BaselineSet& set) {
+nlohmann::json baselines_json(const baselines::BaselineSet& set) {
   nlohmann::json out = nlohmann::json::object();
-  for (std::size_t s = 0; s < binner::kSchemeCount; ++s)
+  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
     for (const auto& field : kFields)
-      out[std::string(binner::kSchemeNames[s])][std::string(field.name)] = set.schemes[s].*field.member;
+      out[std::string(baselines::kSchemeNames[s])][std::string(field.name)] = set.schemes[s].*field.member;
   return out;
 }
 
-std::string baselines_table(const BaselineSet& set) {
+std::string baselines_table(const baselines::BaselineSet& set) {
   const BaselineCounters &pre = set[Scheme::kPreTessellation], &post = set[Scheme::kPostTessellation];
   std::string text = fmt::format("{:<36}", "counter");
-  for (const std::string_view name : binner::kSchemeNames) text += fmt::format("{:>19}", name);
+  for (const std::string_view name : baselines::kSchemeNames) text += fmt::format("{:>19}", name);
   text += fmt::format("{:>11}\n", "post/pre");
   for (const auto& field : kFields) {
     text += fmt::format("{:<36}", field.name);
@@ -59,7 +59,7 @@ std::string baselines_table(const BaselineSet& set) {
   return text + fmt::format("{:>11}\n", "");
 }
 
-void BaselineReport::add(int frame, const BaselineSet& set) {
+void BaselineReport::add(int frame, const baselines::BaselineSet& set) {
   frames_.push_back({frame, set});
   total_.accumulate(set);
 }

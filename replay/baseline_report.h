@@ -6,33 +6,33 @@
 
 #include <nlohmann/json.hpp>
 
-#include "replay/baselines.h"
+#include "baselines/baseline_set.h"
 
 namespace tessera::replay {
 
 // The schemes of one frame, or of all, side by side.
 
 // {"pre-tessellation": {"baseline.primitives": 1, ...}, "patch-whole": ..., "post-tessellation": ..., "immediate": ...}
-nlohmann::json baselines_json(const BaselineSet& set);
+nlohmann::json baselines_json(const baselines::BaselineSet& set);
 
 // A table for people: a row per counter, a column per scheme, and post-tessellation over pre-tessellation.
-std::string baselines_table(const BaselineSet& set);
+std::string baselines_table(const baselines::BaselineSet& set);
 
 // baselines.csv: a row per frame and scheme, then one per scheme for all frames, whose frame is "total".
 class BaselineReport {
  public:
-  void add(int frame, const BaselineSet& set);
-  const BaselineSet& total() const { return total_; }
+  void add(int frame, const baselines::BaselineSet& set);
+  const baselines::BaselineSet& total() const { return total_; }
   std::string csv() const;
   void write(const std::filesystem::path& folder) const;
 
  private:
   struct Frame {
     int frame;
-    BaselineSet set;
+    baselines::BaselineSet set;
   };
   std::vector<Frame> frames_;
-  BaselineSet total_;
+  baselines::BaselineSet total_;
 };
 
 }  // namespace tessera::replay

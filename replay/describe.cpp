@@ -7,10 +7,10 @@
 
 #include "base/error.h"
 #include "base/key_table.h"
-#include "frontend/extensions.h"
+#include "gpu/settings.h"
 #include "hardware/configuration.h"
-#include "replay/settings.h"
 #include "replay/statistics.h"
+#include "scene/extensions.h"
 #include "shaders_cpp/procedures/declarations.h"
 
 namespace tessera::replay {
@@ -141,9 +141,9 @@ json describe_gpu() {
 
 json describe_extensions() {
   json rows = json::array();
-  for (const frontend::Extension& extension : frontend::supported_extensions()) {
+  for (const scene::Extension& extension : scene::supported_extensions()) {
     json members = json::array();
-    for (const frontend::ExtensionMember& m : extension.members)
+    for (const scene::ExtensionMember& m : extension.members)
       members.push_back(
           {{"name", m.name}, {"type", m.type}, {"unit", m.unit}, {"default", m.default_value}, {"meaning", m.meaning}});
     rows.push_back({{"name", extension.name},
@@ -258,7 +258,7 @@ const std::vector<std::string>& describe_topics() {
 json describe_json(const std::string& name) {
   topic_named(name);
   if (name == "counters") return describe_counters();
-  if (name == "settings") return describe_keys(settings_keys());
+  if (name == "settings") return describe_keys(gpu::settings_keys());
   if (name == "gpu") return describe_gpu();
   if (name == "extensions") return describe_extensions();
   if (name == "procedures") return describe_stages();

@@ -6,23 +6,23 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
-#include "frontend/assembly.h"
-#include "frontend/capture_reader.h"
 #include "replay/commands.h"
+#include "scene/assembly.h"
+#include "scene/capture_reader.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::Capture;
 using nlohmann::json;
+using scene::Capture;
 
-const char* alpha_name(frontend::AlphaMode mode) {
+const char* alpha_name(scene::AlphaMode mode) {
   switch (mode) {
-    case frontend::AlphaMode::kOpaque:
+    case scene::AlphaMode::kOpaque:
       return "opaque";
-    case frontend::AlphaMode::kMask:
+    case scene::AlphaMode::kMask:
       return "mask";
-    case frontend::AlphaMode::kBlend:
+    case scene::AlphaMode::kBlend:
       return "blend";
   }
   return "";
@@ -30,14 +30,14 @@ const char* alpha_name(frontend::AlphaMode mode) {
 
 json meshes_json(const Capture& capture) {
   json rows = json::array();
-  for (const frontend::Mesh& mesh : capture.meshes) {
+  for (const scene::Mesh& mesh : capture.meshes) {
     std::size_t triangles = 0, patches = 0, vertices = 0, targets = 0;
     bool skinned = false;
-    for (const frontend::Primitive& p : mesh.primitives) {
+    for (const scene::Primitive& p : mesh.primitives) {
       vertices += p.vertices.count();
       targets = p.vertices.morph_targets.size();
       skinned = skinned || !p.vertices.influences.empty();
-      if (p.kind == frontend::Primitive::Kind::kBezierPatches)
+      if (p.kind == scene::Primitive::Kind::kBezierPatches)
         patches += p.vertices.count() / 16;
       else
         triangles += p.indices.size() / 3;
@@ -55,9 +55,9 @@ json meshes_json(const Capture& capture) {
 
 json materials_json(const Capture& capture) {
   json rows = json::array();
-  for (const frontend::Material& m : capture.materials) {
+  for (const scene::Material& m : capture.materials) {
     json textures = json::object();
-    const auto add = [&](const char* name, const frontend::TextureSlot& slot) {
+    const auto add = [&](const char* name, const scene::TextureSlot& slot) {
       if (slot.texture) textures[name] = {slot.texture->width(), slot.texture->height()};
     };
     add("base_color", m.base_color_texture);
@@ -90,12 +90,12 @@ json animations_json(const Capture& capture) {
 }
 
 json inspect(const Capture& capture) {
-  const frontend::Assembly assembly = frontend::assemble(capture);
+  const scene::Assembly assembly = scene::assemble(capture);
   std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0;
-  for (const frontend::Drawable& d : assembly.drawables) {
-    if (d.kind == frontend::Primitive::Kind::kBezierPatches) {
+  for (const scene::Drawable& d : assembly.drawables) {
+    if (d.kind == scene::Primitive::Kind::kBezierPatches) {
       bezier += d.patch_count;
-    } else if (d.kind == frontend::Primitive::Kind::kProcedure) {
+    } else if (d.kind == scene::Primitive::Kind::kProcedure) {
       procedures += 1;
     } else {
       clusters += d.patch_count;
@@ -105,10 +105,10 @@ json inspect(const Capture& capture) {
                    3;
     }
   }
-  const frontend::CaptureSettings& s = capture.settings;
+  const scene::CaptureSettings& s = capture.settings;
   json cameras = json::array();
-  for (const frontend::Camera& c : capture.cameras) {
-    const bool perspective = c.type == frontend::Camera::Type::kPerspective;
+  for (const scene::Camera& c : capture.cameras) {
+    const bool perspective = c.type == scene::Camera::Type::kPerspective;
     json row = {{"name", c.name}, {"type", perspective ? "perspective" : "orthographic"}};
     if (c.lens.aperture_radius > 0)
       row["aperture_radius"] = c.lens.aperture_radius, row["focus_distance"] = c.lens.focus_distance;
@@ -197,7 +197,7 @@ class InspectCommand final : public Command {
     app.add_flag("--json", json_, "As JSON");
   }
   void run() override {
-    const json report = inspect(frontend::read_capture(capture_));
+    const json report = inspect(scene::read_capture(capture_));
     if (json_)
       fmt::print("{}\n", report.dump(2, ' ', false, json::error_handler_t::replace));
     else

@@ -7,9 +7,9 @@
 namespace tessera::replay {
 namespace {
 
-using hardware::kStageCount;
-using hardware::Stage;
 using nlohmann::json;
+using timing::kStageCount;
+using timing::Stage;
 
 std::uint64_t whole(double cycles) { return static_cast<std::uint64_t>(std::ceil(cycles)); }
 
@@ -33,7 +33,7 @@ std::vector<std::string> energy_names() {
 
 }  // namespace
 
-json timing_json(const hardware::FrameTiming& timing) {
+json timing_json(const timing::FrameTiming& timing) {
   json units = json::object();
   for (std::size_t s = 0; s < kStageCount; ++s)
     units[std::string(name(static_cast<Stage>(s)))] = unit_json(timing.busy[s], timing.cycles);

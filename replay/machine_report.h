@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hardware/energy.h"
-#include "hardware/timing_model.h"
+#include "timing/timing_model.h"
 
 namespace tessera::replay {
 
@@ -14,7 +14,7 @@ namespace tessera::replay {
 // cycles and busy cycles are rounded up to whole ones. Units that exist once in each core give the mean over the cores;
 // "tilecores" is the time in which a core had a tile in work. bound_by is "" where nothing was done; bound_by_cycles is
 // what the frame would be shorter if that unit took no time.
-nlohmann::json timing_json(const hardware::FrameTiming& timing);
+nlohmann::json timing_json(const timing::FrameTiming& timing);
 
 // The member "energy": {"total_nj", "by_unit": {unit: nanojoules}}. The units add up to the total, in the order of
 // their names.

@@ -11,17 +11,18 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "base/parallel.h"
-#include "frontend/capture_reader.h"
+#include "baselines/baseline_set.h"
+#include "gpu/device.h"
+#include "gpu/dram_bursts.h"
+#include "gpu/timeline.h"
 #include "replay/commands.h"
-#include "replay/dram_trace.h"
 #include "replay/frame_files.h"
-#include "replay/frame_renderer.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
 #include "replay/statistics.h"
-#include "replay/tile_maps.h"
-#include "replay/timeline.h"
+#include "replay/tile_map_files.h"
+#include "scene/capture_reader.h"
 
 namespace tessera::replay {
 namespace {
@@ -96,26 +97,28 @@ class ReplayCommand final : public Command {
   }
 
   void run() override {
-    RunSettings settings;
+    gpu::RunSettings settings;
     hardware::GpuConfiguration gpu = hardware::load_gpu(gpu_);
-    for (const std::string& text : sets_) apply_setting(text, settings, gpu);
-    if (spp_) settings_keys().set(settings, *settings_keys().find("sampling.samples_per_pixel"), *spp_);
-    if (seed_) settings_keys().set(settings, *settings_keys().find("sampling.seed"), *seed_);
+    for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
+    if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
+    if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
     hardware::check_gpu(gpu);
     for (const std::string& layer : aux_)
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(fmt::format("--aux {}: layers are {}", layer, fmt::join(auxiliary_layers(), ", ")));
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
-    frontend::CaptureLimits limits;
+    scene::CaptureLimits limits;
     limits.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
-    const frontend::Capture capture = frontend::read_capture(capture_, limits);
-    const RenderRequest request = render_request(capture, settings, limits.max_bytes);
+    const scene::Capture capture = scene::read_capture(capture_, limits);
+    const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
     set_reproduction_command(fmt::format("tessera replay {}", capture_));
 
-    FrameRenderer renderer(capture, gpu, settings, request);
+    gpu::Device renderer(capture, gpu, settings, request);
+    baselines::BaselineObserver schemes;
+    if (baselines_) renderer.set_observer(&schemes);
     say_notices(capture, renderer);
     // Colour, depth and surface of a pixel, and the blocks of a region of one.
     constexpr std::uint64_t kHistoryBytesPerPixel = 26;
@@ -131,12 +134,12 @@ class ReplayCommand final : public Command {
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
-        const FrameResult result = renderer.render(frame);
+        const gpu::FrameResult result = renderer.render(frame);
         traces.add(result);
         write_frame(out_, frame, result.targets, aux_, exposure);
         write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         if (result.right) write_frame(out_, frame, result.right->targets, aux_, exposure, "right");
-        statistics.add(result);
+        statistics.add(result, baselines_ ? &schemes.last() : nullptr);
         progress.update(static_cast<std::size_t>(frame - first + 1),
                         fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
@@ -157,25 +160,25 @@ class ReplayCommand final : public Command {
   // The files of --trace and --dram-trace.
   class Traces {
    public:
-    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
-           const RenderRequest& request, const FrameRenderer& renderer) {
+    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+           const gpu::RenderRequest& request, const gpu::Device& renderer) {
       if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
         throw UsageError("--trace and --dram-trace need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
-      Timeline::Limits tiles;
+      gpu::Timeline::Limits tiles;
       if (!command.trace_tiles_.empty()) {
         const FrameRange range = parse_frames("--trace-tiles", command.trace_tiles_);
         tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
       }
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
-      if (!command.dram_trace_.empty())
-        dram_.emplace(command.dram_trace_, address_map(renderer, gpu, settings, request),
-                      static_cast<std::uint64_t>(gpu.memory_burst_bytes));
+      if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_);
+      map_ = address_map(renderer, gpu, settings, request);
+      burst_bytes_ = static_cast<std::uint64_t>(gpu.memory_burst_bytes);
     }
-    void add(const FrameResult& result) {
+    void add(const gpu::FrameResult& result) {
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
       if (timeline_) timeline_->add(result.frame, *result.model);
-      if (dram_) dram_->add(*result.model);
+      if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
     }
     void commit() {
       if (timeline_) timeline_->commit();
@@ -184,13 +187,15 @@ class ReplayCommand final : public Command {
 
    private:
     FrameRange frames_{0, std::numeric_limits<int>::max()};
-    std::optional<Timeline> timeline_;
-    std::optional<DramTrace> dram_;
+    std::optional<gpu::Timeline> timeline_;
+    std::optional<memory::DramTrace> dram_;
+    memory::AddressMap map_{{}};
+    std::uint64_t burst_bytes_ = 0;
   };
 
-  RenderRequest render_request(const frontend::Capture& capture, const RunSettings& settings,
-                               std::uint64_t max_bytes) const {
-    RenderRequest request;
+  gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
+                                    std::uint64_t max_bytes) const {
+    gpu::RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
     if (!size_.empty()) {
@@ -208,7 +213,6 @@ class ReplayCommand final : public Command {
                         static_cast<int>(r[1] + r[3])};
     }
     request.auxiliary = !aux_.empty();
-    request.baselines = baselines_;
     request.record_accesses = !dram_trace_.empty();
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
@@ -235,7 +239,7 @@ class ReplayCommand final : public Command {
     return request;
   }
 
-  FrameRange frame_range(const frontend::Capture& capture) const {
+  FrameRange frame_range(const scene::Capture& capture) const {
     if (frames_.empty())
       return {capture.settings.first_frame, capture.settings.first_frame + capture.settings.frame_count};
     return parse_frames("--frames", frames_);
@@ -250,7 +254,7 @@ class ReplayCommand final : public Command {
       std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
   }
 
-  void say_notices(const frontend::Capture& capture, const FrameRenderer& renderer) const {
+  void say_notices(const scene::Capture& capture, const gpu::Device& renderer) const {
     if (quiet_) return;
     for (const std::string& notice : capture.notices) std::fprintf(stderr, "note: %s\n", notice.c_str());
     if (renderer.automatic_camera())

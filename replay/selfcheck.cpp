@@ -1,24 +1,26 @@
 #include "replay/selfcheck.h"
 
+#include "baselines/baseline_set.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include <fmt/format.h>
 
-#include "frontend/capture_reader.h"
 #include "frontend/front_end.h"
+#include "gpu/device.h"
+#include "gpu/dram_bursts.h"
 #include "hardware/configuration.h"
-#include "replay/dram_trace.h"
-#include "replay/frame_renderer.h"
+#include "scene/capture_reader.h"
 #include "tilecore/resolve/multisample_resolve.h"
-#include "tilecore/tessellator.h"
+#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::replay {
 namespace {
 
-using hardware::Purpose;
-using hardware::Unit;
+using memory::Purpose;
+using memory::Unit;
 
 SelfCheck equal(std::string name, std::uint64_t expected, std::uint64_t got, const char* unit, std::string note) {
   return {std::move(name), fmt::format("{} {}", expected, unit), fmt::format("{} {}", got, unit), expected == got,
@@ -48,7 +50,7 @@ std::uint64_t resolved_bytes(int width, int height, int side) {
   const std::vector<float> coverage(color.size());
   Image target(width, height, 4);
   tilecore::ResolveCounters counters;
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   for (binner::TileIndex t = 0; t < grid.tile_count(); ++t)
     tilecore::resolve_multisample({color, coverage, 1, grid.pixels(t), {0, 0, width, height}, 64}, target, counters,
                                   ledger);
@@ -82,11 +84,11 @@ void check_frame_sizes(std::vector<SelfCheck>& checks) {
 }
 
 // One flat patch in front of a camera, and something behind it.
-frontend::Capture small_scene() {
-  frontend::Capture capture;
+scene::Capture small_scene() {
+  scene::Capture capture;
   const auto add_patch = [&](float x, float y, float z, float side) {
-    frontend::Primitive primitive;
-    primitive.kind = frontend::Primitive::Kind::kBezierPatches;
+    scene::Primitive primitive;
+    primitive.kind = scene::Primitive::Kind::kBezierPatches;
     std::vector<Vec2> texcoords;
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 4; ++i) {
@@ -96,7 +98,7 @@ frontend::Capture small_scene() {
       }
     primitive.vertices.texcoords = {texcoords};
     capture.meshes.push_back({"", {primitive}, {}});
-    frontend::Node node;
+    scene::Node node;
     node.mesh = static_cast<int>(capture.meshes.size()) - 1;
     capture.nodes.push_back(node);
     capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
@@ -104,7 +106,7 @@ frontend::Capture small_scene() {
   add_patch(-1, -1, 0, 1.6f);
   add_patch(-0.6f, -0.4f, -1, 2);
   capture.cameras.emplace_back();
-  frontend::Node eye;
+  scene::Node eye;
   eye.camera = 0;
   eye.transform.translation = {0, 0, 3};
   capture.nodes.push_back(eye);
@@ -114,9 +116,9 @@ frontend::Capture small_scene() {
 
 void check_record_ratios(std::vector<SelfCheck>& checks) {
   constexpr double kVertexBytes = 32;
-  const frontend::Capture capture = small_scene();
-  const frontend::Assembly assembly = frontend::assemble(capture);
-  const auto frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 640, 360), {});
+  const scene::Capture capture = small_scene();
+  const scene::Assembly assembly = scene::assemble(capture);
+  const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, 640, 360), {});
   tilecore::Tessellator tessellator;
   tilecore::MicroMesh mesh;
   // The control points, without the header that a triangle's state would have as well.
@@ -141,23 +143,24 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
   checks.push_back(near("peak memory rate of preset middle", 34.1, rate("middle"), 0.05, "GB/s", "LPDDR4X-4266 x64"));
   checks.push_back(near("peak memory rate of preset large", 68.3, rate("large"), 0.05, "GB/s", "LPDDR5X-8533 x64"));
   // 1 GB moved within a second, with nothing else going on.
-  hardware::FrameWork work;
+  timing::FrameWork work;
   work.other_bytes = 1000000000;
-  const double nj = hardware::frame_energy(hardware::load_gpu("middle"), work, 0).by_unit_nj.at("dram");
+  const double nj =
+      hardware::frame_energy(hardware::load_gpu("middle"), timing::energy_events(work), 0).by_unit_nj.at("dram");
   checks.push_back(
       near("power of 1 GB/s of traffic, preset middle", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
 }
 
 // What has to add up in one frame, whatever it shows.
 void check_sums(std::vector<SelfCheck>& checks) {
-  const frontend::Capture capture = small_scene();
+  const scene::Capture capture = small_scene();
   const hardware::GpuConfiguration gpu;
-  const RunSettings settings;
-  const RenderRequest request{.width = 320, .height = 180, .region = {0, 0, 320, 180}, .record_accesses = true};
-  FrameRenderer renderer(capture, gpu, settings, request);
-  const FrameResult result = renderer.render(0);
-  const MachineModel& model = *result.model;
-  const hardware::Traffic total = result.counters.ledger.total();
+  const gpu::RunSettings settings;
+  const gpu::RenderRequest request{.width = 320, .height = 180, .region = {0, 0, 320, 180}, .record_accesses = true};
+  gpu::Device renderer(capture, gpu, settings, request);
+  const gpu::FrameResult result = renderer.render(0);
+  const gpu::MachineModel& model = *result.model;
+  const memory::Traffic total = result.counters.ledger.total();
   const std::uint64_t bytes = total.read_bytes + total.written_bytes;
   checks.push_back(equal("bytes of the ledger in the phases of the timing model", bytes, model.record.work.dram_bytes(),
                          "bytes", "none lost, none twice"));
@@ -182,15 +185,18 @@ struct Tiling {
   std::uint64_t tiled_bytes;
   double ratio;  // immediate over tiled
 };
-Tiling compare_tiling(const frontend::Capture& capture, int side, int samples) {
+Tiling compare_tiling(const scene::Capture& capture, int side, int samples) {
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = side;
-  RunSettings settings;
+  gpu::RunSettings settings;
   settings.samples_per_pixel = samples;
-  const RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}, .baselines = true};
-  const FrameResult result = FrameRenderer(capture, gpu, settings, request).render(capture.settings.first_frame);
-  const std::uint64_t tiled = (*result.baselines)[binner::Scheme::kPreTessellation].dram_bytes,
-                      immediate = (*result.baselines)[binner::Scheme::kImmediate].dram_bytes;
+  const gpu::RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}};
+  baselines::BaselineObserver schemes;
+  gpu::Device device(capture, gpu, settings, request);
+  device.set_observer(&schemes);
+  device.render(capture.settings.first_frame);
+  const std::uint64_t tiled = schemes.last()[baselines::Scheme::kPreTessellation].dram_bytes,
+                      immediate = schemes.last()[baselines::Scheme::kImmediate].dram_bytes;
   return {tiled, static_cast<double>(immediate) / static_cast<double>(tiled)};
 }
 
@@ -206,7 +212,7 @@ std::vector<SelfCheck> check_identities() {
 }
 
 SelfCheck check_tiling(const std::filesystem::path& file) {
-  const frontend::Capture capture = frontend::read_capture(file);
+  const scene::Capture capture = scene::read_capture(file);
   std::string all;
   double at_32 = 0;
   std::uint64_t least = ~std::uint64_t{0};

@@ -13,13 +13,13 @@ namespace {
 
 using nlohmann::json;
 
-json dram_json(const hardware::Ledger& ledger) {
+json dram_json(const memory::Ledger& ledger) {
   json rows = json::array();
-  for (std::size_t u = 0; u < hardware::kUnitCount; ++u)
-    for (std::size_t p = 0; p < hardware::kPurposeCount; ++p) {
-      const auto unit = static_cast<hardware::Unit>(u);
-      const auto purpose = static_cast<hardware::Purpose>(p);
-      const hardware::Traffic& t = ledger.traffic(unit, purpose);
+  for (std::size_t u = 0; u < memory::kUnitCount; ++u)
+    for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
+      const auto unit = static_cast<memory::Unit>(u);
+      const auto purpose = static_cast<memory::Purpose>(p);
+      const memory::Traffic& t = ledger.traffic(unit, purpose);
       if (t.read_bytes == 0 && t.written_bytes == 0) continue;
       rows.push_back({{"unit", name(unit)},
                       {"purpose", name(purpose)},
@@ -32,10 +32,10 @@ json dram_json(const hardware::Ledger& ledger) {
 template <class S>
 json describe_fields() {
   json rows = json::array();
-  for (const auto& field : hardware::kCounterFields<S>)
+  for (const auto& field : kCounterFields<S>)
     rows.push_back({{"name", field.name},
                     {"unit", field.unit},
-                    {"over_frames", field.combine == hardware::Combine::kSum ? "sum" : "peak"},
+                    {"over_frames", field.combine == Combine::kSum ? "sum" : "peak"},
                     {"meaning", field.meaning},
                     {"vendor", field.vendor}});
   return rows;
@@ -43,14 +43,14 @@ json describe_fields() {
 
 }  // namespace
 
-json counters_json(const FrameCounters& counters) {
+json counters_json(const gpu::FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
   for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
     using S = std::decay_t<decltype(unit)>;
-    if (hardware::absent(unit)) return;
-    for (const auto& field : hardware::kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
+    if (absent(unit)) return;
+    for (const auto& field : kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
   });
-  const hardware::Traffic total = counters.ledger.total();
+  const memory::Traffic total = counters.ledger.total();
   out["dram.read_bytes"] = total.read_bytes;
   out["dram.written_bytes"] = total.written_bytes;
   return out;
@@ -58,11 +58,11 @@ json counters_json(const FrameCounters& counters) {
 
 json describe_counters() {
   json rows = json::array();
-  const FrameCounters counters;
+  const gpu::FrameCounters counters;
   for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
     for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
   });
-  for (json& row : describe_fields<binner::BaselineCounters>()) rows.push_back(std::move(row));
+  for (json& row : describe_fields<baselines::BaselineCounters>()) rows.push_back(std::move(row));
   rows.push_back({{"name", "dram.read_bytes"},
                   {"unit", "bytes"},
                   {"over_frames", "sum"},
@@ -78,8 +78,8 @@ json describe_counters() {
   return rows;
 }
 
-Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu,
-                       const RunSettings& settings, const RenderRequest& request) {
+Statistics::Statistics(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
+                       const gpu::RunSettings& settings, const gpu::RenderRequest& request) {
   head_["schema"] = "tessera.stats/1";
   head_["capture"] = {
       {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
@@ -90,14 +90,14 @@ Statistics::Statistics(const frontend::Capture& capture, const hardware::GpuConf
   head_["settings"]["region"] = {request.region.x0, request.region.y0, request.region.width(), request.region.height()};
 }
 
-json effect_places_json(const FrameEffectPlaces& places) {
+json effect_places_json(const gpu::FrameEffectPlaces& places) {
   json out = json::object();
   for (const auto& [name, at] : places)
     out[name] = {{"sub_patches", at.sub_patches}, {"sub_patches_elided", at.sub_patches_elided}, {"tiles", at.tiles}};
   return out;
 }
 
-json frame_json(const FrameResult& frame) {
+json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
   json out = {{"frame", frame.frame},
               {"effects", frame.effects},
               {"effect_reasons", frame.effect_reasons},
@@ -109,22 +109,22 @@ json frame_json(const FrameResult& frame) {
     out["energy"] = energy_json(frame.model->energy);
   }
   if (frame.right) out["right_eye"] = {{"counters", counters_json(frame.right->counters)}};
-  if (frame.baselines) out["baselines"] = baselines_json(*frame.baselines);
+  if (schemes != nullptr) out["baselines"] = baselines_json(*schemes);
   return out;
 }
 
-void Statistics::add(const FrameResult& frame) {
+void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;
-  frames_.push_back(frame_json(frame));
+  frames_.push_back(frame_json(frame, schemes));
   frames_.back()["host"] = {{"seconds", frame.seconds}, {"stages", stages}, {"simd", simd_target_name()}};
   if (frame.model) {
     if (!timing_) timing_.emplace();
     timing_->accumulate(frame.model->timing);
     energy_.accumulate(frame.model->energy);
   }
-  if (frame.baselines) {
-    baselines_.add(frame.frame, *frame.baselines);
+  if (schemes != nullptr) {
+    baselines_.add(frame.frame, *schemes);
     has_baselines_ = true;
   }
   total_.accumulate(frame.counters);

@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "frontend/capture.h"
+#include "gpu/device.h"
 #include "replay/baseline_report.h"
-#include "replay/frame_renderer.h"
+#include "scene/capture.h"
 
 namespace tessera::replay {
 
@@ -17,10 +17,11 @@ namespace tessera::replay {
 // counter whose unit did not run is absent, not zero.
 class Statistics {
  public:
-  Statistics(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
-             const RenderRequest& request);
+  Statistics(const scene::Capture& capture, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+             const gpu::RenderRequest& request);
 
-  void add(const FrameResult& frame);
+  // `schemes`: the baselines of the same frame, or null.
+  void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
   std::size_t frame_count() const { return frames_.size(); }
 
   nlohmann::json json() const;
@@ -35,8 +36,8 @@ class Statistics {
  private:
   nlohmann::json head_;
   std::vector<nlohmann::json> frames_;
-  FrameCounters total_;
-  std::optional<hardware::FrameTiming> timing_;
+  gpu::FrameCounters total_;
+  std::optional<timing::FrameTiming> timing_;
   hardware::FrameEnergy energy_;
   double total_seconds_ = 0;
   BaselineReport baselines_;
@@ -44,10 +45,10 @@ class Statistics {
 };
 
 // {"unit.event": value, ...} of everything that was counted, with the ledger's sums.
-nlohmann::json counters_json(const FrameCounters& counters);
+nlohmann::json counters_json(const gpu::FrameCounters& counters);
 
 // A frame's member of "frames", all but "host": what follows from the inputs.
-nlohmann::json frame_json(const FrameResult& frame);
+nlohmann::json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
 
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();

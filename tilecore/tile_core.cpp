@@ -9,13 +9,13 @@
 #include "base/check.h"
 #include "base/thread_clock.h"
 #include "frontend/sub_patch_effects.h"
-#include "tilecore/clipped_cells.h"
-#include "tilecore/tile_frustum.h"
+#include "tilecore/visibility/clipped_cells.h"
+#include "tilecore/visibility/tile_frustum.h"
 
 namespace tessera::tilecore {
 namespace {
 
-using frontend::AlphaMode;
+using scene::AlphaMode;
 
 // Nearest opaque surface wins; equal depths go to the lower patch, then the lower triangle, whatever came first.
 class OpaqueSink final : public HitSink {
@@ -47,7 +47,7 @@ class OpaqueSink final : public HitSink {
 // Hits count only where the material's alpha reaches its cutoff.
 class MaskSink final : public HitSink {
  public:
-  MaskSink(const frontend::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures,
+  MaskSink(const scene::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures,
            std::uint64_t& alpha_tests)
       : frame_(frame),
         patch_(patch),
@@ -64,7 +64,7 @@ class MaskSink final : public HitSink {
   }
 
  private:
-  const frontend::FrameGeometry& frame_;
+  const scene::FrameGeometry& frame_;
   std::uint32_t patch_;
   float cutoff_;
   OpaqueSink opaque_;
@@ -98,7 +98,7 @@ float farthest(const TileState& state) {
   return *std::max_element(most.begin(), most.end());
 }
 
-HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable) {
+HitLimits hit_limits(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   HitLimits limits;
   limits.near = static_cast<float>(frame.projection.near);
   if (frame.projection.far > 0) limits.far = static_cast<float>(frame.projection.far);
@@ -110,7 +110,7 @@ HitLimits hit_limits(const frontend::FrameGeometry& frame, const frontend::Posed
   return limits;
 }
 
-VisibilitySettings visibility_settings(const frontend::FrameGeometry& frame, const frontend::PosedDrawable& drawable,
+VisibilitySettings visibility_settings(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                        const float* depth) {
   return {hit_limits(frame, drawable), frame.projection.orthographic,
           static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
@@ -124,8 +124,8 @@ std::uint64_t boxes_of(const MicroMesh& mesh) {
 }
 
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
-std::size_t leaf_columns(const frontend::FrameGeometry& frame, const binner::QueueEntry& entry) {
-  const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+std::size_t leaf_columns(const scene::FrameGeometry& frame, const binner::QueueEntry& entry) {
+  const bool grid = frame.drawable_of(entry.base_patch).drawable->kind == scene::Primitive::Kind::kBezierPatches;
   const std::size_t cells = grid ? 4 : kLeafCells;
   return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
 }
@@ -139,7 +139,7 @@ CoreCounters TileCore::take_counters() {
           shader_.take_counters(),         shader_.textures().take_counters(),
           resolve_.take_counters(),        std::exchange(resolve_counters_, {})};
 }
-hardware::Ledger TileCore::take_ledger() {
+memory::Ledger TileCore::take_ledger() {
   ledger_ += resolve_.take_ledger();
   ledger_ += sampler_.take_ledger();
   return std::exchange(ledger_, {});
@@ -147,12 +147,12 @@ hardware::Ledger TileCore::take_ledger() {
 
 TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
   using Flag = binner::QueueEntry::Flag;
-  const frontend::PosedDrawable& drawable = job.frame->drawable_of(entry.base_patch);
+  const scene::PosedDrawable& drawable = job.frame->drawable_of(entry.base_patch);
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
   EntryEffects effects{
       {(drawable.moving && needs(Flag::kMoving, false)) || job.force_motion,
        (job.frame->projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
-      drawable.material->displacement && drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches &&
+      drawable.material->displacement && drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches &&
           needs(Flag::kDisplaced, job.force_displacement),
       drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.force_alpha_test)};
   return effects;
@@ -195,8 +195,8 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
 }
 
 void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state) {
-  const frontend::FrameGeometry& frame = *job.frame;
-  const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
+  const scene::FrameGeometry& frame = *job.frame;
+  const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
   const MeshStore::Item& item =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
@@ -204,7 +204,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const Tessellator::Work& work = item.work;
   tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
                             static_cast<std::uint32_t>(work.triangles),
-                            hardware::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion,
+                            memory::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion,
                             effects.displaced, effects.ray.lens, effects.alpha_tested,
                             drawable.material->alpha_mode == AlphaMode::kBlend});
 
@@ -230,8 +230,8 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 }
 
 void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink) {
-  const frontend::FrameGeometry& frame = *job.frame;
-  const frontend::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
+  const scene::FrameGeometry& frame = *job.frame;
+  const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
   const MicroMesh& mesh =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
@@ -270,13 +270,13 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
 }
 
 void TileCore::store_state(const TileJob& job, const TileState& state) {
-  ledger_.write(hardware::Unit::kTilecore, hardware::Purpose::kTileState,
-                hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
+  ledger_.write(memory::Unit::kTilecore, memory::Purpose::kTileState,
+                memory::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 void TileCore::load_state(const TileJob& job, const TileState& state) {
-  ledger_.read(hardware::Unit::kTilecore, hardware::Purpose::kTileState,
-               hardware::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
+  ledger_.read(memory::Unit::kTilecore, memory::Purpose::kTileState,
+               memory::burst_bytes(0, state.bytes(job.blend_layers), job.burst_bytes));
 }
 
 // ---- Shading ----------------------------------------------------------------------------------------------------

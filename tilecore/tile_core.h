@@ -5,24 +5,24 @@
 #include <utility>
 #include <vector>
 
+#include "base/counter.h"
 #include "binner/parameter_buffer.h"
 #include "binner/tile_grid.h"
-#include "frontend/frame_geometry.h"
-#include "hardware/counter.h"
-#include "hardware/ledger.h"
-#include "tilecore/deferred_shader.h"
+#include "memory/ledger.h"
+#include "scene/frame_geometry.h"
 #include "tilecore/frame_targets.h"
-#include "tilecore/mesh_store.h"
+#include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/resolve/resolve_unit.h"
-#include "tilecore/sample_pattern.h"
-#include "tilecore/sampling_controller.h"
-#include "tilecore/tessellation_cache.h"
-#include "tilecore/tile_frustum.h"
+#include "tilecore/shading/deferred_shader.h"
+#include "tilecore/tessellation/mesh_store.h"
+#include "tilecore/tessellation/tessellation_cache.h"
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_state.h"
-#include "tilecore/visibility_kernel.h"
-#include "tilecore/visibility_method.h"
+#include "tilecore/visibility/sample_pattern.h"
+#include "tilecore/visibility/sample_tests.h"
+#include "tilecore/visibility/tile_frustum.h"
+#include "tilecore/visibility/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -61,7 +61,7 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.resolve, b.resolve);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
-  for_each_unit(into, from, [](auto& to, const auto& of) { hardware::merge(to, of); });
+  for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
 }
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
@@ -91,7 +91,7 @@ class TileCore {
   void load_state(const TileJob& job, const TileState& state);
 
   // Traffic on behalf of this core that another unit counted (its queue's bursts).
-  void charge(const hardware::Ledger& ledger) { ledger_ += ledger; }
+  void charge(const memory::Ledger& ledger) { ledger_ += ledger; }
 
   // All samples that single entries touch, hidden or not, for machines that draw in another order: begin_tile(), then
   // entry by entry in any order. Alpha is not tested, nothing is kept.
@@ -107,9 +107,9 @@ class TileCore {
   TextureUnit& textures() { return shader_.textures(); }
   // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
-  hardware::Ledger take_ledger();
+  memory::Ledger take_ledger();
   // Until take_ledger(), what this core moves also goes to `log`.
-  void record_accesses(hardware::AccessLog* log) {
+  void record_accesses(memory::AccessLog* log) {
     ledger_.record_into(log);
     sampler_.record_accesses(log);
     resolve_.record_accesses(log);
@@ -140,14 +140,14 @@ class TileCore {
   SamplingController sampler_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
-  hardware::Ledger ledger_;
+  memory::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
   std::vector<TimeRange> leaf_times_;
 };
 
 }  // namespace tessera::tilecore
 
-namespace tessera::hardware {
+namespace tessera {
 
 template <>
 inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
@@ -174,4 +174,4 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
     });
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
 
-}  // namespace tessera::hardware
+}  // namespace tessera

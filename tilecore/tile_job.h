@@ -5,11 +5,11 @@
 
 #include "base/vec.h"
 #include "binner/tile_grid.h"
-#include "frontend/frame_geometry.h"
-#include "tilecore/pixel_shader.h"
-#include "tilecore/sample_pattern.h"
-#include "tilecore/texture_unit.h"
-#include "tilecore/visibility_method.h"
+#include "scene/frame_geometry.h"
+#include "tilecore/shading/pixel_shader.h"
+#include "tilecore/shading/texture_unit.h"
+#include "tilecore/visibility/sample_pattern.h"
+#include "tilecore/visibility/visibility_method.h"
 
 namespace tessera::tilecore {
 
@@ -26,7 +26,7 @@ struct ResolveFrame;
 
 // Everything that the tile cores of one frame share; read only but for what `resolve` says.
 struct TileJob {
-  const frontend::FrameGeometry* frame = nullptr;
+  const scene::FrameGeometry* frame = nullptr;
   const binner::TileGrid* grid = nullptr;
   const SamplePattern* pattern = nullptr;
   Lighting lighting;

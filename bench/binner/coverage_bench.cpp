@@ -4,22 +4,22 @@
 #include <memory>
 
 #include "binner/tile_coverage.h"
-#include "frontend/capture_reader.h"
 #include "frontend/front_end.h"
+#include "scene/capture_reader.h"
 
 namespace tessera::binner {
 namespace {
 
 struct Scene {
-  frontend::Capture capture = frontend::read_capture(TESSERA_SOURCE_DIR "/captures/flyby.glb");
-  frontend::Assembly assembly = frontend::assemble(capture);
+  scene::Capture capture = scene::read_capture(TESSERA_SOURCE_DIR "/captures/flyby.glb");
+  scene::Assembly assembly = scene::assemble(capture);
   std::vector<frontend::BoundedSubPatch> sub_patches;
   Scene() {
-    frontend::FrameRequest request;
+    scene::FrameRequest request;
     request.open_time = capture.settings.first_frame / capture.settings.frame_rate;
     request.close_time = request.open_time + 1 / capture.settings.frame_rate;
-    const auto frame = frontend::pose_frame(
-        assembly, frontend::choose_camera(capture, request.open_time, request.width, request.height), request);
+    const auto frame = scene::pose_frame(
+        assembly, scene::choose_camera(capture, request.open_time, request.width, request.height), request);
     sub_patches = frontend::run_front_end(*frame, frontend::PyramidLibrary(assembly), {}).sub_patches;
   }
 };

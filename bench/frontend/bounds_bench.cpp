@@ -6,19 +6,19 @@
 
 #include "base/simd_targets.h"
 #include "frontend/bounds/screen_bounds.h"
-#include "frontend/capture_reader.h"
 #include "frontend/front_end.h"
+#include "scene/capture_reader.h"
 
 namespace tessera::frontend {
 namespace {
 
 struct Scene {
-  Capture capture = read_capture(TESSERA_SOURCE_DIR "/captures/eggs.glb");
-  Assembly assembly = assemble(capture);
+  scene::Capture capture = scene::read_capture(TESSERA_SOURCE_DIR "/captures/eggs.glb");
+  scene::Assembly assembly = assemble(capture);
   PyramidLibrary pyramids{assembly};
-  std::unique_ptr<FrameGeometry> frame;
+  std::unique_ptr<scene::FrameGeometry> frame;
   Scene() {
-    FrameRequest request;
+    scene::FrameRequest request;
     request.open_time = 0.5;
     request.close_time = 0.52;
     frame = pose_frame(assembly, choose_camera(capture, 0.5, request.width, request.height), request);
@@ -33,7 +33,7 @@ const Scene& scene() {
 // Sub-patches as the front end splits them, one box after another.
 struct Work {
   std::uint32_t patch;
-  std::vector<CellRange> ranges;
+  std::vector<scene::CellRange> ranges;
 };
 std::vector<Work> split_work(const Scene& s) {
   hardware::GpuConfiguration gpu;
@@ -41,7 +41,7 @@ std::vector<Work> split_work(const Scene& s) {
   const FrontEndResult split = run_front_end(*s.frame, s.pyramids, gpu);
   std::vector<Work> work;
   for (const BoundedSubPatch& p : split.sub_patches) {
-    if (s.frame->drawable_of(p.base_patch).drawable->kind != Primitive::Kind::kBezierPatches) continue;
+    if (s.frame->drawable_of(p.base_patch).drawable->kind != scene::Primitive::Kind::kBezierPatches) continue;
     if (work.empty() || work.back().patch != p.base_patch) work.push_back({p.base_patch, {}});
     work.back().ranges.push_back(p.range);
   }
@@ -61,7 +61,7 @@ void BoundSubPatch(benchmark::State& state) {
   std::size_t bounds = 0;
   for (const Work& w : work) {
     bounder.begin(w.patch);
-    for (const CellRange& range : w.ranges) {
+    for (const scene::CellRange& range : w.ranges) {
       const SubPatchBody body = bounder.body(range);
       if (!screen_bounds(body.corners, s.frame->projection, body.margin))
         state.SkipWithError("a sub-patch in sight has no bound");
@@ -71,7 +71,7 @@ void BoundSubPatch(benchmark::State& state) {
   for (auto _ : state)
     for (const Work& w : work) {
       bounder.begin(w.patch);
-      for (const CellRange& range : w.ranges) {
+      for (const scene::CellRange& range : w.ranges) {
         if (on_screen) {
           const SubPatchBody body = bounder.body(range);
           benchmark::DoNotOptimize(screen_bounds(body.corners, s.frame->projection, body.margin));

@@ -21,8 +21,8 @@
 #include "bench/support/line_plot.h"
 #include "binner/tile_coverage.h"
 #include "frontend/bounds/sub_patch_bounder.h"
-#include "frontend/capture_reader.h"
-#include "tilecore/tessellator.h"
+#include "scene/capture_reader.h"
+#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::frontend {
 namespace {
@@ -37,7 +37,7 @@ Sizes sizes_of(const std::array<double, 3>& s) {
 }
 
 // Sides of the box of all vertices of the cells, along the axes.
-std::array<double, 3> truth(const FrameGeometry& frame, std::uint32_t patch, const CellRange& cells,
+std::array<double, 3> truth(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& cells,
                             const Frame& axes) {
   std::array<double, 3> low, high;
   low.fill(1e300);
@@ -54,10 +54,10 @@ std::array<double, 3> truth(const FrameGeometry& frame, std::uint32_t patch, con
 }
 
 // The parts of a grid after `level` halvings, alternating directions; empty when the grid has too few cells.
-std::vector<CellRange> parts(const CellRange& whole, int level) {
+std::vector<scene::CellRange> parts(const scene::CellRange& whole, int level) {
   const int across = 1 << ((level + 1) / 2), up = 1 << (level / 2);
   if (whole.i1 < across || whole.j1 < up) return {};
-  std::vector<CellRange> out;
+  std::vector<scene::CellRange> out;
   for (int j = 0; j < up; ++j)
     for (int i = 0; i < across; ++i)
       out.push_back({static_cast<std::uint8_t>(whole.i1 * i / across), static_cast<std::uint8_t>(whole.j1 * j / up),
@@ -71,13 +71,14 @@ struct Ratios {
   std::uint64_t count = 0;
 };
 
-void measure(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method, int level, Ratios& out) {
+void measure(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method, int level,
+             Ratios& out) {
   SubPatchBounder bounder(frame, pyramids, method);
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-    const PosedDrawable& drawable = frame.drawable_of(patch);
-    if (drawable.drawable->kind != Primitive::Kind::kBezierPatches || !drawable.material->displacement) continue;
+    const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+    if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !drawable.material->displacement) continue;
     bounder.begin(patch);
-    for (const CellRange& cells : parts(patch_cells(frame, patch), level)) {
+    for (const scene::CellRange& cells : parts(patch_cells(frame, patch), level)) {
       const MovingBox box = bounder.box(cells);
       const Frame axes = corner_frame(bounder.nets()).axes;
       const Sizes is =
@@ -96,15 +97,16 @@ void measure(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMe
 struct Seen {
   double x, y, radius;
 };
-Seen seen_at(const DVec4& open, const DVec4& close, double t, const Projection& projection) {
+Seen seen_at(const DVec4& open, const DVec4& close, double t, const scene::Projection& projection) {
   const DVec4 r = open * (1 - t) + close * t;
   const double w = std::max(r.w, 1e-6);
   return {r.x / w, r.y / w, defocus_radius(projection, std::max(r.z, 1e-6))};
 }
 
 // Tiles that the cells of a sub-patch touch at any of 17 times: rectangles around cells of a few pixels.
-std::uint64_t touched_tiles(const FrameGeometry& frame, const BoundedSubPatch& piece, const binner::TileGrid& grid) {
-  const PosedDrawable& drawable = frame.drawable_of(piece.base_patch);
+std::uint64_t touched_tiles(const scene::FrameGeometry& frame, const BoundedSubPatch& piece,
+                            const binner::TileGrid& grid) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(piece.base_patch);
   const int columns = piece.range.i1 - piece.range.i0 + 1, rows = piece.range.j1 - piece.range.j0 + 1;
   std::array<std::vector<DVec4>, 2> raster;
   for (std::size_t key = 0; key < 2; ++key)
@@ -135,7 +137,8 @@ std::uint64_t touched_tiles(const FrameGeometry& frame, const BoundedSubPatch& p
   return tiles.size();
 }
 
-void measure_overlap(const FrameGeometry& frame, const PyramidLibrary& pyramids, const std::filesystem::path& folder) {
+void measure_overlap(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                     const std::filesystem::path& folder) {
   std::string csv = "split_pixels,coverage,sub_patches,overlaps,touched,ratio\n";
   std::vector<bench::Series> series = {{"rectangle", {}, {}}, {"exact", {}, {}}};
   for (const double pixels : {16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0})
@@ -150,8 +153,8 @@ void measure_overlap(const FrameGeometry& frame, const PyramidLibrary& pyramids,
       binner::TileCoverageUnit unit(gpu);
       std::uint64_t overlaps = 0, touched = 0, pieces = 0;
       for (const BoundedSubPatch& piece : run_front_end(frame, pyramids, gpu).sub_patches) {
-        const PosedDrawable& drawable = frame.drawable_of(piece.base_patch);
-        if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) continue;
+        const scene::PosedDrawable& drawable = frame.drawable_of(piece.base_patch);
+        if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches) continue;
         ++pieces;
         overlaps += unit.cover(piece, drawable.moving, grid).covered;
         touched += touched_tiles(frame, piece, grid);
@@ -169,10 +172,10 @@ void measure_overlap(const FrameGeometry& frame, const PyramidLibrary& pyramids,
 }
 
 void run(const std::string& capture_file, const std::filesystem::path& folder) {
-  const Capture capture = read_capture(capture_file);
-  const Assembly assembly = assemble(capture);
+  const scene::Capture capture = scene::read_capture(capture_file);
+  const scene::Assembly assembly = assemble(capture);
   const PyramidLibrary pyramids(assembly);
-  FrameRequest request;
+  scene::FrameRequest request;
   request.open_time = (capture.settings.first_frame + capture.settings.shutter_open) / capture.settings.frame_rate;
   request.close_time = (capture.settings.first_frame + capture.settings.shutter_close) / capture.settings.frame_rate;
   const auto frame =

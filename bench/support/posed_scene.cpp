@@ -9,7 +9,7 @@
 #include "base/parallel.h"
 #include "tests/support/captures.h"
 #include "tests/support/mesh_triangles.h"
-#include "tilecore/tessellator.h"
+#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::bench {
 namespace {
@@ -36,13 +36,13 @@ std::vector<Vec3> wall(int width, int height) {
 }
 
 std::vector<Vec3> blob(float radius) {
-  std::vector<Vec3> points = test::closed_patches(frontend::kNone).vertices.positions;
+  std::vector<Vec3> points = test::closed_patches(scene::kNone).vertices.positions;
   for (Vec3& p : points) p *= radius;
   return points;
 }
 
-frontend::Capture make_capture(int width, int height, const SceneSettings& settings) {
-  frontend::Capture capture;
+scene::Capture make_capture(int width, int height, const SceneSettings& settings) {
+  scene::Capture capture;
   test::Random random(7);
   const auto add = [&](const std::vector<Vec3>& points, double x_pixels, double y_pixels, double depth) {
     const double unit = depth / kFocalPixels, angle = static_cast<double>(random.uniform(0, 6.2831853f));
@@ -59,7 +59,7 @@ frontend::Capture make_capture(int width, int height, const SceneSettings& setti
       const double dx = static_cast<double>(random.uniform(-25, 25)), dy = static_cast<double>(random.uniform(-25, 25));
       add(blob(radius), x + dx - width / 2, y + dy - height / 2, depth);
     }
-  frontend::Camera camera;
+  scene::Camera camera;
   camera.vertical_fov = static_cast<float>(2 * std::atan(height / 2 / kFocalPixels));
   camera.near = 10;
   // Radius of confusion on the wall: focal length * aperture * (1/focus - 1/depth) = 16 pixels.
@@ -74,11 +74,11 @@ struct Piece {
   std::vector<std::uint32_t> indices;
 };
 
-Piece list_patch(const frontend::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator,
+Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator,
                  tilecore::MicroMesh& mesh) {
-  const frontend::PosedDrawable& drawable = frame.drawable_of(patch);
+  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   if (drawable.material->double_sided) throw std::runtime_error("a list of triangles knows no double-sided material");
-  tessellator.tessellate(frame, patch, frontend::patch_cells(frame, patch), {drawable.moving, false}, mesh);
+  tessellator.tessellate(frame, patch, scene::patch_cells(frame, patch), {drawable.moving, false}, mesh);
   Piece piece;
   for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
     if (!mesh.projected[v]) throw std::runtime_error("a list of triangles holds no vertex that is not projected");
@@ -97,12 +97,12 @@ Piece list_patch(const frontend::FrameGeometry& frame, std::uint32_t patch, tile
 
 PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
     : capture(make_capture(width, height, settings)),
-      assembly(frontend::assemble(capture)),
+      assembly(scene::assemble(capture)),
       pyramids(assembly),
       pattern({settings.samples_per_pixel, 0, 0}),
       grid(width, height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height)),
       machine(gpu, pattern, grid) {
-  frontend::FrameRequest request;
+  scene::FrameRequest request;
   request.width = width;
   request.height = height;
   request.close_time = settings.blur > 0 ? 1 : 0;
@@ -110,7 +110,7 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
   request.tessellation.target_edge_pixels = std::sqrt(2 * settings.area);
   for (int attempt = 0; attempt < 3; ++attempt) {
     if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(settings.area / mean_area);
-    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, width, height), request);
+    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, width, height), request);
     std::set<std::uint32_t> kept;
     for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu).sub_patches) kept.insert(piece.base_patch);
     patches.assign(kept.begin(), kept.end());
@@ -132,7 +132,7 @@ double TriangleList::mean_area() const {
   return area / static_cast<double>(std::max<std::size_t>(triangle_count(), 1));
 }
 
-TriangleList list_triangles(const frontend::FrameGeometry& frame, const std::vector<std::uint32_t>& patches) {
+TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches) {
   std::vector<Piece> pieces(patches.size());
   PerThread<tilecore::Tessellator> tessellators;
   PerThread<tilecore::MicroMesh> meshes;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "frontend/frame_geometry.h"
+#include "scene/frame_geometry.h"
 #include "tests/support/machine_visibility.h"
 
 namespace tessera::bench {
@@ -27,14 +27,14 @@ struct PosedScene {
   PosedScene(const PosedScene&) = delete;
   PosedScene& operator=(const PosedScene&) = delete;
 
-  frontend::Capture capture;
-  frontend::Assembly assembly;
+  scene::Capture capture;
+  scene::Assembly assembly;
   frontend::PyramidLibrary pyramids;
   hardware::GpuConfiguration gpu;
   tilecore::SamplePattern pattern;
   binner::TileGrid grid;
   test::MachineVisibility machine;
-  std::unique_ptr<frontend::FrameGeometry> frame;
+  std::unique_ptr<scene::FrameGeometry> frame;
   std::vector<std::uint32_t> patches;  // that the front end keeps, in order
   double mean_area = 0;                // reached, at shutter open
 };
@@ -57,6 +57,6 @@ struct TriangleList {
 
 // Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the
 // picture, and for a double-sided material: the list can say neither.
-TriangleList list_triangles(const frontend::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
+TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
 
 }  // namespace tessera::bench

@@ -1,5 +1,5 @@
 // How many boxes and triangles this machine can test at most: the arithmetic of visibility alone, for comparison with
-// what the kernels of tilecore/visibility_kernel.cpp reach. Data lie in the first cache with unit stride; results are
+// what the kernels of tilecore/visibility/sample_tests.cpp reach. Data lie in the first cache with unit stride; results are
 // masks; nothing is gathered, nothing is done with a hit. The ceiling of a test is the better of its two arrangements.
 //
 // Rates are per second of a thread's processor time, so that other programs do not lower them; threads:2 says what each

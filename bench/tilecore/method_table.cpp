@@ -18,8 +18,8 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "bench/support/line_plot.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tilecore/tile_core.h"
 
@@ -32,9 +32,9 @@ constexpr int kFrameSide = 192;  // pixels; one unit of the scene is one pixel
 constexpr int kPatches = 24;
 
 struct Scene {
-  frontend::Capture capture;
-  frontend::Assembly assembly;
-  std::unique_ptr<frontend::FrameGeometry> frame;
+  scene::Capture capture;
+  scene::Assembly assembly;
+  std::unique_ptr<scene::FrameGeometry> frame;
   std::vector<IntRect> pixels;  // of each patch over its whole motion
 };
 
@@ -43,7 +43,7 @@ struct Scene {
 std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& corners, double side, double quad,
                                   double way_x, double way_y) {
   auto scene = std::make_unique<Scene>();
-  frontend::Material material;
+  scene::Material material;
   material.double_sided = true;
   const int m = test::add_material(scene->capture, material);
   std::vector<Vec3> points;
@@ -59,17 +59,17 @@ std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& 
   }
   const int node = test::add_node(scene->capture, test::patches(points, m));
   if (way_x != 0 || way_y != 0) test::add_motion(scene->capture, node, {way_x, way_y, 0});
-  frontend::Camera camera;
-  camera.type = frontend::Camera::Type::kOrthographic;
+  scene::Camera camera;
+  camera.type = scene::Camera::Type::kOrthographic;
   camera.x_mag = camera.y_mag = kFrameSide / 2;
   test::add_camera(scene->capture, {0, 0, 10}, camera);
-  scene->assembly = frontend::assemble(scene->capture);
-  frontend::FrameRequest request;
+  scene->assembly = scene::assemble(scene->capture);
+  scene::FrameRequest request;
   request.width = request.height = kFrameSide;
   request.close_time = 1;
   request.tessellation.target_edge_pixels = quad * 1.001;  // rounding must not add a quad
-  scene->frame = frontend::pose_frame(scene->assembly,
-                                      frontend::choose_camera(scene->capture, 0, kFrameSide, kFrameSide), request);
+  scene->frame =
+      scene::pose_frame(scene->assembly, scene::choose_camera(scene->capture, 0, kFrameSide, kFrameSide), request);
   return scene;
 }
 
@@ -118,7 +118,7 @@ double ratio(std::uint64_t a, std::uint64_t b) {
 
 // Every patch in every tile that the rectangle of its motion touches, whatever is in front.
 Result run(const Scene& scene, const VisibilityMethodSettings& method, int samples_per_pixel = 4) {
-  const frontend::FrameGeometry& frame = *scene.frame;
+  const scene::FrameGeometry& frame = *scene.frame;
   const binner::TileGrid grid(kFrameSide, kFrameSide, 32, 32);
   const SamplePattern pattern({samples_per_pixel, 0, 0});
   TileJob job;
@@ -136,7 +136,7 @@ Result run(const Scene& scene, const VisibilityMethodSettings& method, int sampl
       if (scene.pixels[patch].intersect(grid.pixels(tile)).empty()) continue;
       binner::QueueEntry entry{};
       entry.base_patch = patch;
-      entry.range = frontend::patch_cells(frame, patch);
+      entry.range = scene::patch_cells(frame, patch);
       core.find_hits(job, entry, sink);
     }
     result.hash += sink.hash;
@@ -203,7 +203,7 @@ void measure_methods(const std::vector<Toy>& toys, const X& x, std::string& csv,
   for (const NamedMethod& method : methods()) series.push_back({method.name, {}, {}});
   for (const Toy& toy : toys) {
     const auto scene = make_toy(toy.quad, toy.motion);
-    for (const frontend::TessellationPattern& pattern : scene->frame->patterns)
+    for (const scene::TessellationPattern& pattern : scene->frame->patterns)
       if (pattern.nu != 8 || pattern.nv != 8) throw UsageError("a patch is not cut into 8x8 quads");
     const Result expected = run(*scene, {});
     std::size_t k = 0;
@@ -311,7 +311,7 @@ void write_captures(const std::filesystem::path& folder) {
       "valid_percent,occupancy_percent,"
       "node_visits_per_ray,ray_hit_percent\n";
   for (const auto& [name, number] : {std::pair{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
-    const frontend::Capture capture = frontend::read_capture(test::shipped_capture(name));
+    const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
     std::vector<NamedMethod> all = methods();
     all.push_back(
         {"patch-bvh-rays-16-segments", {VisibilityMethod::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 16}});
@@ -324,8 +324,8 @@ void write_captures(const std::filesystem::path& folder) {
       else
         gpu.tilecore_visibility_method = key;
       gpu.tilecore_ray_segments = method.settings.ray_segments;
-      replay::FrameRenderer renderer(capture, gpu, {}, {640, 360, {0, 0, 640, 360}});
-      const replay::FrameResult frame = renderer.render(number);
+      gpu::Device renderer(capture, gpu, {}, {640, 360, {0, 0, 640, 360}});
+      const gpu::FrameResult frame = renderer.render(number);
       if (picture.empty()) picture = frame.targets.color.values;
       if (picture != frame.targets.color.values) throw UsageError(key + " renders another picture than patch-bvh");
       csv +=

@@ -11,36 +11,44 @@
 
 #include "base/image_metrics.h"
 #include "base/parallel.h"
+#include "baselines/baseline_set.h"
 #include "bench/support/line_plot.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
+#include "scene/capture_reader.h"
 #include "shaders_cpp/procedures/operation_count.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/support/procedures.h"
-#include "tilecore/procedure_surface.h"
+#include "tilecore/procedural/procedure_surface.h"
 
 namespace tessera::bench {
 namespace {
 
-using replay::FrameResult;
+using gpu::FrameResult;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-FrameResult render(const frontend::Capture& capture, int width, int height, int spp, const std::string& path,
-                   const std::string& maps, double edge, bool baselines, int tile = 64,
-                   const std::string& rate = "pixel") {
+// A frame and, when it was observed, the schemes beside it.
+struct Compared : FrameResult {
+  baselines::BaselineSet schemes;
+};
+
+Compared render(const scene::Capture& capture, int width, int height, int spp, const std::string& path,
+                const std::string& maps, double edge, bool observed, int tile = 64, const std::string& rate = "pixel") {
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = tile;  // the published tile buffer
-  replay::RunSettings settings;
+  gpu::RunSettings settings;
   settings.samples_per_pixel = spp;
   settings.procedures_path = path;
   settings.procedures_maps = maps;
   settings.target_edge_pixels = edge;
   settings.shading_rate = rate;
-  replay::FrameRenderer renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, false, baselines});
-  return renderer.render(capture.settings.first_frame);
+  gpu::Device device(capture, gpu, settings, {width, height, {0, 0, width, height}});
+  baselines::BaselineObserver schemes;
+  if (observed) device.set_observer(&schemes);
+  FrameResult result = device.render(capture.settings.first_frame);
+  return {std::move(result), schemes.last()};
 }
 
 Image display(const Image& linear, float exposure) {
@@ -59,22 +67,22 @@ struct StageCosts {
 };
 
 struct Posed {
-  frontend::Assembly assembly;
-  std::unique_ptr<frontend::FrameGeometry> frame;
-  Posed(const frontend::Capture& capture, int width, int height) : assembly(frontend::assemble(capture)) {
-    frontend::FrameRequest request;
+  scene::Assembly assembly;
+  std::unique_ptr<scene::FrameGeometry> frame;
+  Posed(const scene::Capture& capture, int width, int height) : assembly(scene::assemble(capture)) {
+    scene::FrameRequest request;
     request.width = width;
     request.height = height;
     request.sample_procedures = true;
-    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, width, height), request);
+    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, width, height), request);
   }
 };
 
-StageCosts mean_costs(const frontend::FrameGeometry& frame, const std::vector<double>& share) {
+StageCosts mean_costs(const scene::FrameGeometry& frame, const std::vector<double>& share) {
   StageCosts out;
   double sum = 0;
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
-    const frontend::PosedDrawable& drawable = frame.drawables[d];
+    const scene::PosedDrawable& drawable = frame.drawables[d];
     if (drawable.procedure == nullptr || share[d] == 0) continue;
     const auto& piece = drawable.procedure->pieces[0];
     shaders::SurfaceProgram surface = tilecore::surface_program(frame, drawable, piece);
@@ -122,11 +130,11 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, std::uint32_t
 
 // Missed (tile, object) pairs of the published maps: those that the interval maps' sampling shows to be needed are
 // found by sampling every cell densely.
-std::uint64_t missed_tiles(const frontend::FrameGeometry& frame, const binner::TileGrid& grid,
+std::uint64_t missed_tiles(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
                            const tilecore::ParameterMaps& maps) {
   std::uint64_t missed = 0;
   for (std::uint32_t d = 0; d < frame.drawables.size(); ++d) {
-    const frontend::PosedDrawable& drawable = frame.drawables[d];
+    const scene::PosedDrawable& drawable = frame.drawables[d];
     if (drawable.procedure == nullptr) continue;
     std::vector<bool> needed(grid.tile_count(), false), tagged(grid.tile_count(), false);
     for (std::uint32_t t = 0; t < grid.tile_count(); ++t)
@@ -157,25 +165,25 @@ std::uint64_t missed_tiles(const frontend::FrameGeometry& frame, const binner::T
   return missed;
 }
 
-void print_claims(const frontend::Capture& capture, int width, int height, int spp) {
+void print_claims(const scene::Capture& capture, int width, int height, int spp) {
   const Posed posed(capture, width, height);
   const binner::TileGrid grid(width, height, 64, 64);
-  const FrameResult sampled = render(capture, width, height, spp, "sampled", "interval", 1.0, true);
+  const Compared sampled = render(capture, width, height, spp, "sampled", "interval", 1.0, true);
   const FrameResult published = render(capture, width, height, spp, "sampled", "published", 1.0, false);
   const FrameResult tessellated = render(capture, width, height, spp, "tessellated", "interval", 1.0, false);
-  const FrameResult coarse = render(capture, width, height, spp, "tessellated", "interval", 3.0, true);
+  const Compared coarse = render(capture, width, height, spp, "tessellated", "interval", 3.0, true);
   const auto& s = sampled.counters.sampling;
-  const auto& post = (*sampled.baselines)[binner::Scheme::kPostTessellation];
-  const auto& post3 = (*coarse.baselines)[binner::Scheme::kPostTessellation];
-  const auto& immediate = (*sampled.baselines)[binner::Scheme::kImmediate];
+  const auto& post = sampled.schemes[baselines::Scheme::kPostTessellation];
+  const auto& post3 = coarse.schemes[baselines::Scheme::kPostTessellation];
+  const auto& immediate = sampled.schemes[baselines::Scheme::kImmediate];
   const double frame_bytes = static_cast<double>(
-      sampled.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
+      sampled.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes);
   const double own =
       static_cast<double>(sampled.counters.ledger.total().read_bytes + sampled.counters.ledger.total().written_bytes) -
       frame_bytes;
   // Vertex buffers: position, normal, texture coordinates; two new triangles of three 32-bit indices per vertex of a
   // grid.
-  const auto conventional = [&](const binner::BaselineCounters& b) {
+  const auto conventional = [&](const baselines::BaselineCounters& b) {
     return static_cast<double>(b.dram_bytes) - frame_bytes + static_cast<double>(b.domain_evaluations) * (32 + 24);
   };
   std::vector<double> share(posed.frame->drawables.size(), 0);
@@ -275,8 +283,8 @@ double array_rate(bool shaded) {
 }
 
 // n x n spheres that together cover the same part of the picture.
-frontend::Capture spheres(int n) {
-  frontend::Capture capture;
+scene::Capture spheres(int n) {
+  scene::Capture capture;
   test::add_camera(capture, DVec3(0, 0, 6), {});
   shaders::ShapeInput in;
   in.p[0] = 1.8f / static_cast<float>(n);
@@ -291,7 +299,7 @@ void print_costs(const std::string& folder) {
       tiles{"16 spheres", {}, {}}, tile_samples{"samples", {}, {}};
   fmt::print("| objects | samples | sparse pass ms | whole ms |\n|---:|---:|---:|---:|\n");
   for (const int n : {1, 2, 4, 8, 16, 32}) {
-    const frontend::Capture capture = spheres(n);
+    const scene::Capture capture = spheres(n);
     FrameResult best = render(capture, 512, 512, 16, "sampled", "interval", 3, false);
     for (int repeat = 0; repeat < 2; ++repeat)
       if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false);
@@ -303,7 +311,7 @@ void print_costs(const std::string& folder) {
                best.stage_seconds.at("sparse") * 1e3, best.seconds * 1e3);
   }
   fmt::print("\n| tiles (side) | samples | outside their tile | whole ms |\n|---:|---:|---:|---:|\n");
-  const frontend::Capture capture = spheres(4);
+  const scene::Capture capture = spheres(4);
   for (const int tile : {128, 64, 32, 16, 8}) {
     FrameResult best = render(capture, 512, 512, 16, "sampled", "interval", 3, false, tile);
     for (int repeat = 0; repeat < 2; ++repeat)
@@ -332,7 +340,7 @@ int run(int argc, char** argv) {
     return 2;
   }
   if (argc > 3 && argv[3][0] != '-') spp = std::atoi(argv[3]);
-  print_claims(frontend::read_capture(argv[1]), width, height, spp);
+  print_claims(scene::read_capture(argv[1]), width, height, spp);
   std::fflush(stdout);
   fmt::print(
       "SIMD array, sphere: {:.0f} million samples a second of geometry, view and shading; {:.0f} of geometry and view "

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "base/simd_targets.h"
-#include "tilecore/tile_frustum.h"
-#include "tilecore/visibility_kernel.h"
+#include "tilecore/visibility/sample_tests.h"
+#include "tilecore/visibility/tile_frustum.h"
 
 namespace tessera::tilecore {
 namespace {

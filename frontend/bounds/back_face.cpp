@@ -50,10 +50,10 @@ SecondLengths second_lengths(const PatchNet& net) {
 struct Slopes {
   double u = 0, v = 0;
 };
-Slopes displacement_slopes(const FrameGeometry& frame, const PyramidLibrary& pyramids, const SubPatchBounder& bounder,
-                           std::uint32_t patch) {
-  const PatchDisplacement d = patch_displacement(frame, bounder.drawable(), patch);
-  const PatchDisplacement::Footprint f = d.footprint(bounder.range());
+Slopes displacement_slopes(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                           const SubPatchBounder& bounder, std::uint32_t patch) {
+  const scene::PatchDisplacement d = patch_displacement(frame, bounder.drawable(), patch);
+  const scene::PatchDisplacement::Footprint f = d.footprint(bounder.range());
   const Vec2 texel = pyramids.slopes_of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
   const auto largest = [](Vec2 a, Vec2 b) { return glm::max(glm::abs(a), glm::abs(b)); };
   const Vec2 along_u = largest(d.corner[1] - d.corner[0], d.corner[3] - d.corner[2]);
@@ -64,7 +64,7 @@ Slopes displacement_slopes(const FrameGeometry& frame, const PyramidLibrary& pyr
 }
 
 // What the filtered heights' rounding (their mip levels' included, see MinMaxPyramid) may move a vertex by.
-double height_rounding(const PyramidLibrary& pyramids, const Displacement& d) {
+double height_rounding(const PyramidLibrary& pyramids, const scene::Displacement& d) {
   const ValueRange whole = pyramids.of(*d.texture).whole();
   const double largest = static_cast<double>(std::max(std::abs(whole.low), std::abs(whole.high)));
   return 0x1p-15 * (std::abs(static_cast<double>(d.scale)) * largest + std::abs(static_cast<double>(d.bias)));
@@ -87,8 +87,8 @@ struct BackFaceTest::Spread {
 
 void BackFaceTest::begin(std::uint32_t patch) {
   patch_ = patch;
-  const PosedDrawable& drawable = frame_.drawable_of(patch);
-  applies_ = drawable.drawable->kind == Primitive::Kind::kBezierPatches && !drawable.material->double_sided;
+  const scene::PosedDrawable& drawable = frame_.drawable_of(patch);
+  applies_ = drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches && !drawable.material->double_sided;
   if (!applies_) return;
   for (std::size_t key = 0; key < 2; ++key)
     to_camera_[key] = frame_.views[key].world_to_camera * DMat4(drawable.to_world[key]);
@@ -98,7 +98,7 @@ void BackFaceTest::begin(std::uint32_t patch) {
 // What displacement and rounding add to a chord, per unit of the base patch's parameter, in object space.
 std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bounder,
                                                        const PyramidLibrary& pyramids) const {
-  const ParameterRange& r = bounder.range();
+  const scene::ParameterRange& r = bounder.range();
   const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
                dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   // A vertex is off by fewer than 72 roundings of the largest coordinate; a displaced one also by the error of its
@@ -130,7 +130,7 @@ std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bo
   return out;
 }
 
-bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
                           Spread& out) const {
   const auto object = bounder.nets();
   std::array<PatchNet, 2> nets;
@@ -144,8 +144,8 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   if (!tangents || !extra) return false;
 
   // Chords per unit of the base patch's parameters, and steps of the grid.
-  const ParameterRange& r = bounder.range();
-  const TessellationPattern& pattern = frame_.patterns[patch_];
+  const scene::ParameterRange& r = bounder.range();
+  const scene::TessellationPattern& pattern = frame_.patterns[patch_];
   const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
                dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;
@@ -179,10 +179,10 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   return out.cosine > 0;
 }
 
-bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
                          const MovingCorners& corners) const {
   if (!applies_ || (bounder.displaced() && bounder.foreign_boundary())) return false;
-  const Projection& p = frame_.projection;
+  const scene::Projection& p = frame_.projection;
   const double turned = bounder.drawable().mirrored ? -1 : 1;
   // Corners in camera space; the nearest and farthest bound every vertex's depth and distance.
   std::array<DVec3, 16> at;

@@ -18,12 +18,12 @@ namespace tessera::frontend {
 // sub-patches with vertices that other patches evaluate.
 class BackFaceTest {
  public:
-  explicit BackFaceTest(const FrameGeometry& frame) : frame_(frame) {}
+  explicit BackFaceTest(const scene::FrameGeometry& frame) : frame_(frame) {}
 
   void begin(std::uint32_t patch);
 
   // For the cells whose box() the bounder made last; `corners` are those of that box.
-  bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+  bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
              const MovingCorners& corners) const;
 
  private:
@@ -33,10 +33,10 @@ class BackFaceTest {
     double vertex_error;  // of any vertex
   };
   std::optional<Extra> extra(const SubPatchBounder& bounder, const PyramidLibrary& pyramids) const;
-  bool spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const CellRange& cells,
+  bool spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
               Spread& out) const;
 
-  const FrameGeometry& frame_;
+  const scene::FrameGeometry& frame_;
   std::uint32_t patch_ = 0;
   bool applies_ = false;
   std::array<DMat4, 2> to_camera_;

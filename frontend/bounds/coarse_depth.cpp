@@ -18,7 +18,8 @@ int block_of(double coordinate, int size, int low, int high) {
 
 }  // namespace
 
-OcclusionGuess::OcclusionGuess(const CoarseDepth& previous, const Projection& projection, const View& view)
+OcclusionGuess::OcclusionGuess(const CoarseDepth& previous, const scene::Projection& projection,
+                               const scene::View& view)
     : depth_(previous) {
   depth_.projection = projection;
   depth_.view = view;
@@ -31,7 +32,7 @@ OcclusionGuess::OcclusionGuess(const CoarseDepth& previous, const Projection& pr
 }
 
 void OcclusionGuess::splat(const CoarseDepth& previous, int column, int row) {
-  const Projection &from = previous.projection, &to = depth_.projection;
+  const scene::Projection &from = previous.projection, &to = depth_.projection;
   const float far = previous.at(column, row);
   // What is infinitely far keeps its direction; a depth beyond every scene stands for it.
   const double depth = std::isfinite(far) ? static_cast<double>(far) : 1e12 * std::max(from.near, 1e-6);

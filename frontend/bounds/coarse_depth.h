@@ -4,7 +4,7 @@
 
 #include "base/rect.h"
 #include "frontend/bounds/screen_bounds.h"
-#include "frontend/view.h"
+#include "scene/view.h"
 
 namespace tessera::frontend {
 
@@ -14,8 +14,8 @@ struct CoarseDepth {
   int block_width = 0, block_height = 0;
   IntRect blocks;  // columns and rows of the whole frame's grid
   std::vector<float> farthest;
-  Projection projection;
-  View view;
+  scene::Projection projection;
+  scene::View view;
 
   float at(int column, int row) const {
     return farthest[static_cast<std::size_t>((row - blocks.y0) * blocks.width() + (column - blocks.x0))];
@@ -30,7 +30,7 @@ struct CoarseDepth {
 // (hidden_by).
 class OcclusionGuess {
  public:
-  OcclusionGuess(const CoarseDepth& previous, const Projection& projection, const View& view);
+  OcclusionGuess(const CoarseDepth& previous, const scene::Projection& projection, const scene::View& view);
 
   bool hides(const ScreenBounds& bounds) const { return hidden_by(depth_, bounds); }
   const CoarseDepth& depth() const { return depth_; }

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "base/vec.h"
-#include "frontend/tessellation_pattern.h"
+#include "scene/tessellation_pattern.h"
 
 namespace tessera::frontend {
 
@@ -56,7 +56,7 @@ struct NormalSpread {
 
 // Control points of the part [u0, u1] x [v0, v1]: blossoms of the base net, so that no rounding builds up from split to
 // split. The four corners, edges and everything between reproduce the base patch.
-PatchNet restrict_net(const PatchNet& net, const ParameterRange& range);
+PatchNet restrict_net(const PatchNet& net, const scene::ParameterRange& range);
 
 NetMeasure measure_net(const PatchNet& net, const Frame& axes, const DVec3& tangent_u, const DVec3& tangent_v);
 Extents measure_extents(const PatchNet& net, const Frame& axes);

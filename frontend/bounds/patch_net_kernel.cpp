@@ -169,7 +169,7 @@ HWY_EXPORT(MeasureExtents);
 HWY_EXPORT(MeasureNet);
 HWY_EXPORT(MeasureNormals);
 
-PatchNet restrict_net(const PatchNet& net, const ParameterRange& range) {
+PatchNet restrict_net(const PatchNet& net, const scene::ParameterRange& range) {
   PatchNet out;
   HWY_DYNAMIC_DISPATCH(RestrictNet)
   (net, cubic_restriction(static_cast<double>(range.u0), static_cast<double>(range.u1)),

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vector3<Enclosure> enclose(shaders::ShapeId shape, const Procedure::Piece& piece, double u0, double v0, double u1,
-                           double v1) {
+Vector3<Enclosure> enclose(shaders::ShapeId shape, const scene::Procedure::Piece& piece, double u0, double v0,
+                           double u1, double v1) {
   return shaders::shape_point(shape, piece.input, Enclosure::first_parameter(u0, u1),
                               Enclosure::second_parameter(v0, v1));
 }
@@ -47,7 +47,7 @@ ScreenCoordinate projected(const Enclosure& x, const Enclosure& z, double near) 
   return {value, (x.by_s() - value * z.by_s()) / front, (x.by_t() - value * z.by_t()) / front};
 }
 
-ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const Projection& p) {
+ScreenCoordinate on_screen(const Enclosure& x, const Enclosure& z, const scene::Projection& p) {
   return p.orthographic ? ScreenCoordinate{with_error(x), x.by_s(), x.by_t()} : projected(x, z, p.near);
 }
 
@@ -68,7 +68,7 @@ ScreenCoordinate moving(const std::array<RasterEnclosure, 2>& r, Enclosure Raste
 }
 
 // What the lens adds: a shift by up to lens_scale * |coc(z)|, and its derivative.
-void add_lens(const Projection& p, const Interval& depth, const std::array<RasterEnclosure, 2>& r,
+void add_lens(const scene::Projection& p, const Interval& depth, const std::array<RasterEnclosure, 2>& r,
               ScreenCoordinate& c) {
   if (p.lens_scale == 0) return;
   const Interval z(std::max(depth.low(), p.near), std::max(depth.high(), p.near)), focus(p.inverse_focus), one(1.0),
@@ -84,7 +84,7 @@ double known(double value) { return std::isnan(value) ? kInfinity : value; }
 
 }  // namespace
 
-MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range) {
+MovingBox procedure_box(const scene::ProcedurePatch& patch, const scene::ParameterRange& range) {
   const Vector3<Enclosure> p =
       enclose(patch.shape, *patch.piece, static_cast<double>(patch.u(range.u0)), static_cast<double>(patch.v(range.v0)),
               static_cast<double>(patch.u(range.u1)), static_cast<double>(patch.v(range.v1)));
@@ -95,9 +95,9 @@ MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range
   return box;
 }
 
-ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable,
-                                         const Procedure::Piece& piece, const ParameterBox& box) {
-  const Projection& projection = frame.projection;
+ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                         const scene::Procedure::Piece& piece, const ParameterBox& box) {
+  const scene::Projection& projection = frame.projection;
   const Vector3<Enclosure> p = enclose(drawable.procedure->shape, piece, box.u0, box.v0, box.u1, box.v1);
   std::array<RasterEnclosure, 2> r;
   for (std::size_t key = 0; key < 2; ++key) {

@@ -1,14 +1,14 @@
 #pragma once
 
 #include "frontend/bounds/oriented_box.h"
-#include "frontend/frame_geometry.h"
-#include "frontend/procedure_patch.h"
+#include "scene/frame_geometry.h"
+#include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
 
 // Object-space box of a part of a procedure's base patch, its evaluation's rounding included: the shape instantiated
 // with Enclosure. Parameters are those of the patch.
-MovingBox procedure_box(const ProcedurePatch& patch, const ParameterRange& range);
+MovingBox procedure_box(const scene::ProcedurePatch& patch, const scene::ParameterRange& range);
 
 // A box of a piece's parameters.
 struct ParameterBox {
@@ -34,7 +34,7 @@ struct ProcedureCellBounds {
 // Bounds hold for every (u, v) of the box, every time and every point of the lens for which the point lies in front of
 // the near plane, rounding included; so does the reach for derivatives of the exact image. Points move linearly between
 // the keys in raster space (see FrameGeometry).
-ProcedureCellBounds bound_procedure_cell(const FrameGeometry& frame, const PosedDrawable& drawable,
-                                         const Procedure::Piece& piece, const ParameterBox& box);
+ProcedureCellBounds bound_procedure_cell(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                         const scene::Procedure::Piece& piece, const ParameterBox& box);
 
 }  // namespace tessera::frontend

@@ -37,14 +37,14 @@ float round_up(double value) { return -round_down(-value); }
 
 }  // namespace
 
-double defocus_radius(const Projection& projection, double depth) {
+double defocus_radius(const scene::Projection& projection, double depth) {
   if (projection.lens_scale == 0) return 0;
   const double coc =
       projection.orthographic ? 1.0 - depth * projection.inverse_focus : 1.0 / depth - projection.inverse_focus;
   return projection.lens_scale * std::abs(coc);
 }
 
-std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection,
+std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const scene::Projection& projection,
                                           const RoundingMargin& margin) {
   Hull hull;
   // What rounding might lift over the near plane counts as drawn; w stays positive.

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "base/vec.h"
-#include "frontend/view.h"
+#include "scene/view.h"
 
 namespace tessera::frontend {
 
@@ -31,10 +31,10 @@ using MovingCorners = std::array<DVec4, 16>;
 struct RoundingMargin {
   double position = 0, w = 0, depth = 0, pixels = 0;
 };
-std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const Projection& projection,
+std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const scene::Projection& projection,
                                           const RoundingMargin& margin);
 
 // Circle-of-confusion radius in pixels of a point at `depth` (> 0 unless orthographic).
-double defocus_radius(const Projection& projection, double depth);
+double defocus_radius(const scene::Projection& projection, double depth);
 
 }  // namespace tessera::frontend

@@ -10,8 +10,8 @@
 #include "base/error.h"
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
-#include "frontend/domain_shader.h"
-#include "frontend/subpixel.h"
+#include "scene/domain_shader.h"
+#include "scene/subpixel.h"
 
 namespace tessera::frontend {
 namespace {
@@ -72,8 +72,8 @@ std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points,
 // Control points are taken relative to the first: their common part would be multiplied by weights whose sum is 1,
 // which enclosures do not see. The float rounding that it brings back is `rounding` in the derivatives, and the vertex
 // margin in the position.
-Vector3<Enclosure> domain_box(const PatchNet& net, const ParameterRange& r, bool displaced, const ValueRange& offset,
-                              double rounding) {
+Vector3<Enclosure> domain_box(const PatchNet& net, const scene::ParameterRange& r, bool displaced,
+                              const ValueRange& offset, double rounding) {
   const DVec3 origin = net.point(0);
   shaders::ControlPoints<Enclosure> c;
   for (std::size_t k = 0; k < 16; ++k) c[k] = {net.c[0][k] - origin.x, net.c[1][k] - origin.y, net.c[2][k] - origin.z};
@@ -117,17 +117,17 @@ BoundMethod bound_method(std::string_view name) {
   throw UsageError(fmt::format("unknown bounding method '{}'; known: {}", name, fmt::join(kBoundMethodNames, ", ")));
 }
 
-PyramidLibrary::PyramidLibrary(const Assembly& assembly) {
-  for (const Material& material : assembly.materials) {
+PyramidLibrary::PyramidLibrary(const scene::Assembly& assembly) {
+  for (const scene::Material& material : assembly.materials) {
     if (!material.displacement) continue;
     auto& slot = pyramids_[material.displacement->texture.get()];
     if (slot != nullptr) continue;
     slot = std::make_unique<MinMaxPyramid>(*material.displacement->texture);
     slopes_[material.displacement->texture.get()] = std::make_unique<SlopePyramid>(*material.displacement->texture);
   }
-  for (const Material& material : assembly.materials) {
+  for (const scene::Material& material : assembly.materials) {
     const auto& texture = material.base_color_texture.texture;
-    if (material.alpha_mode != AlphaMode::kMask || texture == nullptr || texture->opaque()) continue;
+    if (material.alpha_mode != scene::AlphaMode::kMask || texture == nullptr || texture->opaque()) continue;
     auto& slot = alphas_[texture.get()];
     if (slot != nullptr) continue;
     std::vector<float> alpha;
@@ -147,7 +147,7 @@ const MinMaxPyramid* PyramidLibrary::alpha_of(const shaders::Texture& texture) c
 void SubPatchBounder::begin(std::uint32_t patch) {
   patch_ = patch;
   drawable_ = &frame_.drawable_of(patch);
-  bezier_ = drawable_->drawable->kind == Primitive::Kind::kBezierPatches;
+  bezier_ = drawable_->drawable->kind == scene::Primitive::Kind::kBezierPatches;
   displaced_ = bezier_ && drawable_->material->displacement.has_value();
   foreign_boundary_ = false;
   keys_ = drawable_->deforming ? 2 : 1;
@@ -167,16 +167,16 @@ void SubPatchBounder::begin(std::uint32_t patch) {
 
 void SubPatchBounder::begin_edges(std::uint32_t patch) {
   const std::uint32_t first = drawable_->drawable->first_patch;
-  const PatchNeighbours& neighbours = frame_.assembly->neighbours[drawable_->drawable->geometry][patch - first];
+  const scene::PatchNeighbours& neighbours = frame_.assembly->neighbours[drawable_->drawable->geometry][patch - first];
   for (std::size_t c = 0; c < 4; ++c) {
-    const PatchNeighbours::CornerOwner& owner = neighbours.corners[c];
-    const Vec2 at = corner_parameters(owner.corner);
+    const scene::PatchNeighbours::CornerOwner& owner = neighbours.corners[c];
+    const Vec2 at = scene::corner_parameters(owner.corner);
     corner_offsets_[c] = patch_displacement(frame_, *drawable_, owner.patch + first).offset(at.x, at.y);
     for (std::size_t key = 0; key < keys_; ++key)
       corners_[key][c] = DVec3(domain_point(frame_, *drawable_, owner.patch + first, at.x, at.y, key));
   }
   for (std::size_t e = 0; e < 4; ++e) {
-    const PatchNeighbours::EdgeOwner& owner = neighbours.edges[e];
+    const scene::PatchNeighbours::EdgeOwner& owner = neighbours.edges[e];
     ForeignEdge& edge = edges_[e];
     edge.collapsed = owner.collapsed;
     edge.active = owner.collapsed || owner.patch + first != patch || owner.edge != e;
@@ -200,8 +200,8 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
   }
 }
 
-ValueRange SubPatchBounder::offset_range(const PatchDisplacement& d, const ParameterRange& r) const {
-  const PatchDisplacement::Footprint f = d.footprint(r);
+ValueRange SubPatchBounder::offset_range(const scene::PatchDisplacement& d, const scene::ParameterRange& r) const {
+  const scene::PatchDisplacement::Footprint f = d.footprint(r);
   const ValueRange heights = pyramids_.of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
   const float a = d.material->scale * heights.low + d.material->bias,
               b = d.material->scale * heights.high + d.material->bias;
@@ -236,7 +236,8 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
   if (edge.reversed) std::tie(a, b) = std::pair(1.0f - b, 1.0f - a);
   const float fixed = edge.owner_edge == 1 || edge.owner_edge == 3 ? 1.0f : 0.0f;
   const bool owner_along_u = edge.owner_edge < 2;
-  const ParameterRange strip = owner_along_u ? ParameterRange{a, fixed, b, fixed} : ParameterRange{fixed, a, fixed, b};
+  const scene::ParameterRange strip =
+      owner_along_u ? scene::ParameterRange{a, fixed, b, fixed} : scene::ParameterRange{fixed, a, fixed, b};
   const ValueRange offset = offset_range(edge.displacement, strip);
   foreign_offsets_ = foreign_offsets_.hull(offset);
   const double scale = static_cast<double>(b) - static_cast<double>(a);
@@ -254,8 +255,8 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
   }
 }
 
-void SubPatchBounder::bound_foreign_vertices(const CellRange& cells, MovingBox& box) {
-  const TessellationPattern& pattern = frame_.patterns[patch_];
+void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box) {
+  const scene::TessellationPattern& pattern = frame_.patterns[patch_];
   const std::array<bool, 4> touches = {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
   std::array<bool, 4> corner{};
   for (std::size_t c = 0; c < 4; ++c)
@@ -282,13 +283,13 @@ void SubPatchBounder::bound_foreign_vertices(const CellRange& cells, MovingBox& 
 }
 
 MovingBox SubPatchBounder::cluster_box() const {
-  const MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
-  const Cluster& cluster = clusters.clusters[patch_ - drawable_->drawable->first_patch];
+  const scene::MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
+  const scene::Cluster& cluster = clusters.clusters[patch_ - drawable_->drawable->first_patch];
   return point_box(drawable_->positions[0], drawable_->positions[1],
                    std::span(clusters.vertices).subspan(cluster.first_vertex, cluster.vertex_count));
 }
 
-MovingBox SubPatchBounder::box(const CellRange& cells) {
+MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   foreign_boundary_ = false;
   foreign_offsets_ = {0, 0};
   if (drawable_->procedure != nullptr) {
@@ -317,7 +318,7 @@ MovingBox SubPatchBounder::box(const CellRange& cells) {
   return box;
 }
 
-SubPatchBody SubPatchBounder::body(const CellRange& cells) {
+SubPatchBody SubPatchBounder::body(const scene::CellRange& cells) {
   const MovingBox box = this->box(cells);
   const auto subpixels = static_cast<double>(frame_.request.subpixels());
   SubPatchBody body{box_corners(box, drawable_->to_raster),
@@ -325,7 +326,7 @@ SubPatchBody SubPatchBounder::body(const CellRange& cells) {
                     {}};
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
-  body.margin.pixels += static_cast<double>(kStillPixels);
+  body.margin.pixels += static_cast<double>(scene::kStillPixels);
   const Mat4 way = drawable_->to_raster[1] - drawable_->to_raster[0];
   body.way_margin = vertex_rounding_margin(box, largest_, {way, way}, subpixels);
   return body;

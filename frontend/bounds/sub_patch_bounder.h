@@ -12,9 +12,9 @@
 #include "frontend/bounds/normal_bounds.h"
 #include "frontend/bounds/oriented_box.h"
 #include "frontend/bounds/patch_net.h"
-#include "frontend/frame_geometry.h"
-#include "frontend/patch_displacement.h"
-#include "frontend/procedure_patch.h"
+#include "scene/frame_geometry.h"
+#include "scene/patch_displacement.h"
+#include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
 
@@ -34,7 +34,7 @@ BoundMethod bound_method(std::string_view name);
 // built once.
 class PyramidLibrary {
  public:
-  explicit PyramidLibrary(const Assembly& assembly);
+  explicit PyramidLibrary(const scene::Assembly& assembly);
   const MinMaxPyramid& of(const shaders::ScalarTexture& texture) const { return *pyramids_.at(&texture); }
   const SlopePyramid& slopes_of(const shaders::ScalarTexture& texture) const { return *slopes_.at(&texture); }
   // Null for a texture whose alpha is 1 everywhere, and for those of materials that do not mask.
@@ -63,18 +63,18 @@ struct SubPatchBody {
 // Has scratch memory; one instance per thread.
 class SubPatchBounder {
  public:
-  SubPatchBounder(const FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method)
+  SubPatchBounder(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method)
       : frame_(frame), pyramids_(pyramids), method_(method) {}
 
   // Chooses the base patch; what its sub-patches share is computed here.
   void begin(std::uint32_t patch);
 
   // Box of the cells in object space. A deforming drawable moves between its keys; a rigid one has the same at both.
-  MovingBox box(const CellRange& cells);
-  SubPatchBody body(const CellRange& cells);
+  MovingBox box(const scene::CellRange& cells);
+  SubPatchBody body(const scene::CellRange& cells);
 
   // About the box() made last, for culling: the parameters, the restricted nets, and what displaces them.
-  const ParameterRange& range() const { return range_; }
+  const scene::ParameterRange& range() const { return range_; }
   std::span<const PatchNet> nets() const { return {nets_.data(), keys_}; }
   const ValueRange& offsets() const { return offsets_; }
   bool displaced() const { return displaced_; }
@@ -85,7 +85,7 @@ class SubPatchBounder {
   }
   // Whether a boundary vertex of the cells is evaluated by another patch's displacement.
   bool foreign_boundary() const { return foreign_boundary_; }
-  const PosedDrawable& drawable() const { return *drawable_; }
+  const scene::PosedDrawable& drawable() const { return *drawable_; }
   double largest_coordinate() const { return largest_; }
 
  private:
@@ -95,36 +95,36 @@ class SubPatchBounder {
     std::uint8_t owner_edge = 0;
     bool reversed = false;
     std::size_t corner = 0;  // where a collapsed edge's vertices are
-    PatchDisplacement displacement;
+    scene::PatchDisplacement displacement;
     std::array<std::array<DVec3, 4>, 2> points, across;  // [key]: of the owner
     double rounding = 0;
   };
 
   void begin_edges(std::uint32_t patch);
-  ValueRange offset_range(const PatchDisplacement& displacement, const ParameterRange& range) const;
+  ValueRange offset_range(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range) const;
   void bound_interior(const CornerFrame& frame, MovingBox& box);
   void bound_interval(MovingBox& box);
   void bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box);
-  void bound_foreign_vertices(const CellRange& cells, MovingBox& box);
+  void bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box);
   MovingBox cluster_box() const;
 
-  const FrameGeometry& frame_;
+  const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   BoundMethod method_;
 
   std::uint32_t patch_ = 0;
-  const PosedDrawable* drawable_ = nullptr;
+  const scene::PosedDrawable* drawable_ = nullptr;
   bool bezier_ = false, displaced_ = false, foreign_boundary_ = false;
   std::size_t keys_ = 1;
   double largest_ = 0;   // coordinate of any control point used
   double rounding_ = 0;  // of a float derivative
   std::array<PatchNet, 2> base_, nets_;
-  PatchDisplacement displacement_;
-  ProcedurePatch procedure_patch_;
+  scene::PatchDisplacement displacement_;
+  scene::ProcedurePatch procedure_patch_;
   std::array<ForeignEdge, 4> edges_;
   std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced, as their owners evaluate them
   std::array<float, 4> corner_offsets_{};
-  ParameterRange range_{};
+  scene::ParameterRange range_{};
   ValueRange offsets_{0, 0}, foreign_offsets_{0, 0};
 };
 

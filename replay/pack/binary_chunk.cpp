@@ -1,12 +1,12 @@
 #include "replay/pack/binary_chunk.h"
 
-#include "frontend/gltf/accessor_layout.h"
+#include "scene/gltf/accessor_layout.h"
 
 namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-namespace gltf = frontend::gltf;
+namespace gltf = scene::gltf;
 
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "frontend/gltf/document.h"
+#include "scene/gltf/document.h"
 
 namespace tessera::replay {
 
@@ -25,7 +25,7 @@ enum class AccessorUse { kOther, kVertices, kIndices };
 class BinaryChunk {
  public:
   // `source` must outlive the chunk; its accessors and views must have been validated.
-  explicit BinaryChunk(frontend::gltf::Document& source) : source_(source) {}
+  explicit BinaryChunk(scene::gltf::Document& source) : source_(source) {}
 
   // Appends bytes and returns the number of their view.
   std::size_t add(std::span<const std::uint8_t> bytes);
@@ -49,7 +49,7 @@ class BinaryChunk {
   };
   std::size_t copy_elements(const Elements& elements);
 
-  frontend::gltf::Document& source_;
+  scene::gltf::Document& source_;
   std::vector<std::uint8_t> bytes_;
   nlohmann::json views_ = nlohmann::json::array();
   std::map<std::size_t, std::size_t> copied_views_;

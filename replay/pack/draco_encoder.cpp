@@ -8,12 +8,12 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "frontend/gltf/accessor_layout.h"
+#include "scene/gltf/accessor_layout.h"
 
 namespace tessera::replay {
 namespace {
 
-namespace gltf = frontend::gltf;
+namespace gltf = scene::gltf;
 
 draco::DataType data_type(int component_type) {
   switch (component_type) {

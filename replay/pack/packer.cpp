@@ -15,20 +15,20 @@
 #include "base/image_codec.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
-#include "frontend/capture_reader.h"
-#include "frontend/extensions.h"
-#include "frontend/gltf/accessor_layout.h"
-#include "frontend/gltf/container.h"
-#include "frontend/gltf/document.h"
-#include "frontend/gltf/schema.h"
-#include "frontend/gltf/validation.h"
 #include "replay/pack/binary_chunk.h"
+#include "scene/capture_reader.h"
+#include "scene/extensions.h"
+#include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/container.h"
+#include "scene/gltf/document.h"
+#include "scene/gltf/schema.h"
+#include "scene/gltf/validation.h"
 
 namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-namespace gltf = frontend::gltf;
+namespace gltf = scene::gltf;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
@@ -245,7 +245,7 @@ void refuse_unknown_references(const json& value, const gltf::Place& place, bool
       continue;
     }
     std::set<std::string_view> known;
-    for (const frontend::Extension& e : frontend::supported_extensions()) known.insert(e.name);
+    for (const scene::Extension& e : scene::supported_extensions()) known.insert(e.name);
     for (const auto& [name, object] : inner.items()) {
       if (name == "EXT_structural_metadata" || name == "EXT_feature_metadata")
         place.at(key).at(name).refuse("names buffer views in a way that pack cannot renumber");
@@ -315,11 +315,11 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
                         const PackOptions& options) {
   PackReport report;
   // Reading it whole first finds every fault that only shows when values are decoded.
-  report.bytes_in = frontend::read_capture(source).file_bytes;
+  report.bytes_in = scene::read_capture(source).file_bytes;
 
   const std::string name = source.string();
-  const frontend::CaptureLimits limits;
-  frontend::MemoryBudget budget(limits.max_bytes);
+  const scene::CaptureLimits limits;
+  scene::MemoryBudget budget(limits.max_bytes);
   gltf::Container container = gltf::open_container(read_whole_file(source, limits.max_file_bytes, name), name);
   json checked = checked_json(container.json, name);
   if (options.surfaces.any()) {
@@ -362,14 +362,14 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   // A fault that the options bring is reported here, under the target's name.
   const json result = checked_json(out.dump(), target.string());
   if (report.compressed > 0) {
-    frontend::MemoryBudget second_budget(limits.max_bytes);
+    scene::MemoryBudget second_budget(limits.max_bytes);
     gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
     describe_decoded(packed, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
   AtomicFile file(target);
   file.write(bytes);
-  frontend::read_capture(file.temporary());
+  scene::read_capture(file.temporary());
   file.commit();
   report.bytes_out = bytes.size();
   return report;

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstring>
 
-#include "frontend/gltf/accessor_layout.h"
+#include "scene/gltf/accessor_layout.h"
 
 namespace tessera::replay {
 
 using nlohmann::json;
-namespace gltf = frontend::gltf;
+namespace gltf = scene::gltf;
 
 EditedAsset::EditedAsset(std::filesystem::path source, json source_document, std::vector<std::uint8_t> chunk,
                          bool has_chunk)
@@ -48,9 +48,9 @@ namespace {
 
 // Four influences of each vertex, from number `first`.
 std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> influence_set(
-    const std::vector<frontend::SkinInfluence>& influences, std::size_t first) {
+    const std::vector<scene::SkinInfluence>& influences, std::size_t first) {
   std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> out;
-  for (const frontend::SkinInfluence& influence : influences) {
+  for (const scene::SkinInfluence& influence : influences) {
     std::array<std::uint16_t, 4> joints{};
     Vec4 weights(0.0f);
     for (std::size_t k = 0; k < 4; ++k) {
@@ -63,7 +63,7 @@ std::pair<std::vector<std::array<std::uint16_t, 4>>, std::vector<Vec4>> influenc
   return out;
 }
 
-bool any_beyond_four(const std::vector<frontend::SkinInfluence>& influences) {
+bool any_beyond_four(const std::vector<scene::SkinInfluence>& influences) {
   return std::any_of(influences.begin(), influences.end(), [](const auto& i) {
     return std::any_of(i.weights.begin() + 4, i.weights.end(), [](float w) { return w > 0; });
   });
@@ -71,7 +71,7 @@ bool any_beyond_four(const std::vector<frontend::SkinInfluence>& influences) {
 
 }  // namespace
 
-json EditedAsset::target_json(const frontend::MorphTarget& target, std::size_t vertex_count) {
+json EditedAsset::target_json(const scene::MorphTarget& target, std::size_t vertex_count) {
   json out = json::object();
   // A target that moves nothing still counts; glTF wants it to name something.
   out["POSITION"] = add_accessor(
@@ -81,9 +81,9 @@ json EditedAsset::target_json(const frontend::MorphTarget& target, std::size_t v
   return out;
 }
 
-void EditedAsset::write_primitive(json& json_primitive, const frontend::Primitive& primitive,
+void EditedAsset::write_primitive(json& json_primitive, const scene::Primitive& primitive,
                                   const std::vector<std::uint32_t>& indices) {
-  const frontend::Vertices& v = primitive.vertices;
+  const scene::Vertices& v = primitive.vertices;
   json attributes = json::object();
   const std::size_t position = add_accessor(v.positions, gltf::kFloat, "VEC3");
   Vec3 low = v.positions.front(), high = low;
@@ -105,7 +105,7 @@ void EditedAsset::write_primitive(json& json_primitive, const frontend::Primitiv
   json_primitive["indices"] = add_accessor(indices, gltf::kUnsignedInt, "SCALAR");
   json_primitive["mode"] = 4;
   if (json_primitive.contains("targets")) json_primitive["targets"] = json::array();
-  for (const frontend::MorphTarget& target : v.morph_targets)
+  for (const scene::MorphTarget& target : v.morph_targets)
     json_primitive["targets"].push_back(target_json(target, v.count()));
   if (json_primitive.contains("extensions")) json_primitive["extensions"].erase("KHR_draco_mesh_compression");
 }

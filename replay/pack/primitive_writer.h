@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "frontend/capture.h"
+#include "scene/capture.h"
 
 namespace tessera::replay {
 
@@ -24,7 +24,7 @@ class EditedAsset {
   std::size_t add_view(std::span<const std::uint8_t> bytes);
 
   // Replaces attributes, targets and indices of a primitive; the Draco extension goes.
-  void write_primitive(nlohmann::json& json_primitive, const frontend::Primitive& primitive,
+  void write_primitive(nlohmann::json& json_primitive, const scene::Primitive& primitive,
                        const std::vector<std::uint32_t>& indices);
 
   void use_extension(const std::string& name);
@@ -34,7 +34,7 @@ class EditedAsset {
  private:
   template <class T>
   std::size_t add_accessor(const std::vector<T>& values, int component_type, const char* type);
-  nlohmann::json target_json(const frontend::MorphTarget& target, std::size_t vertex_count);
+  nlohmann::json target_json(const scene::MorphTarget& target, std::size_t vertex_count);
 
   std::filesystem::path source_;
   std::vector<std::uint8_t> binary_;

@@ -7,17 +7,17 @@
 #include <numbers>
 #include <tuple>
 
-#include "frontend/weld.h"
+#include "scene/weld.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::Primitive;
+using scene::Primitive;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
 // Per vertex the first one with the same point, texture coordinates and colour.
-std::vector<std::uint32_t> first_alike(const frontend::Vertices& vertices) {
-  const std::vector<std::uint32_t> point = frontend::weld_points(vertices);
+std::vector<std::uint32_t> first_alike(const scene::Vertices& vertices) {
+  const std::vector<std::uint32_t> point = scene::weld_points(vertices);
   std::map<std::vector<std::uint32_t>, std::uint32_t> first;
   std::vector<std::uint32_t> out(vertices.count());
   for (std::size_t v = 0; v < out.size(); ++v) {
@@ -133,7 +133,7 @@ class Pairing {
 QuadDominantMesh pair_into_quads(const Primitive& mesh, double max_bend) { return Pairing(mesh, max_bend).run(); }
 
 std::vector<std::array<std::uint32_t, 2>> edges_sharper_than(const Primitive& mesh, std::size_t quads, double degrees) {
-  const std::vector<std::uint32_t> point = frontend::weld_points(mesh.vertices);
+  const std::vector<std::uint32_t> point = scene::weld_points(mesh.vertices);
   const double least = cosine_of(degrees);
   std::map<Edge, DVec3> first_normal;
   std::vector<std::array<std::uint32_t, 2>> out;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "frontend/capture.h"
+#include "scene/capture.h"
 
 namespace tessera::replay {
 
@@ -15,11 +15,11 @@ struct QuadDominantMesh {
 // flat, close to a rectangle, side by side in the file. Pairs that are bent by more than `max_bend` degrees, or have an
 // angle below 20 or above 160 degrees, stay apart, and so do pairs with a seam of texture coordinates or colours
 // between them. Vertices that differ only in normals and tangents are named by the first of them.
-QuadDominantMesh pair_into_quads(const frontend::Primitive& mesh, double max_bend = 45.0);
+QuadDominantMesh pair_into_quads(const scene::Primitive& mesh, double max_bend = 45.0);
 
 // Edges (pairs of vertices) at which two faces of the mesh meet at more than so many degrees, across seams, too. Of the
 // first `quads` pairs of triangles the diagonals are no edges.
-std::vector<std::array<std::uint32_t, 2>> edges_sharper_than(const frontend::Primitive& mesh, std::size_t quads,
+std::vector<std::array<std::uint32_t, 2>> edges_sharper_than(const scene::Primitive& mesh, std::size_t quads,
                                                              double degrees);
 
 }  // namespace tessera::replay

@@ -12,17 +12,17 @@
 #include "base/image_codec.h"
 #include "base/text.h"
 #include "base/whole_file.h"
-#include "frontend/gltf/builders.h"
-#include "frontend/gltf/subdivision_builder.h"
-#include "frontend/subdivision/control_cage.h"
 #include "replay/pack/quad_pairing.h"
+#include "scene/gltf/builders.h"
+#include "scene/gltf/subdivision_builder.h"
+#include "scene/subdivision/control_cage.h"
 
 namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-namespace gltf = frontend::gltf;
-namespace subdivision = frontend::subdivision;
+namespace gltf = scene::gltf;
+namespace subdivision = scene::subdivision;
 
 constexpr const char* kBezier = "TESSERA_bezier_patches";
 constexpr const char* kDisplacement = "TESSERA_displacement";
@@ -52,8 +52,8 @@ class Decoded {
   }
 
  private:
-  frontend::CaptureLimits limits_;
-  frontend::MemoryBudget budget_;
+  scene::CaptureLimits limits_;
+  scene::MemoryBudget budget_;
   gltf::Document document_;
 };
 
@@ -66,7 +66,7 @@ bool is_surface(const json& primitive) {
 void mark_cages(EditedAsset& asset, const SurfaceOptions& options, SurfaceReport& report) {
   Decoded decoded(asset);
   const auto plain = [](const json& primitive) { return primitive.value("mode", 4) >= 4 && !is_surface(primitive); };
-  decoded.for_each(asset, plain, [&](frontend::Primitive& primitive, json& out, const gltf::Place& place) {
+  decoded.for_each(asset, plain, [&](scene::Primitive& primitive, json& out, const gltf::Place& place) {
     const QuadDominantMesh faces = pair_into_quads(primitive, std::min(45.0, options.crease_degrees.value_or(45.0)));
     subdivision::CageRules rules;
     rules.levels = *options.subdivide;
@@ -115,7 +115,7 @@ void drop_unused_draco(EditedAsset& asset) {
 void convert_cages(EditedAsset& asset, SurfaceReport& report) {
   Decoded decoded(asset);
   const auto cage = [](const json& primitive) { return has_extension(primitive, gltf::kSubdivision); };
-  decoded.for_each(asset, cage, [&](frontend::Primitive& primitive, json& out, const gltf::Place& place) {
+  decoded.for_each(asset, cage, [&](scene::Primitive& primitive, json& out, const gltf::Place& place) {
     gltf::subdivide(decoded.document(), out, place, primitive);
     const std::size_t patches = primitive.vertices.count() / 16;
     asset.write_primitive(out, primitive, cage_indices(patches));
@@ -154,7 +154,7 @@ bool is_number(const std::string& text) {
 }
 
 std::size_t embed_image(EditedAsset& asset, const std::string& file) {
-  const std::vector<std::uint8_t> bytes = read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file);
+  const std::vector<std::uint8_t> bytes = read_whole_file(file, scene::CaptureLimits{}.max_file_bytes, file);
   DecodedImage image;
   std::string fault;
   if (!decode_image(bytes, ImageLimits{}, image, fault)) throw InputError(file, "", fault);
@@ -204,7 +204,7 @@ struct Displaced {
 Displaced find_surfaces(EditedAsset& asset) {
   Displaced out;
   Decoded decoded(asset);
-  decoded.for_each(asset, is_surface, [&](frontend::Primitive& primitive, json& json_primitive, const gltf::Place&) {
+  decoded.for_each(asset, is_surface, [&](scene::Primitive& primitive, json& json_primitive, const gltf::Place&) {
     Vec3 low = primitive.vertices.positions.front(), high = low;
     for (const Vec3& p : primitive.vertices.positions) low = glm::min(low, p), high = glm::max(high, p);
     for (int axis = 0; axis < 3; ++axis) out.extent = std::max(out.extent, static_cast<double>(high[axis] - low[axis]));

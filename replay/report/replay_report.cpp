@@ -5,7 +5,7 @@
 #include "base/whole_file.h"
 #include "replay/frame_files.h"
 #include "replay/report/report.h"
-#include "replay/tile_maps.h"
+#include "replay/tile_map_files.h"
 
 namespace tessera::replay {
 

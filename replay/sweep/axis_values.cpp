@@ -13,8 +13,8 @@
 namespace tessera::replay {
 namespace {
 
-using frontend::gltf::Place;
 using nlohmann::json;
+using scene::gltf::Place;
 
 void check_members(const json& object, const Place& place, const std::vector<std::string>& known) {
   if (!object.is_object()) place.refuse("is not an object");
@@ -25,7 +25,7 @@ void check_members(const json& object, const Place& place, const std::vector<std
 
 void check_key(const std::string& key, const Place& place) {
   static const std::vector<std::string> kKnown = [] {
-    std::vector<std::string> known = known_keys();
+    std::vector<std::string> known = gpu::known_keys();
     known.emplace_back(kGpuKey);
     known.emplace_back(kSizeKey);
     return known;

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "frontend/gltf/place.h"
 #include "replay/sweep/study.h"
+#include "scene/gltf/place.h"
 
 namespace tessera::replay {
 
@@ -16,6 +16,6 @@ namespace tessera::replay {
 //   {"keys": [KEY, ...], ...}    several keys set together: to the same value, or each to its own where V is a list
 // Keys are known ones, no value is there twice; whether a value fits its key is for the caller to check. Throws
 // InputError, and LimitError before a range of more than `max_steps` steps is made.
-StudyAxis read_axis(const nlohmann::json& value, const frontend::gltf::Place& place, std::uint64_t max_steps);
+StudyAxis read_axis(const nlohmann::json& value, const scene::gltf::Place& place, std::uint64_t max_steps);
 
 }  // namespace tessera::replay

@@ -8,20 +8,19 @@
 #include "base/error.h"
 #include "base/sha256.h"
 #include "base/whole_file.h"
-#include "frontend/capture_reader.h"
-#include "frontend/gltf/container.h"
-#include "frontend/gltf/resources.h"
+#include "scene/capture_reader.h"
+#include "scene/gltf/container.h"
+#include "scene/gltf/resources.h"
 
 namespace tessera::replay {
 namespace {
 
 namespace fs = std::filesystem;
-using frontend::gltf::Place;
 using nlohmann::json;
+using scene::gltf::Place;
 
 void add_file(const fs::path& file, Sha256& hash) {
-  const std::vector<std::uint8_t> bytes =
-      read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file.string());
+  const std::vector<std::uint8_t> bytes = read_whole_file(file, scene::CaptureLimits{}.max_file_bytes, file.string());
   const std::uint64_t size = bytes.size();
   hash.add(std::span(reinterpret_cast<const std::uint8_t*>(&size), sizeof size));
   hash.add(bytes);
@@ -35,7 +34,7 @@ void add_named_files(const json& document, const fs::path& file, Sha256& hash) {
       if (!item.is_object() || !item.contains("uri") || !item["uri"].is_string()) continue;
       const std::string& uri = item["uri"].get_ref<const std::string&>();
       if (!uri.starts_with("data:"))
-        add_file(frontend::gltf::resolve_uri(uri, file.parent_path(), Place(file.string())), hash);
+        add_file(scene::gltf::resolve_uri(uri, file.parent_path(), Place(file.string())), hash);
     }
   }
 }
@@ -46,8 +45,8 @@ std::string capture_fingerprint(const fs::path& file) {
   Sha256 hash;
   add_file(file, hash);
   try {
-    const auto container = frontend::gltf::open_container(
-        read_whole_file(file, frontend::CaptureLimits{}.max_file_bytes, file.string()), file.string());
+    const auto container = scene::gltf::open_container(
+        read_whole_file(file, scene::CaptureLimits{}.max_file_bytes, file.string()), file.string());
     const json document = json::parse(container.json, nullptr, false);
     if (document.is_object()) add_named_files(document, file, hash);
   } catch (const InputError&) {
@@ -64,10 +63,10 @@ CaptureLibrary::Loaded CaptureLibrary::get(std::size_t index) {
     current_ = kNone;
     loaded_.prepared.reset();  // refers to the capture
     loaded_.capture.reset();
-    frontend::CaptureLimits limits;
+    scene::CaptureLimits limits;
     limits.max_bytes = max_bytes_;
-    loaded_.capture = std::make_shared<const frontend::Capture>(frontend::read_capture(files_[index], limits));
-    loaded_.prepared = std::make_shared<const PreparedCapture>(*loaded_.capture);
+    loaded_.capture = std::make_shared<const scene::Capture>(scene::read_capture(files_[index], limits));
+    loaded_.prepared = std::make_shared<const gpu::PreparedCapture>(*loaded_.capture);
     current_ = index;
     ++loads_;
     load_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "frontend/capture.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
+#include "scene/capture.h"
 
 namespace tessera::replay {
 
@@ -27,8 +27,8 @@ class CaptureLibrary {
       : files_(std::move(files)), max_bytes_(max_bytes) {}
 
   struct Loaded {
-    std::shared_ptr<const frontend::Capture> capture;  // outlives what is prepared from it
-    std::shared_ptr<const PreparedCapture> prepared;
+    std::shared_ptr<const scene::Capture> capture;  // outlives what is prepared from it
+    std::shared_ptr<const gpu::PreparedCapture> prepared;
   };
   // Throws what read_capture throws.
   Loaded get(std::size_t index);

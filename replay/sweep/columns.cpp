@@ -3,15 +3,15 @@
 #include <algorithm>
 
 #include "base/key_table.h"
-#include "binner/baselines/baseline_counters.h"
-#include "hardware/ledger.h"
+#include "baselines/baseline_counters.h"
+#include "memory/ledger.h"
 #include "replay/statistics.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::gltf::Place;
 using nlohmann::json;
+using scene::gltf::Place;
 
 constexpr std::string_view kBaseline = "baseline.";
 
@@ -43,14 +43,14 @@ const std::vector<std::string>& known_columns() {
     std::vector<std::string> names;
     for (const json& counter : describe_counters())
       if (const std::string name = counter["name"]; !name.starts_with(kBaseline)) names.push_back(name);
-    for (std::size_t u = 0; u < hardware::kUnitCount; ++u)
-      for (std::size_t p = 0; p < hardware::kPurposeCount; ++p)
+    for (std::size_t u = 0; u < memory::kUnitCount; ++u)
+      for (std::size_t p = 0; p < memory::kPurposeCount; ++p)
         for (const char* way : {"read_bytes", "written_bytes"})
-          names.push_back(ledger_column(std::string(name(static_cast<hardware::Unit>(u))),
-                                        std::string(name(static_cast<hardware::Purpose>(p))), way));
+          names.push_back(ledger_column(std::string(name(static_cast<memory::Unit>(u))),
+                                        std::string(name(static_cast<memory::Purpose>(p))), way));
     names.insert(names.end(), {"timing.cycles", "energy.total_nj"});
-    for (const std::string_view scheme : binner::kSchemeNames)
-      for (const auto& field : hardware::kCounterFields<binner::BaselineCounters>)
+    for (const std::string_view scheme : baselines::kSchemeNames)
+      for (const auto& field : kCounterFields<baselines::BaselineCounters>)
         names.push_back(std::string(kBaseline) + std::string(scheme) + "." +
                         std::string(field.name.substr(kBaseline.size())));
     return names;

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "frontend/gltf/place.h"
+#include "scene/gltf/place.h"
 
 namespace tessera::replay {
 
@@ -24,7 +24,7 @@ std::vector<std::string> default_columns(bool baselines);
 
 // A list of names, in which "*" stands for any characters. Throws InputError for a name that is not known (naming the
 // nearest) and for a pattern that fits none.
-std::vector<std::string> read_columns(const nlohmann::json& value, const frontend::gltf::Place& place);
+std::vector<std::string> read_columns(const nlohmann::json& value, const scene::gltf::Place& place);
 
 // All numbers of a frame (frame_json()) by their names. What its units did not count is not there.
 std::map<std::string, nlohmann::json> frame_values(const nlohmann::json& frame);

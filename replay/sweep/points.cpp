@@ -23,7 +23,7 @@ json point_inputs(const Study& study, const PointConfiguration& configuration, c
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
   inputs["gpu"] = hardware::gpu_json(configuration.gpu);
-  inputs["settings"] = settings_json(configuration.settings);
+  inputs["settings"] = gpu::settings_json(configuration.settings);
   return inputs;
 }
 

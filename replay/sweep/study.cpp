@@ -8,16 +8,16 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "base/whole_file.h"
-#include "frontend/gltf/json_reader.h"
-#include "frontend/gltf/place.h"
 #include "replay/sweep/axis_values.h"
 #include "replay/sweep/columns.h"
+#include "scene/gltf/json_reader.h"
+#include "scene/gltf/place.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::gltf::Place;
 using nlohmann::json;
+using scene::gltf::Place;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kMembers = {"title",    "captures", "frames",  "size",      "gpu",
@@ -62,9 +62,9 @@ void check_value(const Study& study, const std::string& key, const json& value, 
     } else if (key == kGpuKey) {
       hardware::load_gpu(find_gpu(study.file, text_of(value, place)));
     } else {
-      RunSettings settings;
+      gpu::RunSettings settings;
       hardware::GpuConfiguration gpu;
-      set_key(key, value, settings, gpu);
+      gpu::set_key(key, value, settings, gpu);
     }
     return 0;
   });
@@ -118,8 +118,8 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
 json read_document(const fs::path& file) {
   constexpr std::uint64_t kMaxBytes = 64u << 20;
   const std::vector<std::uint8_t> bytes = read_whole_file(file, kMaxBytes, file.string());
-  frontend::MemoryBudget budget(1u << 30);
-  return frontend::gltf::read_json(std::string(bytes.begin(), bytes.end()), 0, file.string(), budget);
+  scene::MemoryBudget budget(1u << 30);
+  return scene::gltf::read_json(std::string(bytes.begin(), bytes.end()), 0, file.string(), budget);
 }
 
 }  // namespace
@@ -187,7 +187,7 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
         values.emplace_back(&key, &value);
     }
   point.gpu = hardware::load_gpu(gpu);
-  for (const auto& [key, value] : values) set_key(*key, *value, point.settings, point.gpu);
+  for (const auto& [key, value] : values) gpu::set_key(*key, *value, point.settings, point.gpu);
   return point;
 }
 

@@ -9,9 +9,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gpu/settings.h"
 #include "hardware/configuration.h"
 #include "replay/option_numbers.h"
-#include "replay/settings.h"
 
 namespace tessera::replay {
 
@@ -52,7 +52,7 @@ Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
 // What one point runs with: the machine, then the fixed settings, then the steps of the axes in their order.
 struct PointConfiguration {
   hardware::GpuConfiguration gpu;
-  RunSettings settings;
+  gpu::RunSettings settings;
   std::optional<PictureSize> size;
 };
 // `steps`: one per axis. Throws UsageError where the values do not fit each other.

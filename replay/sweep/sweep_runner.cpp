@@ -17,11 +17,12 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/image_codec.h"
-#include "replay/frame_renderer.h"
+#include "baselines/baseline_set.h"
+#include "gpu/device.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
 #include "replay/sweep/capture_library.h"
-#include "replay/tile_maps.h"
+#include "replay/tile_map_files.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::replay {
@@ -136,12 +137,11 @@ class Run {
 
   json render(const SweepPoint& point, const CaptureLibrary::Loaded& capture, double& seconds) {
     const PointConfiguration configuration = configure_point(study_, point.steps);
-    const frontend::CaptureSettings& own = capture.capture->settings;
-    RenderRequest request;
+    const scene::CaptureSettings& own = capture.capture->settings;
+    gpu::RenderRequest request;
     request.width = configuration.size ? configuration.size->width : own.width;
     request.height = configuration.size ? configuration.size->height : own.height;
     request.region = {0, 0, request.width, request.height};
-    request.baselines = study_.baselines;
     struct Reserved {
       PictureMemory& memory;
       std::uint64_t bytes;
@@ -152,14 +152,16 @@ class Run {
                                 (study_.baselines ? 64 : 32);
     memory_.take(bytes);
     const Reserved reserved{memory_, bytes};
-    FrameRenderer renderer(capture.prepared, configuration.gpu, configuration.settings, request);
+    gpu::Device device(capture.prepared, configuration.gpu, configuration.settings, request);
+    baselines::BaselineObserver schemes;
+    if (study_.baselines) device.set_observer(&schemes);
     const FrameRange range = study_.frames.value_or(FrameRange{own.first_frame, own.first_frame + own.frame_count});
     json frames = json::array();
     for (int frame = range.first; frame < range.last; ++frame) {
       const Clock::time_point start = Clock::now();
-      const FrameResult result = renderer.render(frame);
+      const gpu::FrameResult result = device.render(frame);
       seconds += seconds_since(start);
-      frames.push_back(frame_json(result));
+      frames.push_back(frame_json(result, study_.baselines ? &schemes.last() : nullptr));
       if (!study_.pictures) continue;
       const float exposure =
           configuration.settings.exposure > 0 ? static_cast<float>(configuration.settings.exposure) : own.exposure;

@@ -183,7 +183,7 @@ std::vector<Knob> resolve_knobs() {
   };
 }
 
-bool any_drawable(const frontend::FrameGeometry& frame, bool (*has)(const frontend::PosedDrawable&)) {
+bool any_drawable(const scene::FrameGeometry& frame, bool (*has)(const scene::PosedDrawable&)) {
   return std::any_of(frame.drawables.begin(), frame.drawables.end(), has);
 }
 
@@ -208,9 +208,9 @@ const Knob& knob_named(const std::string& name) {
   throw UsageError(unknown_key_message(name, names));
 }
 
-std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& frame, bool history) {
-  const auto displaces = [](const frontend::PosedDrawable& d) {
-    return d.material->displacement.has_value() && d.drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& frame, bool history) {
+  const auto displaces = [](const scene::PosedDrawable& d) {
+    return d.material->displacement.has_value() && d.drawable->kind == scene::Primitive::Kind::kBezierPatches;
   };
   switch (knob.need) {
     case KnobNeed::kMotion:
@@ -223,11 +223,11 @@ std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& 
       if (!any_drawable(frame, displaces)) return "nothing is displaced";
       break;
     case KnobNeed::kGrids:
-      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return frontend::has_grid(*d.drawable); }))
+      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return scene::has_grid(*d.drawable); }))
         return "nothing is tessellated: the capture has triangle meshes only";
       break;
     case KnobNeed::kProcedures:
-      if (!any_drawable(frame, [](const frontend::PosedDrawable& d) { return d.procedure != nullptr; }))
+      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure != nullptr; }))
         return "the capture has no procedures";
       break;
     case KnobNeed::kNothing:
@@ -237,8 +237,8 @@ std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& 
   return "";
 }
 
-void apply(const KeyValues& values, RunSettings& settings, hardware::GpuConfiguration& gpu) {
-  for (const auto& [key, value] : values) set_key(key, value, settings, gpu);
+void apply(const KeyValues& values, gpu::RunSettings& settings, hardware::GpuConfiguration& gpu) {
+  for (const auto& [key, value] : values) gpu::set_key(key, value, settings, gpu);
 }
 
 std::string as_arguments(const KeyValues& values) {

@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "frontend/frame_geometry.h"
+#include "gpu/settings.h"
 #include "hardware/configuration.h"
-#include "replay/settings.h"
+#include "scene/frame_geometry.h"
 
 namespace tessera::replay {
 
@@ -45,10 +45,10 @@ const std::vector<Knob>& knobs();
 const Knob& knob_named(const std::string& name);
 
 // Why a knob has no effect on a frame, or "" when it may have one. `history`: whether frames before it are rendered.
-std::string why_without_effect(const Knob& knob, const frontend::FrameGeometry& frame, bool history);
+std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& frame, bool history);
 
 // Sets `values` in order. Throws UsageError as set_key does.
-void apply(const KeyValues& values, RunSettings& settings, hardware::GpuConfiguration& gpu);
+void apply(const KeyValues& values, gpu::RunSettings& settings, hardware::GpuConfiguration& gpu);
 
 // "--set a.b=1 --set c.d=x"; "" without values.
 std::string as_arguments(const KeyValues& values);

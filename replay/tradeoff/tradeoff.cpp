@@ -12,13 +12,13 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_inputs.h"
+#include "gpu/view_inputs.h"
 #include "replay/progress.h"
 #include "replay/sweep/capture_library.h"
 #include "replay/sweep/points.h"
 #include "replay/tradeoff/tradeoff_words.h"
 #include "replay/tradeoff/trial.h"
+#include "scene/capture_reader.h"
 
 namespace tessera::replay {
 namespace {
@@ -61,18 +61,18 @@ class Tradeoff {
 
   json run() {
     check();
-    frontend::CaptureLimits limits;
+    scene::CaptureLimits limits;
     limits.max_bytes = options_.max_bytes;
-    const frontend::Capture capture = frontend::read_capture(options_.capture, limits);
-    const auto prepared = std::make_shared<const PreparedCapture>(capture);
+    const scene::Capture capture = scene::read_capture(options_.capture, limits);
+    const auto prepared = std::make_shared<const gpu::PreparedCapture>(capture);
     place(capture);
     const std::vector<Block> blocks = plan(*prepared);
     std::size_t steps = 1;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
-    ReferenceSettings wanted{options_.width, options_.height, place_.frame, options_.reference_samples,
-                             options_.reference_edge_pixels};
-    const Reference reference =
+    reference::ReferenceSettings wanted{options_.width, options_.height, place_.frame, options_.reference_samples,
+                                        options_.reference_edge_pixels};
+    const reference::Reference reference =
         get_reference(*prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
     std::size_t done = 1;
     progress.update(done, "reference");
@@ -83,7 +83,7 @@ class Tradeoff {
                 {"size", {options_.width, options_.height}},
                 {"rounds", options_.rounds},
                 {"arguments", as_arguments(options_.base)},
-                {"settings", settings_json(options_.settings)},
+                {"settings", gpu::settings_json(options_.settings)},
                 {"gpu", hardware::gpu_json(options_.gpu)},
                 {"gpu_name", options_.gpu_name},
                 {"reference", reference.info},
@@ -120,8 +120,8 @@ class Tradeoff {
                                    options_.height, bytes, options_.max_bytes));
   }
 
-  void place(const frontend::Capture& capture) {
-    const frontend::CaptureSettings& own = capture.settings;
+  void place(const scene::Capture& capture) {
+    const scene::CaptureSettings& own = capture.settings;
     place_.width = options_.width;
     place_.height = options_.height;
     place_.frame = options_.frame.value_or(own.first_frame + std::min(own.frame_count, options_.run) - 1);
@@ -137,11 +137,11 @@ class Tradeoff {
     return row;
   }
 
-  std::vector<Block> plan(const PreparedCapture& prepared) const {
-    const auto frame = frontend::pose_frame(
-        prepared.assembly, frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
-        frame_request(prepared.capture, options_.gpu, options_.settings, options_.width, options_.height,
-                      place_.frame));
+  std::vector<Block> plan(const gpu::PreparedCapture& prepared) const {
+    const auto frame = scene::pose_frame(
+        prepared.assembly, gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
+        gpu::frame_request(prepared.capture, options_.gpu, options_.settings, options_.width, options_.height,
+                           place_.frame));
     std::vector<Block> blocks;
     for (const Knob& knob : knobs()) {
       if (!options_.knobs.empty() &&
@@ -163,7 +163,8 @@ class Tradeoff {
   fs::path trial_file(const std::string& hash) const { return options_.folder / "points" / (hash + ".json"); }
 
   // False when asked to stop before all of the block was measured; what was is kept.
-  bool measure(const std::shared_ptr<const PreparedCapture>& prepared, const Block& block, const Image& reference) {
+  bool measure(const std::shared_ptr<const gpu::PreparedCapture>& prepared, const Block& block,
+               const Image& reference) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     std::error_code ignored;
@@ -261,7 +262,7 @@ class Tradeoff {
   }
 
   // All combinations of the settings that lie on the knobs' own fronts of error against cycles, with the one asked for.
-  void add_joint(const std::shared_ptr<const PreparedCapture>& prepared, const Image& reference,
+  void add_joint(const std::shared_ptr<const gpu::PreparedCapture>& prepared, const Image& reference,
                  const std::string& base, json& out) {
     std::vector<std::vector<KnobSetting>> axes;
     std::set<std::string> keys;

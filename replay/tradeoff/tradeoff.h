@@ -7,16 +7,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include "reference/reference_store.h"
 #include "replay/tradeoff/knobs.h"
-#include "replay/tradeoff/reference_store.h"
 
 namespace tessera::replay {
 
 // What a user asks of a tradeoff.
 struct TradeoffOptions {
   std::filesystem::path capture, folder;
-  KeyValues base;        // what --set changed, for --set to print again
-  RunSettings settings;  // base, applied
+  KeyValues base;             // what --set changed, for --set to print again
+  gpu::RunSettings settings;  // base, applied
   hardware::GpuConfiguration gpu;
   std::string gpu_name = "middle";
   int width = 640, height = 360;

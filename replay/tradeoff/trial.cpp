@@ -9,11 +9,11 @@
 #include "base/image_metrics.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
-#include "replay/frame_inputs.h"
+#include "gpu/view_inputs.h"
+#include "reference/reference_renderer.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
 #include "replay/sweep/columns.h"
-#include "replay/tradeoff/reference_renderer.h"
 
 namespace tessera::replay {
 namespace {
@@ -40,17 +40,17 @@ class RoundTimer {
 
 class Runner {
  public:
-  Runner(std::shared_ptr<const PreparedCapture> prepared, const TrialPlace& place, const Image& reference,
-         const RunSettings& settings)
+  Runner(std::shared_ptr<const gpu::PreparedCapture> prepared, const TrialPlace& place, const Image& reference,
+         const gpu::RunSettings& settings)
       : prepared_(std::move(prepared)),
         place_(place),
         exposure_(settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared_->capture.settings.exposure),
-        reference_(display_values(reference, exposure_)) {}
+        reference_(reference::display_values(reference, exposure_)) {}
 
   // The frame before the compared one is what a history is of.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) const {
     if (trial.settings.desampling != "adaptive" || trial.in_double || place_.first_frame >= place_.frame) return;
-    FrameRenderer renderer(prepared_, trial.gpu, trial.settings, request());
+    gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
   }
@@ -71,8 +71,8 @@ class Runner {
   }
 
  private:
-  RenderRequest request() const {
-    RenderRequest out;
+  gpu::RenderRequest request() const {
+    gpu::RenderRequest out;
     out.width = place_.width;
     out.height = place_.height;
     out.region = {0, 0, place_.width, place_.height};
@@ -80,9 +80,9 @@ class Runner {
   }
 
   Image render(const Trial& trial, const std::optional<tilecore::History>& history, json& result) const {
-    FrameRenderer renderer(prepared_, trial.gpu, trial.settings, request());
+    gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
     if (history) renderer.set_history(*history);
-    std::optional<FrameResult> frame;
+    std::optional<gpu::FrameResult> frame;
     {
       const RoundTimer timer(result["host"]);
       frame.emplace(renderer.render(place_.frame));
@@ -94,22 +94,22 @@ class Runner {
   }
 
   Image render_in_double(const Trial& trial, json& result) const {
-    const frontend::Capture& capture = prepared_->capture;
+    const scene::Capture& capture = prepared_->capture;
     const RoundTimer timer(result["host"]);
-    const auto frame = frontend::pose_frame(
-        prepared_->assembly, frame_camera(capture, trial.settings, place_.width, place_.height),
-        frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
-    const ReferenceScene scene(*frame);
-    const tilecore::SamplePattern pattern(sampling_settings(trial.settings, place_.frame));
-    ReferenceRequest wanted;
-    wanted.lighting = frame_lighting(capture);
-    wanted.background = frame_background(capture);
+    const auto frame = scene::pose_frame(
+        prepared_->assembly, gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
+        gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
+    const reference::ReferenceScene scene(*frame);
+    const tilecore::SamplePattern pattern(gpu::sampling_settings(trial.settings, place_.frame));
+    reference::ReferenceRequest wanted;
+    wanted.lighting = gpu::frame_lighting(capture);
+    wanted.background = gpu::frame_background(capture);
     wanted.pattern = &pattern;
     return std::move(render_reference(scene, wanted).front());
   }
 
   json measure(const Image& picture) const {
-    const Image shown = display_values(picture, exposure_);
+    const Image shown = reference::display_values(picture, exposure_);
     const double db = psnr(reference_, shown);
     return {{"psnr_db", std::isinf(db) ? json() : json(db)},
             {"ssim", mssim(reference_, shown)},
@@ -117,7 +117,7 @@ class Runner {
             {"max_error", max_difference(reference_, shown)}};
   }
 
-  std::shared_ptr<const PreparedCapture> prepared_;
+  std::shared_ptr<const gpu::PreparedCapture> prepared_;
   const TrialPlace& place_;
   float exposure_;
   Image reference_;                     // as shown
@@ -134,13 +134,13 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"rounds", place.rounds},
                  {"in_double", trial.in_double},
                  {"gpu", hardware::gpu_json(trial.gpu)},
-                 {"settings", settings_json(trial.settings)}};
+                 {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.desampling == "adaptive") inputs["first_frame"] = place.first_frame;
   trial.hash = sha256_hex(inputs.dump()).substr(0, 32);
 }
 
-std::vector<json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared, const std::vector<Trial>& trials,
-                             const TrialPlace& place, const Image& reference_linear) {
+std::vector<json> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
+                             const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear) {
   std::vector<json> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) hardware::check_gpu(trial.gpu);

@@ -6,14 +6,14 @@
 
 #include <nlohmann/json.hpp>
 
-#include "replay/frame_renderer.h"
-#include "replay/tradeoff/reference_store.h"
+#include "gpu/device.h"
+#include "reference/reference_store.h"
 
 namespace tessera::replay {
 
 // One complete configuration of the machine, and of how its last frame is come to.
 struct Trial {
-  RunSettings settings;
+  gpu::RunSettings settings;
   hardware::GpuConfiguration gpu;
   bool in_double = false;
   std::string hash;  // 32 digits: of everything that the result follows from; equal configurations are one trial
@@ -39,7 +39,7 @@ void name_trial(Trial& trial, const TrialPlace& place);
 //    "host": {"seconds": [one per round], "processor_seconds": [...]}}
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
 // Empty when stop_requested() before the last of them.
-std::vector<nlohmann::json> run_trials(const std::shared_ptr<const PreparedCapture>& prepared,
+std::vector<nlohmann::json> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
                                        const std::vector<Trial>& trials, const TrialPlace& place,
                                        const Image& reference_linear);
 

@@ -141,7 +141,7 @@ QueueEntry entry_number(std::uint32_t n) {
 }
 
 // Patches of a queue's entries, and the payload bytes read with them.
-std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex queue, hardware::Ledger& ledger,
+std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex queue, memory::Ledger& ledger,
                                    std::uint64_t& bytes_read) {
   std::vector<QueueEntry> entries;
   buffer.read_queue(queue, entries, ledger, bytes_read);
@@ -169,7 +169,7 @@ TEST(ParameterBuffer, P1FullItRefusesAndWhatWasAcceptedIsStillThere) {
   EXPECT_GT(refused, 0);
   buffer.finish();
   for (TileIndex tile = 0; tile < 8; ++tile) {
-    hardware::Ledger ledger;
+    memory::Ledger ledger;
     std::uint64_t read = 0;
     EXPECT_EQ(numbers(buffer, tile, ledger, read), accepted[tile]);
   }
@@ -188,7 +188,7 @@ TEST(ParameterBuffer, P2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
   }
   buffer.finish();
   for (TileIndex tile = 0; tile < 5; ++tile) {
-    hardware::Ledger ledger;
+    memory::Ledger ledger;
     std::uint64_t read = 0;
     EXPECT_EQ(numbers(buffer, tile, ledger, read), expected[tile]);
   }
@@ -212,13 +212,13 @@ TEST(ParameterBuffer, P3TheBurstsOfOneTileAreThoseOfItsBytes) {
   for (std::uint32_t n = 0; n < 7; ++n) ASSERT_TRUE(buffer.append(0, entry_number(n)));
   buffer.finish();
   // Head: one burst. Chunk: 8 + 7 * 16 = 120 bytes = two bursts. Nothing was evicted in between.
-  const auto& written = buffer.ledger().traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue);
+  const auto& written = buffer.ledger().traffic(memory::Unit::kBinner, memory::Purpose::kTileQueue);
   EXPECT_EQ(written.written_bytes, 3 * 64u);
   EXPECT_EQ(written.read_bytes, 0u);
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   std::uint64_t payload = 0;
   numbers(buffer, 0, ledger, payload);
-  EXPECT_EQ(ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue).read_bytes, 3 * 64u);
+  EXPECT_EQ(ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes, 3 * 64u);
   EXPECT_EQ(payload, 16u + 8u + 7u * 16u);
   EXPECT_EQ(buffer.counters().queue_bytes_written, 16u + 7u * 16u);
 }
@@ -226,7 +226,7 @@ TEST(ParameterBuffer, P3TheBurstsOfOneTileAreThoseOfItsBytes) {
 TEST(ParameterBuffer, AnEmptyTileCostsItsHeadOnly) {
   ParameterBuffer buffer(small_gpu(), 3);
   buffer.finish();
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   std::uint64_t payload = 0;
   EXPECT_TRUE(numbers(buffer, 2, ledger, payload).empty());
   EXPECT_EQ(payload, 16u);
@@ -251,7 +251,7 @@ TEST(ParameterBuffer, ResetEmptiesEveryQueue) {
   ASSERT_TRUE(buffer.append(1, entry_number(5)));
   buffer.finish();
   buffer.reset();
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   std::uint64_t payload = 0;
   EXPECT_TRUE(numbers(buffer, 1, ledger, payload).empty());
 }
@@ -259,7 +259,7 @@ TEST(ParameterBuffer, ResetEmptiesEveryQueue) {
 // ---- Write combiner ---------------------------------------------------------------------------------------------
 
 TEST(WriteCombiner, NeighbouringWritesLeaveAsOneBurst) {
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   WriteCombiner combiner(2, 64, ledger);
   for (std::uint64_t address = 0; address < 64; address += 8) combiner.write(address, 8);
   EXPECT_EQ(ledger.total().written_bytes, 0u);
@@ -270,7 +270,7 @@ TEST(WriteCombiner, NeighbouringWritesLeaveAsOneBurst) {
 }
 
 TEST(WriteCombiner, EvictsTheLeastRecentlyUsedLine) {
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   WriteCombiner combiner(2, 64, ledger);
   combiner.write(0, 8);
   combiner.write(64, 8);
@@ -284,7 +284,7 @@ TEST(WriteCombiner, EvictsTheLeastRecentlyUsedLine) {
 }
 
 TEST(WriteCombiner, ReadsFetchLinesThatAreNotThereAndWriteBackNothing) {
-  hardware::Ledger ledger;
+  memory::Ledger ledger;
   WriteCombiner combiner(1, 32, ledger);
   combiner.read(0, 4);
   combiner.read(8, 4);
@@ -319,7 +319,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
       done = binner.run(*scene.frame, sub_patches, cursor);
       ++passes;
       for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
-        hardware::Ledger ledger;
+        memory::Ledger ledger;
         std::uint64_t payload = 0;
         for (const QueueEntry& e : binner.read_tile(t, ledger, payload)) queues[t].push_back(e.range.i0);
       }

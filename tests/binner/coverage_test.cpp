@@ -14,7 +14,7 @@ namespace {
 
 using frontend::BoundedSubPatch;
 using frontend::MovingCorners;
-using frontend::Projection;
+using scene::Projection;
 using test::Random;
 
 constexpr int kWidth = 320, kHeight = 240;

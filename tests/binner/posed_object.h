@@ -2,23 +2,23 @@
 
 #include <memory>
 
-#include "frontend/frame_geometry.h"
+#include "scene/frame_geometry.h"
 #include "tests/support/captures.h"
 
 namespace tessera::binner {
 
 // A closed surface of six patches, posed at rest for a picture of 128x128 pixels.
 struct PosedObject {
-  frontend::Capture capture;
-  frontend::Assembly assembly;
-  std::unique_ptr<frontend::FrameGeometry> frame;
+  scene::Capture capture;
+  scene::Assembly assembly;
+  std::unique_ptr<scene::FrameGeometry> frame;
 
   PosedObject() {
-    test::add_node(capture, test::closed_patches(frontend::kNone));
-    assembly = frontend::assemble(capture);
-    frontend::FrameRequest request;
+    test::add_node(capture, test::closed_patches(scene::kNone));
+    assembly = scene::assemble(capture);
+    scene::FrameRequest request;
     request.width = request.height = 128;
-    frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 128, 128), request);
+    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, 128, 128), request);
   }
 };
 

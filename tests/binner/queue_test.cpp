@@ -235,11 +235,11 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   }
   buffer.finish();
   oracle.finish();
-  const hardware::Traffic& binner = buffer.ledger().traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue);
+  const memory::Traffic& binner = buffer.ledger().traffic(memory::Unit::kBinner, memory::Purpose::kTileQueue);
   bool agrees = binner.read_bytes == oracle.read && binner.written_bytes == oracle.written &&
                 buffer.counters().queue_bytes_written == oracle.payload;
   for (QueueIndex queue = 0; queue < kQueues; ++queue) {
-    hardware::Ledger ledger;
+    memory::Ledger ledger;
     std::uint64_t payload = 0;
     std::vector<QueueEntry> entries;
     buffer.read_queue(queue, entries, ledger, payload);
@@ -273,7 +273,7 @@ std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObje
   for (bool done = false; !done; ++passes) {
     done = binner.run(*scene.frame, sub_patches, cursor);
     for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
-      hardware::Ledger ledger;
+      memory::Ledger ledger;
       std::uint64_t payload = 0;
       for (const QueueEntry& e : binner.read_tile(t, ledger, payload)) tiles[t].insert(e.range.i0);
     }
@@ -328,7 +328,7 @@ TEST(HardCases, APatchInEveryTileOfMoreThan65535) {
     EXPECT_EQ(binner.buffer().counters().entries, entries);
     EXPECT_EQ(binner.buffer().counters().tile_overlaps, 512u * 512u);
     EXPECT_EQ(binner.buffer().counters().interval_codes, 256u * entries);
-    hardware::Ledger ledger;
+    memory::Ledger ledger;
     std::uint64_t payload = 0;
     EXPECT_EQ(binner.read_tile(70000, ledger, payload).size(), 1u);
     EXPECT_EQ(payload, 16u * static_cast<std::uint64_t>(levels) + 8 + 16);

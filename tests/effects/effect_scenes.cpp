@@ -5,7 +5,7 @@
 namespace tessera::test {
 namespace {
 
-using namespace frontend;
+using namespace scene;
 
 std::unique_ptr<Capture> empty_capture() {
   auto capture = std::make_unique<Capture>();

@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "binner/binner.h"
-#include "frontend/capture_reader.h"
 #include "frontend/front_end.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
+#include "scene/capture_reader.h"
 #include "tests/effects/effect_scenes.h"
 #include "tests/support/picture_bytes.h"
 #include "tilecore/tile_core.h"
@@ -12,7 +12,7 @@
 namespace tessera::replay {
 namespace {
 
-using frontend::Capture;
+using scene::Capture;
 using test::picture_bytes;
 
 hardware::GpuConfiguration small_tiles() {
@@ -21,21 +21,21 @@ hardware::GpuConfiguration small_tiles() {
   return gpu;
 }
 
-FrameResult render(const Capture& capture, const RunSettings& settings, int frame = 0,
-                   const hardware::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
-  FrameRenderer renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
+gpu::FrameResult render(const Capture& capture, const gpu::RunSettings& settings, int frame = 0,
+                        const hardware::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
+  gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
   return renderer.render(frame);
 }
 
-RunSettings forced(const std::string& value) {
-  RunSettings settings;
+gpu::RunSettings forced(const std::string& value) {
+  gpu::RunSettings settings;
   settings.motion = settings.defocus = settings.displacement = settings.alpha_test = value;
   return settings;
 }
 
-std::uint64_t sum(const TileMaps& maps, std::uint64_t TileCounts::*member) {
+std::uint64_t sum(const gpu::TileMaps& maps, std::uint64_t gpu::TileCounts::*member) {
   std::uint64_t all = 0;
-  for (const TileCounts& tile : maps.tiles) all += tile.*member;
+  for (const gpu::TileCounts& tile : maps.tiles) all += tile.*member;
   return all;
 }
 
@@ -46,14 +46,14 @@ TEST(Effects, ForcedOnEverywhereTheyGiveTheSamePicture) {
     const std::string expected = picture_bytes(render(capture, {}, frame).targets);
     EXPECT_EQ(picture_bytes(render(capture, forced("on"), frame).targets), expected) << name;
     for (const char* key : {"effects.motion", "effects.defocus", "effects.displacement", "effects.alpha_test"}) {
-      RunSettings one;
+      gpu::RunSettings one;
       hardware::GpuConfiguration gpu;
-      apply_setting(std::string(key) + "=on", one, gpu);
+      gpu::apply_setting(std::string(key) + "=on", one, gpu);
       EXPECT_EQ(picture_bytes(render(capture, one, frame).targets), expected) << name << " " << key;
     }
   };
   for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases"}) {
-    const Capture capture = frontend::read_capture(test::shipped_capture(name));
+    const Capture capture = scene::read_capture(test::shipped_capture(name));
     compare(capture, capture.settings.first_frame, name);
   }
   for (std::uint32_t seed = 1; seed <= 12; ++seed)
@@ -84,10 +84,10 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
 
 TEST(Effects, ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem) {
   const auto same = [](const Capture& with, const char* key, const Capture& without) {
-    RunSettings off;
+    gpu::RunSettings off;
     hardware::GpuConfiguration gpu;
-    apply_setting(std::string(key) + "=off", off, gpu);
-    const FrameResult plain = render(without, {}), result = render(with, off);
+    gpu::apply_setting(std::string(key) + "=off", off, gpu);
+    const gpu::FrameResult plain = render(without, {}), result = render(with, off);
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(plain.targets)) << key;
     EXPECT_NE(picture_bytes(render(with, {}).targets), picture_bytes(plain.targets))
         << key << " makes no difference here";
@@ -108,21 +108,21 @@ TEST(Effects, ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem) {
 
   const auto displaced = test::partly_displaced_scene(3);
   Capture smooth = *displaced;
-  for (frontend::Material& m : smooth.materials) m.displacement.reset();
+  for (scene::Material& m : smooth.materials) m.displacement.reset();
   same(*displaced, "effects.displacement", smooth);
 
   const auto masked = test::masked_scene(1);
   Capture opaque = *masked;
-  for (frontend::Material& m : opaque.materials) m.alpha_mode = frontend::AlphaMode::kOpaque;
+  for (scene::Material& m : opaque.materials) m.alpha_mode = scene::AlphaMode::kOpaque;
   same(*masked, "effects.alpha_test", opaque);
 
   Capture blended = *masked;
-  for (frontend::Material& m : blended.materials) m.alpha_mode = frontend::AlphaMode::kBlend;
+  for (scene::Material& m : blended.materials) m.alpha_mode = scene::AlphaMode::kBlend;
   same(blended, "effects.blending", opaque);
 
-  const Capture workshop = frontend::read_capture(test::shipped_capture("workshop"));
+  const Capture workshop = scene::read_capture(test::shipped_capture("workshop"));
   Capture empty = workshop;
-  for (frontend::Node& node : empty.nodes) node.procedure = frontend::kNone;
+  for (scene::Node& node : empty.nodes) node.procedure = scene::kNone;
   same(workshop, "effects.procedures", empty);
 }
 
@@ -130,12 +130,12 @@ TEST(Effects, ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem) {
 
 TEST(Effects, TilesThatTheMovingObjectDoesNotTouchDoTheWorkOfAStillScene) {
   const auto capture = test::one_moving_ball({0.5, 0.1, 0});
-  RunSettings off;
+  gpu::RunSettings off;
   off.motion = "off";
-  const FrameResult moving = render(*capture, {}), still = render(*capture, off);
+  const gpu::FrameResult moving = render(*capture, {}), still = render(*capture, off);
   std::size_t without = 0, with = 0;
   for (std::size_t t = 0; t < moving.maps.tiles.size(); ++t) {
-    const TileCounts &a = moving.maps.tiles[t], &b = still.maps.tiles[t];
+    const gpu::TileCounts &a = moving.maps.tiles[t], &b = still.maps.tiles[t];
     if (a.moving_sub_patches > 0) {
       ++with;
       continue;
@@ -157,13 +157,13 @@ TEST(Effects, TilesThatTheMovingObjectDoesNotTouchDoTheWorkOfAStillScene) {
 // The twin of forcing: when what moves is taken for still, the picture is another.
 TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   const auto capture = test::one_moving_ball({0.5, 0.1, 0});
-  const frontend::Assembly assembly = frontend::assemble(*capture);
+  const scene::Assembly assembly = scene::assemble(*capture);
   const frontend::PyramidLibrary pyramids(assembly);
-  frontend::FrameRequest request;
+  scene::FrameRequest request;
   request.width = 192;
   request.height = 112;
   request.close_time = 1;
-  const auto frame = frontend::pose_frame(assembly, frontend::choose_camera(*capture, 0, 192, 112), request);
+  const auto frame = scene::pose_frame(assembly, scene::choose_camera(*capture, 0, 192, 112), request);
   const binner::TileGrid grid(192, 112, 16, 16, {0, 0, 192, 112});
   const tilecore::SamplePattern pattern({4, 0, 0});
   tilecore::TileJob job;
@@ -179,7 +179,7 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
     job.force_motion = forced_on;
     std::vector<std::uint32_t> seen;
     for (binner::TileIndex t = 0; t < grid.tile_count(); ++t) {
-      hardware::Ledger ledger;
+      memory::Ledger ledger;
       std::uint64_t bytes = 0;
       std::vector<binner::QueueEntry> entries = binner.read_tile(t, ledger, bytes);
       for (binner::QueueEntry& e : entries)
@@ -197,10 +197,10 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
 TEST(Effects, AnObjectThatMovesByLessThanASubPixelNeedsNoCodeForMotion) {
   // A pixel at the ball is 0.026 wide; a sub-pixel a 256th of that, 0.0001.
   const auto slow = test::one_moving_ball({0.00002, 0, 0}), faster = test::one_moving_ball({0.0004, 0, 0});
-  const FrameResult result = render(*slow, {});
+  const gpu::FrameResult result = render(*slow, {});
   EXPECT_EQ(result.counters.frontend.sub_patches_moving, 0u);
   EXPECT_GT(result.counters.frontend.motion_elided, 0u);
-  EXPECT_EQ(sum(result.maps, &TileCounts::moving_sub_patches), 0u);
+  EXPECT_EQ(sum(result.maps, &gpu::TileCounts::moving_sub_patches), 0u);
   EXPECT_EQ(result.effect_reasons.at("motion"),
             "1 of 2 drawables move on screen, but no vertex moves by more than a sub-pixel");
   EXPECT_EQ(picture_bytes(render(*slow, forced("on")).targets), picture_bytes(result.targets));
@@ -209,14 +209,14 @@ TEST(Effects, AnObjectThatMovesByLessThanASubPixelNeedsNoCodeForMotion) {
 
 TEST(Effects, ACameraThatMovesAloneMovesEverythingThatItSees) {
   const auto capture = test::one_moving_ball({0, 0, 0}, {0.2, 0, 0});
-  const FrameResult result = render(*capture, {});
+  const gpu::FrameResult result = render(*capture, {});
   EXPECT_EQ(result.counters.frontend.sub_patches_moving, result.counters.frontend.sub_patches);
   EXPECT_EQ(result.effect_reasons.at("motion"), "the camera moves, 2 of 2 drawables move on screen");
   // A camera and an object that move alike: the object stands still on screen.
   const auto together = test::one_moving_ball({0.25, 0, 0}, {0.25, 0, 0});
-  const FrameResult followed = render(*together, {});
+  const gpu::FrameResult followed = render(*together, {});
   std::uint64_t ball = 0;
-  for (const TileCounts& tile : followed.maps.tiles) ball += tile.sub_patches - tile.moving_sub_patches;
+  for (const gpu::TileCounts& tile : followed.maps.tiles) ball += tile.sub_patches - tile.moving_sub_patches;
   EXPECT_GT(ball, 0u);
   EXPECT_EQ(picture_bytes(render(*together, forced("on")).targets), picture_bytes(followed.targets));
 }
@@ -227,10 +227,10 @@ TEST(Effects, ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs) {
     capture->settings.shutter_close = 0.5;
     const int camera = static_cast<int>(capture->nodes.size()) - 1;
     test::add_motion(*capture, camera, {1.0, 0, 0});
-    frontend::AnimationChannel& channel = capture->animations[0].channels.back();
-    channel.interpolation = frontend::Interpolation::kStep;
+    scene::AnimationChannel& channel = capture->animations[0].channels.back();
+    channel.interpolation = scene::Interpolation::kStep;
     channel.times = {0.0f, cut};
-    const FrameResult first = render(*capture, {}, 0), second = render(*capture, {}, 1);
+    const gpu::FrameResult first = render(*capture, {}, 0), second = render(*capture, {}, 1);
     EXPECT_EQ(first.effects.at("motion"), cut < 0.5f) << cut;
     EXPECT_FALSE(second.effects.at("motion")) << cut;
     EXPECT_EQ(second.effect_reasons.at("motion"), "nothing moves between shutter open and close");
@@ -244,7 +244,7 @@ TEST(Effects, ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs) {
 // A wall of patches, seen straight on at a distance of 4, tilted by `tilt`, through a lens that is focused at `focus`.
 std::unique_ptr<Capture> wall_in_focus(float tilt, float focus) {
   auto capture = std::make_unique<Capture>();
-  frontend::Material grey;
+  scene::Material grey;
   grey.double_sided = true;
   const int material = test::add_material(*capture, grey);
   std::vector<Vec3> points;
@@ -254,14 +254,14 @@ std::unique_ptr<Capture> wall_in_focus(float tilt, float focus) {
                           {0.5f, 0, 0.5f * tilt}, {0, 2, 0}))
       points.push_back(p);
   test::add_node(*capture, test::patches(points, material));
-  frontend::Camera camera;
+  scene::Camera camera;
   camera.lens = {0.05f, focus};
   test::add_camera(*capture, {0, 0, 4}, camera);
   return capture;
 }
 
 TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
-  const FrameResult focused = render(*wall_in_focus(0, 4), {}), nearer = render(*wall_in_focus(0, 3.5f), {});
+  const gpu::FrameResult focused = render(*wall_in_focus(0, 4), {}), nearer = render(*wall_in_focus(0, 3.5f), {});
   EXPECT_EQ(focused.counters.frontend.sub_patches_defocused, 0u);
   EXPECT_EQ(focused.effect_places.at("defocus").tiles, 0u);
   EXPECT_EQ(focused.effect_reasons.at("defocus"), "the camera has a lens, but all points are in focus");
@@ -269,11 +269,11 @@ TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
   EXPECT_TRUE(nearer.effects.at("defocus"));
   // Tilted: a line through the wall is in focus, but no sub-patch is.
   const auto tilted = wall_in_focus(1.0f, 4);
-  const FrameResult crossing = render(*tilted, {});
+  const gpu::FrameResult crossing = render(*tilted, {});
   EXPECT_EQ(crossing.counters.frontend.defocus_elided, 0u);
   // Nearly straight on, some are.
   const auto slanted = wall_in_focus(0.00006f, 4);
-  const FrameResult partly = render(*slanted, {});
+  const gpu::FrameResult partly = render(*slanted, {});
   EXPECT_GT(partly.counters.frontend.defocus_elided, 0u);
   EXPECT_GT(partly.counters.frontend.sub_patches_defocused, 0u);
   for (const auto& capture : {wall_in_focus(0, 4), wall_in_focus(1.0f, 4), wall_in_focus(0.00006f, 4)})
@@ -284,22 +284,22 @@ TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
 
 TEST(Effects, AMapThatIsZeroReadsNoHeights) {
   auto capture = test::partly_displaced_scene(1);
-  for (frontend::Material& m : capture->materials)
+  for (scene::Material& m : capture->materials)
     m.displacement = test::displacement(32, 32, std::vector<float>(32 * 32, 0.0f), 0.3f, 0.0f);
-  const FrameResult zero = render(*capture, {}), on = render(*capture, forced("on"));
+  const gpu::FrameResult zero = render(*capture, {}), on = render(*capture, forced("on"));
   EXPECT_EQ(zero.counters.frontend.sub_patches_displaced, 0u);
   EXPECT_GT(zero.counters.frontend.displacement_elided, 0u);
-  EXPECT_EQ(sum(zero.maps, &TileCounts::displaced_sub_patches), 0u);
+  EXPECT_EQ(sum(zero.maps, &gpu::TileCounts::displaced_sub_patches), 0u);
   EXPECT_EQ(picture_bytes(on.targets), picture_bytes(zero.targets));
   EXPECT_LT(zero.counters.l2.requests, on.counters.l2.requests);  // lines of the map
   // A constant that is not zero moves everything.
-  for (frontend::Material& m : capture->materials) m.displacement->bias = 0.001f;
+  for (scene::Material& m : capture->materials) m.displacement->bias = 0.001f;
   EXPECT_EQ(render(*capture, {}).counters.frontend.displacement_elided, 0u);
 }
 
 TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
   const auto capture = test::masked_scene(2);
-  const FrameResult result = render(*capture, {}), on = render(*capture, forced("on"));
+  const gpu::FrameResult result = render(*capture, {}), on = render(*capture, forced("on"));
   EXPECT_GT(result.counters.frontend.alpha_test_elided, 0u);
   EXPECT_GT(result.counters.tilecore.alpha_tests, 0u);
   EXPECT_LT(result.counters.tilecore.alpha_tests, on.counters.tilecore.alpha_tests);
@@ -309,7 +309,7 @@ TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
 // ---- What is said of them ---------------------------------------------------------------------------------------
 
 TEST(Effects, EachHasAReasonAndPlacesInEveryFrame) {
-  const FrameResult result = render(frontend::read_capture(test::shipped_capture("eggs")), {}, 14);
+  const gpu::FrameResult result = render(scene::read_capture(test::shipped_capture("eggs")), {}, 14);
   for (const char* name : {"advection", "alpha_test", "blending", "defocus", "desampling", "displacement", "foveation",
                            "frame_buffer_compression", "motion", "procedures", "stereo"}) {
     ASSERT_TRUE(result.effects.contains(name)) << name;

@@ -5,10 +5,10 @@
 
 #include "frontend/front_end.h"
 #include "frontend/sub_patch_effects.h"
-#include "frontend/subpixel.h"
+#include "scene/subpixel.h"
 #include "tests/effects/effect_scenes.h"
-#include "tilecore/pixel_shader.h"
-#include "tilecore/tessellator.h"
+#include "tilecore/shading/pixel_shader.h"
+#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::frontend {
 namespace {
@@ -17,14 +17,14 @@ using tilecore::MicroMesh;
 using tilecore::Tessellator;
 
 struct Posed {
-  std::unique_ptr<Capture> capture;
-  Assembly assembly;
+  std::unique_ptr<scene::Capture> capture;
+  scene::Assembly assembly;
   PyramidLibrary pyramids;
-  std::unique_ptr<FrameGeometry> frame;
+  std::unique_ptr<scene::FrameGeometry> frame;
 
-  explicit Posed(std::unique_ptr<Capture> made)
+  explicit Posed(std::unique_ptr<scene::Capture> made)
       : capture(std::move(made)), assembly(assemble(*capture)), pyramids(assembly) {
-    FrameRequest request;
+    scene::FrameRequest request;
     request.width = 320;
     request.height = 200;
     request.close_time = 1.0;
@@ -47,7 +47,7 @@ bool stands_still(const MicroMesh& m) {
 }
 
 // E2 for one mesh: as the kernels compute the factor, at both keys and between.
-bool is_sharp(const MicroMesh& m, const Projection& projection) {
+bool is_sharp(const MicroMesh& m, const scene::Projection& projection) {
   const float focus = static_cast<float>(projection.inverse_focus), most = sharp_factor(projection);
   for (std::size_t v = 0; v < m.vertex_count; ++v)
     for (const float t : {0.0f, 0.25f, 0.7f, 1.0f}) {
@@ -92,16 +92,17 @@ TEST(SubPatchEffects, AnElisionThatLeavesOutTooMuchBreaksE1AndE2) {
   std::size_t wrong_still = 0, wrong_sharp = 0;
   for (std::uint32_t seed = 1; seed <= 60; ++seed) {
     const Posed scene(test::slow_scene(seed));
-    const Projection& projection = scene.frame->projection;
+    const scene::Projection& projection = scene.frame->projection;
     for (const BoundedSubPatch& s : scene.sub_patches()) {
       SubPatchBounder bounder(*scene.frame, scene.pyramids, BoundMethod::kNpatch);
       bounder.begin(s.base_patch);
       const SubPatchBody body = bounder.body(s.range);
-      const PosedDrawable& drawable = scene.frame->drawable_of(s.base_patch);
+      const scene::PosedDrawable& drawable = scene.frame->drawable_of(s.base_patch);
       if (drawable.moving && !drawable.deforming &&
-          stays_still(body, projection, 8 * static_cast<double>(kStillPixels), 8 * static_cast<double>(kStillDepth)))
+          stays_still(body, projection, 8 * static_cast<double>(scene::kStillPixels),
+                      8 * static_cast<double>(scene::kStillDepth)))
         wrong_still += stands_still(scene.mesh(s)) ? 0 : 1;
-      if (projection.lens_scale != 0 && stays_sharp(s.bounds, projection, 8 * static_cast<double>(kSharpPixels)))
+      if (projection.lens_scale != 0 && stays_sharp(s.bounds, projection, 8 * static_cast<double>(scene::kSharpPixels)))
         wrong_sharp += is_sharp(scene.mesh(s), projection) ? 0 : 1;
     }
   }
@@ -134,8 +135,8 @@ TEST(SubPatchEffects, E4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
     const Posed scene(test::masked_scene(seed));
     test::Random random(seed);
     for (const BoundedSubPatch& s : scene.sub_patches()) {
-      const PosedDrawable& drawable = scene.frame->drawable_of(s.base_patch);
-      if (drawable.material->alpha_mode != AlphaMode::kMask) continue;
+      const scene::PosedDrawable& drawable = scene.frame->drawable_of(s.base_patch);
+      if (drawable.material->alpha_mode != scene::AlphaMode::kMask) continue;
       const bool elided = (s.effects & kEffectAlphaTest) == 0;
       (elided ? opaque : tested) += 1;
       const bool grid = has_grid(*drawable.drawable);

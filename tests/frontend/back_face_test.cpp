@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "frontend/bounds/back_face.h"
-#include "frontend/subpixel.h"
+#include "scene/subpixel.h"
 #include "tests/frontend/bound_scenes.h"
 
 namespace tessera::frontend {
@@ -13,10 +13,10 @@ namespace {
 using test::Random;
 
 struct RoundScene {
-  Capture capture;
-  Assembly assembly;
+  scene::Capture capture;
+  scene::Assembly assembly;
   std::unique_ptr<PyramidLibrary> pyramids;
-  std::unique_ptr<FrameGeometry> frame;
+  std::unique_ptr<scene::FrameGeometry> frame;
 
   struct Options {
     float displacement = 0;  // strength of smooth bumps
@@ -27,41 +27,41 @@ struct RoundScene {
   };
 
   RoundScene(const Options& options, Random& random) {
-    Material material;
+    scene::Material material;
     if (options.displacement != 0) {
       std::vector<float> heights(32 * 32);
       for (std::size_t i = 0; i < heights.size(); ++i)
         heights[i] = std::sin(static_cast<float>(i % 32) * 0.3927f) * std::cos(static_cast<float>(i / 32) * 0.3927f);
       material.displacement = test::displacement(32, 32, heights, options.displacement, 0.01f);
     }
-    Primitive primitive = test::closed_patches(test::add_material(capture, material));
+    scene::Primitive primitive = test::closed_patches(test::add_material(capture, material));
     if (options.deforming) {
-      MorphTarget target;
+      scene::MorphTarget target;
       for (const Vec3& p : primitive.vertices.positions) target.positions.push_back(p * 0.3f + Vec3(0.1f * p.y, 0, 0));
       primitive.vertices.morph_targets.push_back(target);
     }
     const int node = test::add_node(capture, primitive, DVec3(random.in_box(0.5f)));
-    Node& placed = capture.nodes[static_cast<std::size_t>(node)];
+    scene::Node& placed = capture.nodes[static_cast<std::size_t>(node)];
     placed.transform.rotation = glm::normalize(DQuat(1, DVec3(random.in_box(1))));
     placed.transform.scale = DVec3(options.mirrored ? -1 : 1, static_cast<double>(random.uniform(0.6f, 1.4f)), 1);
     if (options.moving) test::add_motion(capture, node, DVec3(random.in_box(2)));
     if (options.deforming) {
       if (capture.animations.empty()) capture.animations.emplace_back();
       capture.animations[0].channels.push_back(
-          {node, AnimatedPath::kWeights, Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+          {node, scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
       capture.played_animations = {0};
     }
-    Camera camera;
+    scene::Camera camera;
     camera.near = 0.05f;
     if (options.orthographic) {
-      camera.type = Camera::Type::kOrthographic;
+      camera.type = scene::Camera::Type::kOrthographic;
       camera.x_mag = camera.y_mag = 1.6f;
     }
     camera.lens = {options.aperture, 3.0f};
     test::add_camera(capture, DVec3(0, 0, 4), camera);
     assembly = assemble(capture);
     pyramids = std::make_unique<PyramidLibrary>(assembly);
-    FrameRequest request;
+    scene::FrameRequest request;
     request.width = 320;
     request.height = 240;
     request.open_time = 0.25;
@@ -76,10 +76,10 @@ struct RasterVertex {
   std::array<glm::dvec2, 2> at;
   std::array<double, 2> depth;
 };
-RasterVertex project(const FrameGeometry& frame, std::uint32_t patch, int i, int j) {
-  const PosedDrawable& drawable = frame.drawable_of(patch);
-  const TessellationPattern& pattern = frame.patterns[patch];
-  OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
+RasterVertex project(const scene::FrameGeometry& frame, std::uint32_t patch, int i, int j) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+  const scene::TessellationPattern& pattern = frame.patterns[patch];
+  scene::OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv)
     vertex = boundary_vertex(pattern, frame.assembly->neighbours[0][patch], i, j);
   RasterVertex out;
@@ -87,7 +87,9 @@ RasterVertex project(const FrameGeometry& frame, std::uint32_t patch, int i, int
     const Vec4 r =
         drawable.to_raster[key] * Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f);
     const float w = frame.projection.orthographic ? 1.0f : r.w;
-    const auto snap = [](float x) { return static_cast<double>(std::nearbyint(x * kSubpixels) / kSubpixels); };
+    const auto snap = [](float x) {
+      return static_cast<double>(std::nearbyint(x * scene::kSubpixels) / scene::kSubpixels);
+    };
     out.at[key] = {snap(r.x / w), snap(r.y / w)};
     out.depth[key] = static_cast<double>(r.z);
   }
@@ -95,7 +97,7 @@ RasterVertex project(const FrameGeometry& frame, std::uint32_t patch, int i, int
 }
 
 // Where it is seen at time t through a lens point: screen positions move at the rate of perspective.
-glm::dvec2 seen_at(const RasterVertex& v, const Projection& p, double t, glm::dvec2 lens) {
+glm::dvec2 seen_at(const RasterVertex& v, const scene::Projection& p, double t, glm::dvec2 lens) {
   const double depth = v.depth[0] * (1 - t) + v.depth[1] * t;
   const double rate = p.orthographic ? t : t * v.depth[1] / depth;
   const double coc = p.orthographic ? 1 - depth * p.inverse_focus : 1 / depth - p.inverse_focus;
@@ -109,19 +111,19 @@ struct Outcome {
 // Tests pieces of every patch; looks at all triangles of those that are culled. The twin believes the patch's middle.
 Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) {
   Outcome out;
-  const FrameGeometry& frame = *scene.frame;
+  const scene::FrameGeometry& frame = *scene.frame;
   SubPatchBounder bounder(frame, *scene.pyramids, BoundMethod::kNpatch);
   BackFaceTest test(frame);
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
     bounder.begin(patch);
     test.begin(patch);
-    const TessellationPattern& pattern = frame.patterns[patch];
+    const scene::TessellationPattern& pattern = frame.patterns[patch];
     constexpr int kSide = 6;
     for (int j = 0; j < pattern.nv; j += kSide)
       for (int i = 0; i < pattern.nu; i += kSide) {
-        const CellRange cells{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j),
-                              static_cast<std::uint8_t>(std::min<int>(i + kSide, pattern.nu)),
-                              static_cast<std::uint8_t>(std::min<int>(j + kSide, pattern.nv))};
+        const scene::CellRange cells{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j),
+                                     static_cast<std::uint8_t>(std::min<int>(i + kSide, pattern.nu)),
+                                     static_cast<std::uint8_t>(std::min<int>(j + kSide, pattern.nv))};
         const SubPatchBody body = bounder.body(cells);
         const std::uint64_t count = static_cast<std::uint64_t>((cells.i1 - cells.i0) * (cells.j1 - cells.j0));
         out.cells += count;

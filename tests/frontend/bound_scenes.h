@@ -7,7 +7,7 @@
 
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
-#include "frontend/domain_shader.h"
+#include "scene/domain_shader.h"
 #include "tests/support/captures.h"
 
 namespace tessera::frontend {
@@ -19,7 +19,7 @@ struct SampledPoint {
   bool drawn;
 };
 // Where a raster-space point is seen through lens point (lu, lv) of the unit disc.
-inline SampledPoint see(const DVec4& r, const Projection& p, double lu, double lv) {
+inline SampledPoint see(const DVec4& r, const scene::Projection& p, double lu, double lv) {
   const double coc = p.orthographic ? 1 - r.z * p.inverse_focus : 1 / r.w - p.inverse_focus;
   return {r.x / r.w - p.lens_scale * lu * coc, r.y / r.w - p.lens_scale * lv * coc, r.z,
           r.z >= p.near && (p.far == 0 || r.z <= p.far)};
@@ -84,13 +84,13 @@ inline std::vector<Vec3> hard_net(Hard kind, test::Random& random) {
 
 // A capture of two neighbouring patches of a kind, displaced, moving and seen through a lens.
 struct Scene {
-  Capture capture;
-  Assembly assembly;
+  scene::Capture capture;
+  scene::Assembly assembly;
   std::unique_ptr<PyramidLibrary> pyramids;
-  std::unique_ptr<FrameGeometry> frame;
+  std::unique_ptr<scene::FrameGeometry> frame;
 
   Scene(Hard kind, test::Random& random) {
-    Material material;
+    scene::Material material;
     material.double_sided = true;
     const float scale = kind == Hard::kHuge      ? 1e6f
                         : kind == Hard::kTiny    ? 1e-6f
@@ -105,8 +105,8 @@ struct Scene {
     std::vector<Vec3> second = hard_net(kind, random);
     for (std::size_t j = 0; j < 4; ++j) second[4 * j] = points[4 * j + 3];
     points.insert(points.end(), second.begin(), second.end());
-    Primitive primitive = test::patches(points, test::add_material(capture, material));
-    MorphTarget target;  // deforms as well as moves
+    scene::Primitive primitive = test::patches(points, test::add_material(capture, material));
+    scene::MorphTarget target;  // deforms as well as moves
     for (std::size_t i = 0; i < points.size(); ++i) target.positions.push_back(random.in_box(0.2f * scale));
     if (kind == Hard::kOpposite) {
       target.positions[0] = Vec3(2, 0, 0);
@@ -119,10 +119,11 @@ struct Scene {
     if (kind != Hard::kNoMotion) {
       const double reach = kind == Hard::kWholeScreenMotion ? 40.0 : 1.5;
       test::add_motion(capture, node, DVec3(random.in_box(1)) * reach * static_cast<double>(scale));
-      AnimationChannel weights{node, AnimatedPath::kWeights, Interpolation::kLinear, 1, {0, 1}, {0, 1}};
+      scene::AnimationChannel weights{node,  scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1},
+                                      {0, 1}};
       capture.animations[0].channels.push_back(weights);
     }
-    Camera camera;
+    scene::Camera camera;
     camera.near = 0.05f * scale;
     camera.lens = {0.03f * scale, 3.0f * scale};
     const Vec3 middle = points[5];
@@ -130,7 +131,7 @@ struct Scene {
     test::add_camera(capture, DVec3(middle) + DVec3(0.1, 0.2, distance) * static_cast<double>(scale), camera);
     assembly = assemble(capture);
     pyramids = std::make_unique<PyramidLibrary>(assembly);
-    FrameRequest request;
+    scene::FrameRequest request;
     request.width = 320;
     request.height = 240;
     request.open_time = 0.25;
@@ -140,8 +141,9 @@ struct Scene {
 };
 
 // d(u,v) of a patch in double precision, in raster space at a key. Heights are read as the machine reads them.
-inline DVec4 displaced_point(const FrameGeometry& frame, std::uint32_t patch, float u, float v, std::size_t key) {
-  const PosedDrawable& drawable = frame.drawable_of(patch);
+inline DVec4 displaced_point(const scene::FrameGeometry& frame, std::uint32_t patch, float u, float v,
+                             std::size_t key) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   shaders::ControlPoints<double> c;
   const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
   for (std::size_t i = 0; i < 16; ++i)

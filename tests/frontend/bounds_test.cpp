@@ -93,8 +93,8 @@ TEST(MinMaxPyramid, OneTexelIsItsOwnRangeEverywhere) {
 
 // ---- Screen bounds ----------------------------------------------------------------------------------------------
 
-Projection projection(bool orthographic, double lens, double focus) {
-  Projection p;
+scene::Projection projection(bool orthographic, double lens, double focus) {
+  scene::Projection p;
   p.orthographic = orthographic;
   p.center_x = 320;
   p.center_y = 240;
@@ -112,7 +112,7 @@ int screen_violations(std::uint32_t seed, Twin twin) {
   Random random(seed);
   int violations = 0;
   for (int trial = 0; trial < 4000; ++trial) {
-    const Projection p = projection(random.integer(0, 3) == 0, random.coin() ? 0.0 : 0.05, 2.0);
+    const scene::Projection p = projection(random.integer(0, 3) == 0, random.coin() ? 0.0 : 0.05, 2.0);
     MovingCorners corners;
     for (std::size_t key = 0; key < 2; ++key) {
       const DVec3 center(static_cast<double>(random.uniform(-2, 2)), static_cast<double>(random.uniform(-2, 2)),
@@ -122,7 +122,7 @@ int screen_violations(std::uint32_t seed, Twin twin) {
         corners[8 * key + i] =
             p.matrix() * DVec4(center + half * DVec3((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1), 1);
     }
-    Projection bounded = p;
+    scene::Projection bounded = p;
     if (twin == Twin::kNoLens) bounded.lens_scale = 0;
     auto bounds = screen_bounds(corners, bounded, {});
     for (int k = 0; k < 25; ++k) {
@@ -177,7 +177,7 @@ TEST(ScreenBounds, BoxesThatMoveLinearlyOnScreenAreCaught) {
 TEST(ScreenBounds, BoundsThatForgetTheLensAreCaught) { EXPECT_GT(screen_violations(11, Twin::kNoLens), 0); }
 
 TEST(ScreenBounds, BodiesWhollyBehindTheCameraOrBeyondTheFarPlaneAreDropped) {
-  Projection p = projection(false, 0, 0);
+  scene::Projection p = projection(false, 0, 0);
   MovingCorners corners;
   for (std::size_t i = 0; i < 16; ++i)
     corners[i] = p.matrix() * DVec4((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, 2 + static_cast<double>(i % 8) * 0.1, 1);
@@ -189,7 +189,7 @@ TEST(ScreenBounds, BodiesWhollyBehindTheCameraOrBeyondTheFarPlaneAreDropped) {
 }
 
 // A cube of half a unit in camera space, its middle at these depths at the two keys.
-MovingCorners cube_between(const Projection& p, double depth0, double depth1) {
+MovingCorners cube_between(const scene::Projection& p, double depth0, double depth1) {
   MovingCorners corners;
   for (std::size_t k = 0; k < 16; ++k) {
     const DVec3 corner(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, (k & 4 ? 0.5 : -0.5) - (k < 8 ? depth0 : depth1));
@@ -207,7 +207,7 @@ class CameraPlane : public testing::TestWithParam<PlaneCase> {};
 
 TEST_P(CameraPlane, IsCutWhereTheBoxPassesIt) {
   const auto [name, depth0, depth1, drawn, crosses] = GetParam();
-  const Projection p = projection(false, 0.02, 2.0);
+  const scene::Projection p = projection(false, 0.02, 2.0);
   const MovingCorners corners = cube_between(p, depth0, depth1);
   const auto bounds = screen_bounds(corners, p, {});
   ASSERT_EQ(bounds.has_value(), drawn);
@@ -238,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(Box, CameraPlane,
 
 TEST(ScreenBounds, AFocusDistanceInsideTheBoxGrowsByItsFartherEnd) {
   const MovingCorners corners = cube_between(projection(false, 0, 0), 2, 2);
-  const Projection pinhole = projection(false, 0.0, 2.0), lens = projection(false, 0.05, 2.0);
+  const scene::Projection pinhole = projection(false, 0.0, 2.0), lens = projection(false, 0.05, 2.0);
   const auto sharp = screen_bounds(corners, pinhole, {}), blurred = screen_bounds(corners, lens, {});
   ASSERT_TRUE(sharp && blurred);
   const double radius = std::max(defocus_radius(lens, 1.5), defocus_radius(lens, 2.5));
@@ -248,7 +248,7 @@ TEST(ScreenBounds, AFocusDistanceInsideTheBoxGrowsByItsFartherEnd) {
 }
 
 TEST(ScreenBounds, PointsThatAreNotFiniteKeepTheBodyEverywhere) {
-  const Projection p = projection(false, 0, 0);
+  const scene::Projection p = projection(false, 0, 0);
   MovingCorners corners;
   for (DVec4& c : corners) c = p.matrix() * DVec4(0, 0, -5, 1);
   corners[3].x = std::nan("");

@@ -21,9 +21,10 @@ struct Split {
 Split split_all(const Scene& scene, const SplitSettings& s) {
   Split out;
   PatchSplitter splitter(*scene.frame, *scene.pyramids, s);
-  std::vector<BoundedSubPatch> aside;
-  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p) splitter.split(p, out.pieces, aside, out.counters);
-  EXPECT_TRUE(aside.empty()) << "without a guess nothing is put aside";
+  std::vector<BoundedSubPatch> deferred;
+  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p)
+    splitter.split(p, out.pieces, deferred, out.counters);
+  EXPECT_TRUE(deferred.empty()) << "without a guess nothing is deferred";
   return out;
 }
 

@@ -5,7 +5,7 @@
 
 #include "base/real.h"
 #include "frontend/bounds/enclosure.h"
-#include "frontend/subpixel.h"
+#include "scene/subpixel.h"
 #include "tests/frontend/bound_scenes.h"
 
 namespace tessera::frontend {
@@ -37,8 +37,8 @@ TEST(PatchNet, PartsReproduceTheSurface) {
   Random random(9);
   for (int trial = 0; trial < 300; ++trial) {
     const PatchNet net = random_net(random, 1.0f);
-    const ParameterRange range{random.uniform(0, 0.5f), random.uniform(0, 0.5f), random.uniform(0.5f, 1),
-                               random.uniform(0.5f, 1)};
+    const scene::ParameterRange range{random.uniform(0, 0.5f), random.uniform(0, 0.5f), random.uniform(0.5f, 1),
+                                      random.uniform(0.5f, 1)};
     const PatchNet part = restrict_net(net, range);
     const double s = static_cast<double>(random.uniform(0, 1)), t = static_cast<double>(random.uniform(0, 1));
     const auto mix = [](float a, float b, double w) {
@@ -245,7 +245,7 @@ struct Outcome {
 };
 
 // What a bound that makes a typical mistake would be.
-SubPatchBody twin_body(Twin twin, SubPatchBounder& bounder, const CellRange& cells) {
+SubPatchBody twin_body(Twin twin, SubPatchBounder& bounder, const scene::CellRange& cells) {
   SubPatchBody body = bounder.body(cells);
   const auto& to_raster = bounder.drawable().to_raster;
   if (twin == Twin::kNoMotion)
@@ -270,14 +270,14 @@ SubPatchBody twin_body(Twin twin, SubPatchBounder& bounder, const CellRange& cel
     }
   }
   return {box_corners(box, to_raster),
-          vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(kSubpixels))};
+          vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(scene::kSubpixels))};
 }
 
 // Random cell ranges of a scene, and points of theirs at random times and lens points: points of the surface in double
 // precision, and the vertices that the machine computes, those that other patches evaluate included.
 Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin twin, int ranges) {
   Outcome outcome;
-  const FrameGeometry& frame = *scene.frame;
+  const scene::FrameGeometry& frame = *scene.frame;
   SubPatchBounder bounder(frame, *scene.pyramids, method);
   const auto add = [&](const std::optional<ScreenBounds>& bounds, const DVec4& open, const DVec4& close, int times) {
     for (int s = 0; s < times; ++s) {
@@ -291,11 +291,11 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
   };
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
     bounder.begin(patch);
-    const PosedDrawable& drawable = frame.drawable_of(patch);
-    const TessellationPattern& pattern = frame.patterns[patch];
-    const PatchNeighbours& neighbours = frame.assembly->neighbours[0][patch];
+    const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+    const scene::TessellationPattern& pattern = frame.patterns[patch];
+    const scene::PatchNeighbours& neighbours = frame.assembly->neighbours[0][patch];
     for (int trial = 0; trial < ranges; ++trial) {
-      CellRange cells;
+      scene::CellRange cells;
       cells.i0 = static_cast<std::uint8_t>(random.coin() ? 0 : random.integer(0, pattern.nu - 1));
       cells.j0 = static_cast<std::uint8_t>(random.coin() ? 0 : random.integer(0, pattern.nv - 1));
       cells.i1 = static_cast<std::uint8_t>(std::min<int>(pattern.nu, cells.i0 + random.integer(1, 16)));
@@ -303,7 +303,7 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
       const SubPatchBody body =
           twin == Twin::kHonest ? bounder.body(cells) : (bounder.body(cells), twin_body(twin, bounder, cells));
       const auto bounds = screen_bounds(body.corners, frame.projection, body.margin);
-      const ParameterRange& range = bounder.range();
+      const scene::ParameterRange& range = bounder.range();
       for (int k = 0; k < 30; ++k) {
         const float u = k < 4 ? (k & 1 ? range.u1 : range.u0) : random.uniform(range.u0, range.u1);
         const float v = k < 4 ? (k & 2 ? range.v1 : range.v0) : random.uniform(range.v0, range.v1);
@@ -314,7 +314,7 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
         int i = random.integer(cells.i0, cells.i1), j = random.integer(cells.j0, cells.j1);
         if (k % 3 == 0) i = random.coin() ? cells.i0 : cells.i1;
         if (k % 3 == 1) j = random.coin() ? cells.j0 : cells.j1;
-        OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
+        scene::OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
         if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) vertex = boundary_vertex(pattern, neighbours, i, j);
         std::array<DVec4, 2> r;
         for (std::size_t key = 0; key < 2; ++key)

@@ -3,12 +3,12 @@
 #include <iterator>
 
 #include "base/image_codec.h"
-#include "frontend/capture_reader.h"
-#include "tests/frontend/broken_captures.h"
+#include "scene/capture_reader.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/fuzz/sound_capture.h"
+#include "tests/scene/broken_captures.h"
 
 namespace tessera::fuzz {
 namespace {
@@ -31,11 +31,11 @@ const fs::path& capture_file() {
 
 void read(Bytes input) {
   write_scratch(capture_file(), input);
-  frontend::CaptureLimits limits;
+  scene::CaptureLimits limits;
   limits.max_bytes = kMostBytes;
   limits.max_file_bytes = kMostBytes;
   limits.image.max_pixels = kMostBytes / 8;
-  expect_answer([&] { require_sound(frontend::read_capture(capture_file(), limits)); });
+  expect_answer([&] { require_sound(scene::read_capture(capture_file(), limits)); });
 }
 
 std::vector<std::string> seeds() {

@@ -1,7 +1,7 @@
 // Any bytes as a Draco stream inside an otherwise sound capture, so that all changes reach the stream.
 // Input: a byte of flags, points and triangles that the accessors promise (two bytes each), the stream.
-#include "frontend/capture_reader.h"
 #include "replay/pack/draco_encoder.h"
+#include "scene/capture_reader.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/sound_capture.h"
@@ -51,9 +51,9 @@ void run(Bytes input) {
   if (input.size() < kHead) return;
   static const std::filesystem::path kFile = scratch_folder() / "draco.glb";
   write_scratch(kFile, wrap(input));
-  frontend::CaptureLimits limits;
+  scene::CaptureLimits limits;
   limits.max_bytes = kMostBytes;
-  expect_answer([&] { require_sound(frontend::read_capture(kFile, limits)); });
+  expect_answer([&] { require_sound(scene::read_capture(kFile, limits)); });
 }
 
 // A grid of n x n points, closed to a tube where asked for, attributes by flags.

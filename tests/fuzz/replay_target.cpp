@@ -1,8 +1,8 @@
 // Any capture that loads, through the whole machine: a few pixels of its first frame. The first bytes choose machine
 // and settings.
 #include "base/parallel.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
+#include "scene/capture_reader.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/seeds.h"
@@ -17,8 +17,8 @@ Word choose(std::uint8_t byte, std::initializer_list<Word> words) {
   return *(words.begin() + byte % words.size());
 }
 
-replay::RunSettings settings_of(Bytes choices) {
-  replay::RunSettings settings;
+gpu::RunSettings settings_of(Bytes choices) {
+  gpu::RunSettings settings;
   settings.samples_per_pixel = choose<std::int64_t>(choices[0], {1, 4});
   settings.machine_model = (choices[0] & 4) != 0;
   settings.motion = (choices[0] & 8) != 0 ? "on" : "auto";
@@ -42,13 +42,13 @@ hardware::GpuConfiguration machine_of(Bytes choices) {
 
 // Work that a fuzzer has no time for: the inputs are small, but a matrix of zeros and a path of a thousand curves are
 // small, too.
-bool too_much(const frontend::Capture& capture) {
+bool too_much(const scene::Capture& capture) {
   std::size_t vertices = 0, pieces = 0;
-  for (const frontend::Node& node : capture.nodes)
-    if (node.mesh != frontend::kNone)
-      for (const frontend::Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+  for (const scene::Node& node : capture.nodes)
+    if (node.mesh != scene::kNone)
+      for (const scene::Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
         vertices += primitive.vertices.count() + primitive.indices.size();
-  for (const frontend::Procedure& procedure : capture.procedures) pieces += procedure.pieces.size();
+  for (const scene::Procedure& procedure : capture.procedures) pieces += procedure.pieces.size();
   return vertices > 256 || pieces > 2;
 }
 
@@ -56,17 +56,17 @@ void render(Bytes input) {
   if (input.size() <= kChoices) return;
   static const std::filesystem::path kFile = scratch_folder() / "replay.glb";
   write_scratch(kFile, input.subspan(kChoices));
-  frontend::CaptureLimits limits;
+  scene::CaptureLimits limits;
   limits.max_bytes = kMostBytes;
   limits.image.max_pixels = 1 << 16;
   const ThreadLimit one(1);
   expect_answer([&] {
-    const frontend::Capture capture = frontend::read_capture(kFile, limits);
+    const scene::Capture capture = scene::read_capture(kFile, limits);
     if (too_much(capture)) return;
-    const replay::RenderRequest request{20, 12, {0, 0, 20, 12}};
-    replay::FrameRenderer renderer(capture, machine_of(input), settings_of(input), request);
+    const gpu::RenderRequest request{20, 12, {0, 0, 20, 12}};
+    gpu::Device renderer(capture, machine_of(input), settings_of(input), request);
     const int frame = capture.settings.first_frame;
-    const replay::FrameResult result = renderer.render(frame);
+    const gpu::FrameResult result = renderer.render(frame);
     require(result.targets.color.values.size() >= 20 * 12 * 3, "a frame without all of its pixels");
     if (settings_of(input).desampling == "adaptive") renderer.render(frame + 1);
   });

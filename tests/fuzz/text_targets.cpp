@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "base/json_text.h"
+#include "gpu/settings.h"
 #include "hardware/configuration.h"
 #include "replay/option_numbers.h"
 #include "replay/report/report.h"
-#include "replay/settings.h"
 #include "replay/sweep/study.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -144,10 +144,10 @@ void parse_option(Bytes input) {
             hardware::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : ""));
         break;
       default: {
-        replay::RunSettings settings;
+        gpu::RunSettings settings;
         hardware::GpuConfiguration gpu;
-        replay::apply_setting(text, settings, gpu);
-        const std::string written = replay::settings_json(settings).dump() + hardware::gpu_json(gpu).dump();
+        gpu::apply_setting(text, settings, gpu);
+        const std::string written = gpu::settings_json(settings).dump() + hardware::gpu_json(gpu).dump();
         require(written.find("null") == std::string::npos, "a setting that is not finite was accepted");
       }
     }
@@ -164,10 +164,10 @@ std::vector<std::string> options() {
                                   "\x03"
                                   "0,0,64,64",
                                   "\x04small"};
-  const replay::RunSettings settings;
-  for (const auto& key : replay::settings_keys().keys())
+  const gpu::RunSettings settings;
+  for (const auto& key : gpu::settings_keys().keys())
     all.push_back("\x05" + std::string(key.name) + "=" +
-                  key_value_json(replay::settings_keys().value(settings, key)).dump());
+                  key_value_json(gpu::settings_keys().value(settings, key)).dump());
   for (const auto& key : hardware::gpu_keys().keys())
     all.push_back("\x05" + std::string(key.name) + "=" + std::to_string(static_cast<long long>(key.max)));
   return all;

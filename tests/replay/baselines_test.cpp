@@ -4,11 +4,14 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
+#include <utility>
 
-#include "frontend/capture_reader.h"
+#include "baselines/baseline_set.h"
+#include "gpu/device.h"
 #include "replay/baseline_report.h"
-#include "replay/frame_renderer.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -16,8 +19,8 @@
 namespace tessera::replay {
 namespace {
 
-using binner::BaselineCounters;
-using binner::Scheme;
+using baselines::BaselineCounters;
+using baselines::Scheme;
 using nlohmann::json;
 using test::run_tessera;
 using testing::HasSubstr;
@@ -25,18 +28,30 @@ namespace fs = std::filesystem;
 
 std::string shipped(const char* name) { return test::shipped_capture(name).string(); }
 
-FrameResult render(const frontend::Capture& capture, const hardware::GpuConfiguration& gpu,
-                   std::size_t thread_count = 0, bool baselines = true, RunSettings settings = {}) {
+// A frame and, when it was observed, the schemes beside it.
+struct Compared : gpu::FrameResult {
+  std::optional<baselines::BaselineSet> baselines;
+};
+
+Compared render(gpu::Device& device, int frame, bool observed = true) {
+  baselines::BaselineObserver schemes;
+  device.set_observer(observed ? &schemes : nullptr);
+  gpu::FrameResult result = device.render(frame);
+  device.set_observer(nullptr);
+  return {std::move(result), observed ? std::optional(schemes.last()) : std::nullopt};
+}
+
+Compared render(const scene::Capture& capture, const hardware::GpuConfiguration& gpu, std::size_t thread_count = 0,
+                bool observed = true, gpu::RunSettings settings = {}) {
   const ThreadLimit threads(thread_count);
-  RenderRequest request{160, 90, {0, 0, 160, 90}, false, baselines};
-  FrameRenderer renderer(capture, gpu, settings, request);
-  return renderer.render(capture.settings.first_frame);
+  gpu::Device device(capture, gpu, settings, {160, 90, {0, 0, 160, 90}});
+  return render(device, capture.settings.first_frame, observed);
 }
 
 class Baselines : public testing::TestWithParam<const char*> {
  protected:
-  frontend::Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
-  const BaselineCounters& scheme(const FrameResult& result, Scheme s) { return (*result.baselines)[s]; }
+  scene::Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
+  const BaselineCounters& scheme(const Compared& result, Scheme s) { return (*result.baselines)[s]; }
 };
 
 TEST_P(Baselines, DoNotDependOnThreads) {
@@ -46,31 +61,31 @@ TEST_P(Baselines, DoNotDependOnThreads) {
 }
 
 TEST_P(Baselines, ChangeNeitherPictureNorCounters) {
-  const FrameResult with = render(capture, {}), without = render(capture, {}, 0, false);
+  const Compared with = render(capture, {}), without = render(capture, {}, 0, false);
   EXPECT_FALSE(without.baselines);
   EXPECT_EQ(with.targets.color.values, without.targets.color.values);
-  hardware::Ledger a = with.counters.ledger, b = without.counters.ledger;
+  memory::Ledger a = with.counters.ledger, b = without.counters.ledger;
   EXPECT_EQ(a.total().read_bytes, b.total().read_bytes);
   EXPECT_EQ(with.counters.tessellation.domain_evaluations, without.counters.tessellation.domain_evaluations);
   EXPECT_EQ(with.counters.tilecore.triangle_tests, without.counters.tilecore.triangle_tests);
 }
 
 TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
-  const FrameResult r = render(capture, {});
+  const Compared r = render(capture, {});
   const BaselineCounters& pre = scheme(r, Scheme::kPreTessellation);
   EXPECT_EQ(pre.entries, r.counters.binner.entries);
   EXPECT_EQ(pre.queue_bytes_peak, r.counters.binner.queue_bytes_peak);
   EXPECT_EQ(pre.domain_evaluations_cached, r.counters.tessellation.domain_evaluations);
   // All but textures, which are the same for every scheme.
   const std::uint64_t textures =
-      r.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTexture).read_bytes;
+      r.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTexture).read_bytes;
   EXPECT_EQ(pre.dram_bytes + textures, r.counters.ledger.total().read_bytes + r.counters.ledger.total().written_bytes);
   EXPECT_LE(pre.dram_bytes, pre.dram_bytes_uncached);
   EXPECT_LE(pre.domain_evaluations_cached, pre.domain_evaluations);
 }
 
 TEST_P(Baselines, PatchWholeHasOnePrimitivePerPatchAndNoMore) {
-  const FrameResult r = render(capture, {});
+  const Compared r = render(capture, {});
   const BaselineCounters &whole = scheme(r, Scheme::kPatchWhole), &pre = scheme(r, Scheme::kPreTessellation);
   EXPECT_EQ(whole.primitives + whole.culled_frustum + whole.culled_backface, r.counters.frontend.base_patches);
   EXPECT_EQ(whole.bounding_operations, r.counters.frontend.base_patches);
@@ -83,7 +98,7 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnSplits) {
   hardware::GpuConfiguration coarse, fine;
   coarse.frontend_split_pixels = 256;
   fine.frontend_split_pixels = 8;
-  const FrameResult a = render(capture, coarse), b = render(capture, fine);
+  const Compared a = render(capture, coarse), b = render(capture, fine);
   const json x = baselines_json(*a.baselines), y = baselines_json(*b.baselines);
   EXPECT_EQ(x["post-tessellation"], y["post-tessellation"]);
   EXPECT_EQ(x["immediate"], y["immediate"]);
@@ -96,9 +111,9 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
   levels.binner_queue_levels = 3;
   levels.binner_coverage = "rectangle";
   const json expected = baselines_json(*render(capture, {}).baselines);
-  const FrameResult partial = render(capture, full);
+  const Compared partial = render(capture, full);
   EXPECT_EQ(scheme(partial, Scheme::kPreTessellation).buffer_overflows, partial.counters.binner.partial_renders);
-  for (const FrameResult& r : {partial, render(capture, levels)}) {
+  for (const Compared& r : {partial, render(capture, levels)}) {
     json got = baselines_json(*r.baselines);
     got["post-tessellation"]["baseline.buffer_overflows"] = expected["post-tessellation"]["baseline.buffer_overflows"];
     EXPECT_EQ(got["post-tessellation"], expected["post-tessellation"]);
@@ -110,19 +125,19 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
 TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
   hardware::GpuConfiguration previous;
   previous.frontend_previous_depth_culling = true;
-  const RenderRequest request{160, 90, {0, 0, 160, 90}, false, true};
-  FrameRenderer renderer(capture, previous, {}, request);
+  const gpu::RenderRequest request{160, 90, {0, 0, 160, 90}};
+  gpu::Device renderer(capture, previous, {}, request);
   const int frame = capture.settings.first_frame;
   renderer.render(frame);
-  const json after = baselines_json(*renderer.render(frame + 1).baselines);
-  FrameRenderer fresh(capture, {}, {}, request);
-  const json alone = baselines_json(*fresh.render(frame + 1).baselines);
+  const json after = baselines_json(*render(renderer, frame + 1).baselines);
+  gpu::Device fresh(capture, {}, {}, request);
+  const json alone = baselines_json(*render(fresh, frame + 1).baselines);
   for (const char* name : {"patch-whole", "post-tessellation", "immediate"})
     EXPECT_EQ(after[name], alone[name]) << name;
 }
 
 TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
-  const FrameResult r = render(capture, {});
+  const Compared r = render(capture, {});
   const BaselineCounters &post = scheme(r, Scheme::kPostTessellation), &immediate = scheme(r, Scheme::kImmediate);
   EXPECT_EQ(post.primitives, immediate.primitives);
   EXPECT_GE(post.tile_overlaps, post.primitives);
@@ -134,15 +149,15 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
   hardware::GpuConfiguration none, all;
   none.tessellator_cache_bytes = none.post_tessellation_cache_bytes = none.immediate_cache_bytes = 0;
   all.tessellator_cache_bytes = all.post_tessellation_cache_bytes = all.immediate_cache_bytes = 1 << 30;
-  const FrameResult a = render(capture, none), b = render(capture, all);
-  for (std::size_t s = 0; s < binner::kSchemeCount; ++s) {
+  const Compared a = render(capture, none), b = render(capture, all);
+  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
-        << binner::kSchemeNames[s];
+        << baselines::kSchemeNames[s];
     EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
-        << binner::kSchemeNames[s];
+        << baselines::kSchemeNames[s];
     EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
-        << binner::kSchemeNames[s];
-    EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << binner::kSchemeNames[s];
+        << baselines::kSchemeNames[s];
+    EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << baselines::kSchemeNames[s];
   }
   const BaselineCounters& immediate = scheme(b, Scheme::kImmediate);
   EXPECT_EQ(immediate.frame_bytes_read, 0u);
@@ -155,41 +170,41 @@ INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values("eggs", "vases", "serpe
 TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   // A still pinhole scene of one flat patch in front: every line of its picture is drawn once, depth and colour,
   // whatever the order.
-  frontend::Capture capture;
+  scene::Capture capture;
   test::add_node(capture, test::patches(test::flat_patch({-20, -20, -3}, {40, 0, 0}, {0, 40, 0})));
   test::add_camera(capture, {0, 0, 0});
   hardware::GpuConfiguration gpu;
   gpu.immediate_cache_bytes = 1 << 30;
-  const FrameResult r = render(capture, gpu);
+  const Compared r = render(capture, gpu);
   const BaselineCounters& immediate = (*r.baselines)[Scheme::kImmediate];
   EXPECT_EQ(r.counters.shading.samples_visible, 160u * 90 * 4);
   EXPECT_EQ(immediate.frame_bytes_read, 0u);
   EXPECT_EQ(immediate.frame_bytes_written,
             160u * 90 * 4 * (4 + 4) +
-                r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes);
+                r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes);
 }
 
 // Rows of spheres one behind the other, most columns beside the view: off-screen, back-facing and hidden, finely
 // tessellated.
-frontend::Capture crowd() {
-  frontend::Capture capture;
+scene::Capture crowd() {
+  scene::Capture capture;
   for (int row = 0; row < 4; ++row)
     for (int column = -3; column <= 3; ++column)
-      test::add_node(capture, test::closed_patches(frontend::kNone), {2.4 * column, 0.0, -2.4 * row});
-  frontend::Camera camera;
+      test::add_node(capture, test::closed_patches(scene::kNone), {2.4 * column, 0.0, -2.4 * row});
+  scene::Camera camera;
   camera.vertical_fov = 0.35f;
   test::add_camera(capture, {0, 0, 7}, camera);
   return capture;
 }
 
 TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
-  const frontend::Capture capture = crowd();
-  RunSettings settings;
+  const scene::Capture capture = crowd();
+  gpu::RunSettings settings;
   settings.target_edge_pixels = 1;
   hardware::GpuConfiguration gpu;  // the picture is small, and so are tiles and pieces
   gpu.tile_width = gpu.tile_height = 16;
   gpu.frontend_split_pixels = 32;
-  const FrameResult r = render(capture, gpu, 0, true, settings);
+  const Compared r = render(capture, gpu, 0, true, settings);
   const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation],
                          &post = (*r.baselines)[Scheme::kPostTessellation];
   const std::uint64_t patches = r.counters.frontend.base_patches;
@@ -207,7 +222,7 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
       {"replay", shipped("flyby"), "--size", "64x36", "--frames", "0:2", "--baselines", "--out", out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   const json stats = json::parse(test::read_text(out / "stats.json"));
-  for (const std::string_view name : binner::kSchemeNames) {
+  for (const std::string_view name : baselines::kSchemeNames) {
     EXPECT_THAT(r.output, HasSubstr(std::string(name)));
     EXPECT_TRUE(stats["frames"][1]["baselines"].contains(std::string(name)));
   }
@@ -229,10 +244,10 @@ TEST(BaselinesOption, PrintsATableAndWritesStatisticsAndCsv) {
     std::istringstream cells(line);
     for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
   }
-  ASSERT_EQ(rows.size(), 1u + 3 * binner::kSchemeCount);
+  ASSERT_EQ(rows.size(), 1u + 3 * baselines::kSchemeCount);
   EXPECT_EQ(rows[0][0], "frame");
   EXPECT_EQ(rows[0][1], "scheme");
-  EXPECT_EQ(rows[0].size(), 2 + hardware::kCounterFields<BaselineCounters>.size());
+  EXPECT_EQ(rows[0].size(), 2 + kCounterFields<BaselineCounters>.size());
   for (std::size_t k = 1; k < rows.size(); ++k) {
     ASSERT_EQ(rows[k].size(), rows[0].size());
     const json& set =
@@ -278,8 +293,8 @@ TEST(BaselinesOption, WorksForRegionsOneSampleAndManyAndForcedEffects) {
 }
 
 TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
-  const frontend::Capture empty;
-  const FrameResult r = render(empty, {});
+  const scene::Capture empty;
+  const Compared r = render(empty, {});
   for (const BaselineCounters& c : r.baselines->schemes) EXPECT_EQ(c.primitives, 0u);
   EXPECT_THAT(baselines_table(*r.baselines), HasSubstr("-"));
 }

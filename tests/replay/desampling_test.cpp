@@ -8,26 +8,26 @@
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/simd_targets.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
 #include "replay/statistics.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::Capture;
+using scene::Capture;
 using tilecore::History;
 
 struct Machine {
-  RunSettings settings;
+  gpu::RunSettings settings;
   hardware::GpuConfiguration gpu;
-  RenderRequest request{160, 90, {0, 0, 160, 90}};
+  gpu::RenderRequest request{160, 90, {0, 0, 160, 90}};
 
   Machine() { settings.desampling = "adaptive"; }
   Machine& set(const std::string& text) {
-    apply_setting(text, settings, gpu);
+    gpu::apply_setting(text, settings, gpu);
     return *this;
   }
   // The three together: none may be above the next.
@@ -36,10 +36,10 @@ struct Machine {
         .set(std::string("resolve.k_fast1=") + fast1)
         .set(std::string("resolve.k_fast2=") + fast2);
   }
-  FrameRenderer renderer(const Capture& capture) const { return {capture, gpu, settings, request}; }
-  std::vector<FrameResult> frames(const Capture& capture, int first, int last) const {
-    FrameRenderer r = renderer(capture);
-    std::vector<FrameResult> out;
+  gpu::Device renderer(const Capture& capture) const { return {capture, gpu, settings, request}; }
+  std::vector<gpu::FrameResult> frames(const Capture& capture, int first, int last) const {
+    gpu::Device r = renderer(capture);
+    std::vector<gpu::FrameResult> out;
     for (int f = first; f < last; ++f) out.push_back(r.render(f));
     return out;
   }
@@ -57,19 +57,19 @@ double rmse(const Image& a, const Image& b) {
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 
-Capture shipped(const char* name) { return frontend::read_capture(test::shipped_capture(name)); }
+Capture shipped(const char* name) { return scene::read_capture(test::shipped_capture(name)); }
 
-const tilecore::DesamplingCounters& counters(const FrameResult& r) { return r.counters.desampling; }
+const tilecore::DesamplingCounters& counters(const gpu::FrameResult& r) { return r.counters.desampling; }
 
 // ---- What desampling leaves alone -------------------------------------------------------------------------------
 
 TEST(Desampling, OffLeavesNoTraceInPictureOrStatistics) {
-  const FrameResult off = plain().renderer(shipped("serpent")).render(12);
-  EXPECT_TRUE(hardware::absent(off.counters.desampling));
+  const gpu::FrameResult off = plain().renderer(shipped("serpent")).render(12);
+  EXPECT_TRUE(absent(off.counters.desampling));
   EXPECT_FALSE(counters_json(off.counters).contains("resolve.blocks_rate_16"));
   EXPECT_FALSE(off.effects.at("desampling"));
-  for (const hardware::Purpose purpose : {hardware::Purpose::kHistory, hardware::Purpose::kNeighbours})
-    EXPECT_EQ(off.counters.ledger.traffic(hardware::Unit::kResolve, purpose).written_bytes, 0u);
+  for (const memory::Purpose purpose : {memory::Purpose::kHistory, memory::Purpose::kNeighbours})
+    EXPECT_EQ(off.counters.ledger.traffic(memory::Unit::kResolve, purpose).written_bytes, 0u);
 }
 
 // U3: with thresholds that leave every block at its full rate the unit runs, and changes nothing.
@@ -161,7 +161,8 @@ TEST(Desampling, PicturesOfTheUnitChangeNeitherTheFrameNorACounter) {
 
 // ---- Determinism ------------------------------------------------------------------------------------------------
 
-std::vector<FrameResult> on_machine(Machine m, const Capture& capture, std::size_t threads, const std::string& simd) {
+std::vector<gpu::FrameResult> on_machine(Machine m, const Capture& capture, std::size_t threads,
+                                         const std::string& simd) {
   const ThreadLimit limit(threads);
   force_simd_target(simd);
   auto out = m.frames(capture, 20, 24);
@@ -210,8 +211,8 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   // Decisions do not know the tile either way.
   EXPECT_EQ(counters(local_small[1]).blocks_rate_8, counters(local_large[1]).blocks_rate_8);
   EXPECT_EQ(counters(local_small[1]).pixels_reconstructed, counters(large[1]).pixels_reconstructed);
-  const auto reads = [](const FrameResult& r) {
-    return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kNeighbours).read_bytes;
+  const auto reads = [](const gpu::FrameResult& r) {
+    return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kNeighbours).read_bytes;
   };
   EXPECT_GT(reads(small[2]), reads(large[2]));
   EXPECT_EQ(reads(local_small[2]), 0u);
@@ -235,7 +236,7 @@ TEST(Desampling, PartialRendersAndRevivedTilesChangeNothing) {
 
 TEST(Desampling, AStaticSceneIsExactAndHalfOfItIsNotShaded) {
   const Capture capture = shipped("vases");
-  const FrameResult expected = plain().renderer(capture).render(0);
+  const gpu::FrameResult expected = plain().renderer(capture).render(0);
   const auto got = Machine().frames(capture, 0, 6);
   for (std::size_t f = 0; f < got.size(); ++f) {
     EXPECT_EQ(got[f].targets.color.values, expected.targets.color.values) << f;
@@ -254,7 +255,7 @@ TEST(Desampling, AStaticSceneRecoversFromAnyHistoryWithinTheCountersPeriod) {
   const Capture capture = shipped("vases");
   const Image expected = plain().renderer(capture).render(0).targets.color;
   for (const char* dither : {"counter", "off"}) {
-    FrameRenderer r = Machine().set(std::string("resolve.dither=") + dither).renderer(capture);
+    gpu::Device r = Machine().set(std::string("resolve.dither=") + dither).renderer(capture);
     r.render(0);
     History spoilt = r.history();
     for (Vec4& c : spoilt.color) c *= 1.01f;
@@ -267,13 +268,13 @@ TEST(Desampling, AStaticSceneRecoversFromAnyHistoryWithinTheCountersPeriod) {
 
 TEST(Desampling, TheFirstFrameAFrameAfterAGapAndAChangedLightHaveNoHistory) {
   const Capture capture = shipped("stroll");
-  FrameRenderer r = Machine().renderer(capture);
-  const FrameResult first = r.render(10);
+  gpu::Device r = Machine().renderer(capture);
+  const gpu::FrameResult first = r.render(10);
   EXPECT_EQ(counters(first).pixels_advected, 0u);
   EXPECT_EQ(first.effect_reasons.at("advection"), "first frame: there is no history");
   EXPECT_FALSE(first.effects.at("advection"));
   EXPECT_GT(counters(r.render(11)).pixels_advected, 0u);
-  const FrameResult gap = r.render(13);
+  const gpu::FrameResult gap = r.render(13);
   EXPECT_EQ(counters(gap).pixels_advected, 0u);
   EXPECT_EQ(gap.effect_reasons.at("advection"), "the frame before was not rendered: there is no history");
   const auto eggs = Machine().thresholds("4", "4", "16").frames(shipped("eggs"), 14, 16);  // an ember carries a light
@@ -286,7 +287,7 @@ TEST(Desampling, ACutTakesNothingOverThatIsNotThere) {
   Capture capture = shipped("stroll");
   for (auto& animation : capture.animations)
     for (auto& channel : animation.channels) {
-      channel.interpolation = frontend::Interpolation::kStep;
+      channel.interpolation = scene::Interpolation::kStep;
       channel.times = {0.0f, 1.0f};
       const auto n = static_cast<std::size_t>(channel.components);
       std::vector<float> ends(channel.values.begin(), channel.values.begin() + static_cast<std::ptrdiff_t>(n));
@@ -307,19 +308,19 @@ TEST(Desampling, ACutTakesNothingOverThatIsNotThere) {
 struct Slide {
   Capture capture;
   explicit Slide(double pixels_per_frame, int texture = 64, bool plane = false, double alpha = 1) {
-    frontend::Material material;
-    if (alpha < 1) material.alpha_mode = frontend::AlphaMode::kBlend, material.base_color.w = static_cast<float>(alpha);
+    scene::Material material;
+    if (alpha < 1) material.alpha_mode = scene::AlphaMode::kBlend, material.base_color.w = static_cast<float>(alpha);
     material.unlit = true;
     material.double_sided = true;
     material.base_color_texture.texture =
         std::make_shared<shaders::Texture>(DecodedImage{checks(texture)}, shaders::ColorSpace::kSrgb);
     const int m = test::add_material(capture, material);
-    frontend::Primitive quad = test::triangles({{-8, -8, 0}, {8, -8, 0}, {8, 8, 0}, {-8, 8, 0}}, {0, 1, 2, 0, 2, 3}, m);
+    scene::Primitive quad = test::triangles({{-8, -8, 0}, {8, -8, 0}, {8, 8, 0}, {-8, 8, 0}}, {0, 1, 2, 0, 2, 3}, m);
     const float repeat = plane ? 1.0f : 2.0f;
     quad.vertices.texcoords = {{{0, 0}, {repeat, 0}, {repeat, repeat}, {0, repeat}}};
     const int node = test::add_node(capture, quad, {plane ? 0.0 : -9.0, 0.0, 0.0});
-    frontend::Camera camera;
-    camera.type = frontend::Camera::Type::kOrthographic;
+    scene::Camera camera;
+    camera.type = scene::Camera::Type::kOrthographic;
     camera.x_mag = 8, camera.y_mag = 4.5f;
     test::add_camera(capture, {0, 0, 10}, camera);
     // 160 pixels are 16 units; a thirtieth of a second per frame, for the four seconds of the test.
@@ -366,9 +367,9 @@ TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
 
 double error_at(const Slide& slide, const Machine& machine, const std::vector<int>& wanted,
                 std::vector<double>& errors) {
-  FrameRenderer full = plain().renderer(slide.capture), r = machine.renderer(slide.capture);
+  gpu::Device full = plain().renderer(slide.capture), r = machine.renderer(slide.capture);
   for (int f = 0; f <= wanted.back(); ++f) {
-    const FrameResult got = r.render(f);
+    const gpu::FrameResult got = r.render(f);
     if (std::find(wanted.begin(), wanted.end(), f) != wanted.end())
       errors.push_back(rmse(got.targets.color, full.render(f).targets.color));
   }
@@ -403,20 +404,20 @@ TEST(Desampling, ErrorsOfAdvectionDoNotGrowOver120Frames) {
 TEST(Desampling, AReplayGoesOnFromASavedHistoryAsIfItHadNotStopped) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("stroll");
-  FrameRenderer whole = Machine().renderer(capture);
+  gpu::Device whole = Machine().renderer(capture);
   whole.render(20);
   whole.render(21);
   whole.history().save(folder / "history");
-  const FrameResult expected = whole.render(22);
-  FrameRenderer resumed = Machine().renderer(capture);
+  const gpu::FrameResult expected = whole.render(22);
+  gpu::Device resumed = Machine().renderer(capture);
   resumed.set_history(History::restore(folder / "history", 1 << 20));
-  const FrameResult got = resumed.render(22);
+  const gpu::FrameResult got = resumed.render(22);
   EXPECT_GT(counters(got).pixels_advected, 0u);
   EXPECT_EQ(got.targets.color.values, expected.targets.color.values);
   EXPECT_EQ(counters_json(got.counters), counters_json(expected.counters));
   Machine other;
   other.request = {80, 45, {0, 0, 80, 45}};
-  FrameRenderer smaller = other.renderer(capture);
+  gpu::Device smaller = other.renderer(capture);
   EXPECT_THROW(smaller.set_history(History::restore(folder / "history", 1 << 20)), UsageError);
   EXPECT_THROW(History::restore(folder / "history", 100), LimitError);
 }
@@ -444,10 +445,10 @@ TEST(History, DamagedFilesAreRefusedAtEveryLength) {
 // one.
 TEST(Desampling, AWarmedUpReplayIsCloseToOneThatBeganEarlier) {
   const Capture capture = shipped("stroll");
-  FrameRenderer early = Machine().renderer(capture), late = Machine().renderer(capture);
+  gpu::Device early = Machine().renderer(capture), late = Machine().renderer(capture);
   for (int f = 10; f < 20; ++f) early.render(f);
   for (int f = 16; f < 20; ++f) late.render(f);
-  const FrameResult a = early.render(20), b = late.render(20), full = plain().renderer(capture).render(20);
+  const gpu::FrameResult a = early.render(20), b = late.render(20), full = plain().renderer(capture).render(20);
   EXPECT_LT(std::abs(rmse(a.targets.color, full.targets.color) - rmse(b.targets.color, full.targets.color)),
             0.1 * rmse(a.targets.color, full.targets.color));
 }
@@ -456,7 +457,7 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
   const Capture capture = shipped("vases");
   const auto frames = Machine().frames(capture, 0, 2);
   const auto traffic = [&](std::size_t f) {
-    return frames[f].counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory);
+    return frames[f].counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
   };
   // 8 bytes a pixel and a byte per block, in bursts; nothing to read before there is a history.
   EXPECT_EQ(traffic(0).read_bytes, 0u);
@@ -465,7 +466,7 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
   EXPECT_GT(traffic(1).read_bytes, counters(frames[1]).pixels_advected * 16u);
   EXPECT_EQ(plain()
                 .frames(capture, 0, 1)[0]
-                .counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory)
+                .counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory)
                 .written_bytes,
             0u);
 }
@@ -478,15 +479,15 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
     for (const char* text : settings) m.set(text);
     return std::move(m.frames(capture, 20, 23)[2]);
   };
-  const auto history = [](const FrameResult& r) {
-    return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory);
+  const auto history = [](const gpu::FrameResult& r) {
+    return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
   };
   constexpr std::uint64_t kPixels = 160 * 90, kBlocks = kPixels / 16;
-  const FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}),
-                    slowest = third_frame({"resolve.k_stat=0"});
+  const gpu::FrameResult advecting = third_frame({}), still = third_frame({"resolve.advection=false"}),
+                         slowest = third_frame({"resolve.k_stat=0"});
   EXPECT_GE(history(advecting).written_bytes, kPixels * History::kSurfaceBytes);
   EXPECT_EQ(advecting.effect_reasons.at("history"), "kept for the advection of the next frame");
-  for (const FrameResult* r : {&still, &slowest}) {  // a byte per block, in bursts
+  for (const gpu::FrameResult* r : {&still, &slowest}) {  // a byte per block, in bursts
     for (const std::uint64_t bytes : {history(*r).written_bytes, history(*r).read_bytes})
       EXPECT_TRUE(bytes >= kBlocks && bytes < 2 * kPixels) << bytes;
     EXPECT_GT(counters(*r).velocity_evaluations, 0u);
@@ -495,7 +496,7 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   EXPECT_EQ(still.effect_reasons.at("history"),
             "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
   EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.k_stat is 0: nothing is slower");
-  const FrameResult none = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
+  const gpu::FrameResult none = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
   EXPECT_EQ(history(none).written_bytes + history(none).read_bytes, 0u);
   EXPECT_EQ(none.effect_reasons.at("history"), "not kept: resolve.advection=false");
 }
@@ -503,11 +504,10 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
 // What is not kept is not there for a replay that goes on with other settings: nothing of it is taken.
 TEST(Desampling, AHistoryWithoutRecordsGivesNothingToAdvect) {
   const Capture capture = shipped("stroll");
-  FrameRenderer without = Machine().set("resolve.advection=false").renderer(capture),
-                with = Machine().renderer(capture);
-  for (FrameRenderer* r : {&without, &with}) r->render(20), r->render(21);
+  gpu::Device without = Machine().set("resolve.advection=false").renderer(capture), with = Machine().renderer(capture);
+  for (gpu::Device* r : {&without, &with}) r->render(20), r->render(21);
   const auto goes_on = [&](const History& history) {
-    FrameRenderer r = Machine().renderer(capture);
+    gpu::Device r = Machine().renderer(capture);
     r.set_history(history);
     return counters(r.render(22)).pixels_advected;
   };
@@ -523,9 +523,9 @@ TEST(Desampling, TheLeftEyeKeepsItsRecordsForTheRightOneAlone) {
       .set("resolve.hysteresis=0")
       .set("stereo.eye_separation=0.06")
       .set("stereo.far_depth=0");
-  const FrameResult got = m.renderer(capture).render(0);
-  const auto history = [](const FrameCounters& c) {
-    return c.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kHistory);
+  const gpu::FrameResult got = m.renderer(capture).render(0);
+  const auto history = [](const gpu::FrameCounters& c) {
+    return c.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kHistory);
   };
   EXPECT_GT(got.right->counters.desampling.pixels_advected, 2000u);
   EXPECT_EQ(got.effect_reasons.at("history"), "kept for the right eye");
@@ -561,14 +561,14 @@ TEST(Desampling, FramesAndRegionsThatCutBlocksAreWhole) {
 
 TEST(Desampling, ColoursThatAreNotFiniteStayWhereTheShaderMadeThem) {
   const Capture capture = shipped("vases");
-  FrameRenderer r = Machine().renderer(capture);
+  gpu::Device r = Machine().renderer(capture);
   r.render(0);
   History spoilt = r.history();
   for (std::size_t i = 0; i < spoilt.color.size(); i += 3)
     spoilt.color[i] =
         Vec4(i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity());
   r.set_history(spoilt);
-  const FrameResult got = r.render(1);
+  const gpu::FrameResult got = r.render(1);
   EXPECT_EQ(got.targets.color.values, plain().renderer(capture).render(1).targets.color.values);
   EXPECT_GT(counters(got).advections_disoccluded, 0u);
 }
@@ -581,7 +581,7 @@ TEST(Desampling, SupersamplingShadesEdgesTwice) {
   EXPECT_GT(counters(twice[1]).blocks_rate_32, 0u);
   EXPECT_GT(twice[1].counters.shading.pixel_shader_invocations, once[1].counters.shading.pixel_shader_invocations);
   // Closer to a run per sample, which is what it stands for.
-  const FrameResult samples = plain().set("shading.rate=sample").renderer(capture).render(30);
+  const gpu::FrameResult samples = plain().set("shading.rate=sample").renderer(capture).render(30);
   EXPECT_LT(rmse(twice[0].targets.color, samples.targets.color), rmse(once[0].targets.color, samples.targets.color));
 }
 
@@ -590,7 +590,7 @@ TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
   Machine m;
   m.set("resolve.foveation_r0=25").set("resolve.foveation_r1=60").set("resolve.focus_x=0.5").set("resolve.focus_y=0.6");
   m.request.resolve_auxiliary = true;
-  const FrameResult full = plain().renderer(capture).render(30), got = m.renderer(capture).render(30);
+  const gpu::FrameResult full = plain().renderer(capture).render(30), got = m.renderer(capture).render(30);
   EXPECT_LT(got.counters.shading.pixel_shader_invocations * 3, full.counters.shading.pixel_shader_invocations * 2);
   EXPECT_TRUE(got.effects.at("foveation"));
   for (int y = 0; y < 90; ++y)
@@ -608,7 +608,7 @@ TEST(Desampling, GlassBeforeNothingIsReconstructed) {
   const Slide glass(0.0, 64, true, 0.5);
   Machine m;
   m.set("resolve.foveation_r0=1").set("resolve.foveation_r1=100");
-  const FrameResult full = plain().renderer(glass.capture).render(0), got = m.renderer(glass.capture).render(0);
+  const gpu::FrameResult full = plain().renderer(glass.capture).render(0), got = m.renderer(glass.capture).render(0);
   EXPECT_GT(counters(got).pixels_reconstructed, 6000u);
   EXPECT_LT(rmse(got.targets.color, full.targets.color), 0.05);
 }
@@ -623,7 +623,7 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
         .renderer(capture)
         .render(0);
   };
-  const FrameResult full = stereo("off", "0"), far = stereo("adaptive", "0"), none = stereo("adaptive", "1000000");
+  const gpu::FrameResult full = stereo("off", "0"), far = stereo("adaptive", "0"), none = stereo("adaptive", "1000000");
   ASSERT_TRUE(full.right);
   // The left eye is the camera's; the right one is another picture.
   EXPECT_EQ(full.targets.color.values, plain().renderer(capture).render(0).targets.color.values);
@@ -646,9 +646,9 @@ TEST(Desampling, TheRightEyeSeesALightThatChanged) {
   for (std::size_t n = 0; n < capture.nodes.size(); ++n)
     if (capture.nodes[n].light >= 0) test::add_motion(capture, static_cast<int>(n), {0, 0, 0});
   auto& turn = capture.animations.at(0).channels.at(0);
-  turn.path = frontend::AnimatedPath::kRotation;
+  turn.path = scene::AnimatedPath::kRotation;
   turn.components = 4;
-  turn.interpolation = frontend::Interpolation::kStep;
+  turn.interpolation = scene::Interpolation::kStep;
   turn.times = {0.0f, 0.02f};
   turn.values = {-0.35f, -0.32f, -0.13f, 0.87f, -0.35f, 0.32f, 0.13f, 0.87f};
   const auto stereo = [&](const char* desampling) {
@@ -668,15 +668,15 @@ TEST(Desampling, TheRightEyeSeesALightThatChanged) {
 Capture strips_behind_glass(bool glass) {
   Capture capture;
   const auto material = [&](double alpha) {
-    frontend::Material m;
+    scene::Material m;
     m.unlit = m.double_sided = true;
-    if (alpha < 1) m.alpha_mode = frontend::AlphaMode::kBlend, m.base_color.w = static_cast<float>(alpha);
+    if (alpha < 1) m.alpha_mode = scene::AlphaMode::kBlend, m.base_color.w = static_cast<float>(alpha);
     m.base_color_texture.texture =
         std::make_shared<shaders::Texture>(DecodedImage{Slide::checks(64)}, shaders::ColorSpace::kSrgb);
     return test::add_material(capture, m);
   };
   const auto quad = [](Vec3 low, Vec3 high, int m) {
-    frontend::Primitive q =
+    scene::Primitive q =
         test::triangles({low, {high.x, low.y, low.z}, high, {low.x, high.y, low.z}}, {0, 1, 2, 0, 2, 3}, m);
     q.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     return q;
@@ -703,24 +703,24 @@ TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWha
     return std::move(m.frames(capture, 0, 2)[1]);
   };
   const Capture glass = strips_behind_glass(true);
-  const FrameResult full = second_frame(glass, "off"), got = second_frame(glass, "adaptive");
+  const gpu::FrameResult full = second_frame(glass, "off"), got = second_frame(glass, "adaptive");
   EXPECT_GT(got.right->counters.desampling.advections_unusable, 200u);
   EXPECT_EQ(got.right->targets.color.values, full.right->targets.color.values);
   // The twin: without the pane the same blocks do come from the left eye.
-  const FrameResult bare = second_frame(strips_behind_glass(false), "adaptive");
+  const gpu::FrameResult bare = second_frame(strips_behind_glass(false), "adaptive");
   EXPECT_GT(bare.right->counters.desampling.pixels_advected, got.right->counters.desampling.pixels_advected + 500);
 }
 
 TEST(Desampling, CompressionChangesTrafficNotPictures) {
   const Capture capture = shipped("vases");
-  const FrameResult raw = plain().renderer(capture).render(0),
-                    packed = plain().set("frame_buffer.compression=lossless").renderer(capture).render(0);
+  const gpu::FrameResult raw = plain().renderer(capture).render(0),
+                         packed = plain().set("frame_buffer.compression=lossless").renderer(capture).render(0);
   EXPECT_EQ(raw.targets.color.values, packed.targets.color.values);
-  const auto bytes = [](const FrameResult& r) {
-    return r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes;
+  const auto bytes = [](const gpu::FrameResult& r) {
+    return r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes;
   };
-  EXPECT_TRUE(hardware::absent(raw.counters.compression));
-  ASSERT_FALSE(hardware::absent(packed.counters.compression));
+  EXPECT_TRUE(absent(raw.counters.compression));
+  ASSERT_FALSE(absent(packed.counters.compression));
   EXPECT_EQ(bytes(packed), packed.counters.compression.frame_bytes_compressed);
   EXPECT_LT(bytes(packed), bytes(raw));
 }

@@ -2,35 +2,35 @@
 #include <gtest/gtest.h>
 
 #include "base/simd_targets.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
 #include "replay/statistics.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/picture_bytes.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::Capture;
+using scene::Capture;
 using test::picture_bytes;
 using test::Random;
 
-RenderRequest whole(int width, int height) { return {width, height, {0, 0, width, height}, true}; }
+gpu::RenderRequest whole(int width, int height) { return {width, height, {0, 0, width, height}, true}; }
 
 struct Variant {
   std::string name;
   hardware::GpuConfiguration gpu;
-  RunSettings settings;
+  gpu::RunSettings settings;
   std::size_t threads = 0;
   std::string simd;
 };
 
-FrameResult render(const Capture& capture, const Variant& variant, int frame = 0,
-                   RenderRequest request = whole(160, 90)) {
+gpu::FrameResult render(const Capture& capture, const Variant& variant, int frame = 0,
+                        gpu::RenderRequest request = whole(160, 90)) {
   const ThreadLimit threads(variant.threads);
   force_simd_target(variant.simd);
-  FrameRenderer renderer(capture, variant.gpu, variant.settings, request);
-  FrameResult result = renderer.render(frame);
+  gpu::Device renderer(capture, variant.gpu, variant.settings, request);
+  gpu::FrameResult result = renderer.render(frame);
   force_simd_target("");
   return result;
 }
@@ -89,13 +89,13 @@ std::uint64_t overlaps_of_rectangles(const Capture& capture, const Variant& vari
 
 class ShippedCapture : public testing::TestWithParam<const char*> {
  protected:
-  Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
+  Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   int frame = capture.settings.first_frame;
 };
 
 // Invariant 1: the picture is a matter of geometry and samples alone.
 TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
-  const FrameResult expected = render(capture, {}, frame);
+  const gpu::FrameResult expected = render(capture, {}, frame);
   std::vector<Variant> variants;
   for (const int side : {8, 16, 64, 256}) {
     Variant v{"tiles of " + std::to_string(side), {}, {}, 0, ""};
@@ -120,9 +120,9 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
 
 // Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
 TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {
-  const FrameResult expected = render(capture, plainest_binning({}), frame);
+  const gpu::FrameResult expected = render(capture, plainest_binning({}), frame);
   for (const Variant& v : binning_variants()) {
-    const FrameResult result = render(capture, v, frame);
+    const gpu::FrameResult result = render(capture, v, frame);
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
     // A search limited by the samples' depth hits more where a partial render comes before what is nearer.
     if (result.counters.binner.partial_renders == 0) {
@@ -160,7 +160,7 @@ TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {
   plain.gpu.frontend_bound_method = "obb";
   plain.gpu.frontend_split_depth = 0;
   plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
-  const FrameResult expected = render(capture, plain, frame);
+  const gpu::FrameResult expected = render(capture, plain, frame);
   for (const Variant& v : front_end_variants())
     EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
 }
@@ -183,12 +183,12 @@ std::vector<Variant> visibility_variants() {
 // Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of
 // it.
 TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
-  const RenderRequest request = whole(96, 54);
-  const FrameResult expected = render(capture, {}, frame, request);
+  const gpu::RenderRequest request = whole(96, 54);
+  const gpu::FrameResult expected = render(capture, {}, frame, request);
   for (Variant v : visibility_variants())
     for (const char* forced : {"auto", "on"}) {
       v.settings.motion = v.settings.defocus = forced;
-      const FrameResult result = render(capture, v, frame, request);
+      const gpu::FrameResult result = render(capture, v, frame, request);
       EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name << " " << forced;
       v.threads = 1;
       EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters))
@@ -199,8 +199,8 @@ TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
 
 // Invariants 1, 2 and 5 at once: every method, tile size, number of threads and width of vectors.
 TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheSameBits) {
-  const RenderRequest request = whole(80, 45);
-  const FrameResult expected = render(capture, {}, frame, request);
+  const gpu::RenderRequest request = whole(80, 45);
+  const gpu::FrameResult expected = render(capture, {}, frame, request);
   std::vector<Variant> methods = visibility_variants();
   methods.push_back({"default", {}, {}, 0, ""});
   for (Variant v : methods)
@@ -211,7 +211,7 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
         for (const std::string& target : simd_target_names()) {
           v.threads = threads;
           v.simd = target;
-          const FrameResult result = render(capture, v, frame, request);
+          const gpu::FrameResult result = render(capture, v, frame, request);
           const std::string where =
               v.name + ", tiles of " + std::to_string(side) + ", " + std::to_string(threads) + " threads, " + target;
           EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << where;
@@ -223,12 +223,12 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
 
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
 TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
-  const FrameResult expected = render(capture, {}, frame);
+  const gpu::FrameResult expected = render(capture, {}, frame);
   std::vector<Variant> variants = {
       {"again", {}, {}, 0, ""}, {"one thread", {}, {}, 1, ""}, {"three threads", {}, {}, 3, ""}};
   for (const std::string& target : simd_target_names()) variants.push_back({target, {}, {}, 0, target});
   for (const Variant& v : variants) {
-    const FrameResult result = render(capture, v, frame);
+    const gpu::FrameResult result = render(capture, v, frame);
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
     EXPECT_EQ(counters_json(result.counters), counters_json(expected.counters)) << v.name;
   }
@@ -236,7 +236,7 @@ TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters)
 
 // Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same picture.
 TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {
-  const FrameResult expected = render(capture, {}, frame);
+  const gpu::FrameResult expected = render(capture, {}, frame);
   for (const auto& [motion, defocus] : {std::pair{"on", "auto"}, {"auto", "on"}, {"on", "on"}}) {
     Variant v;
     v.settings.motion = motion;
@@ -247,10 +247,10 @@ TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {
 }
 
 TEST_P(ShippedCapture, ARegionIsACutOutOfTheFrame) {
-  const FrameResult all = render(capture, {}, frame);
-  RenderRequest request = whole(160, 90);
+  const gpu::FrameResult all = render(capture, {}, frame);
+  gpu::RenderRequest request = whole(160, 90);
   request.region = {37, 11, 120, 71};
-  const FrameResult part = render(capture, {}, frame, request);
+  const gpu::FrameResult part = render(capture, {}, frame, request);
   for (int y = 11; y < 71; ++y)
     for (int x = 37; x < 120; ++x)
       for (std::size_t c = 0; c < 4; ++c)
@@ -258,7 +258,7 @@ TEST_P(ShippedCapture, ARegionIsACutOutOfTheFrame) {
 }
 
 TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
-  FrameRenderer fresh(capture, {}, {}, whole(96, 54)), used(capture, {}, {}, whole(96, 54));
+  gpu::Device fresh(capture, {}, {}, whole(96, 54)), used(capture, {}, {}, whole(96, 54));
   used.render(frame + 2);
   used.render(frame);
   EXPECT_EQ(picture_bytes(used.render(frame + 1).targets), picture_bytes(fresh.render(frame + 1).targets));
@@ -268,31 +268,31 @@ INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vase
                          [](const auto& param_info) { return std::string(param_info.param); });
 
 TEST(PartialRender, IsCountedAndLosesNothing) {
-  const Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   Variant tiny;
   tiny.gpu.parameter_buffer_bytes = 4096;
-  const FrameResult partial = render(capture, tiny, 14), whole_frame = render(capture, {}, 14);
+  const gpu::FrameResult partial = render(capture, tiny, 14), whole_frame = render(capture, {}, 14);
   EXPECT_GT(partial.counters.binner.partial_renders, 2u);
   EXPECT_LE(partial.counters.binner.queue_bytes_peak, 4096u);
   EXPECT_EQ(partial.counters.binner.entries, whole_frame.counters.binner.entries);
   EXPECT_EQ(partial.counters.tilecore.entries_fetched, whole_frame.counters.binner.entries);
-  const auto& state = partial.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileState);
+  const auto& state = partial.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileState);
   EXPECT_GT(state.written_bytes, 0u);
   EXPECT_EQ(state.written_bytes, state.read_bytes);  // what was stored was loaded again
   tiny.gpu.parameter_buffer_full_policy = "spill";
-  const FrameResult spilled = render(capture, tiny, 14);
+  const gpu::FrameResult spilled = render(capture, tiny, 14);
   EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
   EXPECT_GT(spilled.counters.binner.spilled_chunks, 0u);
 }
 
 TEST(Ledger, EveryByteReadFromTheQueuesWasWrittenBefore) {
-  const Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
-  const FrameResult r = render(capture, {}, 14);
-  EXPECT_LE(r.counters.ledger.traffic(hardware::Unit::kTilecore, hardware::Purpose::kTileQueue).read_bytes,
-            r.counters.ledger.traffic(hardware::Unit::kBinner, hardware::Purpose::kTileQueue).written_bytes +
+  const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
+  const gpu::FrameResult r = render(capture, {}, 14);
+  EXPECT_LE(r.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes,
+            r.counters.ledger.traffic(memory::Unit::kBinner, memory::Purpose::kTileQueue).written_bytes +
                 64 * 16);  // heads of empty tiles are read, too
   // RGBA half floats: every row of every tile in whole bursts of 64 bytes; 160 x 8 bytes is 20 bursts a row.
-  EXPECT_EQ(r.counters.ledger.traffic(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer).written_bytes,
+  EXPECT_EQ(r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes,
             160u * 90u * 8u);
 }
 
@@ -309,7 +309,7 @@ class ClosedSurface : public testing::TestWithParam<ClosedCase> {};
 
 Capture closed_capture(const ClosedCase& c, Random& random) {
   Capture capture;
-  frontend::Material material;
+  scene::Material material;
   material.double_sided = true;
   if (c.displaced) {
     std::vector<float> heights(64);
@@ -317,7 +317,7 @@ Capture closed_capture(const ClosedCase& c, Random& random) {
     material.displacement = test::displacement(8, 8, heights, 0.3f, -0.1f);
   }
   const int m = test::add_material(capture, material);
-  frontend::Primitive primitive = test::closed_patches(m);
+  scene::Primitive primitive = test::closed_patches(m);
   if (!c.bezier) {
     // A cube of many triangles.
     std::vector<Vec3> positions;
@@ -347,9 +347,9 @@ Capture closed_capture(const ClosedCase& c, Random& random) {
   capture.nodes[static_cast<std::size_t>(node)].transform.rotation = turn;
   if (c.moving) {
     test::add_motion(capture, node, {0.25, -0.2, 0.3});
-    frontend::AnimationChannel spin;
+    scene::AnimationChannel spin;
     spin.node = node;
-    spin.path = frontend::AnimatedPath::kRotation;
+    spin.path = scene::AnimatedPath::kRotation;
     spin.components = 4;
     spin.times = {0, 1};
     const glm::dquat end = glm::angleAxis(0.25, DVec3(0, 0, 1)) * turn;
@@ -358,7 +358,7 @@ Capture closed_capture(const ClosedCase& c, Random& random) {
     capture.animations[0].channels.push_back(spin);
     capture.settings.shutter_close = 30;  // one second at 30 frames per second
   }
-  frontend::Camera camera;
+  scene::Camera camera;
   camera.vertical_fov = 1.6f;
   camera.near = 0.03f;
   if (c.lens) camera.lens = {0.02f, 0.6f};
@@ -373,7 +373,7 @@ TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
   Variant v;
   v.settings.samples_per_pixel = 8;
   v.settings.target_edge_pixels = 5;
-  const FrameResult result = render(capture, v, 0, whole(192, 128));
+  const gpu::FrameResult result = render(capture, v, 0, whole(192, 128));
   std::size_t open = 0;
   for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4)
     open += result.targets.color.values[i] < 1.0f ? 1 : 0;
@@ -384,7 +384,7 @@ TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
 TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
   Random random(3);
   const Capture capture = closed_capture(GetParam(), random);
-  const FrameResult expected = render(capture, plainest_binning({}), 0);
+  const gpu::FrameResult expected = render(capture, plainest_binning({}), 0);
   for (const Variant& v : binning_variants())
     EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
 }
@@ -392,7 +392,7 @@ TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
 TEST_P(ClosedSurface, LooksTheSameByEveryVisibilityMethod) {
   Random random(3);
   const Capture capture = closed_capture(GetParam(), random);
-  const FrameResult expected = render(capture, {}, 0, whole(64, 36));
+  const gpu::FrameResult expected = render(capture, {}, 0, whole(64, 36));
   for (const Variant& v : visibility_variants())
     EXPECT_EQ(picture_bytes(render(capture, v, 0, whole(64, 36)).targets), picture_bytes(expected.targets)) << v.name;
 }
@@ -417,7 +417,7 @@ TEST(ClosedSurfaceTwin, ASurfaceWithMissingTrianglesShowsTheBackground) {
       rest.insert(rest.end(), indices.begin() + static_cast<std::ptrdiff_t>(t),
                   indices.begin() + static_cast<std::ptrdiff_t>(t) + 3);
   indices = rest;
-  const FrameResult result = render(capture, {}, 0, whole(192, 128));
+  const gpu::FrameResult result = render(capture, {}, 0, whole(192, 128));
   EXPECT_LT(result.counters.shading.samples_visible, 192u * 128u * 4u);
 }
 
@@ -426,7 +426,7 @@ TEST(ClosedSurfaceTwin, ASurfaceWithMissingTrianglesShowsTheBackground) {
 // A wall of single-sided displaced balls on all sides of the camera, in several layers, one of them moving.
 Capture crowd(bool moving, float aperture) {
   Capture capture;
-  frontend::Material material;
+  scene::Material material;
   std::vector<float> heights(16 * 16);
   for (std::size_t i = 0; i < heights.size(); ++i)
     heights[i] = std::sin(static_cast<float>(i % 16) * 0.7854f) * std::sin(static_cast<float>(i / 16) * 0.7854f);
@@ -436,14 +436,14 @@ Capture crowd(bool moving, float aperture) {
   for (const double z : {-4.0, -6.5, -9.0, 4.0})
     for (int y = -2; y <= 2; ++y)
       for (int x = -3; x <= 3; ++x) {
-        frontend::Node node;
+        scene::Node node;
         node.mesh = 0;
         node.transform.translation = DVec3(1.7 * x, 1.7 * y, z);
         capture.nodes.push_back(node);
         capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
       }
   if (moving) test::add_motion(capture, 17, DVec3(4, 1, 2));
-  frontend::Camera camera;
+  scene::Camera camera;
   camera.lens = {aperture, 4.0f};
   test::add_camera(capture, DVec3(0, 0, 0), camera);
   return capture;
@@ -456,8 +456,8 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
     culling.settings.target_edge_pixels = plain.settings.target_edge_pixels = 1.5;
     plain.gpu.frontend_split_depth = 0;
     plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
-    const FrameResult expected = render(capture, plain, 0, whole(320, 180)),
-                      result = render(capture, culling, 0, whole(320, 180));
+    const gpu::FrameResult expected = render(capture, plain, 0, whole(320, 180)),
+                           result = render(capture, culling, 0, whole(320, 180));
     EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets));
     const frontend::FrontendCounters& f = result.counters.frontend;
     EXPECT_GT(static_cast<double>(f.cells) / static_cast<double>(f.base_patches), 16.0 * 16.0)
@@ -475,7 +475,7 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
 TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAPicture) {
   for (const bool tiny_buffer : {false, true}) {
     Capture capture = crowd(false, 0.0f);
-    frontend::Node wall;
+    scene::Node wall;
     wall.mesh = 0;
     wall.transform.translation = DVec3(-1.5, 0, -2.0);
     wall.transform.scale = DVec3(0.9);
@@ -486,14 +486,14 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAPicture) {
     capture.settings.frame_rate = 8;
     hardware::GpuConfiguration gpu;
     if (tiny_buffer) gpu.parameter_buffer_bytes = 4096;
-    RunSettings settings;
+    gpu::RunSettings settings;
     settings.target_edge_pixels = 2;
     hardware::GpuConfiguration guessing = gpu;
     guessing.frontend_previous_depth_culling = true;
-    FrameRenderer plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));
+    gpu::Device plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));
     std::uint64_t culled = 0, revived = 0, entries = 0, plain_entries = 0;
     for (int frame = 0; frame < 6; ++frame) {
-      const FrameResult expected = plain.render(frame), result = guess.render(frame);
+      const gpu::FrameResult expected = plain.render(frame), result = guess.render(frame);
       EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << "frame " << frame;
       const frontend::FrontendCounters& f = result.counters.frontend;
       if (frame == 0) {
@@ -515,9 +515,9 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAPicture) {
 // ---- Odd frames -------------------------------------------------------------------------------------------------
 
 TEST(OddFrames, OnePixelAndSizesThatNoTileDividesWork) {
-  const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
+  const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   for (const auto& [width, height] : {std::pair{1, 1}, {33, 1}, {1, 65}, {37, 41}}) {
-    const FrameResult result = render(capture, {}, 0, whole(width, height));
+    const gpu::FrameResult result = render(capture, {}, 0, whole(width, height));
     EXPECT_EQ(result.counters.resolve.pixels_shaded, static_cast<std::uint64_t>(width * height));
     for (const float v : result.targets.color.values) ASSERT_TRUE(std::isfinite(v));
   }
@@ -526,7 +526,7 @@ TEST(OddFrames, OnePixelAndSizesThatNoTileDividesWork) {
 TEST(OddFrames, AnEmptySceneIsAllBackground) {
   Capture capture;
   capture.settings.background = Vec3(0.25f, 0.5f, 0.75f);
-  const FrameResult result = render(capture, {}, 0, whole(20, 20));
+  const gpu::FrameResult result = render(capture, {}, 0, whole(20, 20));
   EXPECT_EQ(result.counters.frontend.base_patches, 0u);
   EXPECT_EQ(result.targets.color.at(7, 7)[1], 0.5f);
   EXPECT_EQ(result.targets.color.at(7, 7)[3], 0.0f);
@@ -534,12 +534,12 @@ TEST(OddFrames, AnEmptySceneIsAllBackground) {
 
 TEST(OddFrames, DegenerateTransformsAndPatchesDrawNothingAndBreakNothing) {
   Capture capture;
-  const int flat = test::add_node(capture, test::closed_patches(frontend::kNone));
+  const int flat = test::add_node(capture, test::closed_patches(scene::kNone));
   capture.nodes[static_cast<std::size_t>(flat)].transform.scale = DVec3(0.0);
   test::add_node(capture, test::patches(std::vector<Vec3>(16, Vec3(0.3f))));
   test::add_node(capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {0, 1, 2, 0, 0, 0}));
   test::add_camera(capture, {0, 0, 4});
-  const FrameResult result = render(capture, {}, 0, whole(40, 30));
+  const gpu::FrameResult result = render(capture, {}, 0, whole(40, 30));
   EXPECT_EQ(result.counters.shading.samples_visible, 0u);
 }
 
@@ -547,11 +547,11 @@ TEST(OddFrames, CoordinatesUpToAMillionKeepTheirPicture) {
   // The node moves far out and the camera with it: matrices are multiplied in double precision.
   const auto picture = [](double offset) {
     Capture capture;
-    test::add_node(capture, test::closed_patches(frontend::kNone), DVec3(offset, -offset, offset * 0.5));
+    test::add_node(capture, test::closed_patches(scene::kNone), DVec3(offset, -offset, offset * 0.5));
     test::add_camera(capture, DVec3(offset, -offset, offset * 0.5) + DVec3(0.2, 0.3, 4));
     return render(capture, {}, 0, whole(96, 64));
   };
-  const FrameResult near = picture(0), far = picture(1e6);
+  const gpu::FrameResult near = picture(0), far = picture(1e6);
   std::size_t differing = 0;
   for (std::size_t i = 0; i < near.targets.patch.values.size(); ++i)
     differing += near.targets.patch.values[i] != far.targets.patch.values[i] ? 1 : 0;

@@ -5,37 +5,37 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "frontend/capture_reader.h"
-#include "replay/dram_trace.h"
+#include "gpu/dram_bursts.h"
 #include "replay/machine_report.h"
 #include "replay/selfcheck.h"
 #include "replay/statistics.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 
 namespace tessera::replay {
 namespace {
 
-using frontend::Capture;
 using hardware::GpuConfiguration;
-using hardware::Purpose;
-using hardware::Stage;
-using hardware::Unit;
+using memory::Purpose;
+using memory::Unit;
+using scene::Capture;
+using timing::Stage;
 
 struct Way {
   GpuConfiguration gpu;
-  RunSettings settings;
+  gpu::RunSettings settings;
   std::size_t threads = 0;
   int frame = 0;
 };
 
-FrameResult render(const Capture& capture, const Way& run, int width = 160, int height = 90) {
+gpu::FrameResult render(const Capture& capture, const Way& run, int width = 160, int height = 90) {
   const ThreadLimit threads(run.threads);
-  const RenderRequest request{
+  const gpu::RenderRequest request{
       .width = width, .height = height, .region = {0, 0, width, height}, .record_accesses = true};
-  return FrameRenderer(capture, run.gpu, run.settings, request).render(run.frame);
+  return gpu::Device(capture, run.gpu, run.settings, request).render(run.frame);
 }
 
-std::uint64_t bytes_of(const hardware::Traffic& traffic) { return traffic.read_bytes + traffic.written_bytes; }
+std::uint64_t bytes_of(const memory::Traffic& traffic) { return traffic.read_bytes + traffic.written_bytes; }
 
 // Machines whose frames take other ways: buffers that run full, groups of tiles, two passes.
 std::map<std::string, Way> ways() {
@@ -60,7 +60,7 @@ std::map<std::string, Way> ways() {
 
 class MachineOf : public testing::TestWithParam<const char*> {
  protected:
-  Capture capture = frontend::read_capture(test::shipped_capture(GetParam()));
+  Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   Way with(Way run) const {
     run.frame = capture.settings.first_frame;
     return run;
@@ -68,9 +68,9 @@ class MachineOf : public testing::TestWithParam<const char*> {
 };
 
 // Everything that must not depend on the host.
-std::string measurements(const FrameResult& r) {
+std::string measurements(const gpu::FrameResult& r) {
   nlohmann::json all = {counters_json(r.counters), timing_json(r.model->timing), energy_json(r.model->energy)};
-  for (const Burst& burst : frame_bursts(*r.model, hardware::AddressMap({}), 64))
+  for (const memory::Burst& burst : frame_bursts(*r.model, memory::AddressMap({}), 64))
     all.push_back({burst.cycle, burst.address, burst.write});
   return all.dump();
 }
@@ -87,13 +87,13 @@ TEST_P(MachineOf, CyclesEnergyAndBurstsAreTheSameForAnyNumberOfThreads) {
 
 TEST_P(MachineOf, EveryByteOfTheLedgerIsMovedInOnePhaseAndIsInTheTrace) {
   for (const auto& [name, way] : ways()) {
-    const FrameResult r = render(capture, with(way));
-    const hardware::Traffic total = r.counters.ledger.total();
+    const gpu::FrameResult r = render(capture, with(way));
+    const memory::Traffic total = r.counters.ledger.total();
     EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total)) << name;
     EXPECT_EQ(r.model->record.work.other_bytes, 0u) << name;
     const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
     std::uint64_t read = 0, written = 0, last = 0;
-    for (const Burst& b : frame_bursts(*r.model, hardware::AddressMap({}), burst)) {
+    for (const memory::Burst& b : frame_bursts(*r.model, memory::AddressMap({}), burst)) {
       (b.write ? written : read) += burst;
       EXPECT_LE(last, b.cycle);
       last = b.cycle;
@@ -106,20 +106,20 @@ TEST_P(MachineOf, EveryByteOfTheLedgerIsMovedInOnePhaseAndIsInTheTrace) {
 
 TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
   for (const auto& [name, way] : ways()) {
-    const FrameResult r = render(capture, with(way));
-    hardware::TileWork sum;
-    hardware::GeometryWork geometry;
-    for (const hardware::WorkRound& round : r.model->record.work.rounds) {
+    const gpu::FrameResult r = render(capture, with(way));
+    timing::TileWork sum;
+    timing::GeometryWork geometry;
+    for (const timing::WorkRound& round : r.model->record.work.rounds) {
       geometry.entries += round.geometry.entries;
       geometry.bounds += round.geometry.bounds;
       geometry.sampling_operations += round.geometry.sampling_operations;
-      for (const hardware::TileWork& tile : round.tiles)
+      for (const timing::TileWork& tile : round.tiles)
         for (const auto member :
-             {&hardware::TileWork::entries, &hardware::TileWork::sub_patches, &hardware::TileWork::vertices,
-              &hardware::TileWork::boxes, &hardware::TileWork::box_tests, &hardware::TileWork::stencil_tests,
-              &hardware::TileWork::sampling_operations, &hardware::TileWork::triangle_tests,
-              &hardware::TileWork::shader_runs, &hardware::TileWork::pixels, &hardware::TileWork::blended_layers,
-              &hardware::TileWork::l2_lines, &hardware::TileWork::resolve_operations})
+             {&timing::TileWork::entries, &timing::TileWork::sub_patches, &timing::TileWork::vertices,
+              &timing::TileWork::boxes, &timing::TileWork::box_tests, &timing::TileWork::stencil_tests,
+              &timing::TileWork::sampling_operations, &timing::TileWork::triangle_tests,
+              &timing::TileWork::shader_invocations, &timing::TileWork::pixels, &timing::TileWork::blended_layers,
+              &timing::TileWork::l2_lines, &timing::TileWork::resolve_operations})
           sum.*member += tile.*member;
     }
     EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
@@ -138,7 +138,7 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     EXPECT_EQ(sum.boxes, r.counters.tilecore.boxes_built) << name;
     EXPECT_EQ(sum.box_tests, r.counters.tilecore.box_tests) << name;
     EXPECT_EQ(sum.triangle_tests, r.counters.tilecore.triangle_tests + sampling.footprint_tests) << name;
-    EXPECT_EQ(sum.shader_runs, r.counters.shading.pixel_shader_invocations) << name;
+    EXPECT_EQ(sum.shader_invocations, r.counters.shading.pixel_shader_invocations) << name;
     EXPECT_EQ(sum.pixels,
               r.counters.resolve.pixels_shaded + desampling.pixels_advected + desampling.pixels_reconstructed)
         << name;
@@ -149,12 +149,12 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
 
 // Bytes that were read though nothing had written them: of queues past their heads (heads start as zeros) and of tile
 // states. What else is read belongs to the capture.
-std::uint64_t read_from_nowhere(const FrameRecord& record, std::uint64_t heads_bytes, std::uint64_t burst) {
+std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t heads_bytes, std::uint64_t burst) {
   std::uint64_t wrong = 0;
   std::set<std::pair<Purpose, std::uint64_t>> written;
-  const hardware::AddressMap map({.tiles = 1, .tile_state = 1 << 20});
-  const auto follow = [&](const std::vector<hardware::Access>& accesses, std::uint64_t tile, bool writes) {
-    for (const hardware::Access& a : accesses) {
+  const memory::AddressMap map({.tiles = 1, .tile_state = 1 << 20});
+  const auto follow = [&](const std::vector<memory::Access>& accesses, std::uint64_t tile, bool writes) {
+    for (const memory::Access& a : accesses) {
       if (a.write != writes || (a.purpose != Purpose::kTileQueue && a.purpose != Purpose::kTileState)) continue;
       for (std::uint64_t at = 0; at < a.bytes; at += burst) {
         const std::pair key{a.purpose, map.address(a, tile) + at};
@@ -177,13 +177,13 @@ std::uint64_t read_from_nowhere(const FrameRecord& record, std::uint64_t heads_b
 
 TEST_P(MachineOf, EveryByteReadWasWrittenOrBelongsToTheCapture) {
   for (const auto& [name, way] : ways()) {
-    const FrameResult r = render(capture, with(way));
+    const gpu::FrameResult r = render(capture, with(way));
     const binner::TileGrid grid(160, 90, static_cast<int>(way.gpu.tile_width), static_cast<int>(way.gpu.tile_height));
     const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
     const std::uint64_t heads = (grid.tile_count() * 16 + burst - 1) / burst * burst;
     EXPECT_EQ(read_from_nowhere(r.model->record, heads, burst), 0u) << name;
     // A binner that forgets what it wrote is caught.
-    FrameRecord forgetful = r.model->record;
+    gpu::FrameRecord forgetful = r.model->record;
     for (auto& round : forgetful.accesses) round.geometry.clear();
     if (r.counters.binner.entries > 0) {
       EXPECT_GT(read_from_nowhere(forgetful, heads, burst), 0u) << name;
@@ -195,8 +195,8 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
   for (const char* preset : {"small", "middle", "large"}) {
     Way run = with({});
     run.gpu = hardware::load_gpu(preset);
-    const FrameRecord record = render(capture, run, 640, 360).model->record;
-    const auto cycles = [&](const GpuConfiguration& gpu) { return hardware::schedule_frame(gpu, record.work).cycles; };
+    const gpu::FrameRecord record = render(capture, run, 640, 360).model->record;
+    const auto cycles = [&](const GpuConfiguration& gpu) { return timing::schedule_frame(gpu, record.work).cycles; };
     GpuConfiguration other = run.gpu;
     other.tilecore_count *= 2;
     // Where the memory bounds the frame, another order of the tiles at its end may cost a few cycles.
@@ -209,15 +209,14 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
     EXPECT_GE(cycles(other), cycles(run.gpu));
     other.memory_bytes_per_clk /= 4096;  // procedures hardly need any
     EXPECT_GT(cycles(other), 2 * cycles(run.gpu)) << preset;
-    EXPECT_EQ(hardware::time_frame(other, record.work, hardware::schedule_frame(other, record.work)).bound_by,
-              Stage::kDram)
+    EXPECT_EQ(timing::time_frame(other, record.work, timing::schedule_frame(other, record.work)).bound_by, Stage::kDram)
         << preset;
   }
 }
 
 TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
   for (const auto& [name, way] : ways()) {
-    const FrameResult r = render(capture, with(way));
+    const gpu::FrameResult r = render(capture, with(way));
     const nlohmann::json timing = timing_json(r.model->timing), energy = energy_json(r.model->energy);
     EXPECT_GT(timing["cycles"], 0);
     for (const auto& [unit, row] : timing["units"].items()) {
@@ -239,26 +238,26 @@ INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "
                          [](const auto& p) { return std::string(p.param); });
 
 // Lines of all tiles together, each once.
-std::uint64_t distinct_lines(const FrameRecord& record) {
+std::uint64_t distinct_lines(const gpu::FrameRecord& record) {
   std::set<std::uint64_t> lines;
   for (const auto& round : record.accesses)
     for (const auto& tile : round.tiles)
-      for (const hardware::Access& a : tile)
+      for (const memory::Access& a : tile)
         if (a.purpose == Purpose::kTexture) lines.insert(a.offset);
   return lines.size();
 }
 
 TEST(Textures, AnL2ThatHoldsEverythingFetchesEachLineOnceAndNoneFetchesEveryMiss) {
-  const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
+  const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   Way run;
   run.gpu.l2_bytes = 1 << 28;
-  const FrameResult all = render(capture, run);
+  const gpu::FrameResult all = render(capture, run);
   EXPECT_GT(all.counters.l2.misses, 0u);
   EXPECT_EQ(all.counters.l2.misses, distinct_lines(all.model->record));
   EXPECT_EQ(all.counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes, all.counters.l2.misses * 64);
   EXPECT_EQ(all.counters.l2.requests, all.counters.texture.cache_misses);
   run.gpu.l2_bytes = 0;
-  const FrameResult none = render(capture, run);
+  const gpu::FrameResult none = render(capture, run);
   EXPECT_EQ(none.counters.l2.misses, none.counters.texture.cache_misses);
   EXPECT_EQ(none.counters.texture.cache_misses, all.counters.texture.cache_misses);
   EXPECT_GT(none.counters.l2.misses, all.counters.l2.misses);
@@ -269,18 +268,18 @@ TEST(Textures, AnL2ThatHoldsEverythingFetchesEachLineOnceAndNoneFetchesEveryMiss
 
 // The lines of a flat map under a patch, against every vertex's own look-up.
 TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
-  Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
-  const frontend::Assembly assembly = frontend::assemble(capture);
-  frontend::FrameRequest request;
+  Capture capture = scene::read_capture(test::shipped_capture("eggs"));
+  const scene::Assembly assembly = scene::assemble(capture);
+  scene::FrameRequest request;
   request.width = 320;
   request.height = 180;
-  const auto frame = frontend::pose_frame(assembly, frontend::choose_camera(capture, 0, 320, 180), request);
-  const DisplacementMemory memory(capture, 64, 1000);
+  const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, 320, 180), request);
+  const gpu::DisplacementMemory memory(capture, 64, 1000);
   std::vector<std::uint32_t> lines;
   std::size_t displaced = 0;
   for (std::uint32_t p = 0; p < assembly.patch_count(); ++p) {
-    const frontend::PosedDrawable& drawable = frame->drawable_of(p);
-    memory.lines_of(*frame, p, frontend::patch_cells(*frame, p), lines);
+    const scene::PosedDrawable& drawable = frame->drawable_of(p);
+    memory.lines_of(*frame, p, scene::patch_cells(*frame, p), lines);
     EXPECT_EQ(lines.empty(), !drawable.material->displacement.has_value());
     if (lines.empty()) continue;
     ++displaced;
@@ -289,7 +288,7 @@ TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
     EXPECT_GE(*distinct.begin(), 1000u);
     EXPECT_LT(*distinct.rbegin(), memory.end());
     // Ranges need no more than the whole patch, and together no less.
-    const frontend::CellRange all = frontend::patch_cells(*frame, p);
+    const scene::CellRange all = scene::patch_cells(*frame, p);
     std::set<std::uint32_t> parts;
     for (std::uint8_t i = all.i0; i < all.i1; ++i) {
       memory.lines_of(*frame, p, {i, all.j0, static_cast<std::uint8_t>(i + 1), all.j1}, lines);
@@ -301,11 +300,11 @@ TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
 }
 
 TEST(Model, WithoutItThePictureIsTheSameAndItsMembersAreAbsent) {
-  const Capture capture = frontend::read_capture(test::shipped_capture("vases"));
+  const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   Way run;
-  const FrameResult with = render(capture, run);
+  const gpu::FrameResult with = render(capture, run);
   run.settings.machine_model = false;
-  const FrameResult without = render(capture, run);
+  const gpu::FrameResult without = render(capture, run);
   EXPECT_EQ(with.targets.color.values, without.targets.color.values);
   EXPECT_FALSE(without.model);
   const nlohmann::json on = counters_json(with.counters), off = counters_json(without.counters);
@@ -324,9 +323,9 @@ TEST(Model, WithoutItThePictureIsTheSameAndItsMembersAreAbsent) {
 }
 
 TEST(Model, StatisticsHoldTimingAndEnergyOfEveryFrameAndTheirSum) {
-  const Capture capture = frontend::read_capture(test::shipped_capture("flyby"));
-  const RenderRequest request{.width = 96, .height = 54, .region = {0, 0, 96, 54}};
-  FrameRenderer renderer(capture, {}, {}, request);
+  const Capture capture = scene::read_capture(test::shipped_capture("flyby"));
+  const gpu::RenderRequest request{.width = 96, .height = 54, .region = {0, 0, 96, 54}};
+  gpu::Device renderer(capture, {}, {}, request);
   Statistics statistics(capture, {}, {}, request);
   for (const int frame : {0, 1}) statistics.add(renderer.render(frame));
   const nlohmann::json stats = statistics.json();

@@ -9,9 +9,9 @@
 #include "base/error.h"
 #include "base/image_metrics.h"
 #include "base/parallel.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
 #include "replay/pack/packer.h"
+#include "scene/capture_reader.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/replay/glb_rules.h"
 #include "tests/replay/gltf_source.h"
@@ -190,8 +190,8 @@ struct Packed {
     parts = glb_parts(bytes);
     EXPECT_THAT(glb_faults(bytes), IsEmpty());
   }
-  frontend::Capture before() const { return frontend::read_capture(source); }
-  frontend::Capture after() const { return frontend::read_capture(target); }
+  scene::Capture before() const { return scene::read_capture(source); }
+  scene::Capture after() const { return scene::read_capture(target); }
 };
 
 PackOptions with(PackMethod method) {
@@ -200,12 +200,12 @@ PackOptions with(PackMethod method) {
   return options;
 }
 
-const frontend::Vertices& vertices_of(const frontend::Capture& capture) {
+const scene::Vertices& vertices_of(const scene::Capture& capture) {
   return capture.meshes.at(0).primitives.at(0).vertices;
 }
 
 // For each vertex of the source its number in the packed grid, told from x and y.
-std::vector<std::size_t> packed_numbers(const frontend::Vertices& packed) {
+std::vector<std::size_t> packed_numbers(const scene::Vertices& packed) {
   std::vector<std::size_t> number(kSide * kSide, SIZE_MAX);
   for (std::size_t v = 0; v < packed.count(); ++v)
     number.at(static_cast<std::size_t>(std::lround(packed.positions[v].y)) * kSide +
@@ -219,8 +219,8 @@ class EveryMethod : public testing::TestWithParam<PackMethod> {};
 
 TEST_P(EveryMethod, EveryKindOfAttributeSurvivesWithinItsQuantisation) {
   const Packed p(dressed_grid(), with(GetParam()));
-  const frontend::Capture before = p.before(), after = p.after();
-  const frontend::Vertices &a = vertices_of(before), &b = vertices_of(after);
+  const scene::Capture before = p.before(), after = p.after();
+  const scene::Vertices &a = vertices_of(before), &b = vertices_of(after);
   ASSERT_EQ(b.count(), a.count());
   ASSERT_EQ(b.texcoords.size(), 2u);
   ASSERT_EQ(b.tangents.size(), a.count());
@@ -253,7 +253,7 @@ INSTANTIATE_TEST_SUITE_P(Pack, EveryMethod,
 
 TEST(Pack, WithoutCompressionEveryValueIsBitExact) {
   const Packed p(dressed_grid(), with(PackMethod::kNone));
-  const frontend::Capture before = p.before(), after = p.after();
+  const scene::Capture before = p.before(), after = p.after();
   EXPECT_EQ(vertices_of(after).positions, vertices_of(before).positions);
   EXPECT_EQ(vertices_of(after).tangents, vertices_of(before).tangents);
   EXPECT_EQ(after.meshes[0].primitives[0].indices, before.meshes[0].primitives[0].indices);
@@ -264,7 +264,7 @@ TEST(Pack, FewerBitsMoveVerticesFurtherSoTheBoundsAboveCanFail) {
   PackOptions coarse;
   coarse.bits.position = 6;
   const Packed p(dressed_grid(), coarse);
-  const frontend::Capture capture = p.after();
+  const scene::Capture capture = p.after();
   float error = 0;
   for (const Vec3& point : vertices_of(capture).positions)
     error = std::max(error, std::abs(point.z - 0.25f * std::round(point.z * 4.0f)));
@@ -275,8 +275,8 @@ TEST(Pack, FewerBitsMoveVerticesFurtherSoTheBoundsAboveCanFail) {
 
 TEST(Pack, ControlPointsKeepTheirOrderAndSharedEdgesStayBitEqual) {
   const Packed p(bezier());
-  const frontend::Capture before = p.before(), after = p.after();
-  ASSERT_EQ(after.meshes[0].primitives[0].kind, frontend::Primitive::Kind::kBezierPatches);
+  const scene::Capture before = p.before(), after = p.after();
+  ASSERT_EQ(after.meshes[0].primitives[0].kind, scene::Primitive::Kind::kBezierPatches);
   const std::vector<Vec3>&a = vertices_of(before).positions, &b = vertices_of(after).positions;
   ASSERT_EQ(b.size(), a.size());
   for (std::size_t v = 0; v < a.size(); ++v)
@@ -303,9 +303,9 @@ TEST(Pack, OtherViewersSeeTheControlCageAsAnOrdinaryMesh) {
   glb.replace(8, 4, word(glb.size()));
   write_text(p.folder / "viewer.glb", glb);
   first_primitive(source).erase("extensions");
-  const frontend::Capture cage = frontend::read_capture(source.write(p.folder.path(), "cage")),
-                          seen = frontend::read_capture(p.folder / "viewer.glb");
-  ASSERT_EQ(seen.meshes[0].primitives[0].kind, frontend::Primitive::Kind::kTriangles);
+  const scene::Capture cage = scene::read_capture(source.write(p.folder.path(), "cage")),
+                       seen = scene::read_capture(p.folder / "viewer.glb");
+  ASSERT_EQ(seen.meshes[0].primitives[0].kind, scene::Primitive::Kind::kTriangles);
   EXPECT_EQ(seen.meshes[0].primitives[0].indices, cage.meshes[0].primitives[0].indices);
   EXPECT_EQ(seen.meshes[0].primitives[0].indices.size(), 4u * 18 * 3);
 }
@@ -323,7 +323,7 @@ TEST(Pack, RenumberingWhatMustKeepItsOrderIsRefused) {
 
 TEST(Pack, MorphTargetsAnimationsAndSkinsAreBitExact) {
   const Packed p(animated_grid());
-  const frontend::Capture before = p.before(), after = p.after();
+  const scene::Capture before = p.before(), after = p.after();
   EXPECT_EQ(p.report.compressed, 1u);
   ASSERT_EQ(vertices_of(after).morph_targets.size(), 1u);
   EXPECT_EQ(vertices_of(after).morph_targets[0].positions, vertices_of(before).morph_targets[0].positions);
@@ -360,7 +360,7 @@ TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
             json({{"frameRate", 24}, {"exposure", 0.5}, {"shutter", {0.0, 0.5}}}));
   EXPECT_EQ(p.parts.document["cameras"][0]["extensions"]["TESSERA_lens"],
             json({{"apertureRadius", 0.125}, {"focusDistance", 3.0}}));
-  const frontend::Capture after = p.after();
+  const scene::Capture after = p.after();
   EXPECT_EQ(after.settings.frame_rate, 24.0);
   EXPECT_EQ(after.settings.exposure, 0.5f);
   EXPECT_EQ(after.cameras[0].lens.focus_distance, 3.0f);
@@ -479,7 +479,7 @@ TEST(Pack, StridedAndSparseDataComesOutTightAndEqual) {
       source.accessor(std::vector<float>{0, 0, 1, 1, 0, 1}, kFloatType, "SCALAR", {}, 8);
   for (const PackMethod method : {PackMethod::kAuto, PackMethod::kNone}) {
     const Packed p(source, with(method));  // checks the rules of strides and targets
-    const frontend::Capture before = p.before(), after = p.after();
+    const scene::Capture before = p.before(), after = p.after();
     for (std::size_t t = 0; t < 2; ++t)
       EXPECT_EQ(vertices_of(after).morph_targets[t].positions, vertices_of(before).morph_targets[t].positions);
     for (std::size_t c = 0; c < 2; ++c)
@@ -537,8 +537,8 @@ TEST(Pack, PackingIsDeterministicAndPackingAgainChangesNothing) {
 TEST(Pack, APackedCaptureReplaysToNearlyTheSamePicture) {
   for (const GltfSource& source : {bezier(), animated_grid()}) {
     const Packed p(source);
-    const auto picture = [](const frontend::Capture& capture) {
-      FrameRenderer renderer(capture, {}, {}, {160, 120, {0, 0, 160, 120}, false});
+    const auto picture = [](const scene::Capture& capture) {
+      gpu::Device renderer(capture, {}, {}, {160, 120, {0, 0, 160, 120}, false});
       const Image8 shown = shaders::to_display(renderer.render(0).targets.color, 1.0f);
       Image out(shown.width, shown.height, 3);
       for (std::size_t i = 0; i < out.values.size(); ++i)

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "base/simd_targets.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_renderer.h"
+#include "gpu/device.h"
 #include "replay/statistics.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 
 namespace tessera::replay {
@@ -18,30 +18,30 @@ struct Machine {
   std::string rate = "cache";
 };
 
-FrameResult render(const frontend::Capture& capture, const Machine& machine, int frame, int width = 240,
-                   int height = 135) {
+gpu::FrameResult render(const scene::Capture& capture, const Machine& machine, int frame, int width = 240,
+                        int height = 135) {
   const ThreadLimit threads(machine.threads);
   force_simd_target(machine.plainest_simd ? simd_target_names().back() : "");
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = machine.tile;
   gpu.shading_cache_entries = machine.entries;
   gpu.shading_cache_group = machine.group;
-  RunSettings settings;
+  gpu::RunSettings settings;
   settings.shading_rate = machine.rate;
-  FrameRenderer renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
-  FrameResult result = renderer.render(frame);
+  gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
+  gpu::FrameResult result = renderer.render(frame);
   force_simd_target("");
   return result;
 }
 
 TEST(ShadingRate, ThePictureFromTheCacheIsTheSameOnEveryMachine) {
   for (const auto& [name, frame] : {std::pair{"eggs", 14}, std::pair{"serpent", 12}, std::pair{"flyby", 0}}) {
-    const frontend::Capture capture = frontend::read_capture(test::shipped_capture(name));
-    const FrameResult expected = render(capture, {}, frame);
+    const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
+    const gpu::FrameResult expected = render(capture, {}, frame);
     for (const Machine& machine : {Machine{.tile = 16, .entries = 1}, Machine{.tile = 16, .entries = 16, .group = 3},
                                    Machine{.tile = 64, .entries = 1000000, .group = 64},
                                    Machine{.threads = 1, .plainest_simd = true}, Machine{.tile = 64, .threads = 3}}) {
-      const FrameResult r = render(capture, machine, frame);
+      const gpu::FrameResult r = render(capture, machine, frame);
       EXPECT_EQ(r.targets.color.values, expected.targets.color.values)
           << name << ", tiles of " << machine.tile << ", " << machine.entries << " entries, groups of "
           << machine.group;
@@ -53,7 +53,7 @@ TEST(ShadingRate, ThePictureFromTheCacheIsTheSameOnEveryMachine) {
 }
 
 TEST(ShadingRate, CountersOfTheCacheAreTheSameForAnyThreadsAndInstructionSet) {
-  const frontend::Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   for (const std::int64_t group : {1, 2}) {
     const nlohmann::json expected = counters_json(render(capture, {.entries = 200, .group = group}, 14).counters);
     for (const Machine& machine :
@@ -64,7 +64,7 @@ TEST(ShadingRate, CountersOfTheCacheAreTheSameForAnyThreadsAndInstructionSet) {
 }
 
 TEST(ShadingRate, GroupsOfTilesAndRoomSaveRunsOfThePixelShader) {
-  const frontend::Capture capture = frontend::read_capture(test::shipped_capture("eggs"));
+  const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   const auto runs = [&](const Machine& machine) {
     return render(capture, machine, 14).counters.shading.pixel_shader_invocations;
   };
@@ -76,7 +76,7 @@ TEST(ShadingRate, GroupsOfTilesAndRoomSaveRunsOfThePixelShader) {
 }
 
 TEST(ShadingRate, LongerShuttersCostLittleMoreThroughTheCacheAndMuchMorePerPixel) {
-  frontend::Capture capture = frontend::read_capture(test::shipped_capture("serpent"));
+  scene::Capture capture = scene::read_capture(test::shipped_capture("serpent"));
   const auto runs = [&](const char* rate, double shutter) {
     capture.settings.shutter_close = shutter;
     return static_cast<double>(render(capture, {.rate = rate}, 12, 640, 360).counters.shading.pixel_shader_invocations);

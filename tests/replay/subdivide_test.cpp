@@ -7,10 +7,10 @@
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
-#include "frontend/capture_reader.h"
-#include "frontend/subdivision/catmull_clark.h"
 #include "replay/pack/quad_pairing.h"
 #include "replay/pack/surfaces.h"
+#include "scene/capture_reader.h"
+#include "scene/subdivision/catmull_clark.h"
 #include "tests/support/cages.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
@@ -19,9 +19,9 @@
 namespace tessera::replay {
 namespace {
 
-using frontend::Capture;
-using frontend::Primitive;
 using nlohmann::json;
+using scene::Capture;
+using scene::Primitive;
 using test::ProcessResult;
 using test::run_tessera;
 using testing::HasSubstr;
@@ -87,8 +87,8 @@ TEST(Subdivision, AMarkedMeshLoadsAsThePatchesOfItsCage) {
   cage.rules.levels = 2;
   test::add_crease(cage, {cage.faces[0][0], cage.faces[0][1]}, 1.5f);
   const json creases = {{{"vertices", cage.rules.creases[0].vertices}, {"sharpness", 1.5}}};
-  const Capture capture = frontend::read_capture(write_cage(folder, cage, {{"creases", creases}}));
-  frontend::MemoryBudget budget(1u << 30);
+  const Capture capture = scene::read_capture(write_cage(folder, cage, {{"creases", creases}}));
+  scene::MemoryBudget budget(1u << 30);
   const Primitive expected = convert(cage.primitive, cage.rules, budget, "test");
   EXPECT_EQ(only_primitive(capture).kind, Primitive::Kind::kBezierPatches);
   EXPECT_EQ(only_primitive(capture).vertices.positions, expected.vertices.positions);
@@ -196,7 +196,7 @@ TEST(PackCommand, SubdivideMarksMeshesAndConvertWritesTheSamePatches) {
       run_tessera(pack(mesh, folder / "converted.glb", {"--method", "none", "--subdivide", "2", "--convert"}));
   EXPECT_EQ(converted.status, 0) << converted.errors;
   EXPECT_THAT(converted.output, HasSubstr("224 Bezier patches"));
-  const Capture a = frontend::read_capture(folder / "marked.glb"), b = frontend::read_capture(folder / "converted.glb");
+  const Capture a = scene::read_capture(folder / "marked.glb"), b = scene::read_capture(folder / "converted.glb");
   EXPECT_EQ(only_primitive(a).vertices.positions, only_primitive(b).vertices.positions);
   EXPECT_EQ(only_primitive(a).vertices.texcoords, only_primitive(b).vertices.texcoords);
   EXPECT_EQ(json_of_glb(folder / "marked.glb")["meshes"][0]["primitives"][0]["extensions"]["TESSERA_subdivision"],
@@ -207,7 +207,7 @@ TEST(PackCommand, SubdivideMarksMeshesAndConvertWritesTheSamePatches) {
   // A cage that is there already can be converted later.
   EXPECT_EQ(run_tessera(pack(folder / "marked.glb", folder / "later.glb", {"--method", "none", "--convert"})).status,
             0);
-  EXPECT_EQ(only_primitive(frontend::read_capture(folder / "later.glb")).vertices.positions,
+  EXPECT_EQ(only_primitive(scene::read_capture(folder / "later.glb")).vertices.positions,
             only_primitive(a).vertices.positions);
 }
 
@@ -215,7 +215,7 @@ TEST(PackCommand, CagesKeepTheirOrderInDraco) {
   const test::TemporaryFolder folder;
   const fs::path mesh = write_mesh(folder, "mesh", test::bracket_cage().primitive);
   EXPECT_EQ(run_tessera(pack(mesh, folder / "draco.glb", {"--subdivide"})).status, 0);
-  EXPECT_EQ(only_primitive(frontend::read_capture(folder / "draco.glb")).vertices.count(), 16u * 56u);
+  EXPECT_EQ(only_primitive(scene::read_capture(folder / "draco.glb")).vertices.count(), 16u * 56u);
   const ProcessResult r = run_tessera(pack(mesh, folder / "x.glb", {"--subdivide", "--method", "edgebreaker"}));
   EXPECT_EQ(r.status, 2);
   EXPECT_FALSE(fs::exists(folder / "x.glb"));
@@ -224,10 +224,10 @@ TEST(PackCommand, CagesKeepTheirOrderInDraco) {
 TEST(PackCommand, MorphTargetsAndSkinsSurviveConversion) {
   const test::TemporaryFolder folder;
   Primitive mesh = test::bracket_cage().primitive;
-  frontend::MorphTarget target;
+  scene::MorphTarget target;
   for (const Vec3& p : mesh.vertices.positions) target.positions.push_back({p.y, 0, 0});
   mesh.vertices.morph_targets = {target};
-  frontend::SkinInfluence influence;
+  scene::SkinInfluence influence;
   influence.joints = {0, 1, 0, 1, 0, 0, 0, 0};
   influence.weights = {0.5f, 0.5f};
   mesh.vertices.influences.assign(mesh.vertices.count(), influence);
@@ -238,8 +238,8 @@ TEST(PackCommand, MorphTargetsAndSkinsSurviveConversion) {
   });
   const ProcessResult r = run_tessera(pack(file, folder / "out.glb", {"--subdivide", "--convert", "--method", "none"}));
   ASSERT_EQ(r.status, 0) << r.errors;
-  const Capture capture = frontend::read_capture(folder / "out.glb");
-  const frontend::Vertices& v = only_primitive(capture).vertices;
+  const Capture capture = scene::read_capture(folder / "out.glb");
+  const scene::Vertices& v = only_primitive(capture).vertices;
   ASSERT_EQ(v.morph_targets.size(), 1u);
   for (std::size_t i = 0; i < v.count(); ++i) {
     EXPECT_NEAR(v.morph_targets[0].positions[i].x, v.positions[i].y, 1e-6f);  // the shear is linear
@@ -252,7 +252,7 @@ TEST(PackCommand, CreasesKeepACubeACube) {
   const fs::path mesh = write_mesh(folder, "mesh", test::cube_cage().primitive);
   ASSERT_EQ(run_tessera(pack(mesh, folder / "out.glb", {"--subdivide", "--crease", "60", "--method", "none"})).status,
             0);
-  const Capture capture = frontend::read_capture(folder / "out.glb");
+  const Capture capture = scene::read_capture(folder / "out.glb");
   for (const Vec3& p : only_primitive(capture).vertices.positions) {
     float nearest = 1;
     for (int axis = 0; axis < 3; ++axis) nearest = std::min({nearest, std::abs(p[axis]), std::abs(p[axis] - 1)});

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "replay/tile_maps.h"
+#include "replay/tile_map_files.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -29,7 +29,7 @@ json read_json(const fs::path& file) { return json::parse(test::read_text(file))
 // Maps whose sum is not the counter that they are declared to add up to.
 std::vector<std::string> maps_off(const json& tiles, const json& counters) {
   std::vector<std::string> off;
-  for (const TileMapField& field : kTileMapFields) {
+  for (const gpu::TileMapField& field : gpu::kTileMapFields) {
     if (field.counter.empty()) continue;
     const auto values = tiles.at("maps").at(std::string(field.name)).at("values").get<std::vector<std::uint64_t>>();
     if (std::accumulate(values.begin(), values.end(), std::uint64_t{0}) !=
@@ -86,7 +86,7 @@ TEST(TileMaps, CoverThePictureTileByTile) {
   EXPECT_EQ(tiles["origin"], json({32, 24}));
   EXPECT_EQ(tiles["tile"], json({16, 24}));
   EXPECT_EQ(tiles["grid"], json({4, 2}));
-  for (const TileMapField& field : kTileMapFields)
+  for (const gpu::TileMapField& field : gpu::kTileMapFields)
     EXPECT_EQ(tiles["maps"][std::string(field.name)]["values"].size(), 8u) << field.name;
 }
 

@@ -11,11 +11,11 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "frontend/capture_reader.h"
-#include "replay/frame_inputs.h"
+#include "gpu/view_inputs.h"
 #include "replay/sweep/columns.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_words.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
@@ -106,7 +106,7 @@ TEST(Knobs, HaveKeysThatExistValuesThatFitAndColumnsThatAreCounted) {
     ASSERT_LT(knob.against, knob.settings.size()) << knob.name;
     EXPECT_GE(knob.settings.size(), 2u);
     for (const KnobSetting& setting : knob.settings) {
-      RunSettings settings;
+      gpu::RunSettings settings;
       hardware::GpuConfiguration gpu;
       EXPECT_NO_THROW(apply(knob.context, settings, gpu)) << knob.name;
       EXPECT_NO_THROW(apply(setting.values, settings, gpu)) << knob.name << " " << setting.label;
@@ -124,7 +124,7 @@ TEST(Knobs, HaveKeysThatExistValuesThatFitAndColumnsThatAreCounted) {
 TEST(Knobs, CompareWithTheDefaults) {
   for (const Knob& knob : knobs()) {
     if (knob.name.starts_with("reconstruction")) continue;  // with exact weights
-    RunSettings settings, plain;
+    gpu::RunSettings settings, plain;
     hardware::GpuConfiguration gpu, plain_gpu;
     apply(knob.context, settings, gpu);
     apply(knob.context, plain, plain_gpu);
@@ -136,10 +136,10 @@ TEST(Knobs, CompareWithTheDefaults) {
 
 TEST(Knobs, AreLeftOutWhereTheyChangeNothing) {
   const auto reason = [](const char* capture_name, const char* knob) {
-    const frontend::Capture capture = frontend::read_capture(test::shipped_capture(capture_name));
-    const frontend::Assembly assembly = frontend::assemble(capture);
-    const auto frame = frontend::pose_frame(assembly, frame_camera(capture, {}, 64, 36),
-                                            frame_request(capture, {}, {}, 64, 36, capture.settings.first_frame));
+    const scene::Capture capture = scene::read_capture(test::shipped_capture(capture_name));
+    const scene::Assembly assembly = scene::assemble(capture);
+    const auto frame = scene::pose_frame(assembly, gpu::frame_camera(capture, {}, 64, 36),
+                                         gpu::frame_request(capture, {}, {}, 64, 36, capture.settings.first_frame));
     return why_without_effect(knob_named(knob), *frame, false);
   };
   EXPECT_THAT(reason("vases", "temporal_pattern"), HasSubstr("nothing moves"));

@@ -9,7 +9,7 @@ namespace tessera::test {
 Cage cage_of(std::vector<Vec3> points, std::vector<std::array<int, 4>> faces) {
   std::stable_partition(faces.begin(), faces.end(), [](const auto& face) { return face[3] >= 0; });
   Cage cage;
-  frontend::Vertices& vertices = cage.primitive.vertices;
+  scene::Vertices& vertices = cage.primitive.vertices;
   vertices.texcoords.resize(2);
   constexpr std::array<Vec2, 4> kCorners = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
   for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -109,7 +109,7 @@ std::uint32_t vertex_of(const Cage& cage, int point) {
 }
 
 void add_crease(Cage& cage, const std::vector<int>& points, float sharpness) {
-  frontend::subdivision::SharpFeature crease{{}, sharpness};
+  scene::subdivision::SharpFeature crease{{}, sharpness};
   for (const int p : points) crease.vertices.push_back(vertex_of(cage, p));
   cage.rules.creases.push_back(crease);
 }

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "frontend/subdivision/control_cage.h"
+#include "scene/subdivision/control_cage.h"
 
 namespace tessera::test {
 
@@ -13,8 +13,8 @@ namespace tessera::test {
 // over [0,1]^2 within each quad and TEXCOORD_1.x is the number of the face, so that a converted patch tells where on
 // which face of the cage it lies.
 struct Cage {
-  frontend::Primitive primitive;
-  frontend::subdivision::CageRules rules;
+  scene::Primitive primitive;
+  scene::subdivision::CageRules rules;
   std::vector<Vec3> points;               // without repetition
   std::vector<std::array<int, 4>> faces;  // points; the last is -1 for triangles, which follow the quads
 };
@@ -36,7 +36,7 @@ std::uint32_t vertex_at(const Cage& cage, std::size_t face, std::size_t k);
 // A vertex of the primitive that is this point.
 std::uint32_t vertex_of(const Cage& cage, int point);
 // Adds a crease along points.
-void add_crease(Cage& cage, const std::vector<int>& points, float sharpness = frontend::subdivision::kInfinitelySharp);
+void add_crease(Cage& cage, const std::vector<int>& points, float sharpness = scene::subdivision::kInfinitelySharp);
 
 // A bicubic Bezier patch in double precision.
 DVec3 bezier_point(const Vec3* control_points, double u, double v);

@@ -7,7 +7,7 @@
 
 namespace tessera::test {
 
-using namespace frontend;
+using namespace scene;
 
 int add_material(Capture& capture, Material material) {
   capture.materials.push_back(std::move(material));

@@ -7,34 +7,34 @@
 #include <string>
 #include <vector>
 
-#include "frontend/assembly.h"
-#include "frontend/capture.h"
-#include "frontend/frame_geometry.h"
+#include "scene/assembly.h"
+#include "scene/capture.h"
+#include "scene/frame_geometry.h"
 
 namespace tessera::test {
 
 // ---- Captures made in memory ------------------------------------------------------------------------------------
 
 // Adds a material and returns its number.
-int add_material(frontend::Capture& capture, frontend::Material material = {});
+int add_material(scene::Capture& capture, scene::Material material = {});
 // Adds a mesh of one primitive and a node that draws it; returns the node.
-int add_node(frontend::Capture& capture, frontend::Primitive primitive, const DVec3& translation = DVec3(0.0));
+int add_node(scene::Capture& capture, scene::Primitive primitive, const DVec3& translation = DVec3(0.0));
 // A camera at `eye` that looks along -z.
-void add_camera(frontend::Capture& capture, const DVec3& eye, const frontend::Camera& camera = {});
+void add_camera(scene::Capture& capture, const DVec3& eye, const scene::Camera& camera = {});
 // Moves a node linearly from where it is by `way` during the first second.
-void add_motion(frontend::Capture& capture, int node, const DVec3& way);
+void add_motion(scene::Capture& capture, int node, const DVec3& way);
 
-frontend::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
-                              int material = frontend::kNone);
+scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
+                           int material = scene::kNone);
 // Bezier patches of 16 control points each.
-frontend::Primitive patches(std::vector<Vec3> control_points, int material = frontend::kNone);
+scene::Primitive patches(std::vector<Vec3> control_points, int material = scene::kNone);
 // 16 control points of the flat patch p(u,v) = origin + u * a + v * b.
 std::vector<Vec3> flat_patch(Vec3 origin, Vec3 a, Vec3 b);
 // A closed surface of six patches: a cube pushed towards a sphere of radius 1; texture coordinates per face.
-frontend::Primitive closed_patches(int material);
+scene::Primitive closed_patches(int material);
 
 // A displacement texture of the given heights.
-frontend::Displacement displacement(int width, int height, std::vector<float> heights, float scale, float bias);
+scene::Displacement displacement(int width, int height, std::vector<float> heights, float scale, float bias);
 
 // ---- Randomness -------------------------------------------------------------------------------------------------
 

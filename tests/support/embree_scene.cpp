@@ -8,18 +8,17 @@
 #include "base/parallel.h"
 #include "base/vec.h"
 #include "tests/support/mesh_triangles.h"
-#include "tilecore/tessellator.h"
+#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::test {
 namespace {
 
-using frontend::FrameGeometry;
+using scene::FrameGeometry;
 using tilecore::MicroMesh;
 using Triangle = std::array<std::int32_t, 3>;
 
 // A vertex at a key in Embree's space.
-std::array<float, 3> embree_vertex(const MicroMesh& m, std::size_t v, bool close,
-                                   const frontend::Projection& projection) {
+std::array<float, 3> embree_vertex(const MicroMesh& m, std::size_t v, bool close, const scene::Projection& projection) {
   const double x = static_cast<double>(close ? m.x1[v] : m.x0[v]), y = static_cast<double>(close ? m.y1[v] : m.y0[v]);
   const double z = static_cast<double>(close ? m.z1[v] : m.z0[v]), w = projection.orthographic ? 1.0 : z;
   const double times = m.projected[v] ? w : 1.0;
@@ -70,10 +69,10 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& device, const FrameGeometry& frame,
 EmbreeScene::~EmbreeScene() { rtcReleaseScene(scene_); }
 
 void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOptions& options) {
-  const frontend::PosedDrawable& drawable = frame_.drawable_of(patch.number);
-  const bool bezier = drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches;
+  const scene::PosedDrawable& drawable = frame_.drawable_of(patch.number);
+  const bool bezier = drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches;
   MicroMesh& mesh = meshes().local();
-  const frontend::CellRange cells = frontend::patch_cells(frame_, patch.number);
+  const scene::CellRange cells = scene::patch_cells(frame_, patch.number);
   patch.moving = drawable.moving;
   tessellators().local().tessellate(frame_, patch.number, cells, {patch.moving, false}, mesh);
 
@@ -155,7 +154,7 @@ void EmbreeScene::obey_facing(const RTCFilterFunctionNArguments* arguments) {
 }
 
 EmbreeRay EmbreeScene::ray(const tilecore::TileSamples& samples, std::size_t s) const {
-  const frontend::Projection& p = frame_.projection;
+  const scene::Projection& p = frame_.projection;
   const bool lens = !samples.lens_u.empty();
   const double u = lens ? static_cast<double>(samples.lens_u[s]) : 0.0,
                v = lens ? static_cast<double>(samples.lens_v[s]) : 0.0;

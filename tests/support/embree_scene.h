@@ -7,9 +7,9 @@
 
 #include <embree3/rtcore.h>
 
-#include "frontend/frame_geometry.h"
-#include "tilecore/micro_mesh.h"
-#include "tilecore/sample_pattern.h"
+#include "scene/frame_geometry.h"
+#include "tilecore/tessellation/micro_mesh.h"
+#include "tilecore/visibility/sample_pattern.h"
 
 namespace tessera::test {
 
@@ -81,8 +81,8 @@ struct Agreement {
 class EmbreeScene {
  public:
   // Tessellates `patches` whole, in parallel, into Embree's buffers. `frame` must outlive the scene.
-  EmbreeScene(const EmbreeDevice& device, const frontend::FrameGeometry& frame,
-              const std::vector<std::uint32_t>& patches, const EmbreeOptions& options);
+  EmbreeScene(const EmbreeDevice& device, const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches,
+              const EmbreeOptions& options);
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
   ~EmbreeScene();
@@ -131,7 +131,7 @@ class EmbreeScene {
   Passage passage(const EmbreeRay& ray, const Claim& claim) const;
   static void obey_facing(const RTCFilterFunctionNArguments* arguments);
 
-  const frontend::FrameGeometry& frame_;
+  const scene::FrameGeometry& frame_;
   RTCScene scene_;
   std::vector<Patch> patches_;
   std::vector<std::uint32_t> slot_;  // by patch number: place in patches_

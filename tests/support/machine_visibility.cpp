@@ -7,7 +7,7 @@ namespace tessera::test {
 
 using Clock = std::chrono::steady_clock;
 
-MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& frame,
+MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& frame,
                                                  const frontend::PyramidLibrary& pyramids, bool keep_tiles,
                                                  bool force_motion) {
   Result result;
@@ -43,7 +43,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
     parallel_for(tile_count, [&](std::size_t t) {
       const auto tile = static_cast<binner::TileIndex>(t);
       tilecore::TileCore& core = cores_.local();
-      hardware::Ledger ledger;
+      memory::Ledger ledger;
       std::vector<binner::QueueEntry> entries = binner.read_tile(tile, ledger, queue_bytes_read.local());
       core.charge(ledger);
       tilecore::TileState& state = keep ? result.tiles[t] : states_.local();
@@ -57,7 +57,7 @@ MachineVisibility::Result MachineVisibility::run(const frontend::FrameGeometry& 
   }
   result.tessellation = cache.counters();
   cores_.for_each([&](tilecore::TileCore& core) {
-    hardware::merge(result.counters, core.take_counters().tilecore);
+    tessera::merge(result.counters, core.take_counters().tilecore);
     core.take_ledger();
   });
   result.sub_patches = std::move(front_end.sub_patches);

@@ -29,7 +29,7 @@ class MachineVisibility {
     Stages stages;
   };
   // `force_motion`: the ray path, though nothing moves.
-  Result run(const frontend::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles,
+  Result run(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles,
              bool force_motion = false);
 
  private:

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "tilecore/micro_mesh.h"
+#include "tilecore/tessellation/micro_mesh.h"
 
 namespace tessera::test {
 

@@ -60,14 +60,14 @@ inline shaders::ShapeInput random_shape(Random& random, shaders::ShapeId id) {
 }
 
 // Adds a procedure of one piece and a node that draws it; returns the node.
-inline int add_procedure(frontend::Capture& capture, shaders::ShapeId shape, const shaders::ShapeInput& input,
-                         const DVec3& translation = DVec3(0.0), int material = frontend::kNone) {
-  frontend::Procedure procedure;
+inline int add_procedure(scene::Capture& capture, shaders::ShapeId shape, const shaders::ShapeInput& input,
+                         const DVec3& translation = DVec3(0.0), int material = scene::kNone) {
+  scene::Procedure procedure;
   procedure.shape = shape;
   procedure.pieces.resize(1);
   procedure.pieces[0].input = input;
   procedure.material = material;
-  frontend::Node node;
+  scene::Node node;
   node.transform.translation = translation;
   node.procedure = static_cast<int>(capture.procedures.size());
   capture.procedures.push_back(procedure);

@@ -13,8 +13,8 @@
 #include "shaders_cpp/bicubic.h"
 #include "tests/frontend/bound_scenes.h"
 #include "tests/support/floating_point_traps.h"
-#include "tilecore/bundle_frustum.h"
-#include "tilecore/cell_test.h"
+#include "tilecore/visibility/bundle_frustum.h"
+#include "tilecore/visibility/cell_test.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -43,9 +43,9 @@ TEST_P(Traps, BoundsRaiseNothing) {
       frontend::SubPatchBounder bounder(*scene.frame, *scene.pyramids, method);
       for (std::uint32_t patch = 0; patch < scene.frame->assembly->patch_count(); ++patch) {
         bounder.begin(patch);
-        const frontend::TessellationPattern& pattern = scene.frame->patterns[patch];
-        for (const frontend::CellRange& cells :
-             {frontend::CellRange{0, 0, pattern.nu, pattern.nv}, frontend::CellRange{0, 0, 1, 1}}) {
+        const scene::TessellationPattern& pattern = scene.frame->patterns[patch];
+        for (const scene::CellRange& cells :
+             {scene::CellRange{0, 0, pattern.nu, pattern.nv}, scene::CellRange{0, 0, 1, 1}}) {
           const frontend::SubPatchBody body = bounder.body(cells);
           screen_bounds(body.corners, scene.frame->projection, body.margin);
         }

@@ -21,12 +21,12 @@ struct PixelScene : TestFrame {
   PixelScene(int width_in, int height_in, int spp) : width(width_in), height(height_in), pattern({spp, 0, 0}) {}
 
   // Quad [x, x + w] x [y, y + h] of pixels as a Bezier patch or as two triangles; returns its node.
-  int add_quad(float x, float y, float w, float h, float z, const frontend::Material& material, bool bezier) {
+  int add_quad(float x, float y, float w, float h, float z, const scene::Material& material, bool bezier) {
     const int m = test::add_material(*capture, material);
     const auto bottom = static_cast<float>(height) - y - h;
     if (bezier)
       return test::add_node(*capture, test::patches(test::flat_patch({x, bottom, z}, {w, 0, 0}, {0, h, 0}), m));
-    frontend::Primitive quad = test::triangles(
+    scene::Primitive quad = test::triangles(
         {{x, bottom, z}, {x + w, bottom, z}, {x + w, bottom + h, z}, {x, bottom + h, z}}, {0, 1, 2, 0, 2, 3}, m);
     quad.vertices.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     return test::add_node(*capture, quad);
@@ -34,8 +34,8 @@ struct PixelScene : TestFrame {
 
   // Call when everything is there.
   void look(int tile_width = 0, int tile_height = 0) {
-    frontend::Camera camera;
-    camera.type = frontend::Camera::Type::kOrthographic;
+    scene::Camera camera;
+    camera.type = scene::Camera::Type::kOrthographic;
     camera.x_mag = static_cast<float>(width) * 0.5f;
     camera.y_mag = static_cast<float>(height) * 0.5f;
     if (capture->cameras.empty()) test::add_camera(*capture, {width * 0.5, height * 0.5, 10}, camera);
@@ -74,8 +74,8 @@ inline Rendering render(const PixelScene& scene) {
   return out;
 }
 
-inline frontend::Material unlit(Vec4 color, frontend::AlphaMode mode = frontend::AlphaMode::kOpaque) {
-  frontend::Material material;
+inline scene::Material unlit(Vec4 color, scene::AlphaMode mode = scene::AlphaMode::kOpaque) {
+  scene::Material material;
   material.unlit = true;
   material.double_sided = true;
   material.base_color = color;

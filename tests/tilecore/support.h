@@ -4,33 +4,33 @@
 #include <set>
 #include <tuple>
 
-#include "frontend/frame_geometry.h"
+#include "scene/frame_geometry.h"
 #include "tests/support/captures.h"
-#include "tilecore/tessellator.h"
-#include "tilecore/visibility_kernel.h"
+#include "tilecore/tessellation/tessellator.h"
+#include "tilecore/visibility/sample_tests.h"
 
 namespace tessera::tilecore {
 
 // A posed frame of a capture made in memory.
 struct TestFrame {
-  std::unique_ptr<frontend::Capture> capture = std::make_unique<frontend::Capture>();
-  std::unique_ptr<frontend::Assembly> assembly;
-  std::unique_ptr<frontend::FrameGeometry> frame;
+  std::unique_ptr<scene::Capture> capture = std::make_unique<scene::Capture>();
+  std::unique_ptr<scene::Assembly> assembly;
+  std::unique_ptr<scene::FrameGeometry> frame;
 
   void pose(int width = 96, int height = 64, double close_time = 1.0) {
-    assembly = std::make_unique<frontend::Assembly>(frontend::assemble(*capture));
-    frontend::FrameRequest request;
+    assembly = std::make_unique<scene::Assembly>(scene::assemble(*capture));
+    scene::FrameRequest request;
     request.width = width;
     request.height = height;
     request.close_time = close_time;
-    frame = frontend::pose_frame(*assembly, frontend::choose_camera(*capture, 0, width, height), request);
+    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 0, width, height), request);
   }
 };
 
 // Whole grid of a base patch.
-inline frontend::CellRange whole_patch(const frontend::FrameGeometry& frame, std::uint32_t patch) {
+inline scene::CellRange whole_patch(const scene::FrameGeometry& frame, std::uint32_t patch) {
   const auto& drawable = frame.drawable_of(patch);
-  if (drawable.drawable->kind == frontend::Primitive::Kind::kBezierPatches)
+  if (drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches)
     return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
   const auto& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   return {0, 0, static_cast<std::uint8_t>(clusters.clusters[patch - drawable.drawable->first_patch].cell_count), 1};

@@ -20,8 +20,8 @@ void charge_block(const Image& color, IntRect region, IntRect block, std::uint64
   for (int y = inside.y0; y < inside.y1; ++y) {
     const auto first = static_cast<std::uint64_t>(y - region.y0) * static_cast<std::uint64_t>(region.width()) +
                        static_cast<std::uint64_t>(inside.x0 - region.x0);
-    raw += hardware::burst_bytes(first * kFramePixelBytes,
-                                 static_cast<std::uint64_t>(inside.width()) * kFramePixelBytes, burst_bytes);
+    raw += memory::burst_bytes(first * kFramePixelBytes, static_cast<std::uint64_t>(inside.width()) * kFramePixelBytes,
+                               burst_bytes);
   }
   ++counters.frame_blocks;
   counters.frame_bytes_raw += raw;
@@ -45,7 +45,7 @@ void charge_block(const Image& color, IntRect region, IntRect block, std::uint64
 }  // namespace
 
 void charge_compressed_frame(const Image& color, IntRect region, std::uint64_t burst_bytes,
-                             CompressionCounters& counters, hardware::Ledger& ledger) {
+                             CompressionCounters& counters, memory::Ledger& ledger) {
   const int x0 = region.x0 / kWidth, x1 = (region.x1 + kWidth - 1) / kWidth, y0 = region.y0 / kHeight,
             y1 = (region.y1 + kHeight - 1) / kHeight;
   PerThread<CompressionCounters> parts;
@@ -55,10 +55,10 @@ void charge_compressed_frame(const Image& color, IntRect region, std::uint64_t b
       charge_block(color, region, {x, y, x + kWidth, y + kHeight}, burst_bytes, parts.local());
   });
   CompressionCounters frame;
-  parts.for_each([&](const CompressionCounters& part) { hardware::merge(frame, part); });
+  parts.for_each([&](const CompressionCounters& part) { tessera::merge(frame, part); });
   frame.frame_bytes_compressed += block_header_bytes(frame.frame_blocks, burst_bytes);
-  ledger.write(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, frame.frame_bytes_compressed);
-  hardware::merge(counters, frame);
+  ledger.write(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, frame.frame_bytes_compressed);
+  tessera::merge(counters, frame);
 }
 
 }  // namespace tessera::tilecore

@@ -3,10 +3,10 @@
 #include <array>
 #include <cstdint>
 
+#include "base/counter.h"
 #include "base/image.h"
 #include "base/rect.h"
-#include "hardware/counter.h"
-#include "hardware/ledger.h"
+#include "memory/ledger.h"
 
 namespace tessera::tilecore {
 
@@ -22,11 +22,11 @@ struct CompressionCounters {
 // the region cuts are stored raw, by rows. `color`: linear RGB and coverage; it is the half floats of it that are
 // compressed. Runs on all threads.
 void charge_compressed_frame(const Image& color, IntRect region, std::uint64_t burst_bytes,
-                             CompressionCounters& counters, hardware::Ledger& ledger);
+                             CompressionCounters& counters, memory::Ledger& ledger);
 
 }  // namespace tessera::tilecore
 
-namespace tessera::hardware {
+namespace tessera {
 
 template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::CompressionCounters> = true;
@@ -46,4 +46,4 @@ inline constexpr auto kCounterFields<tilecore::CompressionCounters> =
     });
 TESSERA_COUNTERS_COVER(tilecore::CompressionCounters);
 
-}  // namespace tessera::hardware
+}  // namespace tessera

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tilecore/resolve/channels.h"
-#include "tilecore/resolve/cubic_kernel.h"
+#include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/interior_stencils.h"
 #include "tilecore/resolve/stencil_lookup.h"
 

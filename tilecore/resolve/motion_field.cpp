@@ -9,15 +9,15 @@
 namespace tessera::tilecore {
 namespace {
 
-using frontend::FrameGeometry;
-using frontend::PosedDrawable;
+using scene::FrameGeometry;
+using scene::PosedDrawable;
 
 bool same_positions(std::span<const Vec3> a, std::span<const Vec3> b) {
   if (a.data() == b.data() && a.size() == b.size()) return true;
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
-bool same_projection(const frontend::Projection& a, const frontend::Projection& b) {
+bool same_projection(const scene::Projection& a, const scene::Projection& b) {
   return a.orthographic == b.orthographic && a.center_x == b.center_x && a.center_y == b.center_y &&
          a.scale == b.scale && a.lens_scale == b.lens_scale && a.inverse_focus == b.inverse_focus;
 }
@@ -28,7 +28,7 @@ bool same_light(const shaders::Light& a, const shaders::Light& b) {
 }
 
 // (xh, yh, depth, 1) to camera space, the inverse of Projection::matrix() on points of the scene.
-DMat4 unprojection(const frontend::Projection& p) {
+DMat4 unprojection(const scene::Projection& p) {
   DMat4 m(0.0);  // m[column][row]
   m[0][0] = 1.0 / p.scale;
   m[1][1] = -1.0 / p.scale;

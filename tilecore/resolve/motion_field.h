@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "frontend/frame_geometry.h"
+#include "scene/frame_geometry.h"
 #include "tilecore/resolve/channels.h"
-#include "tilecore/surface.h"
+#include "tilecore/shading/surface.h"
 
 namespace tessera::tilecore {
 
@@ -27,7 +27,7 @@ class MotionField {
   enum class Kind : std::uint8_t { kStill, kRigid, kDeforming, kUnusable };
 
   // `now` and `then` are posed from the same assembly; both outlive the field.
-  MotionField(const frontend::FrameGeometry& now, const frontend::FrameGeometry& then);
+  MotionField(const scene::FrameGeometry& now, const scene::FrameGeometry& then);
 
   Kind kind(std::uint32_t drawable) const { return motions_[drawable].kind; }
   bool all_still() const { return all_still_; }
@@ -81,11 +81,10 @@ class MotionField {
     if (!std::isfinite(step.velocity.x) || !std::isfinite(step.velocity.y)) return {};
     return step;
   }
-  static Motion motion_of(const frontend::FrameGeometry& now, const frontend::FrameGeometry& then,
-                          std::size_t drawable);
+  static Motion motion_of(const scene::FrameGeometry& now, const scene::FrameGeometry& then, std::size_t drawable);
 
-  const frontend::FrameGeometry& now_;
-  const frontend::FrameGeometry& then_;
+  const scene::FrameGeometry& now_;
+  const scene::FrameGeometry& then_;
   std::vector<Motion> motions_;
   bool all_still_ = true, same_lights_ = true, orthographic_ = false;
 };

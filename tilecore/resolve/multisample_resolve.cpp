@@ -2,7 +2,7 @@
 
 namespace tessera::tilecore {
 
-void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters& counters, hardware::Ledger& ledger) {
+void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters& counters, memory::Ledger& ledger) {
   std::size_t sample = 0;
   for (int y = in.pixels.y0; y < in.pixels.y1; ++y) {
     for (int x = in.pixels.x0; x < in.pixels.x1; ++x) {
@@ -18,7 +18,7 @@ void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters&
                           static_cast<std::uint64_t>(in.pixels.x0 - in.region.x0)) *
                          kFramePixelBytes;
     if (in.charge)
-      ledger.write_at(hardware::Unit::kResolve, hardware::Purpose::kFrameBuffer, address, width * kFramePixelBytes,
+      ledger.write_at(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, address, width * kFramePixelBytes,
                       in.burst_bytes);
   }
   counters.pixels_shaded +=

@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <span>
 
+#include "base/counter.h"
 #include "base/image.h"
 #include "base/rect.h"
 #include "base/vec.h"
-#include "hardware/counter.h"
-#include "hardware/ledger.h"
+#include "memory/ledger.h"
 #include "tilecore/resolve/channels.h"
 
 namespace tessera::tilecore {
@@ -54,14 +54,14 @@ Vec4 mean_of_samples(const Vec3* color, const float* coverage) {
   return mean;
 }
 
-void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, hardware::Ledger& ledger);
+void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, memory::Ledger& ledger);
 
 // Bytes per pixel of the finished frame in memory: RGBA, half float.
 inline constexpr std::uint64_t kFramePixelBytes = 8;
 
 }  // namespace tessera::tilecore
 
-namespace tessera::hardware {
+namespace tessera {
 
 template <>
 inline constexpr auto kCounterFields<tilecore::ResolveCounters> =
@@ -72,4 +72,4 @@ inline constexpr auto kCounterFields<tilecore::ResolveCounters> =
     });
 TESSERA_COUNTERS_COVER(tilecore::ResolveCounters);
 
-}  // namespace tessera::hardware
+}  // namespace tessera

@@ -26,7 +26,7 @@ bool is_still(const MotionField* motion, std::uint32_t drawable) {
 
 }  // namespace
 
-void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state,
+void PixelSurfaces::gather(const scene::FrameGeometry& frame, const TileSamples& samples, TileState& state,
                            const MotionField* motion) {
   pixels = samples.pixels;
   spp = samples.spp;
@@ -43,7 +43,7 @@ void PixelSurfaces::gather(const frontend::FrameGeometry& frame, const TileSampl
   if (!state.layers.empty()) gather_layers(frame, state, motion);
 }
 
-void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const TileState& state,
+void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileState& state,
                                   const MotionField* motion) {
   const auto n = static_cast<std::size_t>(spp);
   const std::vector<std::uint32_t>& drawable_of = frame.assembly->patch_drawable;
@@ -87,7 +87,7 @@ void PixelSurfaces::gather_opaque(const frontend::FrameGeometry& frame, const Ti
   }
 }
 
-void PixelSurfaces::gather_layers(const frontend::FrameGeometry& frame, const TileState& state,
+void PixelSurfaces::gather_layers(const scene::FrameGeometry& frame, const TileState& state,
                                   const MotionField* motion) {
   samples_with_layers += state.layers.size();
   const auto n = static_cast<std::uint32_t>(spp);

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "tilecore/resolve/motion_field.h"
-#include "tilecore/sample_pattern.h"
 #include "tilecore/tile_state.h"
+#include "tilecore/visibility/sample_pattern.h"
 
 namespace tessera::tilecore {
 
@@ -36,7 +36,7 @@ struct PixelSurfaces {
   std::uint64_t samples_with_layers = 0;
 
   // Drops the state's hidden layers. `motion` null: there is no earlier frame, nothing counts as still.
-  void gather(const frontend::FrameGeometry& frame, const TileSamples& samples, TileState& state,
+  void gather(const scene::FrameGeometry& frame, const TileSamples& samples, TileState& state,
               const MotionField* motion);
 
   std::size_t index(int x, int y) const {
@@ -45,8 +45,8 @@ struct PixelSurfaces {
   }
 
  private:
-  void gather_opaque(const frontend::FrameGeometry& frame, const TileState& state, const MotionField* motion);
-  void gather_layers(const frontend::FrameGeometry& frame, const TileState& state, const MotionField* motion);
+  void gather_opaque(const scene::FrameGeometry& frame, const TileState& state, const MotionField* motion);
+  void gather_layers(const scene::FrameGeometry& frame, const TileState& state, const MotionField* motion);
 };
 
 }  // namespace tessera::tilecore

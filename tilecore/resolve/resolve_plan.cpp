@@ -27,7 +27,7 @@ void grow(IntRect& rect, int x0, int y0, int x1, int y1) {
 
 }  // namespace
 
-void ResolveUnit::plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples,
+void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
                        TileState& state) {
   spp_ = samples.spp;
   surfaces_.gather(frame, samples, state, resolve.previous.motion);

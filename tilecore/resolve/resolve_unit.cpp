@@ -7,7 +7,7 @@
 
 #include "tilecore/resolve/block_pixels.h"
 #include "tilecore/resolve/checkerboard.h"
-#include "tilecore/resolve/cubic_kernel.h"
+#include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/multisample_resolve.h"
 
 namespace tessera::tilecore {
@@ -27,14 +27,14 @@ struct RectTransfer {
       move(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
     }
   }
-  void read(hardware::Ledger& ledger, hardware::Purpose purpose) const {
+  void read(memory::Ledger& ledger, memory::Purpose purpose) const {
     each_row([&](std::uint64_t offset, std::uint64_t size) {
-      ledger.read_at(hardware::Unit::kResolve, purpose, offset, size, burst);
+      ledger.read_at(memory::Unit::kResolve, purpose, offset, size, burst);
     });
   }
-  void write(hardware::Ledger& ledger, hardware::Purpose purpose) const {
+  void write(memory::Ledger& ledger, memory::Purpose purpose) const {
     each_row([&](std::uint64_t offset, std::uint64_t size) {
-      ledger.write_at(hardware::Unit::kResolve, purpose, offset, size, burst);
+      ledger.write_at(memory::Unit::kResolve, purpose, offset, size, burst);
     });
   }
 };
@@ -262,12 +262,12 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, Memory me
       const int margin = stencil_reach(resolve.settings);
       const IntRect window = next.region.intersect({bx - margin, by - margin, bx + 4 + margin, by + 4 + margin});
       RectTransfer{window, next.region, kFramePixelBytes, memory.burst_bytes}.read(ledger_,
-                                                                                   hardware::Purpose::kNeighbours);
-      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(
-          ledger_, hardware::Purpose::kNeighbours);
+                                                                                   memory::Purpose::kNeighbours);
+      RectTransfer{window, next.region, History::kSurfaceBytes, memory.burst_bytes}.read(ledger_,
+                                                                                         memory::Purpose::kNeighbours);
       if (memory.charge_frame_buffer)
         RectTransfer{block.pixels, next.region, kFramePixelBytes, memory.burst_bytes}.write(
-            ledger_, hardware::Purpose::kFrameBuffer);
+            ledger_, memory::Purpose::kFrameBuffer);
     }
 }
 
@@ -293,8 +293,8 @@ void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& tar
 void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const std::uint64_t burst_bytes = memory.burst_bytes;
   const IntRect &tile = surfaces_.pixels, &region = resolve.next->region;
-  using hardware::Purpose;
-  using hardware::Unit;
+  using memory::Purpose;
+  using memory::Unit;
   if (memory.charge_frame_buffer)
     RectTransfer{tile, region, kFramePixelBytes, burst_bytes}.write(ledger_, Purpose::kFrameBuffer);
   // The rectangle of the history that the tile's pixels point at is loaded once, colours and records.
@@ -308,7 +308,7 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   else if (resolve.settings.reach_neighbours)
     records.write(ledger_, Purpose::kNeighbours);  // for the second pass
   if (!reads_blocks(resolve.settings)) return;
-  const std::uint64_t block_bytes = hardware::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
+  const std::uint64_t block_bytes = memory::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);
   if (resolve.previous.history != nullptr) ledger_.read(Unit::kResolve, Purpose::kHistory, block_bytes);
   ledger_.write(Unit::kResolve, Purpose::kHistory, block_bytes);
 }

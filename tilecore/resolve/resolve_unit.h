@@ -6,17 +6,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/counter.h"
 #include "base/rect.h"
-#include "hardware/counter.h"
-#include "hardware/ledger.h"
+#include "memory/ledger.h"
 #include "tilecore/frame_targets.h"
 #include "tilecore/resolve/history.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/pixel_surfaces.h"
 #include "tilecore/resolve/resolve_settings.h"
 #include "tilecore/resolve/velocity_buffer.h"
-#include "tilecore/sample_pattern.h"
 #include "tilecore/tile_state.h"
+#include "tilecore/visibility/sample_pattern.h"
 
 namespace tessera::tilecore {
 
@@ -77,7 +77,7 @@ class ResolveUnit {
     bool charge_frame_buffer;
   };
 
-  void plan(const ResolveFrame& resolve, const frontend::FrameGeometry& frame, const TileSamples& samples,
+  void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
             TileState& state);
 
   // Of the tile planned last: how many groups of its samples the shader takes each pixel of the tile for. 0: it is
@@ -93,9 +93,9 @@ class ResolveUnit {
 
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
-  hardware::Ledger take_ledger() { return std::exchange(ledger_, {}); }
+  memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.
-  void record_accesses(hardware::AccessLog* log) { ledger_.record_into(log); }
+  void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
   void count_skipped(std::uint64_t samples, std::uint64_t invocations);
 
  private:
@@ -152,12 +152,12 @@ class ResolveUnit {
   ReconstructionWork reconstruction_work_;
   DesamplingCounters counters_;
   std::uint64_t pixels_shaded_ = 0;
-  hardware::Ledger ledger_;
+  memory::Ledger ledger_;
 };
 
 }  // namespace tessera::tilecore
 
-namespace tessera::hardware {
+namespace tessera {
 
 template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::DesamplingCounters> = true;
@@ -212,4 +212,4 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
 });
 TESSERA_COUNTERS_COVER(tilecore::DesamplingCounters);
 
-}  // namespace tessera::hardware
+}  // namespace tessera

@@ -13,7 +13,7 @@
 #include <tuple>
 #include <vector>
 
-#include "tilecore/resolve/cubic_kernel.h"
+#include "tilecore/resolve/cubic_weights.h"
 #include "tilecore/resolve/packed_stencil.h"
 
 namespace tessera::tilecore {

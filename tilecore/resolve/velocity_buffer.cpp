@@ -31,7 +31,7 @@ float statistic_of(std::array<float, 16>& speeds, int count, BlockSpeed statisti
 
 }  // namespace
 
-void VelocityBuffer::start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
+void VelocityBuffer::start(const scene::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
                            const PixelSurfaces& surfaces, const MotionField* motion) {
   frame_ = &frame;
   samples_ = &samples;

@@ -26,7 +26,7 @@ class VelocityBuffer {
 
   // Forgets the last tile. `motion`, which may be null (then nothing is usable), and the others must stay until the
   // next tile.
-  void start(const frontend::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
+  void start(const scene::FrameGeometry& frame, const TileSamples& samples, const TileState& state,
              const PixelSurfaces& surfaces, const MotionField* motion);
 
   // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4). `counted`: the machine needs
@@ -46,7 +46,7 @@ class VelocityBuffer {
   // All of a whole block that sees one rigid drawable and nothing blended; false: it is another.
   bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds);
 
-  const frontend::FrameGeometry* frame_ = nullptr;
+  const scene::FrameGeometry* frame_ = nullptr;
   const TileSamples* samples_ = nullptr;
   const TileState* state_ = nullptr;
   const PixelSurfaces* surfaces_ = nullptr;

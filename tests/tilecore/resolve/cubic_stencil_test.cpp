@@ -10,7 +10,7 @@
 
 #include "base/simd_targets.h"
 #include "tests/tilecore/resolve/window.h"
-#include "tilecore/resolve/cubic_kernel.h"
+#include "tilecore/resolve/cubic_weights.h"
 
 namespace tessera::tilecore {
 namespace {

@@ -12,19 +12,19 @@
 namespace tessera::tilecore {
 namespace {
 
-std::unique_ptr<frontend::FrameGeometry> pose(const TestFrame& scene, double open, double close,
-                                              bool orthographic = false) {
-  frontend::FrameRequest request;
+std::unique_ptr<scene::FrameGeometry> pose(const TestFrame& scene, double open, double close,
+                                           bool orthographic = false) {
+  scene::FrameRequest request;
   request.width = 96;
   request.height = 64;
   request.open_time = open;
   request.close_time = close;
-  frontend::CameraChoice camera = frontend::choose_camera(*scene.capture, 0, 96, 64);
+  scene::CameraChoice camera = scene::choose_camera(*scene.capture, 0, 96, 64);
   if (orthographic) {
-    camera.camera.type = frontend::Camera::Type::kOrthographic;
+    camera.camera.type = scene::Camera::Type::kOrthographic;
     camera.camera.x_mag = 3, camera.camera.y_mag = 2;
   }
-  return frontend::pose_frame(*scene.assembly, camera, request);
+  return scene::pose_frame(*scene.assembly, camera, request);
 }
 
 // Triangles and patches before a camera, moved by `way` in a second; the camera by `camera_way`.
@@ -111,15 +111,15 @@ TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {
 
 TEST(MotionField, DeformingMeshesAreEvaluatedAtBothPoses) {
   TestFrame s;
-  frontend::Primitive triangle = test::triangles({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
+  scene::Primitive triangle = test::triangles({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2});
   triangle.vertices.morph_targets.emplace_back();
   triangle.vertices.morph_targets[0].positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}};
   test::add_node(*s.capture, triangle);
   test::add_camera(*s.capture, {0, 0, 6});
   s.capture->nodes[0].weights = {0.0f};
-  frontend::AnimationChannel channel;
+  scene::AnimationChannel channel;
   channel.node = 0;
-  channel.path = frontend::AnimatedPath::kWeights;
+  channel.path = scene::AnimatedPath::kWeights;
   channel.components = 1;
   channel.times = {0.0f, 1.0f};
   channel.values = {0.0f, 1.0f};
@@ -150,7 +150,7 @@ TEST(MotionField, PointsBehindTheEyeInEitherFrameAreNotUsable) {
 TEST(MotionField, ALightThatChangesIsNoticed) {
   TestFrame s = scene(DVec3(0.0), DVec3(0.0));
   s.capture->lights.emplace_back();
-  frontend::Node node;
+  scene::Node node;
   node.light = 0;
   s.capture->nodes.push_back(node);
   s.capture->roots.push_back(3);

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "base/counter.h"
+
+namespace tessera::baselines {
+
+// Ways to bring the same geometry to the same samples, measured side by side. See binner/README.md.
+enum class Scheme : std::uint8_t {
+  kPreTessellation,   // the machine as configured
+  kPatchWhole,        // the same machine, one queue entry per base patch
+  kPostTessellation,  // every triangle is made, culled and binned
+  kImmediate,         // every triangle is made, culled and drawn through a colour and depth cache
+};
+inline constexpr std::size_t kSchemeCount = 4;
+inline constexpr std::array<std::string_view, kSchemeCount> kSchemeNames = {"pre-tessellation", "patch-whole",
+                                                                            "post-tessellation", "immediate"};
+
+// What one scheme did for one frame. A primitive is what the scheme sorts: a sub-patch, a base patch, or a triangle.
+struct BaselineCounters {
+  std::uint64_t primitives = 0;
+  std::uint64_t culled_frustum = 0;
+  std::uint64_t culled_backface = 0;
+  std::uint64_t culled_zero_area = 0;
+  std::uint64_t culled_occlusion = 0;
+  std::uint64_t bounding_operations = 0;
+  std::uint64_t tile_overlaps = 0;
+  std::uint64_t entries = 0;
+  std::uint64_t vertices_stored = 0;
+  std::uint64_t queue_bytes_written = 0;
+  std::uint64_t queue_bytes_read = 0;
+  std::uint64_t queue_bytes_peak = 0;
+  std::uint64_t buffer_overflows = 0;
+  std::uint64_t domain_evaluations = 0;
+  std::uint64_t domain_evaluations_cached = 0;
+  std::uint64_t patch_bytes = 0;
+  std::uint64_t patch_bytes_cached = 0;
+  std::uint64_t frame_bytes_read = 0;
+  std::uint64_t frame_bytes_written = 0;
+  std::uint64_t dram_bytes = 0;
+  std::uint64_t dram_bytes_uncached = 0;
+};
+
+}  // namespace tessera::baselines
+
+namespace tessera {
+
+template <>
+inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_array<
+    CounterField<baselines::BaselineCounters>>({
+    {"baseline.primitives", &baselines::BaselineCounters::primitives, Combine::kSum, "primitives",
+     "What is left after culling and is sorted or drawn: sub-patches, base patches or triangles, by scheme.",
+     "MaliGeomVisiblePrim"},
+    {"baseline.culled_frustum", &baselines::BaselineCounters::culled_frustum, Combine::kSum, "primitives",
+     "Dropped because they lie outside the view or its depth range at all times.",
+     "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim"},
+    {"baseline.culled_backface", &baselines::BaselineCounters::culled_backface, Combine::kSum, "primitives",
+     "Dropped because they face away from the whole lens at all times.", "MaliGeomFaceXYPlaneCullPrim"},
+    {"baseline.culled_zero_area", &baselines::BaselineCounters::culled_zero_area, Combine::kSum, "primitives",
+     "Triangles without area at any time.", "MaliGeomSampleCullPrim"},
+    {"baseline.culled_occlusion", &baselines::BaselineCounters::culled_occlusion, Combine::kSum, "entries",
+     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees.",
+     "PowerVR HSR Efficiency; Adreno LRZ"},
+    {"baseline.bounding_operations", &baselines::BaselineCounters::bounding_operations, Combine::kSum, "bounds",
+     "Bounding volumes of patches and sub-patches computed; triangles are their own bounds.", ""},
+    {"baseline.tile_overlaps", &baselines::BaselineCounters::tile_overlaps, Combine::kSum, "tiles",
+     "Pairs of a primitive and a tile that it may touch, by exact coverage.",
+     "PowerVR Tiles per Triangle (times primitives)"},
+    {"baseline.entries", &baselines::BaselineCounters::entries, Combine::kSum, "entries",
+     "Entries written to tile queues; with post-tessellation one per tile and block of up to 126 triangles.",
+     "MaliFragRdPrim"},
+    {"baseline.vertices_stored", &baselines::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
+     "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.",
+     "PowerVR Parameter Buffer"},
+    {"baseline.queue_bytes_written", &baselines::BaselineCounters::queue_bytes_written, Combine::kSum, "bytes",
+     "Bytes of list heads, links, entries and blocks of triangles written to the parameter buffer, before rounding to "
+     "bursts.",
+     "MaliTilerWrBt"},
+    {"baseline.queue_bytes_read", &baselines::BaselineCounters::queue_bytes_read, Combine::kSum, "bytes",
+     "Bytes of the parameter buffer that tile cores read: queues before rounding to bursts; blocks of triangles in "
+     "bursts, as far as the "
+     "cache of post_tessellation.cache_bytes misses.",
+     "MaliTilerRdBt"},
+    {"baseline.queue_bytes_peak", &baselines::BaselineCounters::queue_bytes_peak, Combine::kPeak, "bytes",
+     "Most parameter-buffer memory in use at any time.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
+    {"baseline.buffer_overflows", &baselines::BaselineCounters::buffer_overflows, Combine::kSum, "buffers",
+     "Times that the parameter buffer ran full. Post-tessellation then takes as much again and goes on, which is in "
+     "its favour: no tile is "
+     "stored and reloaded.",
+     "PowerVR SPM; Apple partial render"},
+    {"baseline.domain_evaluations", &baselines::BaselineCounters::domain_evaluations, Combine::kSum, "vertices",
+     "Vertices computed by the domain shader when no tessellated sub-patch is kept on chip.",
+     "Vulkan tessellation evaluation invocations"},
+    {"baseline.domain_evaluations_cached", &baselines::BaselineCounters::domain_evaluations_cached, Combine::kSum,
+     "vertices", "The same with the cache of tessellator.cache_bytes.", "Vulkan tessellation evaluation invocations"},
+    {"baseline.patch_bytes", &baselines::BaselineCounters::patch_bytes, Combine::kSum, "bytes",
+     "Bytes of patch records fetched, in bursts, when no tessellated sub-patch is kept on chip.", ""},
+    {"baseline.patch_bytes_cached", &baselines::BaselineCounters::patch_bytes_cached, Combine::kSum, "bytes",
+     "The same with the cache of tessellator.cache_bytes: patches whose vertices are on chip are not fetched.", ""},
+    {"baseline.frame_bytes_read", &baselines::BaselineCounters::frame_bytes_read, Combine::kSum, "bytes",
+     "Colour and depth read from memory: by tiles reloaded, or through the cache of immediate.cache_bytes and for the "
+     "resolve.",
+     "MaliSCBusTileWrBt"},
+    {"baseline.frame_bytes_written", &baselines::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",
+     "Colour and depth written to memory, the finished frame included.", "MaliSCBusTileWrBt"},
+    {"baseline.dram_bytes", &baselines::BaselineCounters::dram_bytes, Combine::kSum, "bytes",
+     "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes. Textures "
+     "are left out.",
+     "MaliExtBusRdBy + MaliExtBusWrBy"},
+    {"baseline.dram_bytes_uncached", &baselines::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
+     "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
+});
+TESSERA_COUNTERS_COVER(baselines::BaselineCounters);
+
+}  // namespace tessera

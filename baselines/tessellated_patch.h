@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace tessera::baselines {
+
+// A base patch after tessellation, domain shading and projection, as a conventional machine bins it. Whoever
+// tessellates fills it.
+//
+// Raster space as the tile core has it: a *projected* vertex has its pixel position on the sub-pixel grid and its depth
+// at each key, and moves on screen along the straight line between them; others are homogeneous (xh, yh, depth).
+struct TessellatedPatch {
+  std::uint32_t state = 0;                          // triangles of one state may share a block
+  bool moving = false;                              // key 1 differs; its arrays are empty otherwise
+  bool keep_positive = true, keep_negative = true;  // facing: sign of the area in raster space
+  std::vector<float> x0, y0, z0, x1, y1, z1;
+  std::vector<std::uint8_t> projected;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // in the order of a strip where possible
+  // Ends, in `triangles`, of groups that fit a block: no more than 64 vertices and 126 triangles each.
+  std::vector<std::uint32_t> group_ends;
+  std::uint64_t domain_evaluations = 0;
+  std::uint64_t patch_bytes = 0;  // record fetched
+};
+
+}  // namespace tessera::baselines

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "baselines/strip_code.h"
+
+namespace tessera::baselines {
+
+// What a tile's list says of a block: where it is, and which of its triangles touch the tile.
+//
+//   address in units of kBlockAlignment, less that of the tile's reference before: 7 bits a byte, lowest first, the top
+//     bit set on all but the last
+//   a byte: bits 0..5 n, bits 6..7 the form of what follows, whichever takes the fewest bytes
+//     0  all triangles: nothing
+//     1  a mask: one bit per triangle of the block, in whole bytes
+//     2  a list: n+1 bytes, each the distance from the number before, less one
+//     3  runs: n+1 pairs of bytes: triangles left out, triangles taken
+struct TileReference {
+  std::uint64_t address = 0;
+  std::bitset<kBlockTriangles> triangles;
+};
+
+inline constexpr std::uint64_t kBlockAlignment = 16;
+
+// Appends the bytes of a reference to a block of `count` triangles. `before`: address of the tile's reference before, 0
+// for the first; references of a tile come in rising addresses. At least one triangle is set.
+void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
+                      std::vector<std::uint8_t>& out);
+
+// Reads a tile's list. `triangles_at(address)` gives the number of triangles of the block there.
+template <class TrianglesAt>
+std::vector<TileReference> decode_references(std::span<const std::uint8_t> bytes, const TrianglesAt& triangles_at) {
+  std::vector<TileReference> references;
+  std::uint64_t address = 0;
+  for (std::size_t at = 0; at < bytes.size();) {
+    std::uint64_t delta = 0;
+    for (int shift = 0;; shift += 7) {
+      delta |= static_cast<std::uint64_t>(bytes[at] & 127u) << shift;
+      if ((bytes[at++] & 128u) == 0) break;
+    }
+    address += delta * kBlockAlignment;
+    const std::size_t count = triangles_at(address), n = (bytes[at] & 63u) + std::size_t{1};
+    const unsigned form = bytes[at++] >> 6;
+    TileReference reference{address, {}};
+    std::size_t triangle = 0;
+    if (form == 0) {
+      for (; triangle < count; ++triangle) reference.triangles.set(triangle);
+    } else if (form == 1) {
+      for (; triangle < count; ++triangle)
+        reference.triangles.set(triangle, (bytes[at + triangle / 8] >> (triangle % 8) & 1u) != 0);
+      at += (count + 7) / 8;
+    } else if (form == 2) {
+      for (std::size_t k = 0; k < n; ++k) {
+        triangle += bytes[at++];
+        reference.triangles.set(triangle++);
+      }
+    } else {
+      for (std::size_t k = 0; k < n; ++k) {
+        triangle += bytes[at++];
+        for (std::size_t run = bytes[at++]; run > 0; --run) reference.triangles.set(triangle++);
+      }
+    }
+    references.push_back(reference);
+  }
+  return references;
+}
+
+}  // namespace tessera::baselines

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "binner/tile_grid.h"
+#include "binner/write_combiner.h"
+#include "hardware/configuration.h"
+#include "memory/ledger.h"
+
+namespace tessera::baselines {
+
+// The parameter buffer of a machine that bins triangles: blocks of triangles, and a list of bytes per tile.
+//
+// Memory layout: a 16-byte list head per tile (number of the first chunk, of the last, bytes in all, address of the
+// last block), then, in the order in which they are asked for, chunks of parameter_buffer.chunk_bytes, each an 8-byte
+// link and list bytes, and blocks aligned to kBlockAlignment. Lists run on from chunk to chunk without a gap. The same
+// write combiner as in front of ParameterBuffer; heads are read and written as there. It never refuses: see
+// overflows().
+//
+// Invariants (cited by the tests):
+//   T1  A list's bytes come back in the order in which they were appended.
+//   T2  Every burst that moves is in the ledger once, under tile_queue.
+class TriangleBuffer {
+ public:
+  TriangleBuffer(const hardware::GpuConfiguration& gpu, binner::TileIndex tile_count);
+
+  // Writes a block and returns its address.
+  std::uint64_t store_block(std::span<const std::uint8_t> bytes);
+  // Adds bytes to a tile's list.
+  void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes);
+  void finish() { combiner_.flush(); }
+
+  // Bytes of a tile's list. Bursts go to `ledger` as tilecore / tile_queue, payload to `bytes_read`.
+  std::vector<std::uint8_t> read_list(binner::TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read) const;
+  std::span<const std::uint8_t> memory() const { return memory_; }
+
+  std::uint64_t bytes_in_use() const { return memory_.size(); }
+  std::uint64_t bytes_written() const { return bytes_written_; }
+  // How often a buffer of parameter_buffer.bytes ran full and another was taken.
+  std::uint64_t overflows() const { return bytes_in_use() == 0 ? 0 : (bytes_in_use() - 1) / capacity_; }
+  const memory::Ledger& ledger() const { return ledger_; }
+
+ private:
+  struct Head {
+    std::uint32_t first_chunk = 0, last_chunk = 0, bytes = 0, reserved = 0;
+  };
+  void add_chunk(Head& head);
+
+  std::uint64_t capacity_, chunk_bytes_, burst_bytes_;
+  std::vector<std::uint8_t> memory_;
+  std::vector<std::uint64_t> chunk_address_;
+  std::uint64_t bytes_written_ = 0;
+  memory::Ledger ledger_;
+  binner::WriteCombiner combiner_;
+};
+
+}  // namespace tessera::baselines

@@ -1,0 +1,204 @@
+#include "gpu/device.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "gpu/resolve_options.h"
+#include "gpu/view_inputs.h"
+#include "tilecore/procedural/sampling_controller.h"
+
+namespace tessera::gpu {
+namespace {
+
+MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord record) {
+  MachineModel model;
+  model.record = std::move(record);
+  model.schedule = timing::schedule_frame(gpu, model.record.work);
+  model.timing = timing::time_frame(gpu, model.record.work, model.schedule);
+  model.energy = hardware::frame_energy(gpu, timing::energy_events(model.record.work), model.timing.cycles);
+  return model;
+}
+
+}  // namespace
+
+Device::Device(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
+               const RunSettings& settings, const RenderRequest& request)
+    : prepared_(std::move(prepared)),
+      gpu_(gpu),
+      settings_(settings),
+      request_(request),
+      texture_memory_(prepared_->capture, gpu.line_bytes()),
+      displacement_memory_(prepared_->capture, gpu.line_bytes(), texture_memory_.lines()),
+      camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
+      resolve_(resolve_settings(settings, request.width, request.height)),
+      pipeline_(gpu_, prepared_->pyramids) {
+  for (const double offset : {0.0, settings.eye_separation}) {
+    if (!eyes_.empty() && offset == 0) break;
+    eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
+    eyes_.back().camera.eye_offset = offset;
+  }
+  if (eyes_.size() > 1) eyes_[0].sequence.serve_other_eye();
+}
+
+scene::FrameRequest Device::frame_request(int frame) const {
+  return gpu::frame_request(prepared_->capture, gpu_, settings_, request_.width, request_.height, frame);
+}
+
+tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
+                                   const tilecore::SamplePattern& pattern) const {
+  tilecore::TileJob job;
+  job.frame = &frame;
+  job.grid = &grid;
+  job.pattern = &pattern;
+  job.lighting = frame_lighting(prepared_->capture);
+  const std::optional<Vec3> background = frame_background(prepared_->capture);
+  job.has_background = background.has_value();
+  if (background) job.background = *background;
+  using tilecore::ShadingRate;
+  job.shading = settings_.shading_rate == "sample"  ? ShadingRate::kSample
+                : settings_.shading_rate == "cache" ? ShadingRate::kCache
+                                                    : ShadingRate::kPixel;
+  if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // drawn lines are finer than pixels
+  job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
+  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
+  job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
+  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);
+  job.force_motion = settings_.motion == "on" && tilecore::kGeneralEffects;
+  job.force_lens = settings_.defocus == "on" && tilecore::kGeneralEffects;
+  job.force_displacement = settings_.displacement == "on";
+  job.force_alpha_test = settings_.alpha_test == "on";
+  job.cull_occlusion = gpu_.tilecore_occlusion_culling;
+  job.visibility = tilecore::visibility_method(gpu_);
+  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
+  job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
+  if (settings_.machine_model)
+    job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
+  job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
+  return job;
+}
+
+std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::TileJob& job,
+                                                                FrameResult& result) const {
+  const auto is_procedure = [](const scene::PosedDrawable& drawable) { return drawable.procedure != nullptr; };
+  if (!job.frame->request.sample_procedures || !job.frame->request.procedures ||
+      std::none_of(job.frame->drawables.begin(), job.frame->drawables.end(), is_procedure))
+    return nullptr;
+  const StageTimer timer(result, "sparse");
+  auto maps = std::make_unique<tilecore::ParameterMaps>(
+      *job.frame, *job.grid, procedure_settings(settings_),
+      tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
+  tessera::merge(result.counters.sampling, maps->counters());
+  result.counters.ledger += maps->ledger();
+  return maps;
+}
+
+void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
+  const StageTimer timer(result, "error");
+  tilecore::TileJob plain = job;
+  plain.resolve = nullptr;
+  FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
+  WorkRecorder recorder(gpu_, nullptr, false);
+  pipeline_.render({plain, recorder, full, nullptr}, nullptr);
+  for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
+    float& error = result.targets.error.values[pixel];
+    for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c)
+      error = std::max(error, std::abs(result.targets.color.values[c] - full.targets.color.values[c]));
+  }
+}
+
+tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
+                                              const scene::FrameGeometry* left, FrameResult& result) {
+  const StageTimer timer(result, "motion");
+  std::unique_ptr<scene::FrameGeometry> previous;
+  if (eye.sequence.wants_previous_pose(frame))
+    previous = scene::pose_frame(prepared_->assembly, eye.camera, frame_request(frame - 1));
+  tilecore::ResolveFrame& resolve = eye.sequence.begin(frame, geometry, std::move(previous), result.effect_reasons);
+  if (left != nullptr)
+    eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
+                                       static_cast<float>(settings_.far_depth));
+  resolve.all_velocities = resolve_.advection.bfecc;
+  resolve.auxiliary = request_.resolve_auxiliary;
+  result.effects["desampling"] = true;
+  if (resolve.previous.history != nullptr && tilecore::advects(resolve_) && resolve.previous.motion->same_lights())
+    result.effects["advection"] = true;
+  if (resolve.other_eye.history != nullptr) result.effects["advection"] = true;
+  result.effects["foveation"] = resolve_.foveation.on && resolve_.desampling == tilecore::Desampling::kAdaptive;
+  return resolve;
+}
+
+std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
+                                                          FrameResult& result) {
+  std::unique_ptr<scene::FrameGeometry> geometry;
+  {
+    const StageTimer timer(result, "pose");
+    geometry = scene::pose_frame(prepared_->assembly, eye.camera, frame_request(frame));
+  }
+  const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
+                              static_cast<int>(gpu_.tile_height), request_.region);
+  const tilecore::SamplePattern pattern(sampling_settings(settings_, frame));
+  tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
+  job.procedures = procedures.get();
+  if (resolve_.desampling != tilecore::Desampling::kOff)
+    job.resolve = &begin_resolve(frame, eye, *geometry, left, result);
+  const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
+  std::optional<frontend::OcclusionGuess> guess;
+  if (guesses && last_depth_ && last_frame_ == frame - 1)
+    guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+  MachineRecord record;
+  const bool observed = observer_ != nullptr && left == nullptr;
+  WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
+  pipeline_.render({job, recorder, result, observed ? &record : nullptr}, guess ? &*guess : nullptr);
+  if (settings_.machine_model) {
+    const StageTimer timer(result, "model");
+    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));
+  }
+  if (guesses) {
+    last_depth_ = pipeline_.coarse_depth(job, result);
+    last_frame_ = frame;
+  }
+  if (request_.error && job.resolve != nullptr) measure_error(job, result);
+  if (observed) {
+    const StageTimer timer(result, "observe");
+    observer_->view_rendered({gpu_, prepared_->pyramids, job, record, result});
+  }
+  return geometry;
+}
+
+void Device::render_right_eye(int frame, const scene::FrameGeometry& left, FrameResult& result) {
+  FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
+  ResolveSequence& sequence = eyes_[1].sequence;
+  std::unique_ptr<scene::FrameGeometry> pose = render_view(frame, eyes_[1], &left, right);
+  if (resolve_.desampling != tilecore::Desampling::kOff) {
+    sequence.finish();
+    sequence.keep_pose(std::move(pose));
+  }
+  for (const auto& [stage, seconds] : right.stage_seconds) result.stage_seconds[stage] += seconds;
+  result.counters.merge(right.counters);
+  result.maps.add(right.maps);
+  if (result.model && right.model) {  // one eye after the other
+    result.model->timing.accumulate(right.model->timing);
+    result.model->energy.accumulate(right.model->energy);
+  }
+  result.right = RightEye{std::move(right.targets), right.counters};
+}
+
+FrameResult Device::render(int frame) {
+  const auto start = std::chrono::steady_clock::now();
+  FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
+  std::unique_ptr<scene::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
+  const bool desampled = resolve_.desampling != tilecore::Desampling::kOff;
+  // Before the right eye, which reads the left one's finished frame as its history.
+  if (desampled) eyes_[0].sequence.finish();
+  if (eyes_.size() > 1) render_right_eye(frame, *left, result);
+  report_effects(
+      {*left, settings_, result.counters, result.maps, eyes_.size() > 1, gpu_.frame_buffer_compression != "none"},
+      result.effects, result.effect_reasons, result.effect_places);
+  if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace tessera::gpu

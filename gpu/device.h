@@ -1,0 +1,96 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/rect.h"
+#include "gpu/displacement_memory.h"
+#include "gpu/frame_result.h"
+#include "gpu/pipeline.h"
+#include "gpu/prepared_capture.h"
+#include "gpu/resolve_sequence.h"
+#include "gpu/settings.h"
+#include "gpu/view_observer.h"
+#include "hardware/configuration.h"
+
+namespace tessera::gpu {
+
+// What to render of a capture.
+struct RenderRequest {
+  int width = 0, height = 0;
+  IntRect region;  // pixels; whole frame by default
+  bool auxiliary = false;
+  bool record_accesses = false;    // keep every transfer over the memory interface, for traces
+  bool resolve_auxiliary = false;  // images of what the resolve unit did; with desampling only
+  bool error = false;              // and of its error: renders every frame fully as well
+};
+
+// The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
+// counters are independent of each other and of the number of threads, but for frontend.previous_depth_culling
+// (counters) and resolve.desampling=adaptive (both), which look at the frame rendered before when that was the one
+// before. Devices share nothing that changes: several may render at once, each on a thread of its own.
+class Device {
+ public:
+  // `capture` must outlive the device.
+  Device(const scene::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+         const RenderRequest& request)
+      : Device(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
+  Device(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
+         const RunSettings& settings, const RenderRequest& request);
+
+  FrameResult render(int frame);
+
+  // Null: nobody. It must outlive the device or the next call.
+  void set_observer(ViewObserver* observer) { observer_ = observer; }
+
+  // What the frame rendered last leaves to the next, with resolve.desampling=adaptive; and to go on from that of
+  // another replay.
+  const tilecore::History& history() const { return eyes_[0].sequence.history(); }
+  void set_history(tilecore::History history) { eyes_[0].sequence.set_history(std::move(history)); }
+
+  // Whether the camera was made up because the capture has none.
+  bool automatic_camera() const { return camera_.node == scene::kNone; }
+  const scene::Assembly& assembly() const { return prepared_->assembly; }
+  // Cache lines of all textures, displacement maps last.
+  std::uint64_t texture_lines() const { return displacement_memory_.end(); }
+
+ private:
+  // A view of the scene that is rendered, and what its frames leave to each other.
+  struct Eye {
+    scene::CameraChoice camera;
+    ResolveSequence sequence;
+  };
+
+  scene::FrameRequest frame_request(int frame) const;
+  tilecore::TileJob make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
+                             const tilecore::SamplePattern& pattern) const;
+  // The sparse pass of the sampling controller; null where ordinary patches draw the procedures, or there are none.
+  std::unique_ptr<tilecore::ParameterMaps> map_procedures(const tilecore::TileJob& job, FrameResult& result) const;
+  // What the resolve unit works by in this view. `left`: the pose of the finished left eye, for the right one.
+  tilecore::ResolveFrame& begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
+                                        const scene::FrameGeometry* left, FrameResult& result);
+  // Renders one view into `result`.
+  std::unique_ptr<scene::FrameGeometry> render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
+                                                    FrameResult& result);
+  void render_right_eye(int frame, const scene::FrameGeometry& left, FrameResult& result);
+  // Renders the same frame fully and writes the difference to result.targets.error.
+  void measure_error(const tilecore::TileJob& job, FrameResult& result);
+
+  std::shared_ptr<const PreparedCapture> prepared_;
+  hardware::GpuConfiguration gpu_;
+  RunSettings settings_;
+  RenderRequest request_;
+  tilecore::TextureMemory texture_memory_;
+  DisplacementMemory displacement_memory_;
+  scene::CameraChoice camera_;
+  tilecore::ResolveSettings resolve_;
+  std::vector<Eye> eyes_;  // the left or only one, the right one
+  Pipeline pipeline_;
+  ViewObserver* observer_ = nullptr;
+  std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
+  int last_frame_ = 0;
+};
+
+}  // namespace tessera::gpu

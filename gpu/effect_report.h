@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "gpu/resolve_sequence.h"
+#include "gpu/settings.h"
+#include "gpu/tile_maps.h"
+#include "scene/frame_geometry.h"
+
+namespace tessera::gpu {
+
+struct FrameCounters;
+
+// Whether an effect ran anywhere in a frame, by its name.
+using FrameEffects = std::map<std::string, bool>;
+
+// Where an effect ran.
+struct EffectPlaces {
+  std::uint64_t sub_patches = 0;         // sent to the binner with it; of the effects that the front end decides about
+  std::uint64_t sub_patches_elided = 0;  // that the capture has it for, and that need no code for it
+  std::uint64_t tiles = 0;               // in which it ran, views of a stereo pair together
+};
+using FrameEffectPlaces = std::map<std::string, EffectPlaces>;
+
+// What a frame is described from, when it is finished.
+struct EffectSources {
+  const scene::FrameGeometry& frame;  // of the left or only eye
+  const RunSettings& settings;
+  const FrameCounters& counters;
+  const TileMaps& maps;
+  bool stereo, compressed;
+};
+
+// Adds to `effects`, `reasons` and `places` the effects of docs/effects.md; those of the resolve unit that `effects`
+// and `reasons` tell of already are left as they are.
+void report_effects(const EffectSources& from, FrameEffects& effects, EffectReasons& reasons,
+                    FrameEffectPlaces& places);
+
+}  // namespace tessera::gpu

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "binner/parameter_buffer.h"
+#include "frontend/front_end.h"
+#include "memory/l2.h"
+#include "memory/ledger.h"
+#include "tilecore/resolve/compressed_store.h"
+#include "tilecore/tessellation/tessellation_cache.h"
+#include "tilecore/tile_core.h"
+
+namespace tessera::gpu {
+
+// All counters of one frame, or of several.
+struct FrameCounters : tilecore::CoreCounters {
+  frontend::FrontendCounters frontend;
+  binner::BinnerCounters binner;
+  tilecore::TessellationCounters tessellation;
+  memory::L2Counters l2;
+  tilecore::CompressionCounters compression;
+  memory::Ledger ledger;
+
+  // Joins the counters of a further frame into a total.
+  void accumulate(const FrameCounters& frame);
+  // Adds what another view of the same frame took.
+  void merge(const FrameCounters& view);
+};
+
+// Calls visit(a's, b's) for each counter struct.
+template <class A, class B, class Visit>
+void for_each_counter_struct(A& a, B& b, const Visit& visit) {
+  visit(a.frontend, b.frontend);
+  visit(a.binner, b.binner);
+  visit(a.tessellation, b.tessellation);
+  tilecore::for_each_unit(a, b, visit);
+  visit(a.l2, b.l2);
+  visit(a.compression, b.compression);
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "gpu/effect_report.h"
+#include "gpu/frame_counters.h"
+#include "gpu/tile_maps.h"
+#include "gpu/work_recorder.h"
+#include "hardware/energy.h"
+#include "tilecore/frame_targets.h"
+#include "timing/timing_model.h"
+
+namespace tessera::gpu {
+
+// Cycles and energy of a frame on the described machine, and how they came about.
+struct MachineModel {
+  FrameRecord record;
+  timing::Schedule schedule;
+  timing::FrameTiming timing;
+  hardware::FrameEnergy energy;
+};
+
+// The right eye's image; its counters are in those of the frame, too.
+struct RightEye {
+  tilecore::FrameTargets targets;
+  FrameCounters counters;
+};
+
+// What a device gives back of one frame.
+struct FrameResult {
+  FrameResult(int number, tilecore::FrameTargets images) : frame(number), targets(std::move(images)) {}
+
+  int frame;
+  tilecore::FrameTargets targets;
+  FrameCounters counters;
+  FrameEffects effects;
+  EffectReasons effect_reasons;  // why each ran, or did not
+  FrameEffectPlaces effect_places;
+  std::optional<RightEye> right;
+  // Host time in seconds; tile_threads and resolve_threads: processor time, summed over threads.
+  std::map<std::string, double> stage_seconds;
+  double seconds = 0;
+  std::optional<MachineModel> model;  // with output.machine_model
+  TileMaps maps{};
+};
+
+// Adds the time since it was made to a stage of a frame.
+class StageTimer {
+ public:
+  StageTimer(FrameResult& result, const char* stage)
+      : result_(result), stage_(stage), start_(std::chrono::steady_clock::now()) {}
+  ~StageTimer() {
+    result_.stage_seconds[stage_] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  FrameResult& result_;
+  const char* stage_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace tessera::gpu

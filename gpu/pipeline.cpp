@@ -1,0 +1,95 @@
+#include "gpu/pipeline.h"
+
+#include <vector>
+
+#include "tilecore/resolve/resolve_unit.h"
+
+namespace tessera::gpu {
+
+frontend::CoarseDepth Pipeline::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
+  frontend::CoarseDepth depth;
+  depth.block_width = static_cast<int>(gpu_.tile_width);
+  depth.block_height = static_cast<int>(gpu_.tile_height);
+  const IntRect& region = job.grid->region();
+  depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height,
+                  (region.x1 + depth.block_width - 1) / depth.block_width,
+                  (region.y1 + depth.block_height - 1) / depth.block_height};
+  depth.farthest = result.targets.tile_farthest;
+  depth.projection = job.frame->projection;
+  depth.view = job.frame->views[1];
+  return depth;
+}
+
+void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
+                           frontend::FrontEndResult& front_end) {
+  if (front_end.deferred.empty()) return;
+  std::vector<frontend::BoundedSubPatch> visible =
+      frontend::second_pass_visible(*run.job.frame, pyramids_, gpu_, coarse_depth(run.job, run.result), front_end);
+  run.recorder.front_end(*run.job.frame, front_end);
+  if (visible.empty()) return;
+  std::vector<bool> again(binner.grid().tile_count(), false);
+  for (const frontend::BoundedSubPatch& piece : visible) {
+    const IntRect tiles = binner.grid().covered(piece.bounds);
+    for (int row = tiles.y0; row < tiles.y1; ++row)
+      for (int column = tiles.x0; column < tiles.x1; ++column) again[binner.grid().index(column, row)] = true;
+  }
+  // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
+  if (run.result.counters.binner.partial_renders > 0) {
+    binner.reset();
+    visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
+  }
+  scheduler.render(visible, again);
+}
+
+void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache) {
+  FrameCounters& counters = run.result.counters;
+  tessera::merge(counters.tessellation, cache.counters());
+  counters.ledger += cache.ledger();
+  tessera::merge(counters.binner, binner.buffer().counters());
+  for (const TileCounts& tile : run.result.maps.tiles) counters.binner.queue_bytes_read += tile.queue_bytes_read;
+  counters.ledger += binner.buffer().ledger();
+  cores_.for_each([&](tilecore::TileCore& core) {
+    tilecore::merge(counters, core.take_counters());
+    counters.ledger += core.take_ledger();
+  });
+  const WorkRecorder::Sums sums = run.recorder.take_sums();
+  tilecore::merge(counters, sums.core);
+  tessera::merge(counters.l2, sums.l2);
+  counters.ledger += sums.ledger;
+}
+
+void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess) {
+  const tilecore::TileJob& job = run.job;
+  FrameResult& result = run.result;
+  frontend::FrontEndResult front_end;
+  {
+    const StageTimer timer(result, "bound");
+    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu_, guess);
+  }
+  run.recorder.front_end(*job.frame, front_end);
+  if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
+  binner::Binner binner(gpu_, *job.grid);
+  binner.buffer().record_accesses(run.recorder.binner_log());
+  result.targets.tile_farthest.resize(binner.grid().tile_count());
+  result.maps = TileMaps(*job.grid);
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator_cache_bytes));
+  TileScheduler scheduler(run, cores_, binner, cache);
+  scheduler.render(front_end.sub_patches, {});
+  second_pass(run, scheduler, binner, front_end);
+  if (job.resolve != nullptr) {
+    if (job.resolve->settings.reach_neighbours) scheduler.finish_across_tiles();
+    double resolve_seconds = 0;
+    cores_.for_each([&](tilecore::TileCore& core) { resolve_seconds += core.take_resolve_seconds(); });
+    result.stage_seconds["resolve_threads"] += resolve_seconds;
+  }
+  collect(run, binner, cache);
+  if (!job.charge_frame_buffer) {
+    const StageTimer timer(result, "compress");
+    tilecore::charge_compressed_frame(result.targets.color, result.targets.region, job.burst_bytes,
+                                      result.counters.compression, result.counters.ledger);
+  }
+  result.counters.frontend = front_end.counters;
+  result.counters.ledger += front_end.ledger;
+}
+
+}  // namespace tessera::gpu

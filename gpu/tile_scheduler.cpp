@@ -1,0 +1,135 @@
+#include "gpu/tile_scheduler.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "base/check.h"
+#include "base/thread_clock.h"
+
+namespace tessera::gpu {
+namespace {
+
+// Adds the thread's processor time since it was made.
+class BusyTimer {
+ public:
+  explicit BusyTimer(double& seconds) : seconds_(seconds), start_(thread_seconds()) {}
+  ~BusyTimer() { seconds_ += thread_seconds() - start_; }
+  BusyTimer(const BusyTimer&) = delete;
+  BusyTimer& operator=(const BusyTimer&) = delete;
+
+ private:
+  double& seconds_;
+  double start_;
+};
+
+// Calls visit(tile, first_of_group) for every tile, where `first_of_group` is true until a visit clears it.
+template <class Visit>
+void for_each_tile(const binner::TileGrid& grid, int group_side, const Visit& visit) {
+  const int columns = (grid.columns() + group_side - 1) / group_side;
+  const int rows = (grid.rows() + group_side - 1) / group_side;
+  parallel_for(static_cast<std::size_t>(columns * rows), [&](std::size_t group) {
+    const int x0 = static_cast<int>(group) % columns * group_side, y0 = static_cast<int>(group) / columns * group_side;
+    bool first_of_group = true;
+    for (int y = y0; y < std::min(y0 + group_side, grid.rows()); ++y)
+      for (int x = x0; x < std::min(x0 + group_side, grid.columns()); ++x)
+        visit(std::size_t{grid.index(x, y)}, first_of_group);
+  });
+}
+
+}  // namespace
+
+struct TileScheduler::Round {
+  WorkRecorder::Round work;
+  std::vector<std::vector<tilecore::TessellationRequest>> tessellations;  // per tile
+  std::vector<tilecore::TileState>& unfinished;                           // empty but for partial renders
+  bool last;                                                              // no partial render follows
+};
+
+TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
+                             tilecore::TessellationCache& cache)
+    : run_(run), cores_(cores), binner_(binner), cache_(cache) {}
+
+void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_group) {
+  const tilecore::TileJob& job = run_.job;
+  const auto tile = static_cast<binner::TileIndex>(t);
+  current_work_place() = {run_.result.frame, static_cast<std::int64_t>(t), -1};
+  tilecore::TileCore& core = cores_.local();
+  TileCounts& counts = run_.result.maps.tiles[t];
+  WorkRecorder::Tile work = round.work.tile(t, core);
+  memory::Ledger ledger;
+  ledger.record_into(work.log());
+  std::vector<binner::QueueEntry> entries = binner_.read_tile(tile, ledger, counts.queue_bytes_read);
+  core.charge(ledger);
+  tilecore::TileState fresh;
+  tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
+  if (round.last || !entries.empty()) {
+    if (state.started) core.load_state(job, state);
+    if (run_.record != nullptr) {
+      std::vector<binner::QueueEntry>& kept = run_.record->entries[t];
+      kept.insert(kept.end(), entries.begin(), entries.end());
+    }
+    core.render_entries(job, tile, std::move(entries), state);
+    round.tessellations[t] = core.take_tessellations();
+    count_tessellations(round.tessellations[t], counts);
+    work.begin_shading();
+    if (round.last)
+      core.finish(job, tile, state, run_.result.targets, std::exchange(first_of_group, false));
+    else
+      core.store_state(job, state);
+  }
+  count_work(work.end(job, round.last), counts);
+}
+
+void TileScheduler::share(Round& round) {
+  for (std::size_t t = 0; t < round.tessellations.size(); ++t) {
+    const std::vector<tilecore::TessellationRequest>& requests = round.tessellations[t];
+    round.work.share(t, requests, cache_);
+    if (run_.record != nullptr)
+      run_.record->tessellations.insert(run_.record->tessellations.end(), requests.begin(), requests.end());
+  }
+}
+
+void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only) {
+  const tilecore::TileJob& job = run_.job;
+  const int group_side = job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
+  const binner::TileIndex tile_count = binner_.grid().tile_count();
+  std::vector<tilecore::TileState> unfinished;
+  binner::Binner::Cursor cursor;
+  if (run_.record != nullptr) run_.record->entries.resize(tile_count);
+  for (bool done = false; !done;) {
+    {
+      const StageTimer timer(run_.result, "bin");
+      done = binner_.run(*job.frame, sub_patches, cursor);
+    }
+    Round round{run_.recorder.begin_round(binner_), {}, unfinished, done};
+    const StageTimer timer(run_.result, "tiles");
+    round.tessellations.resize(tile_count);
+    if (!done) {
+      ++run_.result.counters.binner.partial_renders;
+      unfinished.resize(tile_count);
+    }
+    PerThread<double> busy_seconds;
+    for_each_tile(binner_.grid(), group_side, [&](std::size_t tile, bool& first_of_group) {
+      if (!only.empty() && !only[tile]) return;
+      const BusyTimer busy(busy_seconds.local());
+      render_tile(round, tile, first_of_group);
+    });
+    busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
+    share(round);
+    if (!done) binner_.reset();
+  }
+}
+
+void TileScheduler::finish_across_tiles() {
+  const StageTimer timer(run_.result, "resolve_neighbours");
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_);
+  parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
+    tilecore::TileCore& core = cores_.local();
+    WorkRecorder::Tile work = round.tile(t, core);
+    core.finish_deferred(run_.job, static_cast<binner::TileIndex>(t), run_.result.targets);
+    count_work(work.end(run_.job, false), run_.result.maps.tiles[t]);
+  });
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/parallel.h"
+#include "binner/binner.h"
+#include "frontend/front_end.h"
+#include "gpu/frame_result.h"
+#include "gpu/machine_record.h"
+#include "gpu/work_recorder.h"
+#include "tilecore/tessellation/tessellation_cache.h"
+#include "tilecore/tile_core.h"
+
+namespace tessera::gpu {
+
+// A run of the machine over one view: what the scheduler works on and into.
+struct ViewRun {
+  const tilecore::TileJob& job;
+  WorkRecorder& recorder;
+  FrameResult& result;
+  MachineRecord* record;  // null: nobody observes
+};
+
+// Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists
+// hold. A buffer that was too small leads to a round of partial renders and to a further round.
+//
+// Groups of shading_cache.group tiles go to any thread, the tiles of a group one after the other to the same, row by
+// row. Counters and images depend on neither.
+class TileScheduler {
+ public:
+  TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
+                tilecore::TessellationCache& cache);
+
+  // Bins, renders and finishes tiles: all of them, or those that `only` marks.
+  void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only);
+
+  // What resolve stencils that reach into neighbouring tiles left open, when every tile is finished.
+  void finish_across_tiles();
+
+ private:
+  struct Round;
+  void render_tile(Round& round, std::size_t tile, bool& first_of_group);
+  // What the tiles share, in emulated order.
+  void share(Round& round);
+
+  const ViewRun& run_;
+  PerThread<tilecore::TileCore>& cores_;
+  binner::Binner& binner_;
+  tilecore::TessellationCache& cache_;
+};
+
+}  // namespace tessera::gpu

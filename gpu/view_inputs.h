@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+
+#include "gpu/settings.h"
+#include "hardware/configuration.h"
+#include "scene/frame_geometry.h"
+#include "tilecore/shading/pixel_shader.h"
+#include "tilecore/visibility/sample_pattern.h"
+
+namespace tessera::gpu {
+
+// What a frame follows from, of a capture and what a user chose: read by the machine and by what it is compared with.
+
+// The camera of the whole capture; without its lens where effects.defocus is off.
+scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height);
+
+// How frame `frame` is posed and tessellated.
+scene::FrameRequest frame_request(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
+                                  const RunSettings& settings, int width, int height, int frame);
+
+// Where its samples are.
+tilecore::SamplingSettings sampling_settings(const RunSettings& settings, int frame);
+
+// Its light, and what is behind everything: a colour, or nothing for the environment.
+tilecore::Lighting frame_lighting(const scene::Capture& capture);
+std::optional<Vec3> frame_background(const scene::Capture& capture);
+
+}  // namespace tessera::gpu

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "frontend/bounds/sub_patch_bounder.h"
+#include "gpu/frame_result.h"
+#include "gpu/machine_record.h"
+#include "hardware/configuration.h"
+#include "tilecore/tile_job.h"
+
+namespace tessera::gpu {
+
+// A view that was rendered, while what it was rendered from still exists.
+struct RenderedView {
+  const hardware::GpuConfiguration& gpu;
+  const frontend::PyramidLibrary& pyramids;
+  const tilecore::TileJob& job;
+  const MachineRecord& record;
+  const FrameResult& result;
+};
+
+// Looks at what a device does; the device does not know what for. Called on the thread that calls Device::render(), for
+// the left or only eye of each frame.
+class ViewObserver {
+ public:
+  virtual void view_rendered(const RenderedView& view) = 0;
+
+ protected:
+  ~ViewObserver() = default;
+};
+
+}  // namespace tessera::gpu

@@ -1,0 +1,199 @@
+#include "gpu/work_recorder.h"
+
+#include <utility>
+
+namespace tessera::gpu {
+
+using memory::Purpose;
+using memory::Unit;
+using timing::Phase;
+
+namespace {
+
+constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility);
+
+}  // namespace
+
+WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights,
+                           bool record_accesses)
+    : gpu_(gpu),
+      heights_(heights),
+      record_accesses_(record_accesses),
+      l2_({gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()}) {}
+
+std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic& seen) {
+  const memory::Traffic now = ledger.total(),
+                        more{now.read_bytes - seen.read_bytes, now.written_bytes - seen.written_bytes};
+  seen = now;
+  rounds_.read_bytes += more.read_bytes;
+  rounds_.written_bytes += more.written_bytes;
+  return more.read_bytes + more.written_bytes;
+}
+
+void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result) {
+  frame_ = &frame;
+  if (record_accesses_ && patch_offsets_.empty()) {
+    std::uint64_t next = 0;
+    for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
+      patch_offsets_.push_back(next);
+      next += memory::burst_bytes(0, frontend::patch_record_bytes(frame, p),
+                                  static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
+    }
+  }
+  const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
+  geometry_.patches += result.counters.base_patches - front_end_.base_patches;
+  geometry_.bounds += result.counters.bounds_computed - front_end_.bounds_computed;
+  geometry_bytes_ += bytes;
+  // Records lie one behind the other in the order in which they are read.
+  if (record_accesses_) geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
+  front_end_ = result.counters;
+}
+
+void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
+  const tilecore::SamplingCounters& counters = maps.counters();
+  geometry_.patches += counters.cells;
+  geometry_.bounds += counters.interval_evaluations;
+  geometry_.sampling_operations += counters.sparse_operations;
+  memory::Traffic none;
+  geometry_bytes_ += since(maps.ledger(), none);
+  if (!record_accesses_) return;
+  const auto log = [&](Purpose purpose) {
+    const memory::Traffic& traffic = maps.ledger().traffic(Unit::kSampling, purpose);
+    if (traffic.read_bytes > 0) geometry_log_.add_next(Unit::kSampling, purpose, false, traffic.read_bytes);
+    if (traffic.written_bytes > 0) geometry_log_.add_next(Unit::kSampling, purpose, true, traffic.written_bytes);
+  };
+  log(Purpose::kPatchData);
+  log(Purpose::kSamplingMaps);
+}
+
+WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner) {
+  const binner::BinnerCounters& now = binner.buffer().counters();
+  geometry_.entries = now.entries - binner_.entries;
+  const auto tested = [](const binner::BinnerCounters& c) {
+    return c.tile_overlaps + c.tiles_dropped_exact + c.tiles_dropped_time;
+  };
+  geometry_.tiles_tested = tested(now) - tested(binner_);
+  geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
+  geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
+  geometry_.queue_bytes = binner.buffer().bytes_in_use();
+  binner_ = now;
+  slots_.resize(binner.grid().tile_count());
+  return Round(*this);
+}
+
+WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core)
+    : recorder_(recorder), slot_(recorder.slots_[tile]), core_(core), tile_(tile) {
+  slot_.used = true;
+  slot_.work.tile = static_cast<std::uint32_t>(tile);
+  if (recorder.record_accesses_) core.record_accesses(&slot_.log);
+}
+
+void WorkRecorder::Tile::begin_shading() {
+  slot_.shading_lines = core_.textures().misses().size();
+  slot_.visibility_texels = core_.textures().counters().texels;
+}
+
+tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, bool finished) {
+  Sums& sums = recorder_.sums_.local();
+  const tilecore::CoreCounters counted = core_.take_counters();
+  const memory::Ledger ledger = core_.take_ledger();
+  slot_.lines = core_.textures().take_misses();
+
+  timing::TileWork& work = slot_.work;
+  work.entries = counted.tilecore.entries_fetched;
+  work.boxes = counted.tilecore.boxes_built;
+  work.box_tests = counted.tilecore.box_tests;
+  work.stencil_tests = counted.stencil.tests;
+  work.sampling_operations = counted.sampling.operations;
+  work.triangle_tests = counted.tilecore.triangle_tests + counted.sampling.footprint_tests;
+  work.hits = counted.tilecore.sample_hits;
+  work.alpha_tests = counted.tilecore.alpha_tests;
+  work.shader_invocations = counted.shading.pixel_shader_invocations;
+  work.blended_layers = counted.shading.blended_layers;
+  work.texels = counted.texture.texels - slot_.visibility_texels;
+  const bool floats = job.resolve != nullptr && !job.resolve->settings.packed_weights;
+  work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected +
+                            counted.desampling.stencil_taps * (floats ? 4 : 1);
+  if (finished) {
+    const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
+    work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
+  }
+  work.dram_bytes = timing::phase_bytes(ledger);
+
+  tilecore::merge(sums.core, counted);
+  sums.ledger += ledger;
+  return counted;
+}
+
+void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
+                         tilecore::TessellationCache& cache) {
+  Slot& slot = slots_[tile];
+  const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
+  slot.work.sub_patches += requests.size();
+  for (const tilecore::TessellationRequest& r : requests) {
+    const std::uint64_t made = cache.counters().sub_patches, vertices = cache.counters().domain_evaluations,
+                        bytes = fetched();
+    cache.use(std::span(&r, 1));
+    rounds_.read_bytes += fetched() - bytes;
+    slot.work.vertices += cache.counters().domain_evaluations - vertices;
+    slot.work.dram_bytes[kVisibility] += fetched() - bytes;
+    // Records of neighbours that it needs are taken to lie behind its own.
+    if (record_accesses_)
+      slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
+    if (heights_ == nullptr || !r.displaced || cache.counters().sub_patches == made) continue;
+    heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
+    for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
+  }
+  for (std::size_t i = 0; i < slot.lines.size(); ++i)
+    share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
+  slot.lines.clear();
+}
+
+void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase) {
+  ++slot.work.l2_lines;
+  if (l2_.read(line)) return;
+  const std::uint64_t bytes = l2_.line_bytes();
+  ++slot.work.l2_lines;
+  slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
+  if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kTexture, false, line * bytes, bytes);
+}
+
+void WorkRecorder::end_round() {
+  timing::WorkRound round{std::exchange(geometry_, {}), {}};
+  FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
+  for (Slot& slot : slots_) {
+    if (!slot.used) continue;
+    round.tiles.push_back(slot.work);
+    if (record_accesses_) accesses.tiles.push_back(std::move(slot.log.accesses()));
+    slot = {};
+  }
+  record_.work.rounds.push_back(std::move(round));
+  if (record_accesses_) record_.accesses.push_back(std::move(accesses));
+}
+
+WorkRecorder::Sums WorkRecorder::take_sums() {
+  Sums all;
+  sums_.for_each([&](Sums& sums) {
+    tilecore::merge(all.core, sums.core);
+    all.ledger += sums.ledger;
+    sums = {};
+  });
+  const memory::L2::Account l2 = l2_.take_account();
+  all.l2 = l2.counters;
+  all.ledger += l2.ledger;
+  memory::Traffic none;
+  since(all.ledger, none);
+  return all;
+}
+
+FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Ledger& ledger) {
+  record_.work.tile_samples = static_cast<std::uint64_t>(job.grid->tile_width()) *
+                              static_cast<std::uint64_t>(job.grid->tile_height()) *
+                              static_cast<std::uint64_t>(job.pattern->samples_per_pixel());
+  const memory::Traffic all = ledger.total();
+  record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
+  record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;
+  return std::move(record_);
+}
+
+}  // namespace tessera::gpu

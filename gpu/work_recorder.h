@@ -1,0 +1,143 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/parallel.h"
+#include "binner/binner.h"
+#include "frontend/front_end.h"
+#include "gpu/displacement_memory.h"
+#include "memory/l2.h"
+#include "memory/ledger.h"
+#include "tilecore/tile_core.h"
+#include "timing/work.h"
+
+namespace tessera::gpu {
+
+// What was recorded of a frame beside its counters: the work that the timing and the energy model read and, for traces,
+// every transfer.
+struct FrameRecord {
+  timing::FrameWork work;
+  memory::Traffic other;  // work.other_bytes
+  // Only when transfers are recorded; as work.rounds. `tiles` and the phases of a tile as there.
+  struct RoundAccesses {
+    std::vector<memory::Access> geometry;
+    std::vector<std::vector<memory::Access>> tiles;
+  };
+  std::vector<RoundAccesses> accesses;
+};
+
+// Takes the events of a run of the machine where they happen, simulates what tiles share (the L2) in emulated order, and
+// puts together the FrameRecord of a frame. One for each run.
+//
+// A round is an object, and so is a tile's part of it: what was counted belongs to the round that lives.
+class WorkRecorder {
+ public:
+  class Round;
+  class Tile;
+
+  // `heights`: null where textures are not modelled.
+  WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses);
+
+  // Events of the front end since the last call; they go to the round that begins next.
+  void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
+  // The sampling controller's sparse pass, likewise.
+  void sparse_pass(const tilecore::ParameterMaps& maps);
+  // Where the binner's transfers go; null when they are not recorded.
+  memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
+
+  // After the binner's run, when the lists are complete. One round at a time.
+  [[nodiscard]] Round begin_round(const binner::Binner& binner);
+
+  // What tiles took from their cores, and the L2's account, since the last call.
+  struct Sums {
+    tilecore::CoreCounters core;
+    memory::L2Counters l2;
+    memory::Ledger ledger;
+  };
+  Sums take_sums();
+
+  // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording.
+  FrameRecord finish(const tilecore::TileJob& job, const memory::Ledger& ledger);
+
+ private:
+  struct Slot {
+    bool used = false;
+    timing::TileWork work;
+    std::vector<std::uint32_t> lines;     // that the core's texture cache missed
+    std::size_t shading_lines = 0;        // position of the first that shading asked for
+    std::uint64_t visibility_texels = 0;  // before shading
+    memory::AccessLog log;
+  };
+  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
+             tilecore::TessellationCache& cache);
+  void share_line(Slot& slot, std::uint32_t line, timing::Phase phase);
+  void end_round();
+  // Adds what a ledger moved since `seen` to rounds_; bytes of it.
+  std::uint64_t since(const memory::Ledger& ledger, memory::Traffic& seen);
+
+  const hardware::GpuConfiguration& gpu_;
+  const DisplacementMemory* heights_;
+  const scene::FrameGeometry* frame_ = nullptr;
+  std::vector<std::uint32_t> height_lines_;
+  bool record_accesses_;
+  memory::L2 l2_;
+  PerThread<Sums> sums_;
+  std::vector<Slot> slots_;  // by tile
+  memory::AccessLog geometry_log_;
+  std::vector<std::uint64_t> patch_offsets_;  // of the records in their memory, when transfers are recorded
+  frontend::FrontendCounters front_end_;
+  binner::BinnerCounters binner_;
+  memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
+  memory::Traffic rounds_;                              // of all that went to a round
+  std::uint64_t geometry_bytes_ = 0;                    // of the front end, for the round to come
+  timing::GeometryWork geometry_;
+  FrameRecord record_;
+};
+
+// A tile in the hands of a core, on the thread that renders it.
+class WorkRecorder::Tile {
+ public:
+  // The log for what is charged on the tile's behalf; null when transfers are not recorded.
+  memory::AccessLog* log() { return recorder_.record_accesses_ ? &slot_.log : nullptr; }
+  // Between the tile's last entries and its shading.
+  void begin_shading();
+  // `finished`: its pixels are written, it is not stored for a further round. What the core counted for the tile.
+  tilecore::CoreCounters end(const tilecore::TileJob& job, bool finished);
+
+ private:
+  friend class Round;
+  Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core);
+
+  WorkRecorder& recorder_;
+  Slot& slot_;
+  tilecore::TileCore& core_;
+  std::size_t tile_;
+};
+
+// A binner's run and the tiles that it leads to; it ends with the object.
+class WorkRecorder::Round {
+ public:
+  ~Round() { recorder_.end_round(); }
+  Round(const Round&) = delete;
+  Round& operator=(const Round&) = delete;
+
+  // Tiles of a round may be recorded by any threads at once, each tile once.
+  [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
+
+  // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its requests to the
+  // tessellation cache, then its lines to the L2.
+  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
+             tilecore::TessellationCache& cache) {
+    recorder_.share(tile, requests, cache);
+  }
+
+ private:
+  friend class WorkRecorder;
+  explicit Round(WorkRecorder& recorder) : recorder_(recorder) {}
+
+  WorkRecorder& recorder_;
+};
+
+}  // namespace tessera::gpu

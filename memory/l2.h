@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include "base/counter.h"
+#include "memory/ledger.h"
+#include "memory/line_cache.h"
+
+namespace tessera::memory {
+
+// Lines that the texture caches of all cores and the tessellators asked of the shared L2.
+struct L2Counters {
+  std::uint64_t requests = 0;
+  std::uint64_t misses = 0;
+};
+
+// The cache that all tile cores share, in front of the external memory. Textures and displacement maps are read through
+// it; everything else bypasses the L2. Used in emulated order by one thread.
+class L2 {
+ public:
+  struct Spec {
+    std::int64_t bytes, ways, line_bytes;
+  };
+  explicit L2(const Spec& spec)
+      : cache_(spec.bytes, spec.ways, spec.line_bytes), line_bytes_(static_cast<std::uint64_t>(spec.line_bytes)) {}
+
+  // Reads a line; false: it missed, and one line was charged to the ledger as a texture read of the tile cores.
+  bool read(std::uint32_t line) {
+    ++account_.counters.requests;
+    if (cache_.use(line)) return true;
+    ++account_.counters.misses;
+    account_.ledger.read(Unit::kTilecore, Purpose::kTexture, line_bytes_);
+    return false;
+  }
+
+  std::uint64_t line_bytes() const { return line_bytes_; }
+
+  // Since the last call.
+  struct Account {
+    L2Counters counters;
+    Ledger ledger;
+  };
+  Account take_account() { return std::exchange(account_, {}); }
+
+ private:
+  LineCache cache_;
+  std::uint64_t line_bytes_;
+  Account account_;
+};
+
+}  // namespace tessera::memory
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<memory::L2Counters> = true;
+
+template <>
+inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<CounterField<memory::L2Counters>>({
+    {"l2.requests", &memory::L2Counters::requests, Combine::kSum, "lines",
+     "Lines that texture caches and, for displacement maps, tessellators asked of the L2.",
+     "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
+    {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
+     "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
+});
+TESSERA_COUNTERS_COVER(memory::L2Counters);
+
+}  // namespace tessera

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "reference/reference_scene.h"
+
+namespace tessera::reference {
+
+// Sixteen rays that are near each other, and what they hit.
+struct RayPacket {
+  static constexpr std::size_t kRays = 16;
+  static constexpr std::int64_t kNothing = -1;
+  using Numbers = std::array<double, kRays>;
+
+  // In: (x, y) = origin + depth * direction, at time t. All sixteen are filled; what is not wanted repeats another.
+  alignas(64) Numbers origin_x, origin_y, direction_x, direction_y, t;
+  // Out: depth and weights of the second and third corner of the nearest opaque triangle.
+  alignas(64) Numbers depth, b1, b2;
+  alignas(64) std::array<std::int64_t, kRays> triangle;  // of ReferenceScene::triangles, or kNothing
+
+  // Out: hits of triangles that are not opaque, in no particular order; some may be behind what is.
+  struct Crossing {
+    std::size_t ray;
+    std::int64_t triangle;
+    double depth, b1, b2;
+  };
+  std::vector<Crossing> crossings;
+};
+
+// Finds what the rays hit, with the scene's tree. The same result on every instruction set: the kernel has no fused
+// operations. Equal depths: the triangle with the lower number.
+void trace_packet(const ReferenceScene& scene, RayPacket& packet);
+// The same without the tree: all triangles, one by one. What trace_packet is tested against.
+void trace_packet_without_tree(const ReferenceScene& scene, RayPacket& packet);
+
+}  // namespace tessera::reference

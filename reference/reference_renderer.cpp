@@ -1,0 +1,230 @@
+#include "reference/reference_renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "base/check.h"
+#include "base/parallel.h"
+#include "reference/reference_kernel.h"
+
+namespace tessera::reference {
+namespace {
+
+using tilecore::SurfaceLocation;
+
+// One sample: where in the pixel, when, and through which point of the unit disc.
+struct Sample {
+  double x, y, t, u, v;
+};
+
+// Steele, Lea and Flood 2014, the finaliser of SplitMix64.
+constexpr std::uint64_t mix64(std::uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return z ^ (z >> 31);
+}
+
+Sample random_sample(std::uint64_t seed, std::uint64_t pixel, std::uint64_t sample) {
+  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15u;
+  std::uint64_t state = mix64(mix64(seed * kGolden + pixel) + sample * kGolden);
+  const auto next = [&state] { return static_cast<double>(mix64(state += kGolden) >> 11) * 0x1p-53; };
+  Sample s;
+  s.x = next();
+  s.y = next();
+  s.t = next();
+  const double radius = std::sqrt(next()), angle = 2.0 * std::numbers::pi * next();
+  s.u = radius * std::cos(angle);
+  s.v = radius * std::sin(angle);
+  return s;
+}
+
+// How samples are put into packets: bits of each dimension, those along which rays differ more first. An order of work
+// only.
+struct PacketOrder {
+  std::array<int, 5> bits{};  // x, y, t, u, v
+
+  PacketOrder(const ReferenceScene& scene, std::size_t samples) {
+    std::array<double, 5> extent = {1.0, 1.0, scene.mean_travel_pixels, 2.0 * scene.mean_confusion_pixels,
+                                    2.0 * scene.mean_confusion_pixels};
+    for (std::size_t cells = 1; cells * RayPacket::kRays < samples; cells *= 2) {
+      const auto widest = static_cast<std::size_t>(std::max_element(extent.begin(), extent.end()) - extent.begin());
+      extent[widest] *= 0.5;
+      ++bits[widest];
+    }
+  }
+  std::uint32_t cell(const Sample& s) const {
+    const std::array<double, 5> unit = {s.x, s.y, s.t, 0.5 + 0.5 * s.u, 0.5 + 0.5 * s.v};
+    std::uint32_t cell = 0;
+    for (std::size_t d = 0; d < 5; ++d) {
+      const double most = static_cast<double>((1u << bits[d]) - 1u);
+      cell = cell << bits[d] | static_cast<std::uint32_t>(std::clamp(std::floor(unit[d] * (most + 1.0)), 0.0, most));
+    }
+    return cell;
+  }
+};
+
+// One thread's work on a pixel.
+class PixelRenderer {
+ public:
+  void render(const ReferenceScene& scene, const ReferenceRequest& request, const PacketOrder& order, int px, int py,
+              std::size_t count) {
+    samples_.resize(count);
+    color_.resize(count);
+    order_.resize(count);
+    const auto pixel = static_cast<std::uint64_t>(py) * static_cast<std::uint64_t>(scene.frame.request.width) +
+                       static_cast<std::uint64_t>(px);
+    for (std::size_t k = 0; k < count; ++k) {
+      samples_[k] = request.pattern == nullptr ? random_sample(request.seed, pixel, k)
+                                               : pattern_sample(*request.pattern, px, py, static_cast<int>(k));
+      order_[k] = {order.cell(samples_[k]), static_cast<std::uint32_t>(k)};
+    }
+    std::sort(order_.begin(), order_.end());
+    for (std::size_t first = 0; first < count; first += RayPacket::kRays) {
+      fill_packet(scene, px, py, first);
+      trace_packet(scene, packet_);
+      for (std::size_t r = 0; r < RayPacket::kRays && first + r < count; ++r) {
+        const std::size_t k = order_[first + r].second;
+        color_[k] =
+            shade(scene, request, static_cast<double>(px) + samples_[k].x, static_cast<double>(py) + samples_[k].y, r);
+      }
+    }
+  }
+  const std::vector<Vec3>& color() const { return color_; }
+
+ private:
+  static Sample pattern_sample(const tilecore::SamplePattern& pattern, int px, int py, int k) {
+    const auto offset = pattern.offset(k);
+    const auto lens = pattern.lens(px, py, k);
+    return {static_cast<double>(offset.x), static_cast<double>(offset.y),
+            static_cast<double>(pattern.time(px, py, k)) * 0x1p-16, static_cast<double>(lens.u),
+            static_cast<double>(lens.v)};
+  }
+
+  void fill_packet(const ReferenceScene& scene, int px, int py, std::size_t first) {
+    for (std::size_t r = 0; r < RayPacket::kRays; ++r) {
+      const Sample& s = samples_[order_[std::min(first + r, order_.size() - 1)].second];
+      const double x = static_cast<double>(px) + s.x - scene.center_x,
+                   y = static_cast<double>(py) + s.y - scene.center_y;
+      const double u = s.u * scene.lens_scale, v = s.v * scene.lens_scale, tilt_x = u * scene.inverse_focus,
+                   tilt_y = v * scene.inverse_focus;
+      packet_.t[r] = s.t;
+      packet_.origin_x[r] = scene.orthographic ? x + u : u;
+      packet_.origin_y[r] = scene.orthographic ? y + v : v;
+      packet_.direction_x[r] = scene.orthographic ? -tilt_x : x - tilt_x;
+      packet_.direction_y[r] = scene.orthographic ? -tilt_y : y - tilt_y;
+    }
+  }
+
+  SurfaceLocation location(const ReferenceScene& scene, std::int64_t number, double b1, double b2, double t) const {
+    const ReferenceScene::Triangle& triangle = scene.triangles[static_cast<std::size_t>(number)];
+    const scene::PosedDrawable& drawable = scene.frame.drawable_of(triangle.patch);
+    const float time = drawable.moving ? static_cast<float>(t) : 0.0f;
+    if (!tilecore::has_grid(drawable))
+      return {triangle.patch, triangle.triangle, static_cast<float>(b1), static_cast<float>(b2), time};
+    const ReferenceScene::Parameters at = scene.grid_parameters(triangle, b1, b2);
+    return {triangle.patch, SurfaceLocation::kWholePatch, static_cast<float>(at.u), static_cast<float>(at.v), time};
+  }
+
+  // Nearest surface of what is opaque and what passes its alpha test, then layers over it from far to near.
+  Vec3 shade(const ReferenceScene& scene, const ReferenceRequest& request, double x, double y, std::size_t r) {
+    const scene::FrameGeometry& frame = scene.frame;
+    const double t = packet_.t[r];
+    double depth = packet_.depth[r];
+    std::int64_t number = packet_.triangle[r];
+    double b1 = packet_.b1[r], b2 = packet_.b2[r];
+    layers_.clear();
+    for (const RayPacket::Crossing& c : packet_.crossings)
+      if (c.ray == r && c.depth < depth) layers_.push_back(c);
+    std::sort(layers_.begin(), layers_.end(), [](const auto& a, const auto& b) {
+      return a.depth != b.depth ? a.depth < b.depth : a.triangle < b.triangle;
+    });
+    const auto masked = std::find_if(layers_.begin(), layers_.end(), [&](const RayPacket::Crossing& c) {
+      const scene::Material& material =
+          *frame.drawable_of(scene.triangles[static_cast<std::size_t>(c.triangle)].patch).material;
+      return material.alpha_mode == scene::AlphaMode::kMask &&
+             tilecore::point_alpha(frame, location(scene, c.triangle, c.b1, c.b2, 0.0)) >= material.alpha_cutoff;
+    });
+    if (masked != layers_.end()) {
+      number = masked->triangle, b1 = masked->b1, b2 = masked->b2;
+      layers_.erase(masked, layers_.end());
+    }
+    Vec3 color;
+    if (number != RayPacket::kNothing)
+      color = tilecore::shade_point(frame, request.lighting, location(scene, number, b1, b2, t)).color;
+    else if (request.background)
+      color = *request.background;
+    else
+      color = request.lighting.environment.background(
+          tilecore::view_direction(frame, static_cast<float>(x), static_cast<float>(y)));
+    for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
+      if (frame.drawable_of(scene.triangles[static_cast<std::size_t>(layer->triangle)].patch).material->alpha_mode !=
+          scene::AlphaMode::kBlend)
+        continue;
+      const tilecore::ShadedPoint point =
+          tilecore::shade_point(frame, request.lighting, location(scene, layer->triangle, layer->b1, layer->b2, t));
+      color = color * (1.0f - point.alpha) + point.color * point.alpha;
+    }
+    return color;
+  }
+
+  RayPacket packet_;
+  std::vector<Sample> samples_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> order_;  // cell, sample
+  std::vector<Vec3> color_;
+  std::vector<RayPacket::Crossing> layers_;
+};
+
+}  // namespace
+
+std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
+  const int width = scene.frame.request.width, height = scene.frame.request.height;
+  const std::vector<int> numbers =
+      request.pattern == nullptr ? request.samples : std::vector<int>{request.pattern->samples_per_pixel()};
+  TESSERA_CHECK(!numbers.empty() && numbers.front() > 0 && std::is_sorted(numbers.begin(), numbers.end()),
+                "numbers of samples ascend");
+  std::vector<Image> pictures(numbers.size(), Image(width, height, 3));
+  const PacketOrder order(scene, static_cast<std::size_t>(numbers.back()));
+  PerThread<PixelRenderer> renderers;
+  constexpr int kRun = 16;  // pixels that a thread takes at a time
+  const std::size_t runs = static_cast<std::size_t>((width + kRun - 1) / kRun);
+  parallel_for(runs * static_cast<std::size_t>(height), [&](std::size_t run) {
+    PixelRenderer& renderer = renderers.local();
+    const int y = static_cast<int>(run / runs), x0 = static_cast<int>(run % runs) * kRun;
+    for (int x = x0; x < std::min(x0 + kRun, width); ++x) {
+      renderer.render(scene, request, order, x, y, static_cast<std::size_t>(numbers.back()));
+      DVec3 sum(0.0);
+      std::size_t k = 0;
+      for (std::size_t n = 0; n < numbers.size(); ++n) {
+        for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
+        for (int c = 0; c < 3; ++c)
+          pictures[n].at(x, y)[static_cast<std::size_t>(c)] = static_cast<float>(sum[c] / numbers[n]);
+      }
+    }
+  });
+  return pictures;
+}
+
+double rms_difference(const Image& a, const Image& b) {
+  TESSERA_CHECK(a.same_shape(b) && !a.values.empty(), "pictures to compare have one shape");
+  double sum = 0;
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    const double d = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+    sum += d * d;
+  }
+  return std::sqrt(sum / static_cast<double>(a.values.size()));
+}
+
+double convergence_slope(const std::vector<int>& samples, const std::vector<double>& errors) {
+  TESSERA_CHECK(samples.size() == errors.size() && samples.size() >= 2, "a slope needs two points");
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  const auto n = static_cast<double>(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double x = std::log(static_cast<double>(samples[i])), y = std::log(errors[i]);
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+}  // namespace tessera::reference

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "scene/frame_geometry.h"
+
+namespace tessera::reference {
+
+// The scene of one frame as the reference renderer sees it: triangles in double precision and a tree of moving boxes
+// above them. It shares with the machine what a scene *means* (posing, the domain shader's formula, parametric grids,
+// pixel shader) and nothing of how the machine finds what is visible: no sub-pixel grid, no tiles, no bounds, no rest
+// frames, no single precision.
+//
+// Space: a vertex is (x, y, depth), x and y being raster coordinates from the middle of the picture times w (w = depth;
+// 1 if the projection is orthographic). That is linear in the point of the scene, so a vertex moves on a straight line
+// at constant speed between the keys, and what a sample looks along is the line
+//   perspective    x = u L + depth (sx - u L / f)
+//   orthographic   x = sx + u L - depth u L / f
+// with sx from the middle of the picture, L: lens_scale, f: focus distance;
+// that is (x, y) = origin + depth * direction: the one parameter is the depth, and nothing needs clipping.
+//
+// Invariants (cited by the tests):
+//   R1  A box holds its triangles at every time, rounding included.
+//   R2  What a ray hits does not depend on the tree: it is the same as without one.
+struct ReferenceScene {
+  // Four by four vertices at most: cells of 3 x 3, or a handful of a cluster's triangles.
+  static constexpr std::size_t kLeafVertices = 24;
+
+  struct Triangle {
+    std::uint32_t patch, triangle;              // as SurfaceLocation has them
+    std::array<std::uint8_t, 3> corner;         // of the leaf
+    bool keep_positive : 1, keep_negative : 1;  // facing, as the machine's HitLimits
+    bool opaque : 1;                            // else alpha decides, or it is a layer
+  };
+  struct Leaf {
+    std::uint32_t first_vertex, first_triangle;
+    std::uint16_t vertex_count, triangle_count;
+    bool moving;
+  };
+  // Interval of every axis at both keys; in between it is interpolated. Single precision, rounded outwards.
+  struct Box {
+    std::array<float, 3> low{}, high{};
+  };
+  struct Node {
+    std::array<Box, 2> box;
+    std::int32_t left = -1, right = -1;  // children; leaves have left < 0 and their number in `right`
+    bool moving = false;
+  };
+
+  // `frame` must outlive it, and is posed with grids as fine as the reference is wanted.
+  explicit ReferenceScene(const scene::FrameGeometry& frame_in);
+
+  const scene::FrameGeometry& frame;
+  double center_x, center_y;
+  double near, far;  // far: infinity where unlimited
+  bool orthographic;
+  double lens_scale, inverse_focus;
+  // (u, v) of a point of a grid's triangle, from its corners' own.
+  struct Parameters {
+    double u, v;
+  };
+  Parameters grid_parameters(const Triangle& triangle, double b1, double b2) const;
+
+  std::vector<std::array<double, 6>> vertices;  // at open, at close; leaf by leaf
+  std::vector<Triangle> triangles;
+  std::vector<Leaf> leaves;
+  std::vector<Node> nodes;           // the root first; empty without triangles
+  double mean_travel_pixels = 0;     // of leaves on screen, from open to close
+  double mean_confusion_pixels = 0;  // radius of the circle of confusion
+
+ private:
+  void add_patch(std::uint32_t patch);
+  void add_grid(std::uint32_t patch, const std::array<DMat4, 2>& to_raster);
+  void add_cluster(std::uint32_t patch, const std::array<DMat4, 2>& to_raster);
+  void finish_leaf(bool moving);
+  Triangle triangle_of(std::uint32_t patch) const;
+  std::int32_t build(std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end);
+  std::array<Box, 2> leaf_boxes(const Leaf& leaf) const;
+  void measure_blur();
+
+  std::vector<std::array<DMat4, 2>> drawable_to_raster_;  // per drawable, centred
+  std::vector<std::array<Box, 2>> leaf_boxes_;
+  std::uint32_t leaf_first_vertex_ = 0, leaf_first_triangle_ = 0;
+};
+
+}  // namespace tessera::reference

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "base/image.h"
+#include "gpu/device.h"
+
+namespace tessera::reference {
+
+// Where and when a tradeoff looks, and with what the settings are compared.
+struct ReferenceSettings {
+  int width = 640, height = 360, frame = 0;
+  int samples = 1024;        // per pixel, plain random ones
+  double edge_pixels = 1.0;  // target edge length of its grids; 0: the machine's own grids, heights and attributes
+};
+
+struct Reference {
+  Image color;  // linear light
+  // {"samples", "edge_pixels", "triangles", "rms_error", "psnr_db", "convergence": {"size", "samples", "rms_error",
+  // "slope"}, "host"}: rms_error and psnr_db are what is left of its own noise, from the difference of its two halves;
+  // convergence is that of a smaller picture of the same frame, from four series of independent seeds.
+  nlohmann::json info;
+};
+
+// Finest grids that a reference has, in cells along an edge.
+inline constexpr int kReferenceMaxFactor = 255;
+
+// The reference of a frame: from DIR/reference/HASH.exr (single precision) and .json where they are, else rendered and
+// written there. `inputs` is what else it follows from (the capture's and the program's fingerprints).
+Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+                        const gpu::RunSettings& settings, const ReferenceSettings& wanted,
+                        const std::filesystem::path& folder, const std::string& inputs);
+
+// A picture as a display shows it: exposure, tone map and sRGB curve as write_png's pictures have them, not rounded to
+// 8 bits. What all errors are measured on. First three channels.
+Image display_values(const Image& linear, float exposure);
+
+}  // namespace tessera::reference

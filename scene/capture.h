@@ -1,0 +1,216 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/vec.h"
+#include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/procedures/declarations.h"
+#include "shaders_cpp/texture.h"
+
+namespace tessera::scene {
+
+// A capture as the front end keeps it: everything decoded, checked and in the units of glTF (metres, seconds,
+// radians, right-handed, +y up). Indices refer to the vectors of Capture; -1 means "none". Immutable once read.
+
+inline constexpr int kNone = -1;
+
+// ---- Geometry ---------------------------------------------------------------------------------------------------
+
+struct MorphTarget {
+  std::vector<Vec3> positions, normals, tangents;  // differences; empty when the target does not move them
+};
+
+// Joints of a vertex, at most 8 (JOINTS_0 and JOINTS_1); weights are renormalised to sum 1.
+struct SkinInfluence {
+  std::array<std::uint16_t, 8> joints{};
+  std::array<float, 8> weights{};
+};
+
+// Vertex attributes, one vector each; all that are present have the same length.
+struct Vertices {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;                 // may be empty: flat
+  std::vector<Vec4> tangents;                // may be empty; w = handedness
+  std::vector<std::vector<Vec2>> texcoords;  // by set number
+  std::vector<Vec4> colors;                  // may be empty: white
+  std::vector<SkinInfluence> influences;     // may be empty: not skinned
+  std::vector<MorphTarget> morph_targets;
+
+  std::size_t count() const { return positions.size(); }
+};
+
+struct Primitive {
+  enum class Kind : std::uint8_t {
+    kTriangles,      // indices: three per triangle
+    kBezierPatches,  // 16 vertices per patch, in order: vertex 16*p + 4*j + i is control point i along u, j along v
+    kProcedure,      // no vertices: a Procedure's pieces
+  };
+  Kind kind = Kind::kTriangles;
+  Vertices vertices;
+  std::vector<std::uint32_t> indices;
+  int material = kNone;  // kNone: the default material
+};
+
+struct Mesh {
+  std::string name;
+  std::vector<Primitive> primitives;
+  std::vector<float> default_weights;  // of the morph targets
+};
+
+// ---- Materials --------------------------------------------------------------------------------------------------
+
+// A texture as a material uses it.
+struct TextureSlot {
+  std::shared_ptr<const shaders::Texture> texture;  // null: factor only
+  shaders::Sampler sampler;
+  int texcoord = 0;
+  shaders::TextureTransform transform;
+};
+
+enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
+
+// TESSERA_displacement: offset along the unit normal = scale * height + bias, height from the red channel.
+struct Displacement {
+  std::shared_ptr<const shaders::ScalarTexture> texture;
+  shaders::Sampler sampler;
+  int texcoord = 0;
+  shaders::TextureTransform transform;
+  float scale = 1.0f;
+  float bias = 0.0f;
+};
+
+struct Material {
+  std::string name;
+  Vec4 base_color{1.0f};
+  float metallic = 1.0f, roughness = 1.0f;
+  Vec3 emissive{0.0f};
+  float normal_scale = 1.0f, occlusion_strength = 1.0f;
+  TextureSlot base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emissive_texture;
+  AlphaMode alpha_mode = AlphaMode::kOpaque;
+  float alpha_cutoff = 0.5f;
+  bool double_sided = false;
+  bool unlit = false;
+  std::optional<Displacement> displacement;
+};
+
+// ---- Procedures -------------------------------------------------------------------------------------------------
+
+// TESSERA_procedure: a surface that stays a formula until it is sampled. A shape whose parameters are chains of curves
+// has a piece for each pair of curves; all others have one.
+struct Procedure {
+  struct Piece {
+    shaders::ShapeInput input;
+    float u_first = 0, u_scale = 1, v_first = 0,
+          v_scale = 1;  // (u, v) of the whole = first + scale * (u, v) of the piece
+  };
+  shaders::ShapeId shape = shaders::ShapeId::kSphere;
+  std::vector<Piece> pieces;
+  shaders::TextureId texture = shaders::TextureId::kPlain;
+  std::array<float, 12> texture_numbers{1, 1, 1};
+  shaders::ShadingId shading = shaders::ShadingId::kMaterial;
+  std::array<float, 8> shading_numbers{};
+  int material = kNone;
+  std::shared_ptr<const shaders::GeometryImage> image;  // what the pieces' inputs point at
+
+  const shaders::StageDeclaration& declaration() const {
+    return shaders::shape_declarations()[static_cast<std::size_t>(shape)];
+  }
+};
+
+// ---- Scene ------------------------------------------------------------------------------------------------------
+
+struct Transform {
+  DVec3 translation{0.0};
+  DQuat rotation{1.0, 0.0, 0.0, 0.0};
+  DVec3 scale{1.0};
+};
+
+struct Node {
+  std::string name;
+  int parent = kNone;
+  std::vector<int> children;
+  Transform transform;  // used unless `matrix` is set
+  std::optional<DMat4> matrix;
+  int mesh = kNone, skin = kNone, camera = kNone, light = kNone, procedure = kNone;
+  std::vector<float> weights;  // overrides the mesh's default weights when not empty
+};
+
+struct Skin {
+  std::vector<int> joints;          // nodes
+  std::vector<DMat4> inverse_bind;  // one per joint
+};
+
+enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
+enum class AnimatedPath : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
+
+struct AnimationChannel {
+  int node = kNone;
+  AnimatedPath path = AnimatedPath::kTranslation;
+  Interpolation interpolation = Interpolation::kLinear;
+  int components = 3;         // floats per value: 3, 4 or the number of morph targets
+  std::vector<float> times;   // strictly increasing seconds
+  std::vector<float> values;  // cubic spline: in-tangent, value, out-tangent per key
+};
+
+struct Animation {
+  std::string name;
+  std::vector<AnimationChannel> channels;
+  float duration() const;  // last key time of any channel
+};
+
+// TESSERA_lens: thin lens of a camera. Radius 0 is a pinhole.
+struct Lens {
+  float aperture_radius = 0.0f;  // scene units
+  float focus_distance = 0.0f;   // scene units in front of the camera; infinity allowed
+};
+
+struct Camera {
+  enum class Type : std::uint8_t { kPerspective, kOrthographic };
+  std::string name;
+  Type type = Type::kPerspective;
+  float vertical_fov = 0.8f;         // radians, perspective
+  float x_mag = 1.0f, y_mag = 1.0f;  // half extents, orthographic
+  float near = 0.1f;
+  float far = 0.0f;  // 0: unlimited
+  Lens lens;
+};
+
+// TESSERA_capture: how the file wants to be replayed.
+struct CaptureSettings {
+  int width = 1280, height = 720;
+  double frame_rate = 30.0;
+  double shutter_open = 0.0, shutter_close = 0.0;  // fractions of a frame, open <= close; equal: no motion blur
+  int first_frame = 0, frame_count = 1;
+  int camera_node = kNone;  // kNone: the first camera in the scene, or automatic framing
+  float exposure = 1.0f;
+  std::optional<float> environment;  // intensity; unset: 1, or 0.3 when the file has lights
+  std::optional<Vec3> background;    // linear colour; unset: the environment
+  bool declared = false;             // false: the file says nothing, these are defaults
+};
+
+struct Capture {
+  std::filesystem::path file;
+  std::uint64_t file_bytes = 0;     // of the file and its buffers and images
+  std::uint64_t charged_bytes = 0;  // of CaptureLimits::max_bytes, by reading it
+  std::vector<Node> nodes;
+  std::vector<int> roots;  // nodes of the scene that is drawn
+  std::vector<Mesh> meshes;
+  std::vector<Procedure> procedures;
+  std::vector<Material> materials;
+  std::vector<Skin> skins;
+  std::vector<Animation> animations;
+  std::vector<int> played_animations;  // played together: the first, and every further one that does not fight it
+  std::vector<Camera> cameras;
+  std::vector<shaders::Light> lights;  // colour, cone and range; placed by their nodes
+  CaptureSettings settings;
+  std::vector<std::string> extensions_used;
+  std::vector<std::string> notices;  // what the reader skipped or assumed, for people
+};
+
+}  // namespace tessera::scene

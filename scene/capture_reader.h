@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "scene/capture.h"
+#include "scene/limits.h"
+
+namespace tessera::scene {
+
+// Reads a capture: any glTF 2.0 asset (.gltf with data URIs or files beside it, .glb) with the extensions that
+// supported_extensions() lists. The file is not trusted: every index, range, count and URI is checked before it
+// is used, and sizes are charged to the limits before they are allocated.
+//
+// Throws InputError (file, JSON pointer or byte offset, fault) for anything that glTF forbids and that could change
+// the picture, and LimitError when a limit would be exceeded. Harmless oddities load: weights that do not sum to 1,
+// longer buffers, strided animation data, unused objects.
+Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {});
+
+}  // namespace tessera::scene

@@ -1,0 +1,147 @@
+#include "scene/frame_geometry.h"
+
+#include <atomic>
+
+#include "base/parallel.h"
+#include "scene/patch_displacement.h"
+#include "scene/procedure_patch.h"
+
+namespace tessera::scene {
+namespace {
+
+// Points the drawable's spans at deformed vertices where there are any, at the capture's otherwise.
+void connect_spans(PosedDrawable& posed) {
+  for (std::size_t key = 0; key < 2; ++key) {
+    const Deformed& deformed = posed.storage[posed.deforming ? key : 0];
+    const Vertices& rest = posed.primitive->vertices;
+    const bool own = deformed.positions.empty();
+    posed.positions[key] = own ? std::span<const Vec3>(rest.positions) : std::span<const Vec3>(deformed.positions);
+    posed.normals[key] = own ? std::span<const Vec3>(rest.normals) : std::span<const Vec3>(deformed.normals);
+    posed.tangents[key] = own ? std::span<const Vec4>(rest.tangents) : std::span<const Vec4>(deformed.tangents);
+  }
+}
+
+// The materials without what the request leaves out; empty when it leaves out nothing.
+std::vector<Material> reduced_materials(const Assembly& assembly, const FrameRequest& request) {
+  if (request.displacement && request.alpha_test && request.blending) return {};
+  std::vector<Material> materials = assembly.materials;
+  for (Material& material : materials) {
+    if (!request.displacement) material.displacement.reset();
+    if (!request.alpha_test && material.alpha_mode == AlphaMode::kMask) material.alpha_mode = AlphaMode::kOpaque;
+    if (!request.blending && material.alpha_mode == AlphaMode::kBlend) material.alpha_mode = AlphaMode::kOpaque;
+  }
+  return materials;
+}
+
+void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable,
+                   const std::array<Pose, 2>& poses, const std::array<DMat4, 2>& world_to_raster,
+                   PosedDrawable& posed) {
+  const Capture& capture = *assembly.capture;
+  static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
+  posed.drawable = &drawable;
+  if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
+  posed.primitive = posed.procedure != nullptr ? &kNoPrimitive
+                                               : &capture.meshes[static_cast<std::size_t>(drawable.mesh)]
+                                                      .primitives[static_cast<std::size_t>(drawable.primitive)];
+  posed.material = &materials[static_cast<std::size_t>(drawable.material)];
+  for (std::size_t key = 0; key < 2; ++key) {
+    const DMat4 world = object_to_world(capture, drawable.node, *posed.primitive, poses[key]);
+    posed.to_world[key] = Mat4(world);
+    posed.to_raster[key] = Mat4(world_to_raster[key] * world);
+    const double determinant = glm::determinant(DMat3(world));
+    posed.mirrored = determinant < 0;
+    posed.normal_to_world[key] = determinant != 0 ? Mat3(glm::transpose(glm::inverse(DMat3(world)))) : Mat3(1.0f);
+    deform(capture, drawable.node, *posed.primitive, poses[key], posed.storage[key]);
+  }
+  posed.deforming = posed.storage[0].positions != posed.storage[1].positions;
+  posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
+  connect_spans(posed);
+}
+
+// Factors of a Bezier patch: each edge by its own control points, the grid by the longest of all rows and columns.
+TessellationPattern pattern_of(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch) {
+  std::array<std::array<Vec4, 16>, 2> raster;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
+    for (std::size_t i = 0; i < 16; ++i) raster[key][i] = drawable.to_raster[key] * Vec4(points[i], 1.0f);
+  }
+  const float near_w = frame.projection.orthographic ? 1.0f : static_cast<float>(frame.projection.near);
+  const auto factor = [&](std::size_t first, std::size_t step) {
+    std::array<std::array<Vec4, 4>, 2> curve;
+    for (std::size_t key = 0; key < 2; ++key)
+      for (std::size_t k = 0; k < 4; ++k) curve[key][k] = raster[key][first + k * step];
+    return curve_factor(curve, near_w, frame.request.tessellation, frame.request.max_factor);
+  };
+  TessellationPattern pattern;
+  pattern.edge = {static_cast<std::uint8_t>(factor(0, 1)), static_cast<std::uint8_t>(factor(12, 1)),
+                  static_cast<std::uint8_t>(factor(0, 4)), static_cast<std::uint8_t>(factor(3, 4))};
+  pattern.nu =
+      static_cast<std::uint8_t>(std::max({int{pattern.edge[0]}, int{pattern.edge[1]}, factor(4, 1), factor(8, 1)}));
+  pattern.nv =
+      static_cast<std::uint8_t>(std::max({int{pattern.edge[2]}, int{pattern.edge[3]}, factor(1, 4), factor(2, 4)}));
+  return pattern;
+}
+
+std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pose) {
+  std::vector<shaders::Light> lights;
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    const int light = capture.nodes[n].light;
+    if (light == kNone || !pose.in_scene[n]) continue;
+    shaders::Light placed = capture.lights[static_cast<std::size_t>(light)];
+    const DMat4& world = pose.world[n];
+    placed.position = Vec3(DVec3(world[3]));
+    const DVec3 forward = -DVec3(world[2]);
+    if (glm::length(forward) > 0) placed.direction = Vec3(glm::normalize(forward));
+    lights.push_back(placed);
+  }
+  return lights;
+}
+
+}  // namespace
+
+CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
+  const Drawable& drawable = *frame.drawable_of(patch).drawable;
+  if (has_grid(drawable)) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+  const Cluster& cluster = frame.assembly->clusters[drawable.geometry].clusters[patch - drawable.first_patch];
+  return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
+}
+
+std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
+                                          const FrameRequest& request) {
+  static std::atomic<std::uint64_t> last_identity = 0;
+  auto frame = std::make_unique<FrameGeometry>();
+  frame->identity = ++last_identity;
+  frame->assembly = &assembly;
+  frame->request = request;
+  frame->projection = make_projection(camera.camera, request.width, request.height);
+  std::array<Pose, 2> poses;
+  poses[0] = pose_at(*assembly.capture, request.open_time);
+  poses[1] = request.close_time == request.open_time ? poses[0] : pose_at(*assembly.capture, request.close_time);
+  std::array<DMat4, 2> world_to_raster;
+  for (std::size_t key = 0; key < 2; ++key) {
+    frame->views[key] = camera.view(poses[key]);
+    world_to_raster[key] = frame->projection.matrix() * frame->views[key].world_to_camera;
+  }
+  frame->drawables.resize(assembly.drawables.size());
+  frame->materials = reduced_materials(assembly, request);
+  const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials)
+                                                                       : std::span<const Material>(frame->materials);
+  parallel_for(assembly.drawables.size(), [&](std::size_t d) {
+    pose_drawable(assembly, materials, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
+  });
+  for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
+  frame->patterns.resize(assembly.patch_count());
+  frame->displacement_lod.resize(assembly.patch_count());
+  parallel_for(assembly.patch_count(), [&](std::size_t p) {
+    const PosedDrawable& drawable = frame->drawable_of(static_cast<std::uint32_t>(p));
+    if (drawable.procedure != nullptr) frame->patterns[p] = procedure_pattern(*frame, static_cast<std::uint32_t>(p));
+    if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) return;
+    frame->patterns[p] = pattern_of(*frame, drawable, static_cast<std::uint32_t>(p));
+    if (drawable.material->displacement)
+      frame->displacement_lod[p] = choose_displacement_lod(*frame, drawable, static_cast<std::uint32_t>(p));
+  });
+  frame->lights = place_lights(*assembly.capture, poses[0]);
+  return frame;
+}
+
+}  // namespace tessera::scene

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "scene/assembly.h"
+#include "scene/deform.h"
+#include "scene/tessellation_pattern.h"
+#include "scene/view.h"
+
+namespace tessera::scene {
+
+// What one frame is made of: where and when.
+struct FrameRequest {
+  int width = 1280, height = 720;
+  double open_time = 0, close_time = 0;  // seconds; equal: no motion blur
+  TessellationSettings tessellation;
+  int max_factor = 64;
+  int subpixel_bits = 8;           // of the grid that vertices are put on: 4 to 8
+  bool half_attributes = false;    // interpolated attributes reach the pixel shader in half precision
+  bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
+  bool draw_lines = false;         // procedures are paper with ink strokes, not shaded surfaces
+  // Whether the scene has what the capture says of it; false: as a capture without it.
+  bool displacement = true, alpha_test = true, blending = true, procedures = true;
+
+  float subpixels() const { return static_cast<float>(1 << subpixel_bits); }  // along a pixel's side
+};
+
+// A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
+// are the capture's own.
+struct PosedDrawable {
+  const Drawable* drawable = nullptr;
+  const Primitive* primitive = nullptr;
+  const Material* material = nullptr;
+  const Procedure* procedure = nullptr;  // of drawables that are one; their primitive is empty
+  bool moving = false;                   // anything differs between the keys, camera included
+  bool deforming = false;                // the vertices themselves differ
+  bool mirrored = false;                 // the transform turns triangles inside out
+  std::array<Mat4, 2> to_raster;         // object space to (xh, yh, depth, w)
+  std::array<Mat4, 2> to_world;
+  std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
+  std::array<std::span<const Vec3>, 2> positions, normals;
+  std::array<std::span<const Vec4>, 2> tangents;
+
+  std::array<Deformed, 2> storage;  // what the spans point at when the pose deforms
+};
+
+// The scene of one frame, read by all later units. Immutable once posed.
+struct FrameGeometry {
+  const Assembly* assembly = nullptr;
+  FrameRequest request;
+  Projection projection;
+  std::array<View, 2> views;
+  std::vector<Material> materials;  // as Assembly::materials where the request leaves something out of them, else empty
+  std::vector<PosedDrawable> drawables;       // as Assembly::drawables
+  std::vector<TessellationPattern> patterns;  // per base patch; clusters keep the default
+  std::vector<float> displacement_lod;  // per base patch: level of detail of its heights; 0 where nothing displaces
+  std::vector<shaders::Light> lights;   // in world space, at shutter open
+  bool any_motion = false;
+  std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed
+
+  const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
+
+  // Control points of a Bezier patch at a key, in object space.
+  std::span<const Vec3, 16> control_points(const PosedDrawable& drawable, std::uint32_t patch, int key) const {
+    return drawable.positions[static_cast<std::size_t>(key)]
+        .subspan(std::size_t{16} * (patch - drawable.drawable->first_patch))
+        .first<16>();
+  }
+};
+
+// All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
+CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
+
+// Poses the scene at both keys and fixes every patch's tessellation pattern. Runs on all threads.
+std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
+                                          const FrameRequest& request);
+
+}  // namespace tessera::scene

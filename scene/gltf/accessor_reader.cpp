@@ -1,0 +1,128 @@
+#include <cmath>
+#include <cstring>
+
+#include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/document.h"
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+template <class T>
+T load(const std::uint8_t* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+std::int64_t load_integer(const std::uint8_t* bytes, int component_type) {
+  switch (component_type) {
+    case kByte:
+      return load<std::int8_t>(bytes);
+    case kUnsignedByte:
+      return load<std::uint8_t>(bytes);
+    case kShort:
+      return load<std::int16_t>(bytes);
+    case kUnsignedShort:
+      return load<std::uint16_t>(bytes);
+    default:
+      return load<std::uint32_t>(bytes);
+  }
+}
+
+// Calls put(element, component, address) for every scalar of `layout.count` elements at `bytes`.
+template <class Put>
+void for_each_scalar(const AccessorLayout& layout, const std::uint8_t* bytes, std::uint64_t stride, const Put& put) {
+  const std::uint64_t scalar = component_bytes(layout.component_type);
+  const int rows = layout.components / layout.columns;
+  for (std::uint64_t e = 0; e < layout.count; ++e)
+    for (int column = 0; column < layout.columns; ++column)
+      for (int row = 0; row < rows; ++row)
+        put(e, static_cast<std::uint64_t>(column * rows + row),
+            bytes + e * stride + static_cast<std::uint64_t>(column) * layout.column_bytes() +
+                static_cast<std::uint64_t>(row) * scalar);
+}
+
+// Visits the accessor's data, then what its sparse part replaces: put(element, component, address).
+template <class Put>
+void visit_scalars(Document& document, std::size_t index, const AccessorLayout& layout, const Put& put) {
+  const json& accessor = document.json["accessors"][index];
+  if (layout.has_view) {
+    const Bytes view = document.resources.buffer_view(accessor["bufferView"].get<std::size_t>());
+    for_each_scalar(layout, view.data() + layout.byte_offset, layout.stride, put);
+  }
+  const auto sparse = accessor.find("sparse");
+  if (sparse == accessor.end()) return;
+  const json &indices = (*sparse)["indices"], &values = (*sparse)["values"];
+  const int index_type = indices["componentType"].get<int>();
+  const std::uint8_t* index_bytes = document.resources.buffer_view(indices["bufferView"].get<std::size_t>()).data() +
+                                    indices.value("byteOffset", std::uint64_t{0});
+  const std::uint8_t* value_bytes = document.resources.buffer_view(values["bufferView"].get<std::size_t>()).data() +
+                                    values.value("byteOffset", std::uint64_t{0});
+  AccessorLayout part = layout;
+  part.count = (*sparse)["count"].get<std::uint64_t>();
+  document.budget.charge(part.count, sizeof(std::uint64_t), document.root.at("accessors").at(index).pointer());
+  std::vector<std::uint64_t> targets(part.count);
+  for (std::uint64_t i = 0; i < part.count; ++i) {
+    targets[i] = static_cast<std::uint64_t>(load_integer(index_bytes + i * component_bytes(index_type), index_type));
+    const Place place = document.root.at("accessors").at(index).at("sparse").at("indices");
+    if (targets[i] >= layout.count)
+      place.refuse("index {} is {}, the accessor has {} elements", i, targets[i], layout.count);
+    if (i > 0 && targets[i] <= targets[i - 1]) place.refuse("index {} does not increase", i);
+  }
+  for_each_scalar(part, value_bytes, layout.element_bytes,
+                  [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) { put(targets[e], c, at); });
+}
+
+}  // namespace
+
+float dequantize(std::int64_t value, int component_type) {
+  const auto v = static_cast<float>(value);
+  switch (component_type) {
+    case kByte:
+      return std::max(v / 127.0f, -1.0f);
+    case kUnsignedByte:
+      return v / 255.0f;
+    case kShort:
+      return std::max(v / 32767.0f, -1.0f);
+    case kUnsignedShort:
+      return v / 65535.0f;
+    default:
+      return v;
+  }
+}
+
+std::vector<float> read_floats(Document& document, std::size_t index) {
+  const AccessorLayout layout = accessor_layout(document.json, index);
+  const auto components = static_cast<std::uint64_t>(layout.components);
+  const Place place = document.root.at("accessors").at(index);
+  document.budget.charge(layout.count * components, sizeof(float), place.pointer());
+  std::vector<float> values(layout.count * components, 0.0f);
+  visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
+    float value;
+    if (layout.component_type == kFloat) {
+      value = load<float>(at);
+      if (!std::isfinite(value)) place.refuse("element {} is not a finite number", e);
+    } else {
+      const std::int64_t integer = load_integer(at, layout.component_type);
+      value = layout.normalized ? dequantize(integer, layout.component_type) : static_cast<float>(integer);
+    }
+    values[e * components + c] = value;
+  });
+  return values;
+}
+
+std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t index) {
+  const AccessorLayout layout = accessor_layout(document.json, index);
+  const auto components = static_cast<std::uint64_t>(layout.components);
+  document.budget.charge(layout.count * components, sizeof(std::uint32_t),
+                         document.root.at("accessors").at(index).pointer());
+  std::vector<std::uint32_t> values(layout.count * components, 0);
+  visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
+    values[e * components + c] = static_cast<std::uint32_t>(load_integer(at, layout.component_type));
+  });
+  return values;
+}
+
+}  // namespace tessera::scene::gltf

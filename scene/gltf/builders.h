@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+
+#include "scene/capture.h"
+#include "scene/gltf/document.h"
+
+namespace tessera::scene::gltf {
+
+// Each turns one part of a checked document into the capture's form. They throw InputError for values inside buffers
+// that glTF forbids, LimitError when the budget does not suffice.
+std::vector<Mesh> build_meshes(Document& document);
+// One primitive as it is stored (a cage stays a cage), or nothing where there is nothing to draw.
+std::optional<Primitive> build_primitive(Document& document, const nlohmann::json& json_primitive,
+                                         const tinygltf::Primitive& model, const Place& place);
+std::vector<Material> build_materials(Document& document);
+void build_scene(Document& document, Capture& capture);  // nodes, skins, animations, cameras, lights, settings
+
+}  // namespace tessera::scene::gltf

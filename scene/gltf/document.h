@@ -1,0 +1,60 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <tiny_gltf.h>
+#include <nlohmann/json.hpp>
+
+#include "scene/gltf/place.h"
+#include "scene/gltf/resources.h"
+#include "scene/limits.h"
+
+namespace tessera::scene::gltf {
+
+// A checked glTF document and everything needed to decode it. `model` is tinygltf's typed view of `json` without its
+// buffers and images: tinygltf fills in the defaults, the bytes come from `resources`, which checks them.
+struct Document {
+  nlohmann::json json;
+  tinygltf::Model model;
+  Resources resources;
+  Place root;
+  const CaptureLimits& limits;
+  MemoryBudget& budget;
+  std::vector<std::string> notices;
+
+  Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
+           const CaptureLimits& limits_in, MemoryBudget& budget_in);
+};
+
+// A member of an extension object, or null.
+const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
+
+// ---- Accessors --------------------------------------------------------------------------------------------------
+
+// All scalars of an accessor as floats: sparse values applied, normalised integers mapped to [0, 1] or [-1, 1], other
+// integers converted. Refuses NaN and infinity, naming the element.
+std::vector<float> read_floats(Document& document, std::size_t accessor);
+
+// All scalars of an accessor with an unsigned integer component type.
+std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t accessor);
+
+// Value of a normalised integer (glTF 2.0 section 3.6.2.2).
+float dequantize(std::int64_t value, int component_type);
+
+// ---- Draco ------------------------------------------------------------------------------------------------------
+
+// A decoded KHR_draco_mesh_compression primitive: triangle list and attributes by glTF name, each with as many scalars
+// per vertex as its accessor says.
+struct DracoMesh {
+  std::vector<std::uint32_t> indices;
+  std::size_t vertex_count = 0;
+  std::vector<std::pair<std::string, std::vector<float>>> attributes;
+
+  const std::vector<float>* find(const std::string& name) const;
+};
+
+// `primitive` is the primitive's JSON; `place` its place.
+DracoMesh read_draco(Document& document, const nlohmann::json& primitive, const Place& place);
+
+}  // namespace tessera::scene::gltf

@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+#include <draco/compression/mesh/mesh_sequential_decoder.h>
+
+#include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/document.h"
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+// What the head of a Draco mesh stream promises (bit-stream 2.2), read before the decoder allocates by it.
+struct StreamHead {
+  bool edgebreaker = false;
+  std::uint64_t faces = 0, points = 0;
+  std::uint64_t seams = 0;  // edgebreaker: attributes with a connectivity of their own
+};
+
+// Walks over bytes; past the end every read fails and `ok` stays false.
+struct Cursor {
+  Bytes bytes;
+  std::size_t at = 0;
+  bool ok = true;
+
+  std::uint8_t byte() {
+    if (at >= bytes.size()) ok = false;
+    return ok ? bytes[at++] : 0;
+  }
+  void skip(std::uint64_t count) {
+    if (count > bytes.size() - at)
+      ok = false;
+    else
+      at += count;
+  }
+  std::uint64_t varint() {
+    std::uint64_t value = 0;
+    for (int shift = 0; shift < 63; shift += 7) {
+      const std::uint8_t b = byte();
+      value |= std::uint64_t{b & 0x7Fu} << shift;
+      if ((b & 0x80) == 0) return value;
+    }
+    ok = false;
+    return 0;
+  }
+};
+
+// Skips the entries of one metadata element and of those inside it (Draco bit-stream, section 5).
+void skip_metadata(Cursor& cursor) {
+  std::vector<std::uint64_t> left = {1};  // elements still to come, by level
+  while (!left.empty() && cursor.ok) {
+    if (left.back() == 0) {
+      left.pop_back();
+      continue;
+    }
+    --left.back();
+    if (left.size() > 1) cursor.skip(cursor.byte());  // the name of an inner element
+    for (std::uint64_t entries = cursor.varint(); entries > 0 && cursor.ok; --entries) {
+      cursor.skip(cursor.byte());
+      cursor.skip(cursor.varint());
+    }
+    left.push_back(cursor.varint());
+  }
+}
+
+StreamHead read_head(Bytes stream, const Place& place) {
+  constexpr int kMetadataFlag = 0x8000;
+  if (stream.size() < 11 || std::memcmp(stream.data(), "DRACO", 5) != 0) place.refuse("is not a Draco stream");
+  // The extension's text names this version alone; older ones are decoded by code that trusts their counts.
+  if (stream[5] != 2 || stream[6] != 2)
+    place.refuse("is Draco bit-stream {}.{}, the extension defines 2.2", stream[5], stream[6]);
+  if (stream[7] != draco::TRIANGULAR_MESH) place.refuse("is not a Draco mesh");
+  if (stream[8] > draco::MESH_EDGEBREAKER_ENCODING) place.refuse("has a Draco method that does not exist");
+  StreamHead head;
+  head.edgebreaker = stream[8] == draco::MESH_EDGEBREAKER_ENCODING;
+  Cursor cursor{stream, 11};
+  if (((stream[9] + stream[10] * 256) & kMetadataFlag) != 0) {
+    for (std::uint64_t attributes = cursor.varint(); attributes > 0 && cursor.ok; --attributes) {
+      cursor.varint();  // the attribute's id
+      skip_metadata(cursor);
+    }
+    skip_metadata(cursor);
+  }
+  if (head.edgebreaker) {
+    cursor.byte();  // traversal
+    head.points = cursor.varint();
+    head.faces = cursor.varint();
+    head.seams = cursor.byte();
+  } else {
+    head.faces = cursor.varint();
+    head.points = cursor.varint();
+  }
+  if (!cursor.ok) place.refuse("Draco stream is cut off inside its head");
+  return head;
+}
+
+// Charges the attributes' values when their forms are known, before they are decoded.
+template <class Decoder>
+class ChargingDecoder final : public Decoder {
+ public:
+  ChargingDecoder(MemoryBudget& budget, const Place& place) : budget_(budget), place_(place) {}
+
+ protected:
+  bool DecodeAllAttributes() override {
+    const draco::PointCloud& cloud = *this->point_cloud();
+    // Of each attribute: its values, the integers they are decoded from, the prediction's copies and the point map.
+    for (int a = 0; a < cloud.num_attributes(); ++a)
+      budget_.charge(cloud.num_points(),
+                     2 * static_cast<std::uint64_t>(cloud.attribute(a)->byte_stride()) +
+                         16 * cloud.attribute(a)->num_components() + 32,
+                     place_.pointer());
+    return Decoder::DecodeAllAttributes();
+  }
+
+ private:
+  MemoryBudget& budget_;
+  const Place& place_;
+};
+
+std::pair<std::int64_t, std::int64_t> integer_range(int component_type) {
+  switch (component_type) {
+    case kByte:
+      return {-128, 127};
+    case kUnsignedByte:
+      return {0, 255};
+    case kShort:
+      return {-32768, 32767};
+    case kUnsignedShort:
+      return {0, 65535};
+    default:
+      return {0, 0xFFFFFFFFll};
+  }
+}
+
+// Scalars of one decoded attribute, per point, read as the accessor says.
+std::vector<float> attribute_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute,
+                                    const AccessorLayout& layout, const Place& place) {
+  const auto components = static_cast<std::size_t>(layout.components);
+  const bool is_float = attribute.data_type() == draco::DT_FLOAT32;
+  const std::pair<std::int64_t, std::int64_t> range = integer_range(layout.component_type);
+  std::vector<float> values(mesh.num_points() * components);
+  for (std::uint32_t point = 0; point < mesh.num_points(); ++point) {
+    const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(point));
+    if (index.value() >= attribute.size()) place.refuse("point {} has no value in the Draco stream", point);
+    float* out = &values[point * components];
+    if (is_float) {
+      attribute.ConvertValue<float>(index, static_cast<std::int8_t>(components), out);
+    } else {
+      std::int64_t integers[4] = {};
+      attribute.ConvertValue<std::int64_t>(index, static_cast<std::int8_t>(components), integers);
+      for (std::size_t c = 0; c < components; ++c)
+        if (integers[c] < range.first || integers[c] > range.second)
+          place.refuse("point {} of the Draco stream has the value {}, which its accessor's type cannot hold", point,
+                       integers[c]);
+      for (std::size_t c = 0; c < components; ++c)
+        out[c] = layout.normalized ? dequantize(integers[c], layout.component_type) : static_cast<float>(integers[c]);
+    }
+    for (std::size_t c = 0; c < components; ++c)
+      if (!std::isfinite(out[c])) place.refuse("point {} of the Draco stream is not a finite number", point);
+  }
+  return values;
+}
+
+template <class Decoder>
+draco::Status decode_with(Bytes stream, draco::Mesh& mesh, MemoryBudget& budget, const Place& place) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+  ChargingDecoder<Decoder> decoder(budget, place);
+  return decoder.Decode(draco::DecoderOptions(), &buffer, &mesh);
+}
+
+std::unique_ptr<draco::Mesh> decode(Bytes stream, std::uint64_t declared_faces, std::uint64_t declared_points,
+                                    MemoryBudget& budget, const Place& place) {
+  const StreamHead head = read_head(stream, place);
+  if (head.faces > declared_faces)
+    place.refuse("Draco stream says {} triangles, the accessor of the indices {}", head.faces, declared_faces);
+  // More points than declared come from attributes that were split at seams: at most one for each corner.
+  if (head.points > std::max(3 * head.faces, declared_points))
+    place.refuse("Draco stream says {} points for {} triangles", head.points, head.faces);
+  // Faces and indices; for edgebreaker the tables of corners and vertices and those of each seam. Then tables by the
+  // length of the stream.
+  budget.charge(head.faces + head.points, head.edgebreaker ? 120 + 40 * head.seams : 32, place.pointer());
+  budget.charge(stream.size(), 64, place.pointer());
+  auto mesh = std::make_unique<draco::Mesh>();
+  const draco::Status status = head.edgebreaker
+                                   ? decode_with<draco::MeshEdgebreakerDecoder>(stream, *mesh, budget, place)
+                                   : decode_with<draco::MeshSequentialDecoder>(stream, *mesh, budget, place);
+  if (!status.ok()) place.refuse("Draco stream cannot be decoded ({})", status.error_msg_string());
+  return mesh;
+}
+
+}  // namespace
+
+const std::vector<float>* DracoMesh::find(const std::string& name) const {
+  for (const auto& [key, values] : attributes)
+    if (key == name) return &values;
+  return nullptr;
+}
+
+DracoMesh read_draco(Document& document, const json& primitive, const Place& place) {
+  const json& extension = *find_extension(primitive, "KHR_draco_mesh_compression");
+  const Place inner = place.at("extensions").at("KHR_draco_mesh_compression");
+  const AccessorLayout indices = accessor_layout(document.json, primitive["indices"].get<std::size_t>());
+  const Bytes stream = document.resources.buffer_view(extension["bufferView"].get<std::size_t>());
+  const bool strip = primitive.value("mode", 4) == 5;
+  const std::uint64_t declared_faces = strip ? indices.count : indices.count / 3;
+  std::uint64_t declared_points = 0;
+  for (const auto& [name, accessor] : primitive["attributes"].items())
+    declared_points = std::max(declared_points, accessor_layout(document.json, accessor.get<std::size_t>()).count);
+  const std::unique_ptr<draco::Mesh> mesh = decode(stream, declared_faces, declared_points, document.budget, inner);
+  if (mesh->num_faces() == 0 || mesh->num_points() == 0) inner.refuse("Draco stream holds no triangles");
+
+  document.budget.charge(mesh->num_faces(), 12, inner.pointer());
+  DracoMesh out;
+  out.vertex_count = mesh->num_points();
+  out.indices.reserve(std::size_t{mesh->num_faces()} * 3);
+  for (std::uint32_t f = 0; f < mesh->num_faces(); ++f)
+    for (const draco::PointIndex& corner : mesh->face(draco::FaceIndex(f))) {
+      if (corner.value() >= mesh->num_points()) inner.refuse("Draco stream has a corner outside its points");
+      out.indices.push_back(corner.value());
+    }
+  for (const auto& [name, id] : extension["attributes"].items()) {
+    const Place at = inner.at("attributes").at(name);
+    const draco::PointAttribute* attribute = mesh->GetAttributeByUniqueId(id.get<std::uint32_t>());
+    if (attribute == nullptr) at.refuse("is id {}, which the Draco stream does not have", id.dump());
+    const AccessorLayout layout = accessor_layout(document.json, primitive["attributes"][name].get<std::size_t>());
+    if (attribute->num_components() != layout.components)
+      at.refuse("has {} components in the Draco stream, {} in its accessor", attribute->num_components(),
+                layout.components);
+    const bool is_float = attribute->data_type() == draco::DT_FLOAT32;
+    if (is_float != (layout.component_type == kFloat) ||
+        !(is_float || draco::IsDataTypeIntegral(attribute->data_type())))
+      at.refuse("is of another component type in the Draco stream than in its accessor");
+    document.budget.charge(out.vertex_count, static_cast<std::uint64_t>(layout.components) * 4, at.pointer());
+    out.attributes.emplace_back(name, attribute_values(*mesh, *attribute, layout, at));
+  }
+  return out;
+}
+
+}  // namespace tessera::scene::gltf

@@ -1,0 +1,194 @@
+#include "scene/gltf/json_reader.h"
+
+#include <algorithm>
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include "base/error.h"
+#include "scene/capture.h"
+#include "scene/gltf/place.h"
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMaxDepth = 64;
+
+// Counts what a text holds, in the interface that nlohmann::json::sax_parse asks for. Keeps one hash per key of the
+// objects that are open, nothing else that grows with the text.
+class Census {
+ public:
+  Census(const std::string& file, std::size_t first_byte) : file_(file), first_byte_(first_byte) {}
+
+  bool null() { return value(); }
+  bool boolean(bool) { return value(); }
+  bool number_integer(std::int64_t) { return value(); }
+  bool number_unsigned(std::uint64_t) { return value(); }
+  bool number_float(double, const std::string&) { return value(); }
+  bool string(std::string& text) {
+    strings += 1;
+    string_bytes += text.size();
+    return value();
+  }
+  bool binary(std::vector<std::uint8_t>&) { return value(); }
+  bool start_object(std::size_t) { return open(true); }
+  bool start_array(std::size_t) { return open(false); }
+  bool key(std::string& text) {
+    keys += 1;
+    string_bytes += text.size();
+    levels_.back().key_hashes.push_back(std::hash<std::string>{}(text));
+    levels_.back().key = text;
+    return true;
+  }
+  bool end_array() { return close(); }
+  bool end_object() {
+    std::vector<std::size_t>& hashes = levels_.back().key_hashes;
+    std::sort(hashes.begin(), hashes.end());
+    if (const auto twin = std::adjacent_find(hashes.begin(), hashes.end()); twin != hashes.end()) {
+      const std::string where = pointer(levels_.size() - 1);
+      throw InputError(file_, where.empty() ? kWholeDocument : where, "has a key twice");
+    }
+    return close();
+  }
+  bool parse_error(std::size_t position, const std::string&, const json::exception& error) {
+    // "[json.exception.parse_error.101] parse error at line 1, column 5: syntax error ..."
+    std::string reason = error.what();
+    const std::size_t bracket = reason.find("] "), colon = reason.find(": ");
+    if (colon != std::string::npos)
+      reason = reason.substr(colon + 2);
+    else if (bracket != std::string::npos)
+      reason = reason.substr(bracket + 2);
+    throw InputError(file_, fmt::format("byte {}", first_byte_ + std::max<std::size_t>(position, 1) - 1),
+                     "is not JSON: " + reason);
+  }
+
+  std::uint64_t values = 0, containers = 0, keys = 0, strings = 0, string_bytes = 0;
+
+ private:
+  struct Level {
+    bool object = false;
+    std::size_t elements = 0;  // of an array, so far
+    std::string key;           // of an object, the latest
+    std::vector<std::size_t> key_hashes;
+  };
+
+  bool value() {
+    values += 1;
+    if (!levels_.empty()) levels_.back().elements += 1;
+    return true;
+  }
+  bool open(bool object) {
+    containers += 1;
+    value();
+    if (levels_.size() >= kMaxDepth)
+      throw InputError(file_, pointer(3) + "...", fmt::format("JSON nests deeper than {} levels", kMaxDepth));
+    levels_.emplace_back().object = object;
+    return true;
+  }
+  bool close() {
+    levels_.pop_back();
+    return true;
+  }
+  // Of the value inside the first `depth` open levels.
+  std::string pointer(std::size_t depth) const {
+    Place place(file_);
+    for (std::size_t k = 0; k < depth; ++k)
+      place = levels_[k].object ? place.at(levels_[k].key) : place.at(levels_[k].elements - 1);
+    return place.pointer();
+  }
+
+  const std::string& file_;
+  std::size_t first_byte_;
+  std::vector<Level> levels_;
+};
+
+// Objects of a document and what one takes: tinygltf's and the capture's, times 3 for vectors that grow by doubling
+// (old and new block exist at once).
+struct ObjectKind {
+  const char* array;
+  std::uint64_t bytes;
+};
+constexpr std::uint64_t kGrowth = 3;
+constexpr ObjectKind kKinds[] = {
+    {"accessors", sizeof(tinygltf::Accessor)},
+    {"animations", sizeof(tinygltf::Animation) + sizeof(Animation)},
+    {"bufferViews", sizeof(tinygltf::BufferView)},
+    {"cameras", sizeof(tinygltf::Camera) + sizeof(Camera)},
+    {"materials", sizeof(tinygltf::Material) + sizeof(Material)},
+    {"meshes", sizeof(tinygltf::Mesh) + sizeof(Mesh)},
+    {"nodes", sizeof(tinygltf::Node) + sizeof(Node) + 48},  // and the tables of validation
+    {"samplers", sizeof(tinygltf::Sampler)},
+    {"scenes", sizeof(tinygltf::Scene)},
+    {"skins", sizeof(tinygltf::Skin) + sizeof(Skin)},
+    {"textures", sizeof(tinygltf::Texture)},
+};
+
+std::uint64_t count_values(const json& value) {
+  std::uint64_t count = 1;
+  if (value.is_structured())
+    for (const json& inner : value) count += count_values(inner);
+  return count;
+}
+
+// tinygltf copies what stands in "extensions" into values of its own.
+std::uint64_t count_extension_values(const json& value) {
+  std::uint64_t count = 0;
+  if (value.is_object()) {
+    for (const auto& [key, inner] : value.items())
+      count += key == "extensions" ? count_values(inner) : count_extension_values(inner);
+  } else if (value.is_array()) {
+    for (const json& inner : value) count += count_extension_values(inner);
+  }
+  return count;
+}
+
+}  // namespace
+
+json read_json(const std::string& text, std::size_t first_byte, const std::string& file, MemoryBudget& budget) {
+  // The census: a hash for each key, which has at least five bytes of text, in a vector that doubles.
+  budget.charge(text.size(), 5, file);
+  Census census(file, first_byte);
+  json::sax_parse(text, &census);
+  // A value is 16 bytes in a vector that doubles, a container 64 more, a key a map node of 96, a text 48; texts too
+  // long to lie inside std::string have a block of their own. Two such trees exist at a time: ours and tinygltf's, or
+  // the one that is written as text for it; the text takes up to 24 bytes a number and doubles as it grows. Then
+  // tinygltf's lists of numbers, its maps of attributes, and names, which the capture keeps once more.
+  const std::string what = file + ": JSON";
+  budget.charge(census.values, 2 * 16 * kGrowth + 24 * kGrowth + 8 * kGrowth, what);
+  budget.charge(census.containers, 2 * 64 + 64, what);
+  budget.charge(census.keys, 2 * 96 + 96 + 3 * 6, what);
+  budget.charge(census.strings, 2 * 48, what);
+  budget.charge(census.keys + census.strings, 2 * 32, what);
+  budget.charge(census.string_bytes, 2, what);
+  budget.charge(text.size(), 2 + kGrowth, what);
+  return json::parse(text);
+}
+
+void charge_objects(const json& document, const std::string& file, MemoryBudget& budget) {
+  for (const ObjectKind& kind : kKinds)
+    if (const auto array = document.find(kind.array); array != document.end())
+      budget.charge(array->size(), kGrowth * kind.bytes, file + ": " + kind.array);
+  const auto inner_arrays = [&](const char* outer, const char* inner, std::uint64_t bytes) {
+    const auto array = document.find(outer);
+    for (std::size_t i = 0; array != document.end() && i < array->size(); ++i)
+      if (const auto list = (*array)[i].find(inner); list != (*array)[i].end())
+        budget.charge(list->size(), kGrowth * bytes, fmt::format("{}: /{}/{}/{}", file, outer, i, inner));
+  };
+  inner_arrays("meshes", "primitives", sizeof(tinygltf::Primitive) + sizeof(Primitive));
+  inner_arrays("animations", "channels",
+               sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
+  inner_arrays("animations", "samplers", sizeof(tinygltf::AnimationSampler));
+  inner_arrays("nodes", "children", 2 * sizeof(int));
+  inner_arrays("skins", "joints", 2 * sizeof(int) + sizeof(DMat4) + 16);
+  inner_arrays("scenes", "nodes", 2 * sizeof(int) + 16);
+  if (const auto materials = document.find("materials"); materials != document.end())
+    budget.charge(count_values(*materials), sizeof(tinygltf::Parameter) + 128, file + ": /materials");
+  budget.charge(count_extension_values(document), 2 * kGrowth * sizeof(tinygltf::Value), file + ": /extensions");
+}
+
+}  // namespace tessera::scene::gltf

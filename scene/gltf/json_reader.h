@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "scene/limits.h"
+
+namespace tessera::scene::gltf {
+
+// Parses the JSON of a capture. The text is first read without keeping anything, to charge what the parsed tree and
+// its copies will take. Refuses (InputError) with the byte of the file what is not JSON, what nests deeper than 64
+// levels and numbers beyond double; with the JSON pointer a key that an object has twice: glTF forbids it, and which
+// of the two counts would be anybody's guess. `first_byte`: where the text begins in the file.
+nlohmann::json read_json(const std::string& text, std::size_t first_byte, const std::string& file,
+                         MemoryBudget& budget);
+
+// Charges what the typed view of a document (tinygltf's) and the capture's own objects take, buffers aside.
+// `document` must have passed check_schema.
+void charge_objects(const nlohmann::json& document, const std::string& file, MemoryBudget& budget);
+
+}  // namespace tessera::scene::gltf

@@ -1,0 +1,171 @@
+#include "scene/gltf/resources.h"
+
+#include <algorithm>
+#include <array>
+
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "base/whole_file.h"
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+std::string percent_decode(std::string_view text, const Place& place) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      out += text[i];
+      continue;
+    }
+    const int high = i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
+    const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
+    if (high < 0 || low < 0) place.refuse("has a broken % escape");
+    out += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return out;
+}
+
+int base64_digit(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  if (c == '+' || c == '-') return 62;
+  if (c == '/' || c == '_') return 63;
+  return -1;
+}
+
+std::vector<std::uint8_t> base64_decode(std::string_view text, const Place& place) {
+  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+  if (text.size() % 4 == 1) place.refuse("has a base64 text of impossible length");
+  std::vector<std::uint8_t> out;
+  out.reserve(text.size() / 4 * 3 + 3);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    const int digit = base64_digit(c);
+    if (digit < 0) place.refuse("has a character that is not base64");
+    bits = (bits << 6) | static_cast<std::uint32_t>(digit);
+    count += 6;
+    if (count >= 8) {
+      count -= 8;
+      out.push_back(static_cast<std::uint8_t>(bits >> count));
+    }
+  }
+  return out;
+}
+
+// "scheme:" as RFC 3986 defines it.
+bool has_scheme(std::string_view uri) {
+  const std::size_t colon = uri.find(':');
+  if (colon == std::string_view::npos || colon == 0) return false;
+  return std::all_of(uri.begin(), uri.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '+' || c == '-' ||
+           c == '.';
+  });
+}
+
+}  // namespace
+
+std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem::path& folder, const Place& place) {
+  if (uri.empty()) place.refuse("is an empty URI");
+  if (has_scheme(uri)) place.refuse("is a URI with a scheme; only files beside the capture and data: are read");
+  const std::string decoded = percent_decode(uri, place);
+  if (decoded.find('\0') != std::string::npos) place.refuse("holds a zero byte");
+  const std::filesystem::path relative(decoded);
+  if (relative.is_absolute() || decoded.front() == '/' || decoded.front() == '\\' ||
+      decoded.find('\\') != std::string::npos)
+    place.refuse("is not a relative path");
+  const std::filesystem::path normal = relative.lexically_normal();
+  if (normal.empty() || *normal.begin() == "..") place.refuse("leaves the capture's folder");
+  std::error_code error;
+  const std::filesystem::path base = std::filesystem::weakly_canonical(folder, error);
+  if (error) place.refuse("cannot be resolved: {}", error.message());
+  const std::filesystem::path target = std::filesystem::weakly_canonical(base / normal, error);
+  if (error) place.refuse("cannot be resolved: {}", error.message());
+  const auto [left, right] = std::mismatch(base.begin(), base.end(), target.begin(), target.end());
+  if (left != base.end()) place.refuse("leaves the capture's folder through a link");
+  return target;
+}
+
+std::vector<std::uint8_t> decode_data_uri(const std::string& uri, const Place& place) {
+  const std::size_t comma = uri.find(',');
+  if (comma == std::string::npos) place.refuse("is a data URI without data");
+  const std::string_view head = std::string_view(uri).substr(5, comma - 5);
+  const std::string_view data = std::string_view(uri).substr(comma + 1);
+  if (head.ends_with(";base64")) return base64_decode(data, place);
+  const std::string decoded = percent_decode(data, place);
+  return {decoded.begin(), decoded.end()};
+}
+
+Resources::Resources(const json& document, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
+                     bool has_binary, const CaptureLimits& limits, MemoryBudget& budget)
+    : document_(document),
+      root_(file.string()),
+      folder_(file.has_parent_path() ? file.parent_path() : std::filesystem::path(".")),
+      binary_(std::move(binary)),
+      has_binary_(has_binary),
+      limits_(limits),
+      budget_(budget) {}
+
+const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, const Place& place) {
+  const auto known = loaded_.find(uri);
+  if (known != loaded_.end()) return known->second;
+  std::vector<std::uint8_t> bytes;
+  if (uri.starts_with("data:")) {
+    budget_.charge(uri.size(), 4, place.pointer());  // kept as a key, unescaped text that doubles, bytes
+    bytes = decode_data_uri(uri, place);
+  } else {
+    const std::filesystem::path target = resolve_uri(uri, folder_, place);
+    try {
+      bytes = read_whole_file(target, limits_.max_file_bytes, uri,
+                              [&](std::uint64_t size) { budget_.charge(size, 1, escape_control(uri)); });
+    } catch (const InputError& error) {
+      place.refuse("{}: {}", escape_control(uri, 120), error.fault());
+    }
+  }
+  bytes_read_ += bytes.size();
+  return loaded_.emplace(uri, std::move(bytes)).first->second;
+}
+
+Bytes Resources::buffer(std::size_t index) {
+  const json& buffer = document_["buffers"][index];
+  const Place place = root_.at("buffers").at(index);
+  const auto length = buffer["byteLength"].get<std::uint64_t>();
+  const bool chunk = !buffer.contains("uri");
+  if (chunk && (index != 0 || !has_binary_)) place.refuse("has no uri and there is no binary chunk for it");
+  const std::vector<std::uint8_t>& bytes =
+      chunk ? binary_ : uri_bytes(buffer["uri"].get_ref<const std::string&>(), place.at("uri"));
+  if (bytes.size() < length) place.refuse("says {} bytes, its data has {}", length, bytes.size());
+  return Bytes(bytes).first(length);
+}
+
+Bytes Resources::buffer_view(std::size_t index) {
+  const json& view = document_["bufferViews"][index];
+  const Bytes bytes = buffer(view["buffer"].get<std::size_t>());
+  const auto offset = view.value("byteOffset", std::uint64_t{0}), length = view["byteLength"].get<std::uint64_t>();
+  if (offset > bytes.size() || length > bytes.size() - offset)
+    root_.at("bufferViews")
+        .at(index)
+        .refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, bytes.size());
+  return bytes.subspan(offset, length);
+}
+
+Bytes Resources::image(std::size_t index) {
+  const json& image = document_["images"][index];
+  const Place place = root_.at("images").at(index);
+  if (image.contains("bufferView")) return buffer_view(image["bufferView"].get<std::size_t>());
+  return uri_bytes(image["uri"].get_ref<const std::string&>(), place.at("uri"));
+}
+
+}  // namespace tessera::scene::gltf

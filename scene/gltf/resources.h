@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "scene/gltf/place.h"
+#include "scene/limits.h"
+
+namespace tessera::scene::gltf {
+
+using Bytes = std::span<const std::uint8_t>;
+
+// The bytes behind a document: buffers and images, from the binary chunk, data URIs and files. Files must lie inside
+// the document's folder (links resolved); there is no network. Each is read once, when first asked for.
+class Resources {
+ public:
+  // `document` must have passed check_schema and outlive this object.
+  Resources(const nlohmann::json& document, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
+            bool has_binary, const CaptureLimits& limits, MemoryBudget& budget);
+
+  // The buffer's byteLength bytes. A longer file or chunk is fine, a shorter one is refused.
+  Bytes buffer(std::size_t index);
+  Bytes buffer_view(std::size_t index);
+  // The encoded (PNG, JPEG) bytes of an image.
+  Bytes image(std::size_t index);
+
+  // Bytes read from files and data URIs so far.
+  std::uint64_t bytes_read() const { return bytes_read_; }
+
+ private:
+  const std::vector<std::uint8_t>& uri_bytes(const std::string& uri, const Place& place);
+
+  const nlohmann::json& document_;
+  Place root_;
+  std::filesystem::path folder_;
+  std::vector<std::uint8_t> binary_;
+  bool has_binary_;
+  const CaptureLimits& limits_;
+  MemoryBudget& budget_;
+  std::map<std::string, std::vector<std::uint8_t>> loaded_;  // by URI
+  std::uint64_t bytes_read_ = 0;
+};
+
+// The file that a relative URI names, or a refusal: schemes, absolute paths, and paths that leave `folder` (also
+// through links) are not followed. Exposed for tests.
+std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem::path& folder, const Place& place);
+
+// Bytes of a "data:" URI (base64 or percent-encoded). Refuses what is neither.
+std::vector<std::uint8_t> decode_data_uri(const std::string& uri, const Place& place);
+
+}  // namespace tessera::scene::gltf

@@ -1,0 +1,251 @@
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "scene/gltf/builders.h"
+#include "scene/gltf/procedure_builder.h"
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+DMat4 matrix_from(const double* m) {
+  DMat4 out;
+  for (int column = 0; column < 4; ++column)
+    for (int row = 0; row < 4; ++row) out[column][row] = m[4 * column + row];
+  return out;
+}
+
+std::vector<Node> build_nodes(const Document& document) {
+  std::vector<Node> nodes(document.model.nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const tinygltf::Node& model = document.model.nodes[i];
+    Node& node = nodes[i];
+    node.name = model.name;
+    node.children.assign(model.children.begin(), model.children.end());
+    for (const int child : model.children) nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(i);
+    if (model.translation.size() == 3)
+      node.transform.translation = {model.translation[0], model.translation[1], model.translation[2]};
+    if (model.scale.size() == 3) node.transform.scale = {model.scale[0], model.scale[1], model.scale[2]};
+    if (model.rotation.size() == 4)
+      node.transform.rotation =
+          glm::normalize(DQuat(model.rotation[3], model.rotation[0], model.rotation[1], model.rotation[2]));
+    if (model.matrix.size() == 16) node.matrix = matrix_from(model.matrix.data());
+    node.mesh = model.mesh;
+    node.skin = model.skin;
+    node.camera = model.camera;
+    if (const json* light = find_extension(document.json["nodes"][i], "KHR_lights_punctual"))
+      node.light = (*light)["light"].get<int>();
+    for (const double w : model.weights) node.weights.push_back(static_cast<float>(w));
+  }
+  return nodes;
+}
+
+// Roots of the scene to draw: the default one, else the first; without scenes every root.
+std::vector<int> build_roots(const Document& document, const std::vector<Node>& nodes) {
+  if (!document.model.scenes.empty()) {
+    const auto scene = static_cast<std::size_t>(std::max(document.model.defaultScene, 0));
+    const std::vector<int>& roots = document.model.scenes[scene].nodes;
+    return {roots.begin(), roots.end()};
+  }
+  std::vector<int> roots;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].parent == kNone) roots.push_back(static_cast<int>(i));
+  return roots;
+}
+
+std::vector<Skin> build_skins(Document& document) {
+  std::vector<Skin> skins;
+  for (const tinygltf::Skin& model : document.model.skins) {
+    Skin& skin = skins.emplace_back();
+    skin.joints.assign(model.joints.begin(), model.joints.end());
+    skin.inverse_bind.assign(skin.joints.size(), DMat4(1.0));
+    if (model.inverseBindMatrices < 0) continue;
+    const std::vector<float> values = read_floats(document, static_cast<std::size_t>(model.inverseBindMatrices));
+    for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+      const std::vector<double> m(values.begin() + static_cast<std::ptrdiff_t>(16 * j),
+                                  values.begin() + static_cast<std::ptrdiff_t>(16 * j + 16));
+      skin.inverse_bind[j] = matrix_from(m.data());
+      constexpr double kRounding = 1e-5;  // of exporters
+      if (std::max({std::abs(m[3]), std::abs(m[7]), std::abs(m[11]), std::abs(m[15] - 1)}) > kRounding)
+        document.root.at("skins")
+            .at(skins.size() - 1)
+            .at("inverseBindMatrices")
+            .refuse("matrix {} has a last row that is not 0 0 0 1", j);
+    }
+  }
+  return skins;
+}
+
+// Joints that a mesh's vertices name exist in the skin of every node that draws it.
+void check_joints(const Document& document, const Capture& capture) {
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    const Node& node = capture.nodes[n];
+    if (node.mesh == kNone || node.skin == kNone) continue;
+    const std::size_t joints = capture.skins[static_cast<std::size_t>(node.skin)].joints.size();
+    for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+      for (std::size_t v = 0; v < primitive.vertices.influences.size(); ++v)
+        for (std::size_t k = 0; k < 8; ++k) {
+          const SkinInfluence& influence = primitive.vertices.influences[v];
+          if (influence.weights[k] > 0 && influence.joints[k] >= joints)
+            document.root.at("nodes").at(n).refuse("mesh {} vertex {} names joint {}, the skin has {}", node.mesh, v,
+                                                   influence.joints[k], joints);
+        }
+  }
+}
+
+// Rotation keys are normalised when they are used (exporters round them); one of no length has no direction.
+void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
+  const std::size_t parts = channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
+  for (std::size_t key = 0; key < channel.times.size(); ++key) {
+    double length2 = 0;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const double v = static_cast<double>(channel.values[4 * (parts * key + parts / 2) + c]);
+      length2 += v * v;
+    }
+    if (length2 < 1e-6) place.refuse("rotation key {} is zero", key);
+  }
+}
+
+AnimationChannel build_channel(Document& document, const tinygltf::Animation& animation,
+                               const tinygltf::AnimationChannel& model, const std::vector<Node>& nodes) {
+  const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(model.sampler)];
+  AnimationChannel channel;
+  channel.node = model.target_node;
+  channel.path = model.target_path == "translation" ? AnimatedPath::kTranslation
+                 : model.target_path == "rotation"  ? AnimatedPath::kRotation
+                 : model.target_path == "scale"     ? AnimatedPath::kScale
+                                                    : AnimatedPath::kWeights;
+  channel.interpolation = sampler.interpolation == "STEP"          ? Interpolation::kStep
+                          : sampler.interpolation == "CUBICSPLINE" ? Interpolation::kCubicSpline
+                                                                   : Interpolation::kLinear;
+  channel.times = read_floats(document, static_cast<std::size_t>(sampler.input));
+  const Place place = document.root.at("accessors").at(static_cast<std::size_t>(sampler.input));
+  for (std::size_t k = 0; k < channel.times.size(); ++k) {
+    if (channel.times[k] < 0) place.refuse("key time {} is negative", k);
+    if (k > 0 && channel.times[k] <= channel.times[k - 1]) place.refuse("key time {} does not increase", k);
+  }
+  channel.values = read_floats(document, static_cast<std::size_t>(sampler.output));
+  if (channel.path == AnimatedPath::kRotation) {
+    channel.components = 4;
+    check_rotation_keys(channel, document.root.at("accessors").at(static_cast<std::size_t>(sampler.output)));
+  }
+  if (channel.path == AnimatedPath::kWeights) {
+    const auto mesh = static_cast<std::size_t>(nodes[static_cast<std::size_t>(channel.node)].mesh);
+    channel.components = static_cast<int>(document.model.meshes[mesh].primitives[0].targets.size());
+  }
+  return channel;
+}
+
+std::vector<Animation> build_animations(Document& document, const std::vector<Node>& nodes) {
+  std::vector<Animation> animations;
+  for (const tinygltf::Animation& model : document.model.animations) {
+    Animation& animation = animations.emplace_back();
+    animation.name = model.name;
+    for (const tinygltf::AnimationChannel& channel : model.channels)
+      if (channel.target_node >= 0) animation.channels.push_back(build_channel(document, model, channel, nodes));
+  }
+  return animations;
+}
+
+// glTF leaves open which animations play. The first does, and each further one that moves nothing already moved.
+std::vector<int> choose_animations(const std::vector<Animation>& animations) {
+  std::vector<int> played;
+  std::set<std::pair<int, AnimatedPath>> moved;
+  for (std::size_t a = 0; a < animations.size(); ++a) {
+    bool free = true;
+    for (const AnimationChannel& channel : animations[a].channels)
+      free = free && !moved.contains({channel.node, channel.path});
+    if (!free) continue;
+    for (const AnimationChannel& channel : animations[a].channels) moved.emplace(channel.node, channel.path);
+    played.push_back(static_cast<int>(a));
+  }
+  return played;
+}
+
+std::vector<Camera> build_cameras(const Document& document) {
+  std::vector<Camera> cameras;
+  for (std::size_t c = 0; c < document.model.cameras.size(); ++c) {
+    const tinygltf::Camera& model = document.model.cameras[c];
+    Camera& camera = cameras.emplace_back();
+    camera.name = model.name;
+    if (model.type == "perspective") {
+      camera.vertical_fov = static_cast<float>(model.perspective.yfov);
+      camera.near = static_cast<float>(model.perspective.znear);
+      camera.far = static_cast<float>(model.perspective.zfar);
+    } else {
+      camera.type = Camera::Type::kOrthographic;
+      camera.x_mag = std::abs(static_cast<float>(model.orthographic.xmag));
+      camera.y_mag = std::abs(static_cast<float>(model.orthographic.ymag));
+      camera.near = static_cast<float>(model.orthographic.znear);
+      camera.far = static_cast<float>(model.orthographic.zfar);
+    }
+    if (const json* lens = find_extension(document.json["cameras"][c], "TESSERA_lens")) {
+      camera.lens.aperture_radius = (*lens)["apertureRadius"].get<float>();
+      camera.lens.focus_distance = lens->value("focusDistance", std::numeric_limits<float>::infinity());
+    }
+  }
+  return cameras;
+}
+
+std::vector<shaders::Light> build_lights(const Document& document) {
+  std::vector<shaders::Light> lights;
+  for (const tinygltf::Light& model : document.model.lights) {
+    shaders::Light& light = lights.emplace_back();
+    light.type = model.type == "directional" ? shaders::Light::Type::kDirectional
+                 : model.type == "point"     ? shaders::Light::Type::kPoint
+                                             : shaders::Light::Type::kSpot;
+    if (model.color.size() == 3) light.color = {model.color[0], model.color[1], model.color[2]};
+    light.color *= static_cast<float>(model.intensity);
+    light.range = static_cast<float>(model.range);
+    light.cos_inner = static_cast<float>(std::cos(model.spot.innerConeAngle));
+    light.cos_outer = static_cast<float>(std::cos(model.spot.outerConeAngle));
+  }
+  return lights;
+}
+
+CaptureSettings build_settings(const Document& document) {
+  CaptureSettings settings;
+  const json* extension = find_extension(document.json, "TESSERA_capture");
+  if (extension == nullptr) return settings;
+  settings.declared = true;
+  if (extension->contains("resolution")) {
+    settings.width = (*extension)["resolution"][0].get<int>();
+    settings.height = (*extension)["resolution"][1].get<int>();
+  }
+  settings.frame_rate = extension->value("frameRate", settings.frame_rate);
+  if (extension->contains("shutter")) {
+    settings.shutter_open = (*extension)["shutter"][0].get<double>();
+    settings.shutter_close = (*extension)["shutter"][1].get<double>();
+  }
+  if (extension->contains("frames")) {
+    settings.first_frame = (*extension)["frames"].value("first", 0);
+    settings.frame_count = (*extension)["frames"].value("count", 1);
+  }
+  settings.camera_node = extension->value("camera", kNone);
+  settings.exposure = extension->value("exposure", 1.0f);
+  if (extension->contains("environment")) settings.environment = (*extension)["environment"].get<float>();
+  if (extension->contains("background")) {
+    const json& c = (*extension)["background"];
+    settings.background = Vec3(c[0].get<float>(), c[1].get<float>(), c[2].get<float>());
+  }
+  return settings;
+}
+
+}  // namespace
+
+void build_scene(Document& document, Capture& capture) {
+  capture.nodes = build_nodes(document);
+  build_procedures(document, capture);
+  capture.roots = build_roots(document, capture.nodes);
+  capture.skins = build_skins(document);
+  check_joints(document, capture);
+  capture.animations = build_animations(document, capture.nodes);
+  capture.played_animations = choose_animations(capture.animations);
+  capture.cameras = build_cameras(document);
+  capture.lights = build_lights(document);
+  capture.settings = build_settings(document);
+}
+
+}  // namespace tessera::scene::gltf

@@ -1,0 +1,352 @@
+#include "scene/gltf/schema.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "scene/gltf/procedure_builder.h"
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+// A rule checks one value and throws when it does not hold.
+using Rule = std::function<void(const json&, const Place&)>;
+
+struct Property {
+  const char* name;
+  Rule rule;
+  bool required = false;
+};
+constexpr bool kRequired = true;
+
+constexpr double kFloatMax = static_cast<double>(std::numeric_limits<float>::max());
+
+Rule object(std::vector<Property> properties) {
+  return [properties = std::move(properties)](const json& value, const Place& place) {
+    if (!value.is_object()) place.refuse("is not an object");
+    for (const Property& property : properties) {
+      const auto found = value.find(property.name);
+      if (found != value.end())
+        property.rule(*found, place.at(property.name));
+      else if (property.required)
+        place.refuse("lacks the property '{}'", property.name);
+    }
+  };
+}
+
+Rule number(double min = -kFloatMax, double max = kFloatMax, bool exclude_min = false) {
+  return [=](const json& value, const Place& place) {
+    if (!value.is_number()) place.refuse("is not a number");
+    const double v = value.get<double>();
+    // Numbers are kept as floats: what is above the minimum only as a double would become the minimum.
+    if (!(v >= min && v <= max) || (exclude_min && static_cast<double>(static_cast<float>(v)) <= min))
+      place.refuse("is {}, outside {}{:g}, {:g}]", v, exclude_min ? "(" : "[", min, max);
+  };
+}
+
+Rule integer(double min = 0, double max = 2147483647.0) {
+  return [=](const json& value, const Place& place) {
+    if (!value.is_number() || value.get<double>() != std::floor(value.get<double>()))
+      place.refuse("is not a whole number");
+    const double v = value.get<double>();
+    if (!(v >= min && v <= max)) place.refuse("is {:.0f}, outside [{:.0f}, {:.0f}]", v, min, max);
+  };
+}
+
+Rule one_of(std::vector<int> allowed) {
+  return [allowed = std::move(allowed)](const json& value, const Place& place) {
+    if (value.is_number())
+      for (const int a : allowed)
+        if (value.get<double>() == a) return;
+    place.refuse("is {}, which glTF does not define here", value.dump());
+  };
+}
+
+Rule choice(std::vector<std::string> allowed) {
+  return [allowed = std::move(allowed)](const json& value, const Place& place) {
+    if (value.is_string())
+      for (const std::string& a : allowed)
+        if (value.get_ref<const std::string&>() == a) return;
+    place.refuse("is {}, which glTF does not define here", value.dump());
+  };
+}
+
+Rule text() {
+  return [](const json& value, const Place& place) {
+    if (!value.is_string()) place.refuse("is not a text");
+  };
+}
+
+Rule boolean() {
+  return [](const json& value, const Place& place) {
+    if (!value.is_boolean()) place.refuse("is not true or false");
+  };
+}
+
+// glTF forbids empty arrays; they are harmless, exporters write them, and so they load.
+Rule list(Rule element, std::size_t min_size = 0, std::size_t max_size = std::numeric_limits<std::size_t>::max()) {
+  return [=](const json& value, const Place& place) {
+    if (!value.is_array()) place.refuse("is not an array");
+    if (value.size() < min_size) place.refuse("has {} elements, needs at least {}", value.size(), min_size);
+    if (value.size() > max_size) place.refuse("has {} elements, allowed are {}", value.size(), max_size);
+    for (std::size_t i = 0; i < value.size(); ++i) element(value[i], place.at(i));
+  };
+}
+
+Rule numbers(std::size_t count, double min = -kFloatMax, double max = kFloatMax) {
+  return list(number(min, max), count, count);
+}
+
+// Index into a top-level array of the document.
+Rule index_of(const json& document, const char* array) {
+  const auto found = document.find(array);
+  const std::size_t count = found != document.end() && found->is_array() ? found->size() : 0;
+  return [=](const json& value, const Place& place) {
+    integer(0)(value, place);
+    if (value.get<double>() >= static_cast<double>(count))
+      place.refuse("points at {}[{}], there are {}", array, value.get<std::int64_t>(), count);
+  };
+}
+
+Rule map_of(Rule value_rule) {
+  return [=](const json& value, const Place& place) {
+    if (!value.is_object()) place.refuse("is not an object");
+    for (const auto& [key, v] : value.items()) value_rule(v, place.at(key));
+  };
+}
+
+// ---- glTF's objects ---------------------------------------------------------------------------------------------
+
+Rule accessor_rule(const json& d) {
+  const Rule sparse = object({
+      {"count", integer(1), kRequired},
+      {"indices",
+       object({{"bufferView", index_of(d, "bufferViews"), kRequired},
+               {"byteOffset", integer()},
+               {"componentType", one_of({5121, 5123, 5125}), kRequired}}),
+       kRequired},
+      {"values", object({{"bufferView", index_of(d, "bufferViews"), kRequired}, {"byteOffset", integer()}}), kRequired},
+  });
+  return object({
+      {"bufferView", index_of(d, "bufferViews")},
+      {"byteOffset", integer()},
+      {"componentType", one_of({5120, 5121, 5122, 5123, 5125, 5126}), kRequired},
+      {"normalized", boolean()},
+      {"count", integer(1), kRequired},
+      {"type", choice({"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"}), kRequired},
+      {"sparse", sparse},
+  });
+}
+
+Rule texture_info(const json& d, std::vector<Property> more = {}) {
+  std::vector<Property> properties = {
+      {"index", index_of(d, "textures"), kRequired},
+      {"texCoord", integer(0, 63)},
+      {"extensions", object({{"KHR_texture_transform", object({{"offset", numbers(2)},
+                                                               {"rotation", number()},
+                                                               {"scale", numbers(2)},
+                                                               {"texCoord", integer(0, 63)}})}})},
+  };
+  for (Property& property : more) properties.push_back(std::move(property));
+  return object(std::move(properties));
+}
+
+Rule material_rule(const json& d) {
+  const Rule pbr = object({
+      {"baseColorFactor", numbers(4, 0, 1)},
+      {"baseColorTexture", texture_info(d)},
+      {"metallicFactor", number(0, 1)},
+      {"roughnessFactor", number(0, 1)},
+      {"metallicRoughnessTexture", texture_info(d)},
+  });
+  return object({
+      {"name", text()},
+      {"pbrMetallicRoughness", pbr},
+      {"normalTexture", texture_info(d, {{"scale", number()}})},
+      {"occlusionTexture", texture_info(d, {{"strength", number(0, 1)}})},
+      {"emissiveTexture", texture_info(d)},
+      {"emissiveFactor", numbers(3, 0, 1)},
+      {"alphaMode", choice({"OPAQUE", "MASK", "BLEND"})},
+      {"alphaCutoff", number(0)},
+      {"doubleSided", boolean()},
+      {"extensions",
+       object({{"KHR_materials_unlit", object({})},
+               {"TESSERA_displacement",
+                object({{"texture", texture_info(d), kRequired}, {"scale", number()}, {"bias", number()}})}})},
+  });
+}
+
+Rule subdivision_rule() {
+  const auto features = [](std::size_t min_vertices) {
+    return list(
+        object({{"vertices", list(integer(0, 4294967295.0), min_vertices), kRequired}, {"sharpness", number(0, 10)}}));
+  };
+  return object({
+      {"scheme", choice({"catmullClark"})},
+      {"levels", integer(0, 4)},
+      {"quads", integer()},
+      {"boundary", choice({"edge", "edgeAndCorner"})},
+      {"creases", features(2)},
+      {"corners", features(1)},
+  });
+}
+
+Rule mesh_rule(const json& d) {
+  const Rule attributes = map_of(index_of(d, "accessors"));
+  const Rule primitive = object({
+      {"attributes", attributes, kRequired},
+      {"indices", index_of(d, "accessors")},
+      {"material", index_of(d, "materials")},
+      {"mode", integer(0, 6)},
+      {"targets", list(attributes)},
+      {"extensions",
+       object({{"KHR_draco_mesh_compression", object({{"bufferView", index_of(d, "bufferViews"), kRequired},
+                                                      {"attributes", map_of(integer()), kRequired}})},
+               {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})},
+               {"TESSERA_subdivision", subdivision_rule()}})},
+  });
+  return object({{"name", text()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});
+}
+
+Rule camera_rule() {
+  const Rule perspective = object({
+      {"aspectRatio", number(0, kFloatMax, true)},
+      {"yfov", number(0, 3.14159265, true), kRequired},
+      {"zfar", number(0, kFloatMax, true)},
+      {"znear", number(0, kFloatMax, true), kRequired},
+  });
+  const Rule orthographic = object({
+      {"xmag", number(), kRequired},
+      {"ymag", number(), kRequired},
+      {"zfar", number(0, kFloatMax, true), kRequired},
+      {"znear", number(0), kRequired},
+  });
+  return object({
+      {"name", text()},
+      {"type", choice({"perspective", "orthographic"}), kRequired},
+      {"perspective", perspective},
+      {"orthographic", orthographic},
+      {"extensions", object({{"TESSERA_lens", object({{"apertureRadius", number(0), kRequired},
+                                                      {"focusDistance", number(0, kFloatMax, true)}})}})},
+  });
+}
+
+Rule node_rule(const json& d, std::size_t light_count) {
+  const Rule light = [light_count](const json& value, const Place& place) {
+    integer(0)(value, place);
+    if (value.get<double>() >= static_cast<double>(light_count))
+      place.refuse("points at light {}, there are {}", value.get<std::int64_t>(), light_count);
+  };
+  return object({
+      {"name", text()},
+      {"camera", index_of(d, "cameras")},
+      {"children", list(index_of(d, "nodes"))},
+      {"skin", index_of(d, "skins")},
+      {"matrix", numbers(16)},
+      {"mesh", index_of(d, "meshes")},
+      {"rotation", numbers(4, -1.00001, 1.00001)},
+      {"scale", numbers(3)},
+      {"translation", numbers(3)},
+      {"weights", list(number())},
+      {"extensions",
+       object({{"KHR_lights_punctual", object({{"light", light, kRequired}})},
+               {"TESSERA_procedure",
+                [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
+  });
+}
+
+Rule animation_rule(const json& d) {
+  const Rule target = object({
+      {"node", index_of(d, "nodes")},
+      {"path", choice({"translation", "rotation", "scale", "weights"}), kRequired},
+  });
+  const Rule sampler = object({
+      {"input", index_of(d, "accessors"), kRequired},
+      {"interpolation", choice({"LINEAR", "STEP", "CUBICSPLINE"})},
+      {"output", index_of(d, "accessors"), kRequired},
+  });
+  return object({
+      {"name", text()},
+      {"channels", list(object({{"sampler", integer(), kRequired}, {"target", target, kRequired}})), kRequired},
+      {"samplers", list(sampler), kRequired},
+  });
+}
+
+Rule light_rule() {
+  constexpr double kHalfPi = 1.5707963267948966;
+  return object({
+      {"name", text()},
+      {"type", choice({"directional", "point", "spot"}), kRequired},
+      {"color", numbers(3, 0)},
+      {"intensity", number(0)},
+      {"range", number(0, kFloatMax, true)},
+      {"spot", object({{"innerConeAngle", number(0, kHalfPi)}, {"outerConeAngle", number(0, kHalfPi + 1e-6, true)}})},
+  });
+}
+
+Rule capture_settings_rule(const json& d) {
+  return object({
+      {"resolution", list(integer(1, 16384), 2, 2)},
+      {"frameRate", number(0, 1e6, true)},
+      {"shutter", numbers(2, -1, 2)},
+      {"frames", object({{"first", integer(0, 1e8)}, {"count", integer(1, 1e8)}})},
+      {"camera", index_of(d, "nodes")},
+      {"exposure", number(0, 1e6, true)},
+      {"environment", number(0, 1e6)},
+      {"background", numbers(3, 0)},
+  });
+}
+
+Rule document_rule(const json& d) {
+  const json::json_pointer lights("/extensions/KHR_lights_punctual/lights");
+  const std::size_t light_count =
+      d.is_object() && d.contains(lights) && d.at(lights).is_array() ? d.at(lights).size() : 0;
+  const Rule sampler = object({
+      {"magFilter", one_of({9728, 9729})},
+      {"minFilter", one_of({9728, 9729, 9984, 9985, 9986, 9987})},
+      {"wrapS", one_of({33071, 33648, 10497})},
+      {"wrapT", one_of({33071, 33648, 10497})},
+  });
+  const Rule buffer_view = object({
+      {"buffer", index_of(d, "buffers"), kRequired},
+      {"byteOffset", integer(0, 9007199254740992.0)},
+      {"byteLength", integer(1, 9007199254740992.0), kRequired},
+      {"byteStride", integer(4, 252)},
+      {"target", one_of({34962, 34963})},
+  });
+  return object({
+      {"asset", object({{"version", text(), kRequired}, {"minVersion", text()}}), kRequired},
+      {"extensionsUsed", list(text())},
+      {"extensionsRequired", list(text())},
+      {"accessors", list(accessor_rule(d))},
+      {"animations", list(animation_rule(d))},
+      {"buffers", list(object({{"uri", text()}, {"byteLength", integer(1, 9007199254740992.0), kRequired}}))},
+      {"bufferViews", list(buffer_view)},
+      {"cameras", list(camera_rule())},
+      {"images", list(object({{"uri", text()}, {"mimeType", text()}, {"bufferView", index_of(d, "bufferViews")}}))},
+      {"materials", list(material_rule(d))},
+      {"meshes", list(mesh_rule(d))},
+      {"nodes", list(node_rule(d, light_count))},
+      {"samplers", list(sampler)},
+      {"scene", index_of(d, "scenes")},
+      {"scenes", list(object({{"name", text()}, {"nodes", list(index_of(d, "nodes"))}}))},
+      {"skins", list(object({{"inverseBindMatrices", index_of(d, "accessors")},
+                             {"skeleton", index_of(d, "nodes")},
+                             {"joints", list(index_of(d, "nodes"), 1), kRequired}}))},
+      {"textures", list(object({{"sampler", index_of(d, "samplers")}, {"source", index_of(d, "images")}}))},
+      {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
+                             {"TESSERA_capture", capture_settings_rule(d)}})},
+  });
+}
+
+}  // namespace
+
+void check_schema(const json& document, const Place& root) { document_rule(document)(document, root); }
+
+}  // namespace tessera::scene::gltf

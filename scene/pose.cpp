@@ -1,0 +1,111 @@
+#include "scene/pose.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::scene {
+namespace {
+
+DMat4 matrix_of(const Transform& t) {
+  DMat4 m = glm::mat4_cast(t.rotation);
+  for (int c = 0; c < 3; ++c) m[c] *= t.scale[c];
+  m[3] = DVec4(t.translation, 1.0);
+  return m;
+}
+
+DQuat quaternion(const std::vector<double>& v) { return glm::normalize(DQuat(v[3], v[0], v[1], v[2])); }
+
+}  // namespace
+
+std::vector<double> evaluate_channel(const AnimationChannel& channel, double time) {
+  const auto n = static_cast<std::size_t>(channel.components);
+  const bool cubic = channel.interpolation == Interpolation::kCubicSpline;
+  // Part 0 of a cubic key is the in-tangent, 1 the value, 2 the out-tangent.
+  const auto part = [&](std::size_t key, std::size_t which) {
+    const float* begin = &channel.values[(cubic ? 3 * key + which : key) * n];
+    return std::vector<double>(begin, begin + n);
+  };
+  const auto after = std::upper_bound(channel.times.begin(), channel.times.end(), time,
+                                      [](double t, float key) { return t < static_cast<double>(key); });
+  if (after == channel.times.begin()) return part(0, 1);
+  const auto key = static_cast<std::size_t>(after - channel.times.begin()) - 1;
+  if (after == channel.times.end() || channel.interpolation == Interpolation::kStep) return part(key, 1);
+
+  const double begin = static_cast<double>(channel.times[key]),
+               span = static_cast<double>(channel.times[key + 1]) - begin;
+  const double s = std::clamp((time - begin) / span, 0.0, 1.0);
+  const std::vector<double> a = part(key, 1), b = part(key + 1, 1);
+  std::vector<double> out(n);
+  if (cubic) {
+    const std::vector<double> out_tangent = part(key, 2), in_tangent = part(key + 1, 0);
+    const double s2 = s * s, s3 = s2 * s;
+    for (std::size_t i = 0; i < n; ++i)
+      out[i] = (2 * s3 - 3 * s2 + 1) * a[i] + span * (s3 - 2 * s2 + s) * out_tangent[i] + (3 * s2 - 2 * s3) * b[i] +
+               span * (s3 - s2) * in_tangent[i];
+  } else if (channel.path == AnimatedPath::kRotation) {
+    const DQuat q = glm::slerp(quaternion(a), quaternion(b), s);
+    out = {q.x, q.y, q.z, q.w};
+  } else {
+    for (std::size_t i = 0; i < n; ++i) out[i] = a[i] * (1 - s) + b[i] * s;
+  }
+  return out;
+}
+
+Pose pose_at(const Capture& capture, double time) {
+  const std::size_t count = capture.nodes.size();
+  std::vector<Transform> local(count);
+  Pose pose;
+  pose.world.assign(count, DMat4(1.0));
+  pose.in_scene.assign(count, false);
+  pose.weights.resize(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    const Node& node = capture.nodes[n];
+    local[n] = node.transform;
+    if (node.mesh == kNone) continue;
+    pose.weights[n] =
+        node.weights.empty() ? capture.meshes[static_cast<std::size_t>(node.mesh)].default_weights : node.weights;
+  }
+
+  for (const int a : capture.played_animations)
+    for (const AnimationChannel& channel : capture.animations[static_cast<std::size_t>(a)].channels) {
+      const auto n = static_cast<std::size_t>(channel.node);
+      const std::vector<double> v = evaluate_channel(channel, time);
+      switch (channel.path) {
+        case AnimatedPath::kTranslation:
+          local[n].translation = {v[0], v[1], v[2]};
+          break;
+        case AnimatedPath::kRotation:
+          local[n].rotation = quaternion(v);
+          break;
+        case AnimatedPath::kScale:
+          local[n].scale = {v[0], v[1], v[2]};
+          break;
+        case AnimatedPath::kWeights:
+          pose.weights[n].assign(v.begin(), v.end());
+          break;
+      }
+    }
+
+  // Parents before children, without recursion: a file may chain any number of nodes. Joints may lie outside the
+  // drawn scene, so every tree is walked.
+  std::vector<int> stack;
+  for (std::size_t n = 0; n < count; ++n)
+    if (capture.nodes[n].parent == kNone) stack.push_back(static_cast<int>(n));
+  for (const int root : capture.roots) pose.in_scene[static_cast<std::size_t>(root)] = true;
+  while (!stack.empty()) {
+    const auto n = static_cast<std::size_t>(stack.back());
+    stack.pop_back();
+    const Node& node = capture.nodes[n];
+    const DMat4 m = node.matrix ? *node.matrix : matrix_of(local[n]);
+    if (node.parent == kNone) {
+      pose.world[n] = m;
+    } else {
+      pose.world[n] = pose.world[static_cast<std::size_t>(node.parent)] * m;
+      if (pose.in_scene[static_cast<std::size_t>(node.parent)]) pose.in_scene[n] = true;
+    }
+    stack.insert(stack.end(), node.children.begin(), node.children.end());
+  }
+  return pose;
+}
+
+}  // namespace tessera::scene

@@ -1,0 +1,85 @@
+#include "scene/procedure_patch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "scene/frame_geometry.h"
+#include "shaders_cpp/procedures/procedures.h"
+
+namespace tessera::scene {
+namespace {
+
+constexpr int kPolygonPoints = 9;
+
+// Factor of the line from (u0, v0) to (u1, v1) of a piece.
+int line_factor(const FrameGeometry& frame, const PosedDrawable& drawable, const ProcedurePatch& at, Vec2 from,
+                Vec2 to) {
+  const float near_w = frame.projection.orthographic ? 1.0f : static_cast<float>(frame.projection.near);
+  std::array<std::array<Vec2, kPolygonPoints>, 2> screen;
+  for (int k = 0; k < kPolygonPoints; ++k) {
+    const float t = static_cast<float>(k) / (kPolygonPoints - 1);
+    const Vector3<float> p = shaders::shape_point(at.shape, at.piece->input, at.u(from.x + (to.x - from.x) * t),
+                                                  at.v(from.y + (to.y - from.y) * t));
+    for (std::size_t key = 0; key < 2; ++key) {
+      const Vec4 r = drawable.to_raster[key] * Vec4(p.x, p.y, p.z, 1.0f);
+      screen[key][static_cast<std::size_t>(k)] = Vec2(r) / std::max(r.w, near_w);
+    }
+  }
+  float longest = 0;
+  for (const auto& points : screen) {
+    float length = 0;
+    for (std::size_t k = 1; k < points.size(); ++k) length += glm::length(points[k] - points[k - 1]);
+    longest = std::max(longest, length);
+  }
+  const double cells = std::ceil(static_cast<double>(longest) / frame.request.tessellation.target_edge_pixels);
+  if (!(cells > 1.0)) return 1;  // NaN too
+  return static_cast<int>(std::min(cells, static_cast<double>(frame.request.max_factor)));
+}
+
+}  // namespace
+
+ProcedurePatch procedure_patch(const FrameGeometry& frame, std::uint32_t patch) {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const shaders::StageDeclaration& shape = drawable.procedure->declaration();
+  const int per_piece = shape.patches_u * shape.patches_v,
+            number = static_cast<int>(patch - drawable.drawable->first_patch), cell = number % per_piece;
+  return {drawable.procedure->shape, &drawable.procedure->pieces[static_cast<std::size_t>(number / per_piece)],
+          cell % shape.patches_u,    cell / shape.patches_u,
+          shape.patches_u,           shape.patches_v};
+}
+
+PatchPoint patch_of_piece_point(const PosedDrawable& drawable, std::uint32_t piece, float u, float v) {
+  const shaders::StageDeclaration& shape = drawable.procedure->declaration();
+  const float x = u * static_cast<float>(shape.patches_u), y = v * static_cast<float>(shape.patches_v);
+  const float column = std::clamp(std::floor(x), 0.0f, static_cast<float>(shape.patches_u - 1)),
+              row = std::clamp(std::floor(y), 0.0f, static_cast<float>(shape.patches_v - 1));
+  const auto cell = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(shape.patches_u) +
+                    static_cast<std::uint32_t>(column);
+  return {drawable.drawable->first_patch + piece * static_cast<std::uint32_t>(shape.patches_u * shape.patches_v) + cell,
+          x - column, y - row};
+}
+
+TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t patch) {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const ProcedurePatch at = procedure_patch(frame, patch);
+  const auto along_u = [&](float v) { return line_factor(frame, drawable, at, {0, v}, {1, v}); };
+  const auto along_v = [&](float u) { return line_factor(frame, drawable, at, {u, 0}, {u, 1}); };
+  const std::array<int, 4> edge = {along_u(0), along_u(1), along_v(0), along_v(1)};
+  TessellationPattern pattern;
+  for (std::size_t e = 0; e < 4; ++e) pattern.edge[e] = static_cast<std::uint8_t>(edge[e]);
+  pattern.nu = static_cast<std::uint8_t>(std::max({edge[0], edge[1], along_u(0.25f), along_u(0.5f), along_u(0.75f)}));
+  pattern.nv = static_cast<std::uint8_t>(std::max({edge[2], edge[3], along_v(0.25f), along_v(0.5f), along_v(0.75f)}));
+  return pattern;
+}
+
+std::uint64_t procedure_record_bytes(const Procedure& procedure) {
+  std::uint64_t numbers = 0, stages = procedure.texture_numbers.size() + procedure.shading_numbers.size();
+  for (const shaders::ParameterDeclaration& p : procedure.declaration().parameters)
+    numbers += static_cast<std::uint64_t>(p.size);
+  std::uint64_t bytes = 4 * (numbers * procedure.pieces.size() + stages);
+  if (procedure.image) bytes += 12 * procedure.image->x.size();
+  return bytes;
+}
+
+}  // namespace tessera::scene

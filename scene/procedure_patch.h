@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+
+#include "scene/capture.h"
+#include "scene/tessellation_pattern.h"
+
+namespace tessera::scene {
+
+struct FrameGeometry;
+struct PosedDrawable;
+
+// A base patch of a procedure: cell (column, row) of a piece that is cut evenly. Sides are powers of two, so that
+// neighbours compute a shared edge's parameters, and with them its vertices, with the same bits.
+struct ProcedurePatch {
+  shaders::ShapeId shape = shaders::ShapeId::kSphere;
+  const Procedure::Piece* piece = nullptr;
+  int column = 0, row = 0, columns = 1, rows = 1;
+
+  // Of the piece, from those of the patch.
+  float u(float local) const { return (static_cast<float>(column) + local) / static_cast<float>(columns); }
+  float v(float local) const { return (static_cast<float>(row) + local) / static_cast<float>(rows); }
+};
+
+ProcedurePatch procedure_patch(const FrameGeometry& frame, std::uint32_t patch);
+
+// The patch that holds (u, v) of a piece, with its own parameters.
+struct PatchPoint {
+  std::uint32_t patch;
+  float u, v;
+};
+PatchPoint patch_of_piece_point(const PosedDrawable& drawable, std::uint32_t piece, float u, float v);
+
+// Factors from the length on screen of the patch's edges and inner lines, each as a polygon of nine points: the same
+// for both patches at an edge.
+TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t patch);
+
+// Bytes of a procedure in memory: the numbers of all stages, code apart, and a geometry image's points.
+std::uint64_t procedure_record_bytes(const Procedure& procedure);
+
+}  // namespace tessera::scene

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "scene/capture.h"
+
+namespace tessera::scene::subdivision {
+
+inline constexpr int kMaxLevels = 4;              // [assumed] 256 patches for every quad of the cage
+inline constexpr int kDefaultLevels = 1;          // the first step at which every face has four sides
+inline constexpr float kInfinitelySharp = 10.0f;  // [spec] OpenSubdiv, Sdc::Crease::SHARPNESS_INFINITE
+inline constexpr std::size_t kMaxValence = 1024;  // [assumed] edges that may meet in a point
+
+// Vertices of the primitive and how sharp the surface is there. Edges: each vertex with the next one.
+struct SharpFeature {
+  std::vector<std::uint32_t> vertices;
+  float sharpness = kInfinitelySharp;
+};
+
+enum class BoundaryRule : std::uint8_t {
+  kEdge,           // the boundary is a smooth curve
+  kEdgeAndCorner,  // and points with a single face are sharp corners
+};
+
+// What TESSERA_subdivision says of a primitive.
+struct CageRules {
+  int levels = kDefaultLevels;  // steps of refinement before faces become patches
+  BoundaryRule boundary = BoundaryRule::kEdgeAndCorner;
+  // The first 2 * quads triangles are pairs (a, b, c), (a, c, d) that stand for the face (a, b, c, d); each of the
+  // others is a face.
+  std::size_t quads = 0;
+  std::vector<SharpFeature> creases, corners;
+};
+
+// A cage that cannot be refined; the message says where, in vertices of the primitive.
+class CageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// The topology of a control mesh.
+//
+// Invariants (cited by the tests):
+//   C1  Vertices of the primitive that are one point (weld_points) are one point here, whatever their texture
+//       coordinates and normals.
+//   C2  Every edge has one face, or two that run through it in opposite directions; the faces around a point form one
+//       fan. Points at which a primitive's faces form several fans are split, one point for each, and made infinitely
+//       sharp, so that the fans keep meeting there.
+//   C3  Faces have three or four different points. Sides of no length are left out, and so are faces without area.
+struct ControlCage {
+  std::vector<std::uint32_t> point_vertex;  // per point: a vertex of the primitive that carries its data
+  std::vector<int> face_sizes;
+  std::vector<int> face_points;  // the faces' corners, one face after the other
+  std::vector<std::uint32_t>
+      corner_vertex;  // of each corner: the primitive's vertex, for what is not shared (texture coordinates)
+  std::vector<int> crease_points;  // two per crease edge
+  std::vector<float> crease_sharpness;
+  std::vector<int> corner_points;
+  std::vector<float> corner_sharpness;
+  std::size_t split_points = 0;  // added because of C2
+};
+
+// Throws CageError: a quad whose triangles do not fit together, an edge with faces that C2 cannot separate, a sharp
+// edge that is none, more than kMaxValence edges at a point, nothing but faces without area.
+ControlCage build_cage(const Primitive& primitive, const CageRules& rules);
+
+}  // namespace tessera::scene::subdivision

@@ -1,0 +1,496 @@
+// The baselines: coverage and culling of moving, defocused triangles, blocks in the parameter buffer, the immediate
+// machine's memory.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <map>
+#include <set>
+
+#include "baselines/immediate.h"
+#include "baselines/post_tessellation.h"
+#include "tests/baselines/baseline_decoders.h"
+#include "tests/support/captures.h"
+
+namespace tessera::baselines {
+namespace {
+
+using test::Random;
+
+constexpr int kWidth = 200, kHeight = 150;
+
+float on_grid(float v) { return std::round(v * 256.0f) / 256.0f; }
+
+scene::Projection projection(double lens_scale) {
+  scene::Projection p;
+  p.near = 0.5;
+  p.lens_scale = lens_scale;
+  p.inverse_focus = lens_scale > 0 ? 0.25 : 0.0;
+  return p;
+}
+
+struct Scatter {
+  int triangles = 40;
+  bool moving = false, two_sided = true;
+  float size = 30;
+};
+
+TessellatedPatch scattered(const Scatter& s, Random& random) {
+  TessellatedPatch patch;
+  patch.moving = s.moving;
+  patch.keep_positive = s.two_sided;
+  for (int t = 0; t < s.triangles; ++t) {
+    const float x = random.uniform(-40, kWidth + 40), y = random.uniform(-40, kHeight + 40);
+    const float dx = random.uniform(-60, 60), dy = random.uniform(-60, 60);
+    for (int k = 0; k < 3; ++k) {
+      const float px = on_grid(x + random.uniform(-s.size, s.size)), py = on_grid(y + random.uniform(-s.size, s.size));
+      patch.x0.push_back(px), patch.y0.push_back(py), patch.z0.push_back(random.uniform(1, 8));
+      if (s.moving) {
+        patch.x1.push_back(on_grid(px + dx + random.uniform(-5, 5))),
+            patch.y1.push_back(on_grid(py + dy + random.uniform(-5, 5)));
+        patch.z1.push_back(random.uniform(1, 8));
+      }
+      patch.projected.push_back(1);
+    }
+    const auto first = static_cast<std::uint32_t>(3 * t);
+    patch.triangles.push_back({first, first + 1, first + 2});
+    if (t % 30 == 29 && t + 1 < s.triangles)
+      patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
+    else if (t % 20 == 19)
+      patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
+  }
+  if (patch.group_ends.empty() || patch.group_ends.back() != patch.triangles.size())
+    patch.group_ends.push_back(static_cast<std::uint32_t>(s.triangles));
+  return patch;
+}
+
+// ---- Coverage ---------------------------------------------------------------------------------------------------
+
+std::set<binner::TileIndex> tiles_of(const TriangleList& list, std::size_t triangle) {
+  const std::uint32_t first = triangle == 0 ? 0 : list.triangles[triangle - 1].tiles_end;
+  return {list.tiles.begin() + first, list.tiles.begin() + list.triangles[triangle].tiles_end};
+}
+
+struct Placed {
+  std::array<double, 3> x, y;
+  double area() const { return (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]); }
+};
+
+// Where a triangle is at a time, seen through a point of the lens: the formulas of raster space.
+Placed placed(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, double t, double u, double v,
+              const scene::Projection& p) {
+  Placed out{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t n = vertex[k];
+    double x = static_cast<double>(patch.x0[n]), y = static_cast<double>(patch.y0[n]),
+           z = static_cast<double>(patch.z0[n]);
+    if (patch.moving) {
+      const double z1 = static_cast<double>(patch.z1[n]), rate = t * z1 / ((1 - t) * z + t * z1);
+      x += rate * (static_cast<double>(patch.x1[n]) - x);
+      y += rate * (static_cast<double>(patch.y1[n]) - y);
+      z = (1 - t) * z + t * z1;
+    }
+    const double coc = p.lens_scale == 0 ? 0 : p.lens_scale * (1 / z - p.inverse_focus);
+    out.x[k] = x + u * coc;
+    out.y[k] = y + v * coc;
+  }
+  return out;
+}
+
+// Points of triangles that fall into tiles which their lists lack, and front sides that were culled; `seen_through` is
+// what the points are placed with.
+int missed(const TessellatedPatch& patch, const TriangleSetup& setup, const binner::TileGrid& grid,
+           const scene::Projection& seen_through, Random& random) {
+  BaselineCounters counters;
+  const TriangleList list = setup.run(patch, counters);
+  std::map<std::array<std::uint32_t, 3>, std::set<binner::TileIndex>> tiles;
+  for (std::size_t t = 0; t < list.triangles.size(); ++t) tiles[list.triangles[t].vertex] = tiles_of(list, t);
+  int wrong = 0;
+  for (const auto& vertex : patch.triangles)
+    for (int n = 0; n < 200; ++n) {
+      const double radius = std::sqrt(static_cast<double>(random.uniform(0, 1))),
+                   angle = static_cast<double>(random.uniform(0, 6.2831853f));
+      const double t = static_cast<double>(random.integer(0, 4)) / 4;
+      const Placed at = placed(patch, vertex, t, radius * std::cos(angle), radius * std::sin(angle), seen_through);
+      if (at.area() > 0 ? !patch.keep_positive : !patch.keep_negative) continue;
+      double b1 = static_cast<double>(random.uniform(0, 1)), b2 = static_cast<double>(random.uniform(0, 1));
+      if (b1 + b2 > 1) b1 = 1 - b1, b2 = 1 - b2;
+      const double x = at.x[0] + b1 * (at.x[1] - at.x[0]) + b2 * (at.x[2] - at.x[0]),
+                   y = at.y[0] + b1 * (at.y[1] - at.y[0]) + b2 * (at.y[2] - at.y[0]);
+      if (x < 0 || y < 0 || x >= kWidth || y >= kHeight || std::abs(at.area()) < 1e-3) continue;
+      const binner::TileIndex tile =
+          grid.index(static_cast<int>(x) / grid.tile_width(), static_cast<int>(y) / grid.tile_height());
+      const auto found = tiles.find(vertex);
+      if (found == tiles.end() || !found->second.contains(tile)) ++wrong;
+    }
+  return wrong;
+}
+
+TEST(TriangleSetup, S1S3EveryPointOfAMovingDefocusedTriangleLiesInATileOfItsList) {
+  Random random(1);
+  const binner::TileGrid grid(kWidth, kHeight, 16, 16);
+  for (const bool moving : {false, true})
+    for (const double lens : {0.0, 25.0})
+      for (const bool two_sided : {true, false})
+        for (const float size : {1.0f, 6.0f, 60.0f}) {
+          const scene::Projection p = projection(lens);
+          const TriangleSetup setup(grid, p);
+          EXPECT_EQ(missed(scattered({40, moving, two_sided, size}, random), setup, grid, p, random), 0)
+              << moving << lens << two_sided << size;
+        }
+}
+
+TEST(TriangleSetupTwin, ForgettingTheLensIsCaught) {
+  Random random(2);
+  const binner::TileGrid grid(kWidth, kHeight, 16, 16);
+  const scene::Projection pinhole = projection(0), lens = projection(25);
+  EXPECT_GT(missed(scattered({40, true, true, 6}, random), TriangleSetup(grid, pinhole), grid, lens, random), 0);
+}
+
+// Whether a triangle and a closed rectangle meet, by cutting the one with the other (Sutherland and Hodgman 1974).
+bool meets(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex, double x0, double y0, double x1,
+           double y1) {
+  std::vector<std::array<double, 2>> polygon;
+  for (const std::uint32_t v : vertex)
+    polygon.push_back({static_cast<double>(patch.x0[v]), static_cast<double>(patch.y0[v])});
+  const std::array<std::array<double, 3>, 4> sides = {{{1, 0, -x0}, {-1, 0, x1}, {0, 1, -y0}, {0, -1, y1}}};
+  for (const auto& s : sides) {
+    std::vector<std::array<double, 2>> cut;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+      const auto &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+      const double da = s[0] * a[0] + s[1] * a[1] + s[2], db = s[0] * b[0] + s[1] * b[1] + s[2];
+      if (da >= 0) cut.push_back(a);
+      if ((da > 0 && db < 0) || (da < 0 && db > 0))
+        cut.push_back({a[0] + (b[0] - a[0]) * da / (da - db), a[1] + (b[1] - a[1]) * da / (da - db)});
+    }
+    polygon = cut;
+  }
+  return !polygon.empty();
+}
+
+TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
+  Random random(3);
+  const binner::TileGrid grid(kWidth, kHeight, 16, 16);
+  const scene::Projection p = projection(0);
+  const TriangleSetup setup(grid, p);
+  for (const float size : {2.0f, 20.0f, 80.0f}) {
+    const TessellatedPatch patch = scattered({60, false, true, size}, random);
+    BaselineCounters counters;
+    const TriangleList list = setup.run(patch, counters);
+    std::map<std::array<std::uint32_t, 3>, std::set<binner::TileIndex>> tiles;
+    for (std::size_t t = 0; t < list.triangles.size(); ++t) tiles[list.triangles[t].vertex] = tiles_of(list, t);
+    for (const auto& vertex : patch.triangles)
+      for (int row = 0; row < grid.rows(); ++row)
+        for (int column = 0; column < grid.columns(); ++column)
+          EXPECT_EQ(tiles[vertex].contains(grid.index(column, row)),
+                    meets(patch, vertex, column * 16, row * 16, column * 16 + 16, row * 16 + 16));
+    EXPECT_EQ(counters.primitives + counters.culled_frustum + counters.culled_zero_area, 60u);
+  }
+}
+
+TEST(TriangleSetup, CountsWhatEachTestDrops) {
+  const binner::TileGrid grid(64, 64, 32, 32);
+  scene::Projection p = projection(0);
+  p.far = 5;
+  TessellatedPatch patch;
+  patch.keep_positive = false;
+  const auto add = [&](std::array<float, 6> xy, float z) {
+    const auto first = static_cast<std::uint32_t>(patch.x0.size());
+    for (std::size_t k = 0; k < 3; ++k)
+      patch.x0.push_back(xy[2 * k]), patch.y0.push_back(xy[2 * k + 1]), patch.z0.push_back(z),
+          patch.projected.push_back(1);
+    patch.triangles.push_back({first, first + 1, first + 2});
+  };
+  add({1, 1, 1, 9, 9, 1}, 2);     // negative area: front
+  add({1, 1, 9, 1, 1, 9}, 2);     // back
+  add({1, 1, 5, 5, 9, 9}, 2);     // a line
+  add({-9, 1, -9, 9, -1, 1}, 2);  // left of the frame
+  add({1, 1, 1, 9, 9, 1}, 6);     // beyond the far plane
+  patch.group_ends = {5};
+  BaselineCounters counters;
+  EXPECT_EQ(TriangleSetup(grid, p).run(patch, counters).triangles.size(), 1u);
+  EXPECT_EQ(counters.primitives, 1u);
+  EXPECT_EQ(counters.culled_backface, 1u);
+  EXPECT_EQ(counters.culled_zero_area, 1u);
+  EXPECT_EQ(counters.culled_frustum, 2u);
+  EXPECT_EQ(counters.tile_overlaps, 1u);
+}
+
+TEST(TriangleSetup, S4ATriangleThroughTheNearPlaneKeepsItsVisiblePart) {
+  const binner::TileGrid grid(64, 64, 32, 32);
+  const scene::Projection p = projection(0);
+  TessellatedPatch patch;  // homogeneous: two corners in front, one behind the camera
+  patch.x0 = {10, 20, 10}, patch.y0 = {10, 10, 300}, patch.z0 = {1, 1, -1};
+  patch.projected = {1, 1, 0};
+  patch.triangles = {{0, 1, 2}};
+  patch.group_ends = {1};
+  BaselineCounters counters;
+  const TriangleList list = TriangleSetup(grid, p).run(patch, counters);
+  ASSERT_EQ(list.triangles.size(), 1u);
+  EXPECT_TRUE(tiles_of(list, 0).contains(0));
+  EXPECT_TRUE(tiles_of(list, 0).contains(2));  // it leaves through the bottom
+  patch.z0 = {-1, -2, -1};
+  patch.projected = {0, 0, 0};
+  EXPECT_TRUE(TriangleSetup(grid, p).run(patch, counters).triangles.empty());
+}
+
+// ---- Blocks in the parameter buffer -----------------------------------------------------------------------------
+
+using Position = std::array<float, 6>;  // at both keys; a still one has zeros at the second
+using Triangle = std::array<Position, 3>;
+
+Triangle turned(const Triangle& t) { return std::min({t, Triangle{t[1], t[2], t[0]}, Triangle{t[2], t[0], t[1]}}); }
+
+struct Decoded {
+  std::map<binner::TileIndex, std::multiset<Triangle>> tiles;
+  std::uint64_t vertices = 0, repeated = 0, unused = 0;
+};
+
+// Reads back what is in memory, with the decoders of the test.
+Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count) {
+  Decoded out;
+  const auto memory = post.buffer().memory();
+  std::set<std::uint64_t> seen;
+  for (binner::TileIndex tile = 0; tile < tile_count; ++tile) {
+    memory::Ledger ledger;
+    std::uint64_t ignored = 0;
+    const std::vector<std::uint8_t> list = post.buffer().read_list(tile, ledger, ignored);
+    std::uint64_t before = 0;
+    for (std::size_t at = 0; at < list.size();) {
+      const auto reference = test::decode_reference_with(
+          std::span(list).subspan(at), before, [&](std::uint64_t address) { return std::size_t{memory[address + 5]}; });
+      at += reference.bytes;
+      before = reference.address;
+      const std::uint8_t* block = &memory[before];
+      const std::size_t strip = block[6] + 256u * (block[7] & 127u), vertex_bytes = (block[7] & 128u) != 0 ? 44 : 32,
+                        first = 8 + (strip + 3) / 4 * 4;
+      const auto triangles = test::decode_strip_bits({block + 8, strip}, block[5]);
+      std::vector<Position> vertices(block[4]);
+      for (std::size_t v = 0; v < vertices.size(); ++v) {
+        vertices[v].fill(0);
+        std::memcpy(vertices[v].data(), block + first + v * vertex_bytes, 12);
+        if (vertex_bytes == 44) std::memcpy(&vertices[v][3], block + first + v * vertex_bytes + 32, 12);
+      }
+      std::set<std::uint8_t> used;
+      for (std::size_t t = 0; t < triangles.size(); ++t) {
+        used.insert(triangles[t].begin(), triangles[t].end());
+        if (reference.triangles[t])
+          out.tiles[tile].insert(
+              turned({vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]}));
+      }
+      if (!seen.insert(before).second) continue;
+      out.vertices += vertices.size();
+      out.unused += vertices.size() - used.size();
+      out.repeated += vertices.size() - std::set<Position>(vertices.begin(), vertices.end()).size();
+    }
+  }
+  return out;
+}
+
+Triangle triangle_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) {
+  Triangle t{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t v = vertex[k];
+    t[k] = {patch.x0[v], patch.y0[v], patch.z0[v], 0, 0, 0};
+    if (patch.moving) t[k][3] = patch.x1[v], t[k][4] = patch.y1[v], t[k][5] = patch.z1[v];
+  }
+  return turned(t);
+}
+
+// A flat grid of n x n cells over a square, in groups of 7x7 cells as replays make them.
+TessellatedPatch flat_grid(int n, float x0, float y0, float side) {
+  TessellatedPatch patch;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) {
+      patch.x0.push_back(on_grid(x0 + side * static_cast<float>(i) / static_cast<float>(n)));
+      patch.y0.push_back(on_grid(y0 + side * static_cast<float>(j) / static_cast<float>(n)));
+      patch.z0.push_back(2);
+      patch.projected.push_back(1);
+    }
+  for (int gj = 0; gj < n; gj += 7)
+    for (int gi = 0; gi < n; gi += 7) {
+      for (int j = gj; j < std::min(gj + 7, n); ++j)
+        for (int i = gi; i < std::min(gi + 7, n); ++i) {
+          const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1,
+                     d = a + static_cast<std::uint32_t>(n) + 1, c = d + 1;
+          patch.triangles.push_back({a, c, d});
+          patch.triangles.push_back({a, b, c});
+        }
+      patch.group_ends.push_back(static_cast<std::uint32_t>(patch.triangles.size()));
+    }
+  patch.domain_evaluations = patch.x0.size();
+  return patch;
+}
+
+std::vector<TessellatedPatch> mixed_scene(std::uint32_t seed) {
+  Random random(seed);
+  std::vector<TessellatedPatch> scene = {flat_grid(20, 5, 5, 120), flat_grid(3, 60, 20, 70),
+                                         scattered({40, false, true, 20}, random),
+                                         scattered({40, true, false, 8}, random), flat_grid(1, 10, 90, 30)};
+  for (std::size_t p = 0; p < scene.size(); ++p) scene[p].state = static_cast<std::uint32_t>(p == 3 ? 1 : 0);
+  return scene;
+}
+
+struct Binned {
+  BaselineCounters setup;
+  std::map<binner::TileIndex, std::multiset<Triangle>> expected;
+};
+
+Binned bin(PostTessellationBinner& post, const std::vector<TessellatedPatch>& scene) {
+  Binned out;
+  for (const TessellatedPatch& patch : scene) {
+    const TriangleList list = post.setup().run(patch, out.setup);
+    for (std::size_t t = 0; t < list.triangles.size(); ++t)
+      for (const binner::TileIndex tile : tiles_of(list, t))
+        out.expected[tile].insert(triangle_of(patch, list.triangles[t].vertex));
+    post.add(patch, list);
+  }
+  post.finish();
+  return out;
+}
+
+TEST(PostTessellation, B1B2EveryTileDecodesToItsTrianglesAndBlocksHoldEachVertexOnce) {
+  for (const double lens : {0.0, 12.0}) {
+    const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+    const scene::Projection p = projection(lens);
+    PostTessellationBinner post({}, grid, p);
+    const Binned binned = bin(post, mixed_scene(1));
+    const Decoded decoded = decode(post, grid.tile_count());
+    EXPECT_EQ(decoded.tiles, binned.expected);
+    EXPECT_EQ(decoded.unused, 0u);
+    EXPECT_EQ(decoded.repeated, 0u);
+    EXPECT_EQ(decoded.vertices, post.counters().vertices_stored);
+  }
+}
+
+TEST(PostTessellationTwin, ATriangleForgottenInOneTileIsCaught) {
+  const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+  const scene::Projection p = projection(0);
+  PostTessellationBinner post({}, grid, p);
+  const TessellatedPatch patch = flat_grid(20, 5, 5, 120);
+  BaselineCounters counters;
+  TriangleList list = post.setup().run(patch, counters);
+  const std::set<binner::TileIndex> last = tiles_of(list, list.triangles.size() - 1);
+  const binner::TileIndex tile = *last.begin();
+  const Triangle forgotten = triangle_of(patch, list.triangles.back().vertex);
+  list.triangles.pop_back();
+  list.group_ends.back() -= 1;
+  post.add(patch, list);
+  post.finish();
+  EXPECT_FALSE(decode(post, grid.tile_count()).tiles[tile].contains(forgotten));
+}
+
+// One cell, one tile, bursts of 64 bytes, chunks of 256; everything from the description of the formats.
+TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
+  const binner::TileGrid grid(32, 32, 32, 32);
+  const scene::Projection p = projection(0);
+  for (const bool moving : {false, true}) {
+    TessellatedPatch patch = flat_grid(1, 4, 4, 8);
+    patch.moving = moving;
+    if (moving) patch.x1 = patch.x0, patch.y1 = patch.y0, patch.z1 = patch.z0;
+    PostTessellationBinner post({}, grid, p);
+    bin(post, {patch});
+    const BaselineCounters& c = post.counters();
+    // Strip: 2 + 3 bits and 2 + 1 bits: one byte, filled up to 4. Head 8, four vertices of 32 (44) bytes.
+    const std::uint64_t block = 8 + 4 + 4 * (moving ? 44u : 32u), bursts = (block + 63) / 64;
+    EXPECT_EQ(c.vertices_stored, 4u);
+    EXPECT_EQ(c.entries, 1u);
+    EXPECT_EQ(c.queue_bytes_written, block + 2 + 16);                     // reference: address, "all"; list head
+    EXPECT_EQ(c.queue_bytes_peak, 64 + bursts * 64 + 256);                // list heads, block, chunk
+    EXPECT_EQ(c.queue_bytes_read, 16 + 8 + 2 + bursts * 64);              // head, link, reference; block in bursts
+    EXPECT_EQ(post.dram_bytes(), 64 * (2 + bursts) + 64 * (2 + bursts));  // written, read
+    EXPECT_EQ(post.dram_bytes_uncached(), post.dram_bytes());
+  }
+}
+
+TEST(PostTessellation, B3UnlimitedCacheReadsABlockOnceAndNoCacheEveryTimeItIsNamed) {
+  const binner::TileGrid grid(kWidth, kHeight, 16, 16);
+  const scene::Projection p = projection(0);
+  std::map<std::int64_t, BaselineCounters> counters;
+  std::map<std::int64_t, std::uint64_t> dram, uncached;
+  std::uint64_t memory = 0;
+  for (const std::int64_t cache : {std::int64_t{0}, std::int64_t{4096}, std::int64_t{1} << 30}) {
+    hardware::GpuConfiguration gpu;
+    gpu.post_tessellation_cache_bytes = cache;
+    PostTessellationBinner post(gpu, grid, p);
+    bin(post, mixed_scene(2));
+    counters[cache] = post.counters();
+    dram[cache] = post.dram_bytes();
+    uncached[cache] = post.dram_bytes_uncached();
+    memory = post.buffer().bytes_in_use();
+  }
+  EXPECT_EQ(dram[0], uncached[0]);
+  EXPECT_EQ(uncached[0], uncached[4096]);
+  EXPECT_LT(dram[4096], dram[0]);
+  EXPECT_LE(dram[1 << 30], dram[4096]);
+  EXPECT_LE(counters[1 << 30].queue_bytes_read, memory + 64);  // lists and blocks, each burst once
+  EXPECT_GT(counters[0].queue_bytes_read, memory);
+}
+
+// The record of a bicubic patch is 16 control points of 12 bytes.
+TEST(PostTessellation, TrianglesOverPatchRecordsAre4And13And48And181Times) {
+  const std::map<int, std::uint64_t> expected = {{4, 4}, {8, 13}, {16, 48}, {32, 181}};
+  for (const auto& [factor, times] : expected) {
+    const TessellatedPatch patch = flat_grid(factor, 1, 1, 128);
+    EXPECT_EQ(patch.domain_evaluations * kVertexBytes / 192, times);
+    // What is stored is that and the copies at the borders of blocks: vertices of groups of 7 cells a side, of which
+    // some share a block.
+    const scene::Projection p = projection(0);
+    PostTessellationBinner binner({}, binner::TileGrid(130, 130, 32, 32), p);
+    bin(binner, {patch});
+    const std::uint64_t groups = static_cast<std::uint64_t>((factor + 6) / 7),
+                        line = static_cast<std::uint64_t>(factor) + groups;
+    EXPECT_GE(binner.counters().vertices_stored, patch.domain_evaluations);
+    EXPECT_LE(binner.counters().vertices_stored, line * line);
+  }
+}
+
+// ---- The immediate machine's memory -----------------------------------------------------------------------------
+
+TEST(SampleLayout, EverySampleHasALineAndNoLineMoreThanFit) {
+  for (const auto& [spp, burst] : {std::pair{1, 64}, {4, 64}, {3, 32}, {16, 64}, {64, 64}, {5, 16}, {20, 32}}) {
+    const IntRect region = {3, 5, 40, 36};
+    const SampleLayout layout(region, spp, static_cast<std::uint64_t>(burst));
+    std::map<std::uint32_t, int> samples;
+    for (int y = region.y0; y < region.y1; ++y)
+      for (int x = region.x0; x < region.x1; ++x)
+        for (int s = 0; s < spp; ++s) ++samples[layout.line(x, y, s)];
+    EXPECT_LT(samples.rbegin()->first, layout.line_count());
+    for (const auto& [line, count] : samples) EXPECT_LE(count, burst / 4) << spp << " samples, " << burst << " bytes";
+  }
+  const SampleLayout quads({0, 0, 8, 8}, 4, 64);
+  EXPECT_EQ(quads.line_count(), 16u);
+  EXPECT_EQ(quads.line(0, 0, 0), quads.line(1, 1, 3));
+  EXPECT_NE(quads.line(1, 1, 0), quads.line(2, 1, 0));
+}
+
+TEST(ImmediateMemory, WithoutACacheEveryTouchMovesABurst) {
+  ImmediateMemory memory(0, 64, 4);
+  memory.draw(1, true, false);   // clear: nothing to read; depth and colour written
+  memory.draw(1, true, false);   // depth read; both written
+  memory.draw(1, false, false);  // depth read
+  memory.draw(1, true, true);    // blended: depth and colour read, colour written
+  memory.finish(true);           // colour read
+  EXPECT_EQ(memory.bytes_read(), 64u * (0 + 1 + 1 + 2 + 1));
+  EXPECT_EQ(memory.bytes_written(), 64u * (2 + 2 + 0 + 1));
+}
+
+TEST(ImmediateMemory, AnUnlimitedCacheReadsNothingAndWritesEveryLineOnce) {
+  ImmediateMemory memory(memory::LruCache::kUnlimited, 64, 100);
+  for (int n = 0; n < 1000; ++n) memory.draw(static_cast<std::uint32_t>(n * 7 % 50), true, n % 3 == 0);
+  memory.finish(true);
+  EXPECT_EQ(memory.bytes_read(), 0u);
+  EXPECT_EQ(memory.bytes_written(), 50u * 2 * 64);
+}
+
+TEST(ImmediateMemory, ALineThatLeftIsReadAgainBeforeItIsTested) {
+  ImmediateMemory memory(2 * 64, 64, 4);  // room for one line's depth and colour
+  memory.draw(0, true, false);
+  memory.draw(1, true, false);  // line 0 leaves
+  memory.draw(0, true, false);  // line 1 leaves; depth of 0 is read, colour is not
+  memory.finish(false);
+  EXPECT_EQ(memory.bytes_read(), 64u);
+  EXPECT_EQ(memory.bytes_written(), 64u * 2 * 3);
+}
+
+}  // namespace
+}  // namespace tessera::baselines

@@ -1,0 +1,188 @@
+// Settings of precision: each does what it says, and no more.
+#include <Imath/half.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "base/half_float.h"
+#include "gpu/device.h"
+#include "gpu/view_inputs.h"
+#include "scene/capture_reader.h"
+#include "tests/support/captures.h"
+#include "tilecore/tessellation/tessellator.h"
+
+namespace tessera::gpu {
+namespace {
+
+using scene::Capture;
+
+Capture shipped(const char* name) { return scene::read_capture(test::shipped_capture(name)); }
+
+struct Machine {
+  RunSettings settings;
+  hardware::GpuConfiguration gpu;
+  Machine& set(const std::string& text) {
+    apply_setting(text, settings, gpu);
+    return *this;
+  }
+  std::vector<float> picture(const Capture& capture, int frame) const {
+    Device renderer(capture, gpu, settings, {96, 54, {0, 0, 96, 54}});
+    return renderer.render(frame).targets.color.values;
+  }
+};
+
+TEST(HalfFloat, RoundsAsImathDoes) {
+  const auto same = [](float value) {
+    const float ours = round_to_half(value), theirs = static_cast<float>(Imath::half(value));
+    return std::isnan(value) ? std::isnan(ours) : ours == theirs && std::signbit(ours) == std::signbit(theirs);
+  };
+  // Every half, what lies halfway to the next, and what is beside that.
+  for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
+    Imath::half h;
+    h.setBits(static_cast<unsigned short>(bits));
+    const float value = static_cast<float>(h);
+    ASSERT_TRUE(same(value)) << bits;
+    Imath::half next;
+    next.setBits(static_cast<unsigned short>(bits + 1));
+    const float middle = value + 0.5f * (static_cast<float>(next) - value);
+    for (const float near : {middle, std::nextafter(middle, 1e30f), std::nextafter(middle, -1e30f)})
+      ASSERT_TRUE(same(near)) << bits << ": " << near;
+  }
+  for (const float value : {65519.0f, 65520.0f, 1e10f, -1e10f, std::numeric_limits<float>::infinity(), 1e-30f})
+    EXPECT_TRUE(same(value)) << value;
+}
+
+TEST(SubpixelBits, PutVerticesOnTheirGridWithinHalfAStep) {
+  const Capture capture = shipped("eggs");
+  const scene::Assembly assembly = scene::assemble(capture);
+  for (const int bits : {4, 5, 8}) {
+    Machine machine;
+    machine.set("tessellator.subpixel_bits=" + std::to_string(bits));
+    const auto frame = scene::pose_frame(assembly, frame_camera(capture, machine.settings, 96, 54),
+                                         frame_request(capture, machine.gpu, machine.settings, 96, 54, 14));
+    const auto fine =
+        scene::pose_frame(assembly, frame_camera(capture, {}, 96, 54), frame_request(capture, {}, {}, 96, 54, 14));
+    tilecore::Tessellator tessellator;
+    tilecore::MicroMesh mesh, finest;
+    const float step = std::ldexp(1.0f, -bits);
+    std::size_t seen = 0, off_coarser = 0;
+    for (std::uint32_t patch = 0; patch < 60; ++patch) {
+      tessellator.tessellate(*frame, patch, scene::patch_cells(*frame, patch), {true, true}, mesh);
+      tessellator.tessellate(*fine, patch, scene::patch_cells(*fine, patch), {true, true}, finest);
+      for (std::size_t v = 0; v < mesh.vertex_count; ++v) {
+        if (mesh.projected[v] == 0) continue;
+        ++seen;
+        ASSERT_EQ(mesh.x0[v], std::nearbyint(mesh.x0[v] / step) * step);
+        ASSERT_LE(std::abs(mesh.x0[v] - finest.x0[v]), 0.5f * step + 1.0f / 512);
+        off_coarser += mesh.x0[v] != std::nearbyint(mesh.x0[v] / (2 * step)) * (2 * step) ? 1 : 0;
+      }
+    }
+    EXPECT_GT(seen, 100u);
+    EXPECT_GT(off_coarser, 0u) << "the twin: a grid of one bit less does not hold them";
+  }
+}
+
+// Bounds and culling know the grid: however sub-patches are bounded, cut, culled and binned, the picture is the same.
+TEST(SubpixelBits, LeaveThePictureIndependentOfBoundsAndTiles) {
+  for (const char* name : {"eggs", "flyby"}) {
+    const Capture capture = shipped(name);
+    const int number = capture.settings.first_frame;
+    const auto with = [](const char* bits) { return Machine().set(std::string("tessellator.subpixel_bits=") + bits); };
+    const std::vector<float> expected = with("4").picture(capture, number);
+    EXPECT_EQ(with("4")
+                  .set("frontend.bound_method=aabb")
+                  .set("binner.coverage=rectangle")
+                  .set("binner.time_intervals=false")
+                  .picture(capture, number),
+              expected)
+        << name;
+    EXPECT_EQ(with("4")
+                  .set("tile.width=8")
+                  .set("tile.height=8")
+                  .set("frontend.backface_culling=false")
+                  .picture(capture, number),
+              expected)
+        << name;
+    EXPECT_EQ(with("4").set("tilecore.box_bits=8").set("frontend.split_pixels=8").picture(capture, number), expected)
+        << name;
+    EXPECT_NE(with("8").picture(capture, number), expected) << "the bits do something";
+  }
+}
+
+TEST(LensPoints, AreAsManyAsAskedFor) {
+  for (const int points : {2, 5, 32, 0}) {
+    tilecore::SamplingSettings settings;
+    settings.lens_points = points;
+    const tilecore::SamplePattern pattern(settings);
+    std::set<std::pair<float, float>> seen;
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x)
+        for (int s = 0; s < 4; ++s) {
+          const auto p = pattern.lens(x, y, s);
+          EXPECT_LE(p.u * p.u + p.v * p.v, 1.0001f);
+          seen.emplace(p.u, p.v);
+        }
+    if (points > 0) {
+      EXPECT_EQ(seen.size(), static_cast<std::size_t>(points));
+    } else {
+      EXPECT_GT(seen.size(), 1000u) << "the twin: without the setting there are more";
+    }
+  }
+}
+
+TEST(LensPoints, LeaveThePictureIndependentOfHowSamplesAreFound) {
+  const Capture capture = shipped("eggs");
+  const std::vector<float> expected = Machine().set("sampling.lens_points=8").picture(capture, 14);
+  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tilecore.visibility_method=brute").picture(capture, 14),
+            expected);
+  EXPECT_EQ(
+      Machine().set("sampling.lens_points=8").set("tile.width=16").set("tilecore.box_bits=16").picture(capture, 14),
+      expected);
+  EXPECT_NE(Machine().picture(capture, 14), expected);
+}
+
+TEST(DisplacementBias, AddsToTheLevelAndNeverGoesBelowTheFirst) {
+  const Capture capture = shipped("eggs");
+  const scene::Assembly assembly = scene::assemble(capture);
+  const auto levels = [&](const char* bias) {
+    Machine machine;
+    machine.set(std::string("tessellation.displacement_bias=") + bias);
+    return scene::pose_frame(assembly, frame_camera(capture, machine.settings, 96, 54),
+                             frame_request(capture, machine.gpu, machine.settings, 96, 54, 14))
+        ->displacement_lod;
+  };
+  const std::vector<float> plain = levels("0"), more = levels("1.5"), less = levels("-1");
+  std::size_t displaced = 0;
+  for (std::size_t p = 0; p < plain.size(); ++p) {
+    if (more[p] == 0) continue;  // not displaced
+    ++displaced;
+    EXPECT_FLOAT_EQ(more[p], plain[p] + 1.5f);
+    EXPECT_FLOAT_EQ(less[p], std::max(plain[p] - 1, 0.0f));
+  }
+  EXPECT_GT(displaced, 0u);
+  Machine coarse;
+  coarse.set("tessellation.displacement_bias=2");
+  EXPECT_EQ(coarse.picture(capture, 14), Machine(coarse).set("frontend.bound_method=interval").picture(capture, 14))
+      << "bounds know the level";
+  EXPECT_NE(coarse.picture(capture, 14), Machine().picture(capture, 14));
+}
+
+TEST(HalfAttributes, ChangeColoursALittleAndVisibilityNotAtAll) {
+  const Capture capture = shipped("serpent");
+  const std::vector<float> plain = Machine().picture(capture, 12),
+                           half = Machine().set("shading.attributes=half").picture(capture, 12);
+  EXPECT_NE(plain, half);
+  double sum = 0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    if (i % 4 == 3) {
+      EXPECT_EQ(plain[i], half[i]) << "coverage";
+    }
+    sum += std::abs(static_cast<double>(plain[i]) - static_cast<double>(half[i]));
+  }
+  EXPECT_LT(sum / static_cast<double>(plain.size()), 0.01);
+}
+
+}  // namespace
+}  // namespace tessera::gpu

@@ -1,0 +1,83 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "hardware/configuration.h"
+#include "tests/support/captures.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tessera::hardware {
+
+namespace {
+
+TEST(Configuration, EveryPresetIsConsistentAndNamesItself) {
+  for (const std::string& name : preset_names()) {
+    const GpuConfiguration gpu = load_gpu(name);
+    EXPECT_EQ(gpu.preset, name);
+    EXPECT_NO_THROW(check_gpu(gpu));
+  }
+  EXPECT_THROW(load_gpu("enormous"), UsageError);
+}
+
+TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
+  const test::TemporaryFolder folder;
+  test::write_text(folder / "gpu.json",
+                   R"({"preset": "small", "tile": {"width": 24}, "parameter_buffer": {"full_policy": "spill"}})");
+  const GpuConfiguration gpu = load_gpu((folder / "gpu.json").string());
+  EXPECT_EQ(gpu.tile_width, 24);
+  EXPECT_EQ(gpu.tile_height, load_gpu("small").tile_height);
+  EXPECT_EQ(gpu.parameter_buffer_full_policy, "spill");
+}
+
+TEST(Configuration, WhatAReplayWritesReadsBackAsTheSameMachine) {
+  const test::TemporaryFolder folder;
+  GpuConfiguration gpu = load_gpu("large");
+  gpu.tile_width = 40;
+  test::write_text(folder / "gpu.json", gpu_json(gpu).dump());
+  EXPECT_EQ(gpu_json(load_gpu((folder / "gpu.json").string())), gpu_json(gpu));
+}
+
+TEST(Configuration, FaultsInAFileNameTheNearestKey) {
+  const test::TemporaryFolder folder;
+  const auto fault_of = [&](const std::string& text) {
+    test::write_text(folder / "gpu.json", text);
+    try {
+      load_gpu((folder / "gpu.json").string());
+    } catch (const InputError& error) {
+      return error.fault();
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(fault_of(R"({"tile": {"widht": 8}})"), "unknown key 'tile.widht'; did you mean 'tile.width'?");
+  EXPECT_EQ(fault_of(R"({"tile": {"width": "wide"}})"),
+            "tile.width: 'wide' is not a whole number from 8 to 256 pixels");
+  EXPECT_EQ(fault_of(R"([1])"), "a GPU configuration is a JSON object");
+  EXPECT_NE(fault_of(R"({"preset": "nosuch"})"), "none");
+  EXPECT_NE(fault_of(R"({"preset": 3})"), "none");
+  EXPECT_NE(fault_of("{"), "none");
+}
+
+TEST(Configuration, NumbersThatDoNotFitEachOtherAreRefused) {
+  GpuConfiguration gpu;
+  gpu.tile_width = 20;
+  EXPECT_THROW(check_gpu(gpu), UsageError);
+  gpu = {};
+  gpu.memory_burst_bytes = 48;
+  EXPECT_THROW(check_gpu(gpu), UsageError);
+  gpu = {};
+  gpu.parameter_buffer_chunk_bytes = 96;
+  EXPECT_THROW(check_gpu(gpu), UsageError);
+}
+
+TEST(Configuration, EveryKeySaysWhereItsNumberComesFrom) {
+  for (const auto& key : gpu_keys().keys()) {
+    const bool marked = key.source.find("[spec]") != std::string_view::npos ||
+                        key.source.find("[assumed]") != std::string_view::npos ||
+                        key.source.find("[measured]") != std::string_view::npos;
+    EXPECT_TRUE(marked) << key.name;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::hardware

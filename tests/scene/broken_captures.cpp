@@ -1,0 +1,50 @@
+#include "tests/scene/broken_captures.h"
+
+#include "tests/support/captures.h"
+
+namespace tessera::test {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+fs::path put(const fs::path& folder, const std::string& name, const std::string& contents) {
+  write_text(folder / name, contents);
+  return folder / name;
+}
+
+BrokenCapture damaged(std::string name, std::function<void(GltfAsset&)> damage, std::string place, std::string fault) {
+  return {std::move(name),
+          [damage = std::move(damage)](const fs::path& folder) {
+            GltfAsset asset = everything_asset();
+            damage(asset);
+            return put(folder, "capture.glb", asset.glb());
+          },
+          std::move(place), std::move(fault)};
+}
+
+BrokenCapture edited(std::string name, const char* pointer, json value, std::string place, std::string fault) {
+  const std::string at = pointer;
+  return damaged(
+      std::move(name), [=](GltfAsset& a) { a.document[json::json_pointer(at)] = value; },
+      place.empty() ? at : std::move(place), std::move(fault));
+}
+
+BrokenCapture without(std::string name, const char* pointer, std::string place, std::string fault) {
+  const json::json_pointer at(pointer);
+  return damaged(
+      std::move(name), [=](GltfAsset& a) { a.document[at.parent_pointer()].erase(at.back()); }, std::move(place),
+      std::move(fault));
+}
+
+BrokenCapture file_of(std::string name, std::string contents, std::string place, std::string fault) {
+  return {name, [=](const fs::path& folder) { return put(folder, name, contents); }, std::move(place),
+          std::move(fault)};
+}
+
+std::vector<BrokenClass> broken_captures() {
+  std::vector<BrokenClass> out = broken_containers();
+  for (const auto& part : {broken_documents(), broken_contents()}) out.insert(out.end(), part.begin(), part.end());
+  return out;
+}
+
+}  // namespace tessera::test

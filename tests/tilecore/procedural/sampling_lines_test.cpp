@@ -1,0 +1,430 @@
+// procedures.style=lines: strokes along parameter lines, against the surface that the same procedures show in the
+// ordinary style.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/simd_targets.h"
+#include "scene/procedure_patch.h"
+#include "shaders_cpp/procedures/procedures.h"
+#include "tests/support/procedures.h"
+#include "tests/tilecore/support.h"
+#include "tilecore/procedural/sampling_controller.h"
+#include "tilecore/shading/surface.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using shaders::ShapeId;
+using test::Random;
+
+constexpr int kWidth = 64, kHeight = 48, kSpp = 4, kSide = 2;  // kSide x kSide sub-pixels
+constexpr int kLines = 64;                                     // of each parameter over a piece
+constexpr double kHalfWidth = 0.55;                            // pixels, of a stroke
+constexpr double kHalfStep = 1.4143 / kSide;                   // pixels along a line: a sub-pixel along x and along y
+constexpr double kRounding = 0.02;  // pixels: footprints are wider by a 256th of their size and of a pixel
+
+ProcedureSettings style(ProcedureSettings::Style s) {
+  ProcedureSettings settings;
+  settings.style = s;
+  return settings;
+}
+const ProcedureSettings kSurfaceStyle = style(ProcedureSettings::Style::kSurface),
+                        kLineStyle = style(ProcedureSettings::Style::kLines);
+
+// What a sample point sees, and where it looks.
+struct Sample {
+  std::uint32_t patch, triangle;
+  float z, u, v;  // of the patch
+  float x, y;
+  bool seen() const { return patch != TileState::kNoPatch; }
+  bool stroke() const { return seen() && triangle == SurfaceLocation::kStroke; }
+  bool operator==(const Sample&) const = default;
+};
+struct Picture {
+  std::vector<Sample> samples;  // pixel by pixel
+  SamplingCounters counters;
+};
+
+Picture draw(const scene::FrameGeometry& frame, const ProcedureSettings& settings, int tile_width = kWidth,
+             int tile_height = kHeight, int width = kWidth, int height = kHeight) {
+  const SamplePattern pattern({kSpp, 1, 0});
+  const binner::TileGrid grid(width, height, tile_width, tile_height);
+  const ParameterMaps maps(frame, grid, settings, kSide, 64);
+  Picture out;
+  out.samples.resize(static_cast<std::size_t>(width * height * kSpp));
+  SamplingController controller;
+  for (binner::TileIndex t = 0; t < grid.tile_count(); ++t) {
+    const IntRect r = grid.pixels(t);
+    TileSamples samples;
+    samples.fill(pattern, r, static_cast<float>(frame.projection.lens_scale), frame.projection.lens_scale != 0);
+    TileState state;
+    state.start(samples.count);
+    controller.render(frame, maps, t, samples, 64, state);
+    for (std::size_t s = 0; s < samples.count; ++s) {
+      const int pixel = static_cast<int>(s) / kSpp, x = r.x0 + pixel % r.width(), y = r.y0 + pixel / r.width();
+      out.samples[static_cast<std::size_t>((y * width + x) * kSpp) + s % kSpp] = {
+          state.patch[s], state.triangle[s], state.z[s], state.b1[s], state.b2[s], samples.x[s], samples.y[s]};
+    }
+  }
+  out.counters = controller.take_counters();
+  tessera::merge(out.counters, maps.counters());
+  return out;
+}
+
+// Two procedures before a camera.
+TestFrame random_scene(Random& random) {
+  TestFrame scene;
+  scene::Camera camera;
+  camera.near = 0.2f;
+  if (random.integer(0, 5) == 0) camera.type = scene::Camera::Type::kOrthographic, camera.x_mag = camera.y_mag = 2;
+  test::add_camera(*scene.capture, DVec3(0, 0, 4), camera);
+  scene::Material material;
+  material.double_sided = random.coin();
+  const int number = test::add_material(*scene.capture, material);
+  for (int k = 0; k < 2; ++k) {
+    const auto id = static_cast<ShapeId>(random.integer(0, test::kShapeCount - 1));
+    test::add_procedure(*scene.capture, id, test::random_shape(random, id), DVec3(random.in_box(1)), number);
+  }
+  scene.pose(kWidth, kHeight);
+  return scene;
+}
+
+// A sphere of radius 0.5 in focus or not, moving or not.
+TestFrame sphere(const scene::Camera& camera, const DVec3& way = DVec3(0.0)) {
+  TestFrame scene;
+  test::add_camera(*scene.capture, DVec3(0, 0, 4), camera);
+  scene::Material material;
+  material.double_sided = true;
+  shaders::ShapeInput in;
+  in.p[0] = 0.5f;
+  const int node = test::add_procedure(*scene.capture, ShapeId::kSphere, in, DVec3(0.0),
+                                       test::add_material(*scene.capture, material));
+  if (way != DVec3(0.0)) test::add_motion(*scene.capture, node, way);
+  scene.pose(kWidth, kHeight);
+  return scene;
+}
+
+// Parameters of the piece, position on screen and depth of what a sample sees, in double precision.
+struct Seen {
+  double u, v, x, y, z;
+};
+Seen locate(const scene::FrameGeometry& frame, const Sample& s) {
+  const scene::ProcedurePatch patch = scene::procedure_patch(frame, s.patch);
+  const double u = (patch.column + static_cast<double>(s.u)) / patch.columns,
+               v = (patch.row + static_cast<double>(s.v)) / patch.rows;
+  shaders::ShapePoint<double> p;
+  shaders::with_shape(patch.shape,
+                      [&](auto shape) { p = shaders::shape_tangents<decltype(shape)>(patch.piece->input, u, v); });
+  const DVec4 r = DMat4(frame.drawable_of(s.patch).to_raster[0]) * DVec4(p.position.x, p.position.y, p.position.z, 1);
+  const double w = frame.projection.orthographic ? 1 : r.z;
+  return {u, v, r.x / w, r.y / w, r.z};
+}
+
+double from_line(double parameter) { return std::abs(parameter * kLines - std::round(parameter * kLines)) / kLines; }
+
+// ---- Against the ordinary style ---------------------------------------------------------------------------------
+
+TEST(Lines, WhatTheyLeaveFreeIsTheSurfaceBitByBitAndStrokesLieInFrontOfIt) {
+  Random random(1);
+  std::size_t strokes = 0, paper = 0;
+  for (int n = 0; n < 15; ++n) {
+    const TestFrame scene = random_scene(random);
+    const Picture surface = draw(*scene.frame, kSurfaceStyle), lines = draw(*scene.frame, kLineStyle);
+    for (std::size_t s = 0; s < lines.samples.size(); ++s) {
+      const Sample &line = lines.samples[s], &plain = surface.samples[s];
+      ASSERT_FALSE(plain.stroke());
+      if (!line.stroke()) {
+        ASSERT_EQ(line, plain) << "scene " << n << ", sample " << s;
+        paper += line.seen() ? 1 : 0;
+        continue;
+      }
+      ASSERT_TRUE(!plain.seen() || line.z < plain.z) << "scene " << n << ", sample " << s;
+      ++strokes;
+    }
+  }
+  EXPECT_GT(strokes, 2000u);
+  EXPECT_GT(paper, 2000u);
+}
+
+TEST(Lines, ThatAreNotThereAreNoticed) {  // the twin of the law above: the two styles are not one
+  Random random(1);
+  const TestFrame scene = random_scene(random);
+  EXPECT_NE(draw(*scene.frame, kSurfaceStyle).samples, draw(*scene.frame, kLineStyle).samples);
+}
+
+TEST(Lines, WhatMovesOrIsOutOfFocusHasNone) {
+  scene::Camera lens;
+  lens.lens = {0.1f, 3.0f};
+  for (const bool moving : {true, false}) {
+    const TestFrame scene = moving ? sphere({}, DVec3(0.5, 0.25, 0)) : sphere(lens);
+    const Picture surface = draw(*scene.frame, kSurfaceStyle), lines = draw(*scene.frame, kLineStyle);
+    EXPECT_EQ(lines.counters.strokes, 0u);
+    EXPECT_EQ(lines.samples, surface.samples);
+  }
+  EXPECT_GT(draw(*sphere({}).frame, kLineStyle).counters.strokes, 0u);
+}
+
+// ---- Where they are ---------------------------------------------------------------------------------------------
+
+// Samples whose parameters are off every line, or that lie farther from their point than a stroke reaches.
+struct Strays {
+  std::size_t off_line = 0, far = 0, at_depth = 0, all = 0;
+};
+Strays count_strays(const scene::FrameGeometry& frame, const Picture& picture, bool of_strokes, float nearer) {
+  Strays out;
+  for (const Sample& s : picture.samples) {
+    if (!s.seen() || s.stroke() != of_strokes) continue;
+    const Seen at = locate(frame, s);
+    ++out.all;
+    out.off_line += std::min(from_line(at.u), from_line(at.v)) > 1e-6 ? 1 : 0;
+    out.far += std::hypot(at.x - static_cast<double>(s.x), at.y - static_cast<double>(s.y)) >
+                       std::hypot(kHalfWidth, kHalfStep) + kRounding
+                   ? 1
+                   : 0;
+    out.at_depth += std::abs(static_cast<double>(s.z / nearer) - at.z) < 1e-5 * at.z ? 1 : 0;
+  }
+  return out;
+}
+
+TEST(Lines, EveryStrokeShowsAPointOfAParameterLineNoFartherThanItIsWide) {
+  Random random(3);
+  Strays strokes, surface;
+  const auto add = [](Strays& sum, const Strays& more) {
+    sum.off_line += more.off_line, sum.far += more.far, sum.at_depth += more.at_depth, sum.all += more.all;
+  };
+  for (int n = 0; n < 15; ++n) {
+    const TestFrame scene = random_scene(random);
+    const Picture picture = draw(*scene.frame, kLineStyle);
+    if (picture.counters.rates_clamped > 0) continue;  // steps longer than a sub-pixel
+    add(strokes, count_strays(*scene.frame, picture, true, 1.0f - 1.0f / 256));
+    add(surface, count_strays(*scene.frame, picture, false, 1.0f - 1.0f / 256));
+  }
+  EXPECT_GT(strokes.all, 2000u);
+  EXPECT_EQ(strokes.off_line, 0u);
+  EXPECT_EQ(strokes.far, 0u);
+  EXPECT_EQ(strokes.at_depth, strokes.all);
+  // The twin: surfaces are not on lines, nor a 256th nearer than they are.
+  EXPECT_GT(surface.off_line, surface.all / 2);
+  EXPECT_LT(surface.at_depth, surface.all / 2);
+}
+
+TEST(Lines, EndWhereTheNearAndTheFarPlaneCutTheSurface) {
+  const auto depths = [](float near, float far) {
+    scene::Camera camera;
+    camera.near = near;
+    camera.far = far;
+    const TestFrame scene = sphere(camera);
+    std::vector<float> z;
+    for (const Sample& s : draw(*scene.frame, kLineStyle).samples)
+      if (s.stroke()) z.push_back(s.z * (256.0f / 255));
+    return z;
+  };
+  for (const float z : depths(0.1f, 3.7f)) ASSERT_LE(z, 3.7f * 1.00001f);
+  for (const float z : depths(3.6f, 100)) ASSERT_GE(z, 3.6f * 0.99999f);
+  // Without the planes there are strokes on either side.
+  const std::vector<float> all = depths(0.1f, 100);
+  EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](float z) { return z > 3.75f; }));
+  EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](float z) { return z < 3.58f; }));
+}
+
+// ---- On a flat patch that faces the camera ------------------------------------------------------------------------
+
+// Wide enough for all of its lines to lie apart.
+constexpr int kWide = 192, kHigh = 128;
+
+TestFrame flat_patch(float light) {
+  TestFrame scene;
+  test::add_camera(*scene.capture, DVec3(0.03, 0.02, 3.1), {});  // lines at no particular places of pixels
+  const int material = test::add_material(*scene.capture);
+  shaders::ShapeInput in;
+  in.p = {-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0};
+  test::add_procedure(*scene.capture, ShapeId::kBilinearPatch, in, DVec3(0, 0, 0), material);
+  scene.pose(kWide, kHigh);
+  shaders::Light lamp;
+  lamp.type = shaders::Light::Type::kDirectional;
+  lamp.direction = glm::normalize(Vec3(0.95f, 0, -0.3f));  // no mirror image of it in the patch: evenly lit
+  lamp.color = Vec3(light);
+  scene.frame->lights = {lamp};
+  return scene;
+}
+
+// Lines of each parameter that have strokes: u first.
+std::array<std::set<int>, 2> drawn_lines(const scene::FrameGeometry& frame, const Picture& picture) {
+  std::array<std::set<int>, 2> out;
+  for (const Sample& s : picture.samples) {
+    if (!s.stroke()) continue;
+    const Seen at = locate(frame, s);
+    // Steps along a line may fall onto a crossing one, but not all of them do.
+    const bool on_u = from_line(at.u) < 1e-6, on_v = from_line(at.v) < 1e-6;
+    if (on_u && !on_v) out[0].insert(static_cast<int>(std::lround(at.u * kLines)));
+    if (on_v && !on_u) out[1].insert(static_cast<int>(std::lround(at.v * kLines)));
+  }
+  return out;
+}
+
+TEST(Lines, AreLeftOutByHalvesAsLightGrows) {
+  std::set<int> spacings;
+  int before = 1;
+  for (float light = 0; light < 8; light += 0.5f) {
+    const TestFrame scene = flat_patch(light);
+    const Picture picture = draw(*scene.frame, kLineStyle, kWide, kHigh, kWide, kHigh);
+    for (const std::set<int>& lines : drawn_lines(*scene.frame, picture)) {
+      ASSERT_TRUE(lines.contains(0) && lines.contains(32)) << "light " << light;
+      // The multiples of a power of two, all of them.
+      const int spacing = *std::next(lines.begin());
+      EXPECT_EQ(spacing & (spacing - 1), 0) << "light " << light;
+      EXPECT_GE(spacing, before) << "more light, more lines";
+      std::set<int> expected;
+      for (int line = 0; line < kLines; line += spacing) expected.insert(line);
+      EXPECT_EQ(lines, expected) << "light " << light;
+      before = spacing;
+      spacings.insert(spacing);
+    }
+  }
+  EXPECT_GE(spacings.size(), 4u);
+  EXPECT_EQ(*spacings.rbegin(), 32);
+}
+
+// Every sample point of the patch is a stroke where a line passes within half a stroke's width, and nowhere else: lines
+// have no gaps and no bulges.
+std::size_t wrong_samples(const Picture& picture, const scene::FrameGeometry& frame, int spacing, double half_width) {
+  const auto corner = [&](double x, double y) {
+    const DVec4 r = DMat4(frame.drawables[0].to_raster[0]) * DVec4(x, y, 0, 1);
+    return r / r.z;
+  };
+  const DVec4 low = corner(-1, -1), high = corner(1, 1);
+  std::size_t wrong = 0;
+  for (const Sample& s : picture.samples) {
+    const double u = (static_cast<double>(s.x) - low.x) / (high.x - low.x),
+                 v = (static_cast<double>(s.y) - low.y) / (high.y - low.y);
+    if (!(u > 0 && u < 1 && v > 0 && v < 1)) continue;
+    // Pixels to the nearest line that is drawn; there is none at 1.
+    const auto distance = [&](double parameter, double pixels) {
+      const double line =
+          std::min(std::round(parameter * kLines / spacing) * spacing, static_cast<double>(kLines - spacing));
+      return std::abs(parameter - line / kLines) * pixels;
+    };
+    const double d = std::min(distance(u, std::abs(high.x - low.x)), distance(v, std::abs(high.y - low.y)));
+    if (std::abs(d - half_width) < kRounding) continue;
+    wrong += s.stroke() != (d < half_width) ? 1 : 0;
+  }
+  return wrong;
+}
+
+TEST(Lines, HaveTheirWidthAllAlongAndNoGaps) {
+  const TestFrame scene = flat_patch(3);
+  const Picture picture = draw(*scene.frame, kLineStyle, kWide, kHigh, kWide, kHigh);
+  const std::set<int> lines = drawn_lines(*scene.frame, picture)[0];
+  ASSERT_GE(lines.size(), 2u);
+  const int spacing = *std::next(lines.begin());
+  ASSERT_GE(spacing, 8) << "lines are to lie apart";
+  EXPECT_EQ(wrong_samples(picture, *scene.frame, spacing, kHalfWidth), 0u);
+  EXPECT_GT(wrong_samples(picture, *scene.frame, spacing, kHalfWidth * 0.9), 0u);
+  EXPECT_GT(wrong_samples(picture, *scene.frame, spacing / 2, kHalfWidth), 0u);
+}
+
+// ---- What they follow from --------------------------------------------------------------------------------------
+
+TEST(Lines, FollowFromTheSceneAloneWhateverTheTiles) {  // C1
+  Random random(4);
+  for (int n = 0; n < 12; ++n) {
+    const TestFrame scene = random_scene(random);
+    const Picture whole = draw(*scene.frame, kLineStyle);
+    for (const auto& [width, height] : {std::pair{8, 8}, {16, 16}, {32, 8}}) {
+      const Picture tiled = draw(*scene.frame, kLineStyle, width, height);
+      const auto differ = std::inner_product(whole.samples.begin(), whole.samples.end(), tiled.samples.begin(),
+                                             std::size_t{0}, std::plus<>(), std::not_equal_to<>());
+      EXPECT_EQ(differ, 0u) << "scene " << n << ", tiles of " << width << "x" << height;
+    }
+  }
+}
+
+TEST(Lines, HaveTheSameBitsOnEveryInstructionSet) {
+  Random random(5);
+  for (int n = 0; n < 4; ++n) {
+    const TestFrame scene = random_scene(random);
+    const Picture plain = draw(*scene.frame, kLineStyle);
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      const Picture other = draw(*scene.frame, kLineStyle);
+      force_simd_target("");
+      EXPECT_EQ(other.samples, plain.samples) << target;
+      EXPECT_EQ(other.counters.strokes, plain.counters.strokes) << target;
+      EXPECT_EQ(other.counters.writes, plain.counters.writes) << target;
+    }
+  }
+}
+
+// ---- What is counted --------------------------------------------------------------------------------------------
+
+// Steps of a cell times the lines that run through it.
+std::uint64_t strokes_of(const ParameterCell& cell) {
+  std::uint64_t along_u = 0, along_v = 0;
+  for (int line = 0; line < kLines; ++line) {
+    const float at = static_cast<float>(line) / kLines;
+    along_u += at >= cell.v0 && at < cell.v1 ? 1 : 0;
+    along_v += at >= cell.u0 && at < cell.u1 ? 1 : 0;
+  }
+  return along_u * cell.steps_u + along_v * cell.steps_v;
+}
+
+TEST(Lines, EveryStepOfEveryLineOfATilesCellsIsCountedOnce) {
+  Random random(6);
+  std::uint64_t all = 0;
+  for (int n = 0; n < 6; ++n) {
+    const TestFrame scene = random_scene(random);
+    for (const int side : {kWidth, 16}) {
+      const binner::TileGrid grid(kWidth, kHeight, side, side);
+      const ParameterMaps maps(*scene.frame, grid, kLineStyle, kSide, 64);
+      std::uint64_t expected = 0;
+      for (binner::TileIndex t = 0; t < grid.tile_count(); ++t)
+        for (const std::uint32_t c : maps.of_tile(t)) expected += strokes_of(maps.cells()[c]);
+      EXPECT_EQ(draw(*scene.frame, kLineStyle, side, side).counters.strokes, expected);
+      all += expected;
+    }
+    EXPECT_EQ(draw(*scene.frame, kSurfaceStyle).counters.strokes, 0u);
+  }
+  EXPECT_GT(all, 5000u);
+}
+
+// The maps have more entries: a tile also needs cells that reach it by their strokes alone, which its surfaces leave
+// out.
+TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
+  Random random(7);
+  for (int n = 0; n < 8; ++n) {
+    const TestFrame scene = random_scene(random);
+    const Picture surface = draw(*scene.frame, kSurfaceStyle, 16, 16), lines = draw(*scene.frame, kLineStyle, 16, 16);
+    const auto strokes =
+        std::count_if(lines.samples.begin(), lines.samples.end(), [](const Sample& s) { return s.stroke(); });
+    for (const auto& field : kCounterFields<SamplingCounters>) {
+      const std::set<std::string_view> of_maps = {
+          "sampling.cells", "sampling.cells_outside", "sampling.interval_evaluations", "sampling.map_entries",
+          "sampling.tags",  "sampling.rates_clamped", "sampling.cells_culled_backface"};
+      const std::set<std::string_view> of_strokes = {"sampling.strokes", "sampling.writes", "sampling.array_slots",
+                                                     "sampling.operations", "sampling.footprint_tests"};
+      if (of_strokes.contains(field.name) || of_maps.contains(field.name)) continue;
+      EXPECT_EQ(lines.counters.*field.member, surface.counters.*field.member) << field.name;
+    }
+    EXPECT_GE(lines.counters.map_entries, surface.counters.map_entries);
+    // Lanes are issued by the group.
+    const std::uint64_t slots = lines.counters.array_slots - surface.counters.array_slots;
+    EXPECT_GE(slots, lines.counters.strokes);
+    EXPECT_EQ(slots % static_cast<std::uint64_t>(kLineStyle.lanes), 0u);
+    EXPECT_EQ(lines.counters.strokes > 0, lines.counters.operations > surface.counters.operations);
+    EXPECT_GE(lines.counters.footprint_tests, surface.counters.footprint_tests + static_cast<std::uint64_t>(strokes));
+    EXPECT_GE(lines.counters.writes, surface.counters.writes + static_cast<std::uint64_t>(strokes));
+  }
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

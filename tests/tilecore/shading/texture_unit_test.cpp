@@ -1,0 +1,131 @@
+// Which lines of the emulated memory look-ups in textures need.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/support/captures.h"
+#include "tilecore/shading/texture_unit.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using shaders::MipFilter;
+using shaders::Sampler;
+using shaders::Texture;
+using shaders::Wrap;
+
+std::shared_ptr<const Texture> black(int width, int height, int white_x = -1, int white_y = -1) {
+  Image8 image(width, height, 4);
+  if (white_x >= 0) image.at(white_x, white_y)[0] = 255;
+  return std::make_shared<const Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
+}
+
+scene::Capture with_texture(std::shared_ptr<const Texture> texture) {
+  scene::Capture capture;
+  scene::Material material;
+  material.base_color_texture.texture = std::move(texture);
+  test::add_material(capture, material);
+  return capture;
+}
+
+// Lines of one look-up with a cache that is empty.
+std::set<std::uint32_t> lines_of(const TextureMemory& memory, std::int64_t line_bytes, const Texture& texture,
+                                 const Sampler& sampler, Vec2 uv, float lod, TextureCounters* counters = nullptr) {
+  TextureUnit unit;
+  unit.begin_tile({&memory, 1 << 16, 4, line_bytes});
+  shaders::TexelFootprint footprint;
+  texture.sample(sampler, uv, lod, &footprint);
+  unit.fetch(texture, footprint);
+  const std::vector<std::uint32_t> lines = unit.take_misses();
+  const std::set<std::uint32_t> distinct(lines.begin(), lines.end());
+  EXPECT_EQ(distinct.size(), lines.size()) << "a line was asked for twice";
+  if (counters != nullptr) *counters = unit.take_counters();
+  return distinct;
+}
+
+// Invariant X1, from the outside: a texel whose colour changes what a look-up returns lies in a line that it asked for.
+TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
+  test::Random random(17);
+  constexpr int kSize = 8;
+  for (const std::int64_t line_bytes : {16, 32, 64, 128}) {
+    const auto dark = black(kSize, kSize);
+    const scene::Capture capture = with_texture(dark);
+    const TextureMemory memory(capture, line_bytes);
+    const int w = memory.block_width_log2(), h = memory.block_height_log2();
+    EXPECT_EQ((1 << (w + h)) * 4, line_bytes);
+    for (int round = 0; round < 40; ++round) {
+      Sampler sampler;
+      sampler.wrap_s = static_cast<Wrap>(random.integer(0, 2));
+      sampler.wrap_t = static_cast<Wrap>(random.integer(0, 2));
+      sampler.magnify_linear = random.coin();
+      const Vec2 uv(random.uniform(-2, 3), random.uniform(-2, 3));
+      const std::set<std::uint32_t> lines = lines_of(memory, line_bytes, *dark, sampler, uv, 0);
+      EXPECT_LE(lines.size(), 4u);
+      std::set<std::uint32_t> needed;
+      for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x)
+          if (black(kSize, kSize, x, y)->sample(sampler, uv, 0).x > 0)
+            needed.insert(static_cast<std::uint32_t>((y >> h) * (kSize >> w) + (x >> w)));
+      for (const std::uint32_t line : needed) EXPECT_TRUE(lines.contains(line)) << "seed 17, round " << round;
+    }
+  }
+}
+
+TEST(TextureUnit, ATrilinearLookUpIsTwoAndEachLevelHasLinesOfItsOwn) {
+  const auto texture = black(64, 32);
+  const scene::Capture capture = with_texture(texture);
+  const TextureMemory memory(capture, 64);
+  // 16x8 blocks, 8x4, 4x2, 2x1, then three levels of one.
+  EXPECT_EQ(memory.lines(), 128u + 32 + 8 + 2 + 1 + 1 + 1);
+  TextureCounters counters;
+  const std::set<std::uint32_t> both = lines_of(memory, 64, *texture, {}, Vec2(0.3f, 0.3f), 1.5f, &counters);
+  EXPECT_EQ(counters.texels, 2u);
+  EXPECT_GE(*both.begin(), 128u);
+  EXPECT_LT(*both.begin(), 128u + 32);
+  EXPECT_GE(*both.rbegin(), 128u + 32);
+  lines_of(memory, 64, *texture, {}, Vec2(0.3f, 0.3f), 2.0f, &counters);
+  EXPECT_EQ(counters.texels, 1u);
+  Sampler nearest;
+  nearest.minify_linear = false;
+  nearest.mip = MipFilter::kNearest;
+  EXPECT_EQ(lines_of(memory, 64, *texture, nearest, Vec2(0.3f, 0.3f), 1.5f, &counters).size(), 1u);
+  EXPECT_EQ(counters.texels, 1u);
+}
+
+// Invariant X2.
+TEST(TextureUnit, EveryTileFindsTheCacheEmpty) {
+  const auto texture = black(64, 64);
+  const scene::Capture capture = with_texture(texture);
+  const TextureMemory memory(capture, 64);
+  TextureUnit unit;
+  const auto tile = [&](bool begin) {
+    if (begin) unit.begin_tile({&memory, 1 << 14, 4, 64});
+    shaders::TexelFootprint footprint;
+    for (int i = 0; i < 64; ++i) {
+      texture->sample({}, Vec2(static_cast<float>(i) / 64, 0.5f), 0, &footprint);
+      unit.fetch(*texture, footprint);
+    }
+    return unit.take_misses();
+  };
+  const std::vector<std::uint32_t> first = tile(true);
+  EXPECT_FALSE(first.empty());
+  EXPECT_EQ(tile(true), first);
+  EXPECT_TRUE(tile(false).empty());  // the cache holds them all
+}
+
+TEST(TextureMemory, TexturesOfACaptureLieBehindEachOtherAndSharedOnesLieOnce) {
+  const auto a = black(16, 16), b = black(8, 8);
+  scene::Capture capture = with_texture(a);
+  scene::Material second;
+  second.base_color_texture.texture = a;
+  second.normal_texture.texture = b;
+  test::add_material(capture, second);
+  const TextureMemory memory(capture, 64);
+  const std::uint32_t lines_a = 16 + 4 + 1 + 1 + 1;
+  EXPECT_EQ(memory.layout(a.get()).front().first_line, 0u);
+  EXPECT_EQ(memory.layout(b.get()).front().first_line, lines_a);
+  EXPECT_EQ(memory.lines(), lines_a + 4u + 1 + 1 + 1);
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

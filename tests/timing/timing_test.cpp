@@ -1,0 +1,305 @@
+// The timing and the energy model on frames whose answer is known.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "hardware/energy.h"
+#include "timing/timing_model.h"
+
+namespace tessera::timing {
+namespace {
+
+// A machine in which everything is so fast that only what a test slows down takes time.
+hardware::GpuConfiguration instant_machine(std::int64_t cores = 1) {
+  hardware::GpuConfiguration gpu;
+  gpu.tilecore_count = cores;
+  gpu.tilecore_memory_bytes = 1 << 20;
+  for (double hardware::MachineNumbers::*rate :
+       {&hardware::MachineNumbers::frontend_bounds_per_clk, &hardware::MachineNumbers::binner_entries_per_clk,
+        &hardware::MachineNumbers::binner_tiles_per_clk, &hardware::MachineNumbers::tilecore_entries_per_clk,
+        &hardware::MachineNumbers::tessellator_vertices_per_clk, &hardware::MachineNumbers::tilecore_boxes_per_clk,
+        &hardware::MachineNumbers::tilecore_box_tests_per_clk,
+        &hardware::MachineNumbers::tilecore_triangle_tests_per_clk,
+        &hardware::MachineNumbers::tilecore_alpha_tests_per_clk, &hardware::MachineNumbers::texture_texels_per_clk,
+        &hardware::MachineNumbers::tilecore_blends_per_clk, &hardware::MachineNumbers::resolve_pixels_per_clk,
+        &hardware::MachineNumbers::memory_bytes_per_clk})
+    gpu.*rate = 1e30;
+  gpu.shader_lanes = 1;
+  gpu.shader_operations = 0;
+  gpu.memory_gpu_share = 1;
+  gpu.memory_latency_clk = 0;
+  return gpu;
+}
+
+// Tiles that need `tests` triangle tests, `runs` runs of the shader and `bytes` stored bytes each. Two tiles fit in the
+// memory.
+FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std::uint64_t bytes) {
+  FrameWork work;
+  work.tile_samples = (1 << 20) / 2 / 20;
+  work.rounds.emplace_back();
+  for (std::size_t i = 0; i < count; ++i) {
+    TileWork tile;
+    tile.tile = static_cast<std::uint32_t>(i);
+    tile.triangle_tests = tests;
+    tile.shader_invocations = runs;
+    tile.dram_bytes[2] = bytes;
+    work.rounds[0].tiles.push_back(tile);
+  }
+  return work;
+}
+
+double cycles(const hardware::GpuConfiguration& gpu, const FrameWork& work) { return schedule_frame(gpu, work).cycles; }
+
+TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
+  hardware::GpuConfiguration gpu = instant_machine();
+  gpu.tilecore_triangle_tests_per_clk = 4;
+  const FrameWork work = tiles(10, 1000, 0, 0);
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 10 * 1000 / 4.0);
+  const FrameTiming timing = time_frame(gpu, work, schedule_frame(gpu, work));
+  EXPECT_EQ(timing.bound_by, Stage::kTriangleTests);
+  EXPECT_DOUBLE_EQ(timing.bound_cycles, 2500);  // without it the frame takes no time
+  EXPECT_DOUBLE_EQ(timing.utilisation(Stage::kTriangleTests), 1);
+}
+
+// While a tile is shaded, the next one is tested: the slower phase of the two sets the pace, the other shows once.
+TEST(Timing, PhasesOfConsecutiveTilesOverlap) {
+  hardware::GpuConfiguration gpu = instant_machine();
+  gpu.tilecore_triangle_tests_per_clk = 1;
+  gpu.shader_operations = 1;
+  EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 300, 100, 0)), 10 * 300 + 100);
+  EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 100, 300, 0)), 100 + 10 * 300);
+  // The unit that starves for tests is the shader.
+  const FrameWork work = tiles(10, 300, 100, 0);
+  const FrameTiming timing = time_frame(gpu, work, schedule_frame(gpu, work));
+  EXPECT_EQ(timing.bound_by, Stage::kTriangleTests);
+  EXPECT_DOUBLE_EQ(timing.utilisation(Stage::kShader), 1000.0 / 3100);
+}
+
+// The failing twin: a core whose memory holds one tile cannot overlap anything.
+TEST(Timing, ACoreWithRoomForOneTileDoesOnePhaseAfterTheOther) {
+  hardware::GpuConfiguration gpu = instant_machine();
+  gpu.tilecore_triangle_tests_per_clk = 1;
+  gpu.shader_operations = 1;
+  gpu.tilecore_memory_bytes /= 2;
+  EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 300, 100, 0)), 10 * (300 + 100));
+}
+
+TEST(Timing, EqualTilesOnEqualCoresTakeAnEqualShare) {
+  for (const std::int64_t cores : {1, 2, 4, 8}) {
+    hardware::GpuConfiguration gpu = instant_machine(cores);
+    gpu.tilecore_triangle_tests_per_clk = 1;
+    const FrameWork work = tiles(16, 500, 0, 0);
+    const Schedule schedule = schedule_frame(gpu, work);
+    EXPECT_DOUBLE_EQ(schedule.cycles, 16 * 500 / static_cast<double>(cores));
+    EXPECT_DOUBLE_EQ(time_frame(gpu, work, schedule).cores_busy, schedule.cycles);
+  }
+  // One tile too many keeps one core while the others wait.
+  hardware::GpuConfiguration gpu = instant_machine(4);
+  gpu.tilecore_triangle_tests_per_clk = 1;
+  const FrameWork work = tiles(17, 500, 0, 0);
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * 500);
+  EXPECT_DOUBLE_EQ(time_frame(gpu, work, schedule_frame(gpu, work)).cores_busy, 17 * 500 / 4.0);
+}
+
+TEST(Timing, AFrameThatMovesMoreThanTheMemoryCanTakesItsBytesOverTheRate) {
+  hardware::GpuConfiguration gpu = instant_machine(4);
+  gpu.memory_bytes_per_clk = 16;
+  gpu.memory_gpu_share = 0.5;
+  const FrameWork work = tiles(12, 0, 0, 4096);
+  EXPECT_NEAR(cycles(gpu, work), 12 * 4096 / 8.0, 1e-6);
+  const FrameTiming timing = time_frame(gpu, work, schedule_frame(gpu, work));
+  EXPECT_EQ(timing.bound_by, Stage::kDram);
+  EXPECT_NEAR(timing.bound_cycles, timing.cycles, 1e-6);
+  EXPECT_NEAR(timing.utilisation(Stage::kDram), 1, 1e-9);
+}
+
+// Two cores: one tile can use 1 byte per clock, the other all it gets. Of 4 bytes per clock it gets 3.
+TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
+  hardware::GpuConfiguration gpu = instant_machine(2);
+  gpu.memory_bytes_per_clk = 4;
+  gpu.tilecore_triangle_tests_per_clk = 1;
+  FrameWork work = tiles(2, 0, 0, 0);
+  work.rounds[0].tiles[0].triangle_tests = 1000;
+  work.rounds[0].tiles[0].dram_bytes[0] = 1000;
+  work.rounds[0].tiles[1].dram_bytes[0] = 3000;
+  const Schedule schedule = schedule_frame(gpu, work);
+  EXPECT_NEAR(schedule.tiles[0].phases[0].end, 1000, 1e-6);
+  EXPECT_NEAR(schedule.tiles[1].phases[0].end, 1000, 1e-6);
+  // Twice as much to move: alone after 1000 cycles, at the full rate.
+  work.rounds[0].tiles[1].dram_bytes[0] = 7000;
+  EXPECT_NEAR(cycles(gpu, work), 1000 + 4000 / 4.0, 1e-6);
+}
+
+TEST(Timing, LatencyShowsOnceWhereTilesOverlapAndEveryTimeWhereTheyDoNot) {
+  hardware::GpuConfiguration gpu = instant_machine();
+  gpu.memory_latency_clk = 100;
+  gpu.shader_operations = 1;
+  FrameWork work = tiles(5, 0, 1000, 0);
+  for (TileWork& tile : work.rounds[0].tiles) tile.sub_patches = 1;
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 200 + 5 * 1000);  // queue, then record
+  gpu.tilecore_memory_bytes /= 2;
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * (200 + 1000));
+}
+
+// n equal items through units that need c1, c2, c3 for all of them, by moving every item by hand.
+TEST(Timing, APipelineEndsWhenItsLastItemHasLeft) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 50; ++round) {
+    const std::uint64_t items = 1 + random() % 20;
+    std::vector<double> whole;
+    for (std::size_t u = 0; u < 1 + random() % 6; ++u) whole.push_back(static_cast<double>(random() % 1000));
+    std::vector<double> free_at(whole.size(), 0.0);
+    for (std::uint64_t i = 0; i < items; ++i) {
+      double at = 0;
+      for (std::size_t u = 0; u < whole.size(); ++u)
+        at = free_at[u] = std::max(at, free_at[u]) + whole[u] / static_cast<double>(items);
+    }
+    const std::vector<double> ends = pipeline_ends(whole, items);
+    for (std::size_t u = 0; u < whole.size(); ++u)
+      EXPECT_NEAR(ends[u], free_at[u], 1e-6 * (1 + free_at[u])) << "seed 7, round " << round << ", unit " << u;
+  }
+}
+
+FrameWork random_frame(std::mt19937& random, std::size_t count) {
+  FrameWork work;
+  work.tile_samples = 4096;
+  for (int r = 0; r < 2; ++r) {
+    WorkRound round;
+    round.geometry = {random() % 1000 + 1, random() % 5000, random() % 9000, random() % 20000, random() % 100000, 0};
+    for (std::size_t i = 0; i < count; ++i) {
+      TileWork t;
+      t.tile = static_cast<std::uint32_t>(i);
+      for (const auto member :
+           {&TileWork::entries, &TileWork::sub_patches, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests,
+            &TileWork::triangle_tests, &TileWork::hits, &TileWork::alpha_tests, &TileWork::shader_invocations,
+            &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers, &TileWork::pixels})
+        t.*member = random() % 3 == 0 ? 0 : random() % 5000;
+      for (std::uint64_t& bytes : t.dram_bytes) bytes = random() % 3 == 0 ? 0 : random() % 50000;
+      round.tiles.push_back(t);
+    }
+    work.rounds.push_back(round);
+  }
+  work.other_bytes = random() % 100000;
+  return work;
+}
+
+// Invariants T1, T2 and T3.
+TEST(Timing, NoUnitIsBusyLongerThanTheFrameAndPhasesFollowEachOther) {
+  std::mt19937 random(11);
+  for (const char* preset : {"small", "middle", "large"}) {
+    const hardware::GpuConfiguration gpu = hardware::load_gpu(preset);
+    for (int round = 0; round < 10; ++round) {
+      const FrameWork work = random_frame(random, 40);
+      const Schedule schedule = schedule_frame(gpu, work);
+      const FrameTiming timing = time_frame(gpu, work, schedule);
+      for (std::size_t s = 0; s < kStageCount; ++s)
+        EXPECT_LE(timing.busy[s], timing.cycles * (1 + 1e-9)) << name(static_cast<Stage>(s));
+      EXPECT_LE(timing.cores_busy, timing.cycles * (1 + 1e-9));
+      ASSERT_EQ(schedule.tiles.size(), 80u);
+      std::vector<std::array<double, kPhaseCount>> until(static_cast<std::size_t>(gpu.tilecore_count));
+      for (const TileSchedule& tile : schedule.tiles) {
+        double last = 0;
+        for (std::size_t p = 0; p < kPhaseCount; ++p) {
+          EXPECT_LE(last, tile.phases[p].begin);
+          EXPECT_LE(until[tile.core][p], tile.phases[p].begin);
+          EXPECT_LE(tile.phases[p].begin, tile.phases[p].flow);
+          EXPECT_LE(tile.phases[p].flow, tile.phases[p].end);
+          const TileWork& tile_work = work.rounds[tile.round].tiles[tile.index];
+          const double bytes = static_cast<double>(tile_work.dram_bytes[p]);
+          const double length = tile.phases[p].end - tile.phases[p].flow;
+          const PhaseCycles phase = phase_cycles(gpu, tile_work, static_cast<Phase>(p));
+          EXPECT_GE(length, pipeline_ends(phase.cycles, phase.items).back() * (1 - 1e-9) - 1e-6);
+          EXPECT_GE(length, bytes / memory_rate(gpu) * (1 - 1e-9) - 1e-6);
+          last = until[tile.core][p] = tile.phases[p].end;
+        }
+      }
+      EXPECT_LE(schedule.tiles.back().phases.back().end, schedule.cycles);
+    }
+  }
+}
+
+TEST(Timing, AMachineWithMoreIsNotSlower) {
+  std::mt19937 random(13);
+  for (int round = 0; round < 10; ++round) {
+    const FrameWork work = random_frame(random, 100);
+    const hardware::GpuConfiguration gpu = hardware::load_gpu("middle");
+    const double before = cycles(gpu, work);
+    hardware::GpuConfiguration more = gpu;
+    more.tilecore_count *= 2;
+    EXPECT_LE(cycles(more, work), before);
+    more = gpu;
+    more.memory_bytes_per_clk /= 2;
+    EXPECT_GE(cycles(more, work), before);
+    more = gpu;
+    more.memory_latency_clk *= 4;
+    EXPECT_GE(cycles(more, work), before);
+    more = gpu;
+    more.shader_lanes *= 2;
+    EXPECT_LE(cycles(more, work), before);
+  }
+}
+
+TEST(Timing, AnEmptyFrameTakesNoTimeAndNothingBoundsIt) {
+  const FrameWork work;
+  const FrameTiming timing = time_frame({}, work, schedule_frame({}, work));
+  EXPECT_EQ(timing.cycles, 0);
+  EXPECT_FALSE(timing.bound_by);
+}
+
+TEST(Timing, FramesAddUpAndTheUnitWithMostToSaveBoundsThemTogether) {
+  hardware::GpuConfiguration gpu = instant_machine();
+  gpu.tilecore_triangle_tests_per_clk = 1;
+  gpu.shader_operations = 1;
+  FrameTiming total;
+  for (const auto& [tests, runs] : {std::pair{1000, 0}, {0, 3000}, {1500, 0}}) {
+    const FrameWork work = tiles(1, static_cast<std::uint64_t>(tests), static_cast<std::uint64_t>(runs), 0);
+    total.accumulate(time_frame(gpu, work, schedule_frame(gpu, work)));
+  }
+  EXPECT_DOUBLE_EQ(total.cycles, 5500);
+  EXPECT_EQ(total.bound_by, Stage::kShader);
+  EXPECT_DOUBLE_EQ(total.bound_cycles, 3000);
+}
+
+TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
+  hardware::GpuConfiguration gpu;
+  FrameWork work;
+  work.rounds.emplace_back();
+  work.rounds[0].geometry.bounds = 7;
+  work.rounds[0].tiles.resize(2);
+  work.rounds[0].tiles[0].shader_invocations = 3;
+  work.rounds[0].tiles[1].shader_invocations = 4;
+  work.rounds[0].tiles[1].dram_bytes[1] = 1000;
+  const hardware::FrameEnergy energy = frame_energy(gpu, energy_events(work), 8500);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.energy_bound_pj / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"), 7 * gpu.shader_operations * gpu.energy_shader_operation_pj / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("dram"), 8000 * 12.5 / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("leakage"), 60e-3 * 10e-6 * 1e9);  // 60 mW for 8500 cycles of 850 MHz
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("resolve"), 0);
+}
+
+// Each event counts in exactly one unit: more of one event changes that unit alone.
+TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
+  std::mt19937 random(5);
+  const hardware::GpuConfiguration gpu = hardware::load_gpu("large");
+  const FrameWork work = random_frame(random, 10);
+  const hardware::FrameEnergy before = frame_energy(gpu, energy_events(work), 1e6);
+  double sum = 0;
+  for (const auto& [unit, nj] : before.by_unit_nj) sum += nj;
+  EXPECT_EQ(sum, before.total_nj());
+  for (const auto member :
+       {&TileWork::entries, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests, &TileWork::triangle_tests,
+        &TileWork::hits, &TileWork::alpha_tests, &TileWork::shader_invocations, &TileWork::texels, &TileWork::l2_lines,
+        &TileWork::blended_layers, &TileWork::pixels}) {
+    FrameWork more = work;
+    more.rounds[0].tiles[0].*member += 1000;
+    int changed = 0;
+    for (const auto& [unit, nj] : frame_energy(gpu, energy_events(more), 1e6).by_unit_nj)
+      changed += nj != before.by_unit_nj.at(unit) ? 1 : 0;
+    EXPECT_EQ(changed, 1);
+  }
+}
+
+}  // namespace
+}  // namespace tessera::timing

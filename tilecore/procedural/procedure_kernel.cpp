@@ -1,0 +1,137 @@
+#include "tilecore/procedural/procedure_kernel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tilecore/procedural/procedure_kernel.cpp"
+#include <hwy/foreach_target.h>
+
+#include "shaders_cpp/procedures/procedures-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::tilecore::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+namespace stage = shaders::HWY_NAMESPACE;
+using Lanes = tessera::HWY_NAMESPACE::FloatLanes;
+using tessera::HWY_NAMESPACE::Vector3;
+using Point = Vector3<Lanes>;
+
+// One row of a matrix applied to a point and to its two tangents.
+struct Row {
+  Lanes value, by_u, by_v;
+};
+HWY_INLINE Row transformed_row(const Mat4& m, int row, const stage::ShapePoint<Lanes>& p) {
+  const Lanes a(m[0][row]), b(m[1][row]), c(m[2][row]), d(m[3][row]);
+  const auto direction = [&](const Point& t) HWY_ATTR { return (a * t.x + b * t.y) + c * t.z; };
+  return {(a * p.position.x + b * p.position.y) + (c * p.position.z + d), direction(p.by_u), direction(p.by_v)};
+}
+
+HWY_INLINE void store_column(std::array<std::array<float, kArraySamples>, SampleRegisters::kColumns>& at,
+                             std::size_t column, std::size_t first, const Row& row) {
+  row.value.store(&at[column][first]);
+  row.by_u.store(&at[column + SampleRegisters::kXu][first]);
+  row.by_v.store(&at[column + SampleRegisters::kXv][first]);
+}
+
+HWY_INLINE void run_view(const ArrayProgram& program, const stage::ShapePoint<Lanes>& p, std::size_t first,
+                         SampleRegisters& registers) {
+  for (std::size_t key = 0; key < static_cast<std::size_t>(program.keys); ++key) {
+    Row x = transformed_row(program.to_raster[key], 0, p), y = transformed_row(program.to_raster[key], 1, p);
+    const Row z = transformed_row(program.to_raster[key], 2, p);
+    if (program.divided && !program.orthographic) {
+      const Lanes inverse = Lanes(1.0f) / z.value;
+      const auto divide = [&](Row& a) HWY_ATTR {
+        a.value = a.value * inverse;
+        a.by_u = (a.by_u - a.value * z.by_u) * inverse;
+        a.by_v = (a.by_v - a.value * z.by_v) * inverse;
+      };
+      divide(x);
+      divide(y);
+    }
+    store_column(registers.at[key], SampleRegisters::kX, first, x);
+    store_column(registers.at[key], SampleRegisters::kY, first, y);
+    store_column(registers.at[key], SampleRegisters::kZ, first, z);
+  }
+}
+
+template <class Shape>
+HWY_INLINE Point lane_normals(const shaders::ShapeInput& input, Lanes u, Lanes v, const stage::ShapePoint<Lanes>& p) {
+  Lanes margin;
+  const Point n = stage::unit_normal(p.by_u, p.by_v, margin);
+  const auto regular = hn::Gt(margin.v, hn::Zero(Lanes::D()));
+  if (hn::AllTrue(Lanes::D(), regular)) return n;
+  const stage::ShapePoint<Lanes> beside =
+      stage::shape_tangents<Shape>(input, stage::towards_middle(u), stage::towards_middle(v));
+  const Point m = stage::unit_normal(beside.by_u, beside.by_v, margin);
+  const auto pick = [&](Lanes a, Lanes b) HWY_ATTR { return Lanes(hn::IfThenElse(regular, a.v, b.v)); };
+  return {pick(n.x, m.x), pick(n.y, m.y), pick(n.z, m.z)};
+}
+
+template <class Shape>
+HWY_NOINLINE void run_shape(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
+  const shaders::ShapeInput& input = *program.input;
+  for (std::size_t first = 0; first < count; first += Lanes::count()) {
+    const Lanes u = Lanes::load(&registers.u[first]), v = Lanes::load(&registers.v[first]);
+    const stage::ShapePoint<Lanes> p = stage::shape_tangents<Shape>(input, u, v);
+    run_view(program, p, first, registers);
+    if (program.surface == nullptr) continue;
+    const Lanes depth = Lanes::load(&registers.at[0][SampleRegisters::kZ][first]);
+    stage::PointRecord<Lanes> record;
+    const Point color = stage::run_surface_stages(*program.surface, u, v, p.position,
+                                                  lane_normals<Shape>(input, u, v, p), depth, record);
+    color.x.store(&registers.r[first]);
+    color.y.store(&registers.g[first]);
+    color.z.store(&registers.b[first]);
+  }
+}
+
+void RunProcedure(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
+  switch (program.shape) {
+#define TESSERA_SHAPE_CASE(name)  \
+  case shaders::ShapeId::k##name: \
+    return run_shape<stage::name>(program, count, registers);
+    TESSERA_SHAPES(TESSERA_SHAPE_CASE)
+#undef TESSERA_SHAPE_CASE
+  }
+}
+
+template <class Shape>
+HWY_NOINLINE void shape_vertices(const shaders::ShapeInput& input, const float* u, const float* v, std::size_t count,
+                                 PointArrays position) {
+  for (std::size_t i = 0; i < count; i += Lanes::count()) {
+    const Point p = Shape::point(input, Lanes::load(u + i), Lanes::load(v + i));
+    p.x.store(position.x + i);
+    p.y.store(position.y + i);
+    p.z.store(position.z + i);
+  }
+}
+
+void ProcedureVertices(shaders::ShapeId shape, const shaders::ShapeInput& input, const float* u, const float* v,
+                       std::size_t count, PointArrays position) {
+  switch (shape) {
+#define TESSERA_SHAPE_CASE(name)  \
+  case shaders::ShapeId::k##name: \
+    return shape_vertices<stage::name>(input, u, v, count, position);
+    TESSERA_SHAPES(TESSERA_SHAPE_CASE)
+#undef TESSERA_SHAPE_CASE
+  }
+}
+
+}  // namespace tessera::tilecore::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::tilecore {
+
+HWY_EXPORT(RunProcedure);
+HWY_EXPORT(ProcedureVertices);
+
+void run_procedure(const ArrayProgram& program, std::size_t count, SampleRegisters& registers) {
+  HWY_DYNAMIC_DISPATCH(RunProcedure)(program, count, registers);
+}
+void procedure_vertices(shaders::ShapeId shape, const shaders::ShapeInput& input, const float* u, const float* v,
+                        std::size_t count, PointArrays position) {
+  HWY_DYNAMIC_DISPATCH(ProcedureVertices)(shape, input, u, v, count, position);
+}
+
+}  // namespace tessera::tilecore
+#endif

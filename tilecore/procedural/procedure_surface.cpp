@@ -1,0 +1,138 @@
+#include "tilecore/procedural/procedure_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/procedure_patch.h"
+#include "shaders_cpp/procedures/procedures.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using scene::FrameGeometry;
+using scene::PosedDrawable;
+using scene::ProcedurePatch;
+
+// Of drawings with lines.
+constexpr Vec3 kPaper(0.80f, 0.76f, 0.68f), kInk(0.02f, 0.02f, 0.035f);
+
+Vec3 as_glm(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
+Vector3<float> as_stage(const Vec3& a) { return {a.x, a.y, a.z}; }
+
+shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
+  shaders::ProcedureLights out;
+  const DVec4 eye =
+      frame.projection.orthographic ? frame.views[0].camera_to_world[2] : frame.views[0].camera_to_world[3];
+  const Vec3 position = frame.projection.orthographic ? glm::normalize(Vec3(eye)) : Vec3(eye);
+  out.eye = {position.x, position.y, position.z};
+  out.orthographic = frame.projection.orthographic;
+  out.count = 0;
+  for (const shaders::Light& light : frame.lights) {
+    if (out.count == shaders::ProcedureLights::kMost) break;
+    shaders::ProcedureLight& to = out.light[static_cast<std::size_t>(out.count++)];
+    to.directional = light.type == shaders::Light::Type::kDirectional;
+    to.direction = {-light.direction.x, -light.direction.y, -light.direction.z};
+    to.position = {light.position.x, light.position.y, light.position.z};
+    to.color = {light.color.x, light.color.y, light.color.z};
+  }
+  if (out.count == 0) {
+    out.count = 1;
+    out.light[0].direction = {-0.485f, 0.661f, 0.573f};  // where the built-in studio has its key light
+    out.light[0].color = {1.5f, 1.45f, 1.35f};
+  }
+  return out;
+}
+
+}  // namespace
+
+shaders::SurfaceProgram surface_program(const FrameGeometry& frame, const PosedDrawable& drawable,
+                                        const scene::Procedure::Piece& piece) {
+  const scene::Procedure& procedure = *drawable.procedure;
+  shaders::SurfaceProgram program;
+  program.texture = procedure.texture;
+  program.shading = procedure.shading;
+  program.texture_numbers = procedure.texture_numbers;
+  program.shading_numbers = procedure.shading_numbers;
+  program.u_first = piece.u_first, program.u_scale = piece.u_scale;
+  program.v_first = piece.v_first, program.v_scale = piece.v_scale;
+  program.two_sided = drawable.material->double_sided;
+  program.to_world = drawable.to_world[0];
+  program.normal_to_world = drawable.normal_to_world[0];
+  const float stretch = std::cbrt(std::abs(glm::determinant(Mat3(drawable.to_world[0]))));
+  const float pixel = static_cast<float>(1.0 / frame.projection.scale) / (stretch > 0 ? stretch : 1.0f);
+  (frame.projection.orthographic ? program.pixel : program.pixel_by_depth) = pixel;
+  program.lights = procedure_lights(frame);
+  return program;
+}
+
+void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& s) {
+  const PosedDrawable& drawable = *s.drawable;
+  const ProcedurePatch at = scene::procedure_patch(frame, patch);
+  const float u = at.u(parameters.x), v = at.v(parameters.y);
+  Vec3 normal(0, 0, 1), by_u(0.0f), by_v(0.0f), object(0.0f);
+  shaders::with_shape(at.shape, [&](auto shape) {
+    using Shape = decltype(shape);
+    const shaders::ShapePoint<float> p = shaders::shape_tangents<Shape>(at.piece->input, u, v);
+    float margin;
+    Vector3<float> n = shaders::unit_normal(p.by_u, p.by_v, margin);
+    if (!(margin > 0)) {
+      const shaders::ShapePoint<float> beside =
+          shaders::shape_tangents<Shape>(at.piece->input, shaders::towards_middle(u), shaders::towards_middle(v));
+      n = shaders::unit_normal(beside.by_u, beside.by_v, margin);
+    }
+    object = as_glm(p.position);
+    // By the patch's own parameters.
+    by_u = as_glm(p.by_u) / static_cast<float>(at.columns);
+    by_v = as_glm(p.by_v) / static_cast<float>(at.rows);
+    normal = as_glm(n);
+  });
+  const auto mix = [&](auto&& value) { return value(std::size_t{0}) * (1.0f - t) + value(std::size_t{1}) * t; };
+  s.corner_count = 0;
+  s.object = object;
+  s.object_normal = normal;
+  s.position = mix([&](std::size_t k) { return Vec3(drawable.to_world[k] * Vec4(object, 1.0f)); });
+  s.position_p = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * by_u; });
+  s.position_q = mix([&](std::size_t k) { return Mat3(drawable.to_world[k]) * by_v; });
+  const Vec3 turned = mix([&](std::size_t k) { return drawable.normal_to_world[k] * normal; });
+  const float length2 = glm::dot(turned, turned);
+  s.normal = length2 > 1e-30f && std::isfinite(length2) ? turned / std::sqrt(length2) : Vec3(0, 0, 1);
+  s.geometric_normal = s.normal;
+  s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(object, 1.0f); });
+}
+
+ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
+                            const Surface& surface, const Vec3& view) {
+  const scene::Material& material = *surface.drawable->material;
+  if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kStroke ? kInk : kPaper, 1.0f, surface.normal};
+  const ProcedurePatch patch = scene::procedure_patch(frame, at.patch);
+  const Vec2 parameters = surface_parameters(frame, at);
+  const shaders::SurfaceProgram program = surface_program(frame, *surface.drawable, *patch.piece);
+  shaders::PointRecord<float> record;
+  const Vector3<float> color = shaders::run_surface_stages<float>(
+      program, patch.u(parameters.x), patch.v(parameters.y), as_stage(surface.object), as_stage(surface.object_normal),
+      surface.raster.z, record);
+  ShadedPoint out;
+  const float side = material.double_sided && glm::dot(surface.normal, view) < 0.0f ? -1.0f : 1.0f;
+  Vec3 normal = surface.normal * side;
+  const float facing = glm::dot(normal, view);
+  if (facing < 1e-3f) normal = glm::normalize(normal + view * (1e-3f - facing));
+  out.normal = normal;
+  out.color = as_glm(color);
+  if (program.shading != shaders::ShadingId::kMaterial) return out;
+  const Vec3 base = as_glm(record.color) * Vec3(material.base_color);
+  if (material.unlit) {
+    out.color = base;
+    return out;
+  }
+  shaders::MaterialPoint<float> point;
+  point.base_color = as_stage(base);
+  point.metallic = material.metallic;
+  point.roughness = material.roughness;
+  point.occlusion = 1.0f;
+  point.emissive = as_stage(material.emissive);
+  out.color =
+      shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
+  return out;
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "scene/frame_geometry.h"
+#include "shaders_cpp/procedures/uniforms.h"
+#include "tilecore/shading/pixel_shader.h"
+#include "tilecore/shading/surface.h"
+
+namespace tessera::tilecore {
+
+// Procedures where single points are asked for: deferred shading, shading cells, the tessellated path. The same
+// templates as in the SIMD array, on floats.
+
+// Uniform registers of a piece's stages after geometry. Time is shutter open's.
+shaders::SurfaceProgram surface_program(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                        const scene::Procedure::Piece& piece);
+
+// Fills position, tangents, normal and raster point; parameters are those of the base patch. No attributes.
+void fill_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& surface);
+
+// Texture and shading of a point that fill_procedure made.
+ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
+                            const Surface& surface, const Vec3& view);
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,200 @@
+// How the samples of a batch reach the tile buffer.
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "scene/procedure_patch.h"
+#include "tilecore/procedural/moving_footprint.h"
+#include "tilecore/procedural/sampling_controller.h"
+#include "tilecore/shading/surface.h"
+
+namespace tessera::tilecore {
+
+namespace {
+
+using scene::PosedDrawable;
+
+// Pixels of `within` that a box touches.
+IntRect touched(const MovingFootprint::Box& box, const IntRect& within) {
+  const auto pixel = [](float a, int low, int high) {
+    return static_cast<int>(std::floor(std::min(std::max(a, static_cast<float>(low)), static_cast<float>(high))));
+  };
+  return {pixel(box.x0, within.x0, within.x1), pixel(box.y0, within.y0, within.y1),
+          std::min(pixel(box.x1, within.x0 - 1, within.x1) + 1, within.x1),
+          std::min(pixel(box.y1, within.y0 - 1, within.y1) + 1, within.y1)};
+}
+
+// Fronts have negative area where y points down.
+bool faces_away(const PosedDrawable& drawable, float det) {
+  return !drawable.material->double_sided && (drawable.mirrored ? det < 0 : det > 0);
+}
+
+}  // namespace
+
+// Depth test with the tie rule: equal depths go to the lower base patch, then to the lower parameters.
+void SamplingController::write(const Job& job, const ParameterCell& cell, std::size_t s, float z, float u, float v,
+                               std::uint32_t triangle) {
+  TileState& state = job.state;
+  if (z > state.z[s]) return;
+  const scene::PatchPoint at = scene::patch_of_piece_point(
+      job.frame.drawables[drawable_], cell.piece, std::clamp(u, cell.u0, cell.u1), std::clamp(v, cell.v0, cell.v1));
+  if (z == state.z[s] &&
+      std::tie(at.patch, triangle, at.u, at.v) >= std::tie(state.patch[s], state.triangle[s], state.b1[s], state.b2[s]))
+    return;
+  if (state.patch[s] == TileState::kNoPatch) --state.unseen;
+  state.z[s] = z;
+  state.patch[s] = at.patch;
+  state.triangle[s] = triangle;
+  state.b1[s] = at.u;
+  state.b2[s] = at.v;
+  ++counters_.writes;
+}
+
+// Where the surface is at shutter open, for what is not at rest.
+void SamplingController::keep_rest(const Job& job, std::size_t k, std::size_t s) {
+  using R = SampleRegisters;
+  const auto& open = registers_->at[0];
+  const float w = program_.orthographic ? 1.0f : open[R::kZ][k];
+  job.state.rest_x[s] = open[R::kX][k] / w;
+  job.state.rest_y[s] = open[R::kY][k] / w;
+}
+
+// ---- Still surfaces through a pinhole ---------------------------------------------------------------------------
+
+void SamplingController::scatter_still(const Job& job, std::size_t k) {
+  using R = SampleRegisters;
+  const auto& at = registers_->at[0];
+  const Footprint& f = footprints_[k];
+  const float z = at[R::kZ][k];
+  const scene::Projection& projection = job.frame.projection;
+  if (z < static_cast<float>(projection.near) || (projection.far > 0 && z > static_cast<float>(projection.far)))
+    return void(++counters_.samples_behind);
+  Parallelogram p{at[R::kX][k],
+                  at[R::kY][k],
+                  at[R::kXu][k] * f.half_u,
+                  at[R::kYu][k] * f.half_u,
+                  at[R::kXv][k] * f.half_v,
+                  at[R::kYv][k] * f.half_v,
+                  0,
+                  f.slack()};
+  p.det = p.ax * p.by - p.ay * p.bx;
+  if (!std::isfinite(p.x + p.y + z + p.ax + p.ay + p.bx + p.by)) return void(++counters_.samples_not_finite);
+  const PosedDrawable& drawable = job.frame.drawables[drawable_];
+  if (faces_away(drawable, p.det)) return void(++counters_.samples_backfacing);
+
+  // Sub-pixels that the footprint's box touches, inside the tile.
+  const IntRect& pixels = job.samples.pixels;
+  const auto side = static_cast<float>(side_);
+  const float reach_x = std::abs(p.ax) + std::abs(p.bx) + p.slack, reach_y = std::abs(p.ay) + std::abs(p.by) + p.slack;
+  const float left = (p.x - static_cast<float>(pixels.x0)) * side, top = (p.y - static_cast<float>(pixels.y0)) * side;
+  const int columns = pixels.width() * side_, rows = pixels.height() * side_;
+  const float x0 = std::max(left - reach_x * side, 0.0f),
+              x1 = std::min(left + reach_x * side, static_cast<float>(columns)),
+              y0 = std::max(top - reach_y * side, 0.0f), y1 = std::min(top + reach_y * side, static_cast<float>(rows));
+  if (!(x0 <= x1 && y0 <= y1)) return void(++counters_.samples_outside_tile);
+  const bool bounded = job.maps.settings().maps == ProcedureSettings::Maps::kInterval;
+  const float z_u = at[R::kZu][k] * f.half_u, z_v = at[R::kZv][k] * f.half_v;
+  for (int row = static_cast<int>(y0); row < std::min(static_cast<int>(y1) + 1, rows); ++row)
+    for (int column = static_cast<int>(x0); column < std::min(static_cast<int>(x1) + 1, columns); ++column) {
+      const auto slot = static_cast<std::size_t>(row % side_ * side_ + column % side_);
+      const std::size_t pixel = static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) *
+                                static_cast<std::size_t>(job.samples.spp);
+      for (std::uint32_t n = slot_first_[slot]; n < slot_first_[slot + 1]; ++n) {
+        const std::size_t s = pixel + slot_sample_[n];
+        const float px = job.samples.x[s], py = job.samples.y[s];
+        ++counters_.footprint_tests;
+        float along_u, along_v;
+        if (!p.holds(px, py, along_u, along_v)) continue;
+        // What the bounds exclude is left to the cell that has it, so that no tile sees more than another would.
+        if (bounded && (px < f.cell->x0 || px > f.cell->x1 || py < f.cell->y0 || py > f.cell->y1)) continue;
+        write(job, *f.cell, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v,
+              SurfaceLocation::kWholePatch);
+      }
+    }
+}
+
+// As published: the sub-pixel that the sample falls into takes it.
+void SamplingController::scatter_points(const Job& job, std::size_t k) {
+  using R = SampleRegisters;
+  const auto& at = registers_->at[0];
+  const Footprint& f = footprints_[k];
+  const float x = at[R::kX][k], y = at[R::kY][k], z = at[R::kZ][k];
+  const scene::Projection& projection = job.frame.projection;
+  if (z < static_cast<float>(projection.near) || (projection.far > 0 && z > static_cast<float>(projection.far)))
+    return void(++counters_.samples_behind);
+  if (!std::isfinite(x + y + z)) return void(++counters_.samples_not_finite);
+  const PosedDrawable& drawable = job.frame.drawables[drawable_];
+  const float det = at[R::kXu][k] * at[R::kYv][k] - at[R::kYu][k] * at[R::kXv][k];
+  if (faces_away(drawable, det)) return void(++counters_.samples_backfacing);
+  const IntRect& pixels = job.samples.pixels;
+  const auto side = static_cast<float>(side_);
+  const float left = (x - static_cast<float>(pixels.x0)) * side, top = (y - static_cast<float>(pixels.y0)) * side;
+  if (!(left >= 0 && top >= 0 && left < static_cast<float>(pixels.width() * side_) &&
+        top < static_cast<float>(pixels.height() * side_)))
+    return void(++counters_.samples_outside_tile);
+  const int column = static_cast<int>(left), row = static_cast<int>(top);
+  const auto slot = static_cast<std::size_t>(row % side_ * side_ + column % side_);
+  const std::size_t pixel = static_cast<std::size_t>(row / side_ * pixels.width() + column / side_) *
+                            static_cast<std::size_t>(job.samples.spp);
+  for (std::uint32_t n = slot_first_[slot]; n < slot_first_[slot + 1]; ++n)
+    write(job, *f.cell, pixel + slot_sample_[n], z, f.u, f.v, SurfaceLocation::kWholePatch);
+}
+
+// ---- Surfaces that move or are out of focus ---------------------------------------------------------------------
+
+// The footprint sweeps an area while the shutter is open; each sample point inside is tested at its own time and
+// through its own point of the lens.
+void SamplingController::scatter_moving(const Job& job, std::size_t k) {
+  using R = SampleRegisters;
+  const Footprint& f = footprints_[k];
+  const auto key = [&](std::size_t n) {
+    const auto& at = registers_->at[n];
+    return MovingFootprint::Key{at[R::kX][k],
+                                at[R::kY][k],
+                                at[R::kZ][k],
+                                at[R::kXu][k] * f.half_u,
+                                at[R::kYu][k] * f.half_u,
+                                at[R::kZu][k] * f.half_u,
+                                at[R::kXv][k] * f.half_v,
+                                at[R::kYv][k] * f.half_v,
+                                at[R::kZv][k] * f.half_v};
+  };
+  const TileSamples& samples = job.samples;
+  const bool lens = !samples.lens_u.empty();
+  const MovingFootprint footprint(key(0), key(program_.keys == 2 ? 1 : 0), job.frame.projection,
+                                  lens ? samples.lens_scale : 0.0f, f.slack());
+  if (footprint.out_of_depth()) return void(++counters_.samples_behind);
+  if (!footprint.finite()) return void(++counters_.samples_not_finite);
+  const MovingFootprint::Box cell{f.cell->x0, f.cell->y0, f.cell->x1, f.cell->y1};
+  MovingFootprint::Box box = cell;  // at the near plane itself the cell's bounds serve
+  footprint.bounds(box);
+  if (job.maps.settings().maps == ProcedureSettings::Maps::kInterval)
+    box = {std::max(box.x0, cell.x0), std::max(box.y0, cell.y0), std::min(box.x1, cell.x1), std::min(box.y1, cell.y1)};
+  const IntRect pixels = touched(box, samples.pixels);
+  if (pixels.empty() || box.empty()) return void(++counters_.samples_outside_tile);
+  const PosedDrawable& drawable = job.frame.drawables[drawable_];
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  for (int row = pixels.y0; row < pixels.y1; ++row) {
+    const std::size_t first = static_cast<std::size_t>((row - samples.pixels.y0) * samples.pixels.width() +
+                                                       (pixels.x0 - samples.pixels.x0)) *
+                              spp,
+                      count = static_cast<std::size_t>(pixels.width()) * spp;
+    for (std::size_t s = first; s < first + count; ++s) {
+      const float px = samples.x[s], py = samples.y[s];
+      if (!box.holds(px, py)) continue;
+      ++counters_.footprint_tests;
+      Parallelogram p;
+      MovingFootprint::Depth depth;
+      float along_u, along_v;
+      if (!footprint.at(samples.t(s), lens ? samples.lens_u[s] : 0.0f, lens ? samples.lens_v[s] : 0.0f, p, depth))
+        continue;
+      if (faces_away(drawable, p.det) || !p.holds(px, py, along_u, along_v)) continue;
+      const std::uint64_t before = counters_.writes;
+      write(job, *f.cell, s, depth.z + (depth.z_u * along_u + depth.z_v * along_v), f.u + f.half_u * along_u,
+            f.v + f.half_v * along_v, SurfaceLocation::kWholePatch);
+      if (counters_.writes != before) keep_rest(job, k, s);
+    }
+  }
+}
+
+}  // namespace tessera::tilecore

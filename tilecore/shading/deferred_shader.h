@@ -1,0 +1,150 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/counter.h"
+#include "tilecore/frame_targets.h"
+#include "tilecore/shading/layer_merge.h"
+#include "tilecore/shading/shading_cache.h"
+#include "tilecore/shading/shading_cells.h"
+#include "tilecore/shading/texture_unit.h"
+#include "tilecore/tile_job.h"
+#include "tilecore/tile_state.h"
+#include "tilecore/visibility/sample_pattern.h"
+
+namespace tessera::tilecore {
+
+struct ShadingCounters {
+  std::uint64_t samples_visible = 0;
+  std::uint64_t blended_layers = 0;
+  std::uint64_t blend_overflows = 0;
+  std::uint64_t pixel_shader_invocations = 0;
+  std::uint64_t pixel_shader_invocations_saved = 0;
+  std::uint64_t shading_cache_hits = 0;
+  std::uint64_t shading_cache_misses = 0;
+};
+
+// Deferred shading of one tile: runs the pixel shader where samples see something, and composes blended layers over it.
+// Keeps its scratch memory from tile to tile; one instance per thread.
+//
+// Invariants (cited by the tests):
+//   D1  Colours follow from the frame, the job's shading rate and blend_layers, and what the samples of a pixel see:
+//       not from the order in which layers arrived, not from the tile, not from the shading cache's capacity or what it
+//       holds.
+//   D2  Runs of the pixel shader, runs saved and what skipped pixels see add up to visible samples and blended layers.
+class DeferredShader {
+ public:
+  // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
+  // behind what is opaque are dropped. `empty_cache` = false: the tile before this one was its neighbour in a group
+  // of tiles of the same frame, and what the shading cache holds is still good.
+  // `runs`, unless empty, says for each pixel how many groups of its samples are shaded apart: 0, the pixel is skipped
+  // and its samples have no colour; 1; 2, samples in the left half of the pixel do not share runs with those in the
+  // right half, and each run is taken near the middle of its half (with shading.rate=pixel; per sample and from the
+  // cache, this is the same as 1).
+  void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
+             std::span<const std::uint8_t> runs = {});
+
+  // Of skipped pixels, since the last call: what they see, and the runs of the pixel shader that it would have taken
+  // (with shading.rate=cache: the look-ups).
+  struct Skipped {
+    std::uint64_t samples = 0, invocations = 0;
+  };
+  Skipped take_skipped() { return std::exchange(skipped_, {}); }
+
+  // Of the tile shaded last, natural order: linear colour with the background in it, and how much of the sample is
+  // covered.
+  std::span<const Vec3> color() const { return sample_color_; }
+  std::span<const float> coverage() const { return sample_coverage_; }
+
+  // Writes depth, normal, patch and invocations of the tile shaded last.
+  void write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const;
+
+  ShadingCounters take_counters() { return std::exchange(counters_, {}); }
+  // What shading fetches; its begin_tile() is called before a tile's first entries.
+  TextureUnit& textures() { return textures_; }
+
+ private:
+  // Samples of one pixel that share a run of the shader: same patch and, where the picture of the surface at rest
+  // differs from where the samples are, same pixel of that picture.
+  struct Group {
+    std::uint32_t patch;
+    float cell_x, cell_y;
+    std::size_t sample;  // the one nearest to the middle of the cell, or its half, is shaded
+    float distance2;
+    bool right;
+  };
+  // The same for layers: one run per pixel and triangle (and pixel of the resting picture where things move).
+  struct ShadedLayer {
+    std::uint32_t patch, triangle;
+    float cell_x, cell_y;
+    ShadedPoint point;
+  };
+
+  void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
+  void shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
+  // Samples of a pixel that share a run, in groups_ and group_of_; returns how many see something.
+  std::size_t group_samples(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
+  int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
+  void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
+  void shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
+                              std::size_t pixel);
+  void fill_background(const TileJob& job, const TileSamples& samples, std::size_t first, std::size_t count);
+  void shade_layers(const TileJob& job, const TileSamples& samples, TileState& state);
+  // The run that a layer shares; `found` false: nothing shared it yet, its point is to be filled.
+  ShadedLayer* shared_layer(const TileJob& job, const TileState::Layer& layer, bool& found);
+  void skip_layer(const TileJob& job, const TileState::Layer& layer);
+  ShadedPoint shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
+                          std::size_t pixel);
+  ShadedPoint run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
+  // Colour of the location's shading cell: from the cache, else shaded for the pixel that asks.
+  const ShadedPoint& shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
+
+  std::vector<Vec3> sample_color_;  // natural order, opaque then blended
+  std::vector<float> sample_coverage_;
+  std::vector<Vec3> pixel_normal_;  // sums over the pixel's shaded points, or over its samples' cells
+  std::vector<std::uint32_t> pixel_invocations_;
+  std::span<const std::uint8_t> runs_;  // of the tile in hand
+  Skipped skipped_;
+  std::vector<Group> groups_;
+  std::vector<std::size_t> group_of_;
+  std::vector<ShadedLayer> shaded_layers_;
+  std::vector<BlendedLayer> blended_;
+  LayerMerger merger_;
+  ShadingCells cells_;
+  ShadingCache cache_;
+  TextureUnit textures_;
+  ShadingCounters counters_;
+};
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kCounterFields<tilecore::ShadingCounters> =
+    std::to_array<CounterField<tilecore::ShadingCounters>>({
+        {"tilecore.samples_visible", &tilecore::ShadingCounters::samples_visible, Combine::kSum, "samples",
+         "Samples that see an opaque surface when the tile is finished.", ""},
+        {"tilecore.blended_layers", &tilecore::ShadingCounters::blended_layers, Combine::kSum, "layers",
+         "Blended surfaces that samples see in front of what is opaque.", ""},
+        {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
+         "Blended surfaces merged with another because their sample had no room for them.", ""},
+        {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum,
+         "invocations", "Runs of the pixel shader.",
+         "MaliFragThread; Adreno fragments shaded; Apple and Vulkan fragment invocations"},
+        {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved,
+         Combine::kSum, "invocations",
+         "Visible samples and blended layers that took the result of another's run of the pixel shader.", ""},
+        {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "look-ups",
+         "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
+        {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "look-ups",
+         "With shading.rate=cache: samples and layers whose cell had to be shaded, for the first time or again.", ""},
+    });
+TESSERA_COUNTERS_COVER(tilecore::ShadingCounters);
+
+}  // namespace tessera

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "scene/frame_geometry.h"
+
+namespace tessera::tilecore {
+
+// A point on a base patch as visibility reports it: the triangle of the patch's grid or cluster, the weights of its
+// second and third corner, and the time. With triangle kWholePatch, of patches with a grid only, b1 and b2 are (u, v).
+struct SurfaceLocation {
+  static constexpr std::uint32_t kWholePatch = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kStroke = 0xFFFFFFFEu;  // the same, on a line drawn along a procedure's parameters
+  std::uint32_t patch = 0, triangle = 0;
+  float b1 = 0, b2 = 0;
+  float t = 0;
+};
+
+// The surface at that point: everything the pixel shader reads. Parameters (p, q) are (u, v) of a patch with a grid or
+// (b1, b2) of a cluster's triangle.
+struct Surface {
+  const scene::PosedDrawable* drawable = nullptr;
+  Vec3 position;                           // world
+  Vec3 geometric_normal;                   // world, unit, on the side that is the front
+  Vec3 normal;                             // world, unit, interpolated or displaced
+  Vec3 position_p, position_q;             // world derivatives
+  Vec4 raster;                             // (xh, yh, depth, w)
+  Vec3 object{0.0f}, object_normal{0.0f};  // of procedures: object space, for their textures
+  // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on, and on
+  // procedures, whose textures blur over the width of a pixel instead.
+  glm::mat2 parameters_by_pixel{0.0f};
+
+  bool half_attributes = false;  // what is interpolated is rounded to half precision; places are not
+  // Vertices that attributes are interpolated from (numbers within the primitive), with weights and their derivatives.
+  int corner_count = 3;
+  std::array<std::uint32_t, 4> vertex{};
+  std::array<float, 4> weight{}, weight_p{}, weight_q{};
+
+  // An attribute and its derivatives by pixel.
+  struct Texcoord {
+    Vec2 value, by_x, by_y, by_p, by_q;
+  };
+  Texcoord texcoord(int set, const shaders::TextureTransform& transform) const;
+  Vec4 color() const;
+};
+
+Surface evaluate_surface(const scene::FrameGeometry& frame, const SurfaceLocation& at);
+
+// Whether a drawable's patches have parametric grids (Bezier patches, procedures); else it consists of clusters.
+bool has_grid(const scene::PosedDrawable& drawable);
+
+// (p, q) of a location.
+Vec2 surface_parameters(const scene::FrameGeometry& frame, const SurfaceLocation& at);
+
+// (xh, yh, depth, w) of a point at a key of the shutter, from its parameters alone: `frame` may be another pose of the
+// assembly than the one that `at` was seen in.
+Vec4 surface_raster(const scene::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
+
+// Interpolated texture coordinate alone, for the alpha test.
+Vec2 surface_texcoord(const scene::FrameGeometry& frame, const SurfaceLocation& at, int set,
+                      const shaders::TextureTransform& transform);
+// Interpolated vertex alpha alone.
+float surface_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
+
+}  // namespace tessera::tilecore

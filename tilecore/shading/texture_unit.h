@@ -1,0 +1,119 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/counter.h"
+#include "memory/line_cache.h"
+#include "scene/capture.h"
+#include "shaders_cpp/texture.h"
+
+namespace tessera::tilecore {
+
+// Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
+// order of their materials, level by level, each level in rows of square blocks of texels (4 bytes a texel, a block is
+// a line of 64 bytes: 4x4; twice as wide as high where the line is not a square). Made once for a capture.
+class TextureMemory {
+ public:
+  TextureMemory(const scene::Capture& capture, std::int64_t line_bytes);
+
+  struct Level {
+    std::uint32_t first_line, blocks_across;
+  };
+  using Layout = std::vector<Level>;
+
+  // Of a texture of the capture.
+  const Layout& layout(const shaders::Texture* texture) const { return layouts_.at(texture); }
+  int block_width_log2() const { return width_log2_; }
+  int block_height_log2() const { return height_log2_; }
+  std::uint64_t lines() const { return lines_; }
+
+ private:
+  void add(const scene::TextureSlot& slot);
+
+  int width_log2_, height_log2_;
+  std::uint64_t lines_ = 0;
+  std::unordered_map<const shaders::Texture*, Layout> layouts_;
+};
+
+// What the texture unit of a core and its cache (L1) did.
+struct TextureCounters {
+  std::uint64_t texels = 0;
+  std::uint64_t cache_requests = 0;
+  std::uint64_t cache_misses = 0;
+};
+
+// The texture unit of a tile core as memory sees it: which lines a look-up needs, which of them the core's cache holds,
+// which have to be asked of the L2. (Values are filtered by shaders::Texture.) The cache is emptied before every tile,
+// so that what a tile asks for does not depend on the tiles that its core had before. Configured by
+// texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance per thread.
+//
+// Invariants (cited by the tests):
+//   X1  A look-up asks for each line of the texels that it weighs once.
+//   X2  The lines that missed follow from the tile's own look-ups alone.
+class TextureUnit {
+ public:
+  struct Settings {
+    const TextureMemory* memory = nullptr;  // null: the unit counts nothing
+    std::int64_t cache_bytes = 16 << 10, cache_ways = 4, line_bytes = 64;
+    bool operator==(const Settings&) const = default;
+  };
+
+  // Empties the cache and the list of misses.
+  void begin_tile(const Settings& settings);
+
+  // Whether look-ups are to be told to fetch().
+  bool active() const { return settings_.memory != nullptr; }
+  void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
+
+  // Lines that missed since begin_tile(), in order.
+  const std::vector<std::uint32_t>& misses() const { return misses_; }
+  std::vector<std::uint32_t> take_misses() { return std::exchange(misses_, {}); }
+  const TextureCounters& counters() const { return counters_; }  // since take_counters() was called last
+  TextureCounters take_counters() { return std::exchange(counters_, {}); }
+
+ private:
+  struct Known {
+    const shaders::Texture* texture = nullptr;
+    const TextureMemory::Layout* layout = nullptr;
+  };
+  const TextureMemory::Layout& layout_of(const shaders::Texture& texture);
+  void need_line(std::uint32_t line) {
+    ++counters_.cache_requests;
+    if (cache_.use(line)) return;
+    ++counters_.cache_misses;
+    misses_.push_back(line);
+  }
+
+  Settings settings_;
+  memory::LineCache cache_{0, 1, 64};
+  std::array<Known, 16> known_;
+  std::vector<std::uint32_t> misses_;
+  TextureCounters counters_;
+};
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::TextureCounters> = true;
+
+template <>
+inline constexpr auto kCounterFields<tilecore::TextureCounters> =
+    std::to_array<CounterField<tilecore::TextureCounters>>({
+        {"texture.texels", &tilecore::TextureCounters::texels, Combine::kSum, "texels",
+         "Bilinear or nearest look-ups in one level of a texture; a trilinear look-up is two.",
+         "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
+        {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
+         "Lines that look-ups asked of the texture caches of the cores; each line of a look-up once.", ""},
+        {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
+         "Of these, not there. Caches are emptied before every tile.",
+         "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},
+    });
+TESSERA_COUNTERS_COVER(tilecore::TextureCounters);
+
+}  // namespace tessera

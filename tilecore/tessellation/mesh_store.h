@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <unordered_map>
+
+#include "tilecore/tessellation/tessellator.h"
+
+namespace tessera::tilecore {
+
+// Host memory of tessellated sub-patches: neighbouring tiles ask for the same ones, and the host need not make them
+// again. What the emulated machine would have made again is another account (TessellationCache). Keeps what was asked
+// for last; one instance per thread. A mesh depends on its key alone, so results do not depend on what is kept.
+class MeshStore {
+ public:
+  // [measured] what one thread needs at 1280x720 with triangles of 1 pixel^2 and 128 pixels of blur.
+  static constexpr std::size_t kDefaultBytes = std::size_t{128} << 20;
+  explicit MeshStore(std::size_t limit_bytes = kDefaultBytes) : limit_bytes_(limit_bytes) {}
+
+  struct Item {
+    MicroMesh mesh;
+    Tessellator::Work work;
+  };
+  // The mesh of a range of a patch, made now or before. Valid until the next call.
+  const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
+                  RayEffects effects, int box_bits, bool displaced = true);
+
+  // Of all that is kept; at most the limit, but for a single larger mesh.
+  std::size_t memory_bytes() const { return bytes_; }
+
+ private:
+  struct Key {
+    std::uint32_t patch;
+    scene::CellRange range;
+    RayEffects effects;
+    int box_bits;
+    bool displaced;
+    bool operator==(const Key&) const = default;
+  };
+  struct KeyHash {
+    std::size_t operator()(const Key& key) const;
+  };
+  struct Node {
+    Key key;
+    std::size_t bytes = 0;
+    Item item;
+  };
+  using List = std::list<Node>;
+
+  // A node at the front for a new mesh: that of the oldest one, whose arrays are used again, when memory is full.
+  Node& make_room();
+
+  std::size_t limit_bytes_, bytes_ = 0;
+  std::uint64_t frame_identity_ = 0;  // of the frame that all are from
+  List nodes_;                        // last used first
+  std::unordered_map<Key, List::iterator, KeyHash> index_;
+  Tessellator tessellator_;
+};
+
+}  // namespace tessera::tilecore

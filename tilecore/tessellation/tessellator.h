@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scene/frame_geometry.h"
+#include "tilecore/tessellation/micro_mesh.h"
+#include "tilecore/visibility/ray_effects.h"
+
+namespace tessera::tilecore {
+
+// Tessellates sub-patches on demand: domain shading at both keys, projection, cells, boxes. A vertex is computed from
+// its base patch alone, whichever sub-patch asks, and vertices on shared edges and corners by the patch that owns them:
+// grids meet without cracks, displaced or not.
+//
+// Keeps its scratch memory; one instance per thread.
+class Tessellator {
+ public:
+  // What a call did, for the counters and the ledger of the tile core.
+  struct Work {
+    std::uint64_t domain_evaluations = 0;  // vertices shaded (both keys count once)
+    std::uint64_t triangles = 0;
+    std::uint64_t patch_bytes = 0;  // records fetched: the patch, and owners of its shared displaced edges
+  };
+
+  // Fills key 1 and moving boxes when `effects` has motion (which a sub-patch that moves requires), and leaves room for
+  // the lens when it has one. Without `displaced` no displacement map is read; the caller knows that it is zero there.
+  Work tessellate(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
+                  RayEffects effects, MicroMesh& mesh, bool displaced = true);
+
+  // Precision of the boxes of cells (see BoxSettings); 32 is single precision.
+  void set_box_bits(int bits) { box_bits_ = bits; }
+
+  // Position of one vertex in object space at a key, as all grids that share it compute it. For tests and bounds.
+  static Vec3 vertex_position(const scene::FrameGeometry& frame, std::uint32_t patch, int i, int j, int key,
+                              bool displaced = true);
+
+ private:
+  template <bool kDisplaced>
+  void shade_bezier(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, std::uint32_t patch,
+                    const scene::CellRange& range, std::size_t key);
+  void shade_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range);
+  void shade_cluster(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, std::uint32_t patch,
+                     std::size_t key);
+  void resize(std::size_t vertices);
+
+  int box_bits_ = 32;
+  struct Points {
+    std::vector<float> x, y, z;
+    void resize(std::size_t n) { x.resize(n), y.resize(n), z.resize(n); }
+  };
+  std::array<Points, 2> object_;
+  Points normal_;
+  std::vector<float> u_, v_, offset_, margin_;
+};
+
+}  // namespace tessera::tilecore

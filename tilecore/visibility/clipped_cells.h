@@ -1,0 +1,17 @@
+#pragma once
+
+#include "scene/view.h"
+#include "tilecore/visibility/sample_tests.h"
+
+namespace tessera::tilecore {
+
+// Cells with a vertex behind the near plane or outside the guard band, at either key: the few triangles for which no
+// screen position exists. They are tested in homogeneous coordinates (Olano and Greer 1997), sample by sample inside
+// the bound of what is in front of the near plane. Edges between projected vertices are decided exactly as in the
+// kernels, so no crack opens towards neighbours that are not clipped. Samples whose stencil value is outside `times`
+// are left out.
+void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeRange times, RayEffects effects,
+                        const scene::Projection& projection, const VisibilitySettings& settings, HitSink& sink,
+                        VisibilityWork& work);
+
+}  // namespace tessera::tilecore

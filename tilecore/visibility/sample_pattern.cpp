@@ -1,0 +1,186 @@
+#include "tilecore/visibility/sample_pattern.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "base/check.h"
+#include "base/random.h"
+#include "tilecore/visibility/temporal_pattern.h"
+
+namespace tessera::tilecore {
+namespace {
+
+// Blocks of a small pattern take one of this many lens tables, so that its repetition does not show in bokeh.
+constexpr std::uint32_t kLensVariants = 16;
+
+// Square to disc without folding strata.
+SamplePattern::LensPoint concentric_disc(float a, float b) {
+  const float x = 2.0f * a - 1.0f, y = 2.0f * b - 1.0f;
+  if (x == 0.0f && y == 0.0f) return {0.0f, 0.0f};
+  constexpr float kQuarterPi = 0.78539816339f;
+  float radius, angle;
+  if (std::abs(x) > std::abs(y)) {
+    radius = x;
+    angle = kQuarterPi * (y / x);
+  } else {
+    radius = y;
+    angle = 2.0f * kQuarterPi - kQuarterPi * (x / y);
+  }
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+// A permutation of 0 .. count-1 by hashes.
+std::vector<std::uint32_t> shuffled(std::uint32_t count, std::uint32_t seed) {
+  std::vector<std::uint32_t> order(count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t ha = hash32(seed, a, 0x0DE7u), hb = hash32(seed, b, 0x0DE7u);
+    return ha != hb ? ha < hb : a < b;
+  });
+  return order;
+}
+
+}  // namespace
+
+SamplePattern::SamplePattern(const SamplingSettings& settings)
+    : settings_(settings),
+      power_of_two_(std::bit_ceil(static_cast<std::uint32_t>(settings.samples_per_pixel))),
+      variants_(settings.pattern_side == 8 && settings.lens_points == 0 ? kLensVariants : 1) {
+  TESSERA_CHECK(settings.pattern_side == 8 || settings.pattern_side == 32, "patterns are 8x8 or 32x32 pixels");
+  make_offsets();
+  make_times_and_lens();
+  make_classes();
+}
+
+void SamplePattern::make_offsets() {
+  for (std::uint32_t s = 0; s < static_cast<std::uint32_t>(settings_.samples_per_pixel); ++s) {
+    // Strata centres: 1/(2n) is a multiple of 1/256 for n up to 64.
+    const float half = 0.5f / static_cast<float>(power_of_two_);
+    const auto digits = [&](std::uint32_t bits) {
+      return std::floor(static_cast<float>(bits >> 8) * 0x1p-24f * static_cast<float>(power_of_two_)) /
+             static_cast<float>(power_of_two_);
+    };
+    offsets_.push_back({digits(reverse_bits32(s)) + half, digits(sobol2_32(s)) + half});
+  }
+}
+
+void SamplePattern::make_times_and_lens() {
+  const auto n = static_cast<std::uint32_t>(settings_.samples_per_pixel),
+             side = static_cast<std::uint32_t>(settings_.pattern_side);
+  const std::uint32_t pixels = side * side, mask = side - 1;
+  const std::uint32_t shift = hash32(settings_.seed, settings_.frame, 0x7A11u), shift_x = shift & mask,
+                      shift_y = shift >> 8 & mask;
+  const std::vector<std::uint16_t> ranks = void_and_cluster_ranks(settings_.pattern_side);
+  // Which of a pixel's strata of time, and which of its lens points, a sample gets differs from pixel to pixel, or
+  // sub-pixel position, time and lens point would be tied together. Every pair of the two orders occurs equally often
+  // (exactly, up to eight samples): so time and lens are uncorrelated over a pattern, not only on average.
+  const std::vector<std::uint32_t> order = shuffled(pixels, settings_.seed);
+  const std::uint32_t lens_points =
+      settings_.lens_points > 0 ? static_cast<std::uint32_t>(settings_.lens_points) : pixels * power_of_two_;
+  const int digits = (std::bit_width(lens_points) - 1) / 2;  // of u and v that the net fixes
+  const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u),
+                      scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
+  times_.resize(std::size_t{pixels} * n);
+  lens_.resize(times_.size() * variants_);
+  for (std::uint32_t y = 0; y < side; ++y)
+    for (std::uint32_t x = 0; x < side; ++x) {
+      const std::uint32_t column = (x + shift_x) & mask, row = (y + shift_y) & mask, pixel = row * side + column;
+      const std::uint32_t time_order = order[pixel], lens_order = order[pixel] / power_of_two_;
+      // Another blue-noise order of the pixels: transposed, mirrored, shifted.
+      const std::uint32_t lens_rank = ranks[((mask - column + 5) & mask) * side + ((row + 3) & mask)];
+      for (std::uint32_t s = 0; s < n; ++s) {
+        const std::uint32_t stratum = n == power_of_two_ ? s ^ (time_order & (n - 1)) : (s + time_order) % n;
+        const std::size_t at = std::size_t{y * side + x} * n + s;
+        const std::uint32_t code =
+            static_cast<std::uint32_t>(std::uint64_t{stratum * pixels + ranks[pixel]} * 65536u / (n * pixels));
+        times_[at] = static_cast<std::uint16_t>(settings_.time_bits == 8 ? code & 0xFF00u : code);
+        // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
+        const std::uint32_t point =
+            (lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
+        for (std::uint32_t v = 0; v < variants_; ++v) {
+          const std::uint32_t jitter_u = hash32(scramble_u, point, v) >> digits,
+                              jitter_v = hash32(scramble_v, point, v) >> digits;
+          const std::uint32_t keep = ~(0xFFFFFFFFu >> digits);
+          const std::uint32_t a = ((reverse_bits32(point) ^ scramble_u) & keep) | jitter_u,
+                              b = ((sobol2_32(point) ^ scramble_v) & keep) | jitter_v;
+          lens_[v * times_.size() + at] =
+              concentric_disc(static_cast<float>(a >> 8) * 0x1p-24f, static_cast<float>(b >> 8) * 0x1p-24f);
+        }
+      }
+    }
+}
+
+void SamplePattern::make_classes() {
+  const auto n = static_cast<std::size_t>(settings_.samples_per_pixel),
+             side = static_cast<std::size_t>(settings_.pattern_side);
+  classes_.side = settings_.pattern_side;
+  classes_.count = static_cast<std::uint32_t>(times_.size());
+  std::vector<std::uint32_t> sorted(times_.size());
+  std::iota(sorted.begin(), sorted.end(), 0u);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return times_[a] < times_[b]; });
+  for (auto* v : {&classes_.x, &classes_.y, &classes_.t, &classes_.lens_u, &classes_.lens_v, &classes_.lens_extent_u,
+                  &classes_.lens_extent_v})
+    v->assign(times_.size() + SampleClasses::kPadding, 0.0f);
+  for (auto* v : {&classes_.column, &classes_.row, &classes_.sample})
+    v->assign(times_.size() + SampleClasses::kPadding, 0);
+  for (std::size_t c = 0; c < sorted.size(); ++c) {
+    const std::size_t at = sorted[c], sample = at % n, column = at / n % side, row = at / n / side;
+    classes_.column[c] = static_cast<std::int32_t>(column);
+    classes_.row[c] = static_cast<std::int32_t>(row);
+    classes_.sample[c] = static_cast<std::int32_t>(sample);
+    classes_.x[c] = static_cast<float>(column) + offsets_[sample].x;
+    classes_.y[c] = static_cast<float>(row) + offsets_[sample].y;
+    classes_.t[c] = static_cast<float>(times_[at]) * 0x1p-16f;
+    ++classes_.first_at[(std::size_t{times_[at]} >> 8) + 1];
+    float low_u = 1, high_u = -1, low_v = 1, high_v = -1;
+    for (std::uint32_t v = 0; v < variants_; ++v) {
+      const LensPoint& p = lens_[v * times_.size() + at];
+      low_u = std::min(low_u, p.u), high_u = std::max(high_u, p.u);
+      low_v = std::min(low_v, p.v), high_v = std::max(high_v, p.v);
+    }
+    // 2^-20: the middle, the extent and the product with the lens's size each round.
+    classes_.lens_u[c] = 0.5f * (low_u + high_u), classes_.lens_extent_u[c] = 0.5f * (high_u - low_u) + 0x1p-20f;
+    classes_.lens_v[c] = 0.5f * (low_v + high_v), classes_.lens_extent_v[c] = 0.5f * (high_v - low_v) + 0x1p-20f;
+  }
+  for (std::size_t k = 1; k <= 256; ++k) classes_.first_at[k] += classes_.first_at[k - 1];
+}
+
+std::size_t SamplePattern::lens_variant(int x, int y) const {
+  if (variants_ == 1) return 0;
+  const auto block = [&](int v) { return static_cast<std::uint32_t>(v / settings_.pattern_side); };
+  return hash32(settings_.seed ^ 0xB10Cu, block(x), block(y), settings_.frame) % variants_;
+}
+
+void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_scale_in, bool lens) {
+  pixels = tile;
+  spp = pattern.samples_per_pixel();
+  classes = &pattern.classes();
+  lens_scale = lens ? lens_scale_in : 0.0f;
+  const auto n = static_cast<std::size_t>(spp);
+  count = static_cast<std::size_t>(tile.width()) * static_cast<std::size_t>(tile.height()) * n;
+  x.resize(count + kPadding);
+  y.resize(count + kPadding);
+  time.resize(count);
+  lens_u.resize(lens ? count + kPadding : 0);
+  lens_v.resize(lens ? count + kPadding : 0);
+  std::size_t i = 0;
+  for (int py = tile.y0; py < tile.y1; ++py)
+    for (int px = tile.x0; px < tile.x1; ++px, i += n) {
+      const std::size_t at = pattern.index(px, py, 0);
+      const SamplePattern::LensPoint* points =
+          lens ? &pattern.lens_[pattern.lens_variant(px, py) * pattern.times_.size() + at] : nullptr;
+      for (std::size_t s = 0; s < n; ++s) {
+        x[i + s] = static_cast<float>(px) + pattern.offsets_[s].x;
+        y[i + s] = static_cast<float>(py) + pattern.offsets_[s].y;
+        time[i + s] = pattern.times_[at + s];
+        if (points == nullptr) continue;
+        lens_u[i + s] = points[s].u * lens_scale;
+        lens_v[i + s] = points[s].v * lens_scale;
+      }
+    }
+}
+
+}  // namespace tessera::tilecore

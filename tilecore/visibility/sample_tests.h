@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "tilecore/tessellation/micro_mesh.h"
+#include "tilecore/visibility/cell_test.h"
+#include "tilecore/visibility/ray_effects.h"
+#include "tilecore/visibility/sample_pattern.h"
+
+namespace tessera::tilecore {
+
+// SIMD part of visibility: samples against the cells of one mesh. Every function gives the same hits with the same bits
+// on every instruction set; their order may differ. Counts are of what the emulated unit tests, independent of the
+// host's vector width.
+
+struct VisibilityWork {
+  std::uint64_t boxes_built = 0;     // of leaves, cells, nodes and bounding polygons
+  std::uint64_t box_tests = 0;       // a sample or a tile against a box
+  std::uint64_t triangle_tests = 0;  // a sample against a triangle
+  std::uint64_t sample_hits = 0;     // samples inside a triangle that faces the right way, inside the depth range
+};
+
+// Hits on their way from the kernel to the visibility buffer.
+class HitSink {
+ public:
+  struct Hit {
+    std::uint32_t sample;    // natural order of the tile
+    std::uint32_t triangle;  // of the base patch
+    float z, b1, b2;
+    float rest_x, rest_y;  // where the surface point is on screen at shutter open, seen through the lens's middle
+  };
+  virtual void take(std::span<const Hit> hits) = 0;
+
+  // Called by the kernels; buffers and hands over in blocks.
+  void add(const Hit& hit) {
+    buffer_[count_++] = hit;
+    if (count_ == buffer_.size()) flush();
+  }
+  void flush() {
+    take(std::span(buffer_).first(count_));
+    count_ = 0;
+  }
+
+ protected:
+  ~HitSink() = default;
+
+ private:
+  std::array<Hit, 256> buffer_;
+  std::size_t count_ = 0;
+};
+
+struct VisibilitySettings {
+  HitLimits limits;
+  bool orthographic = false;
+  float inverse_focus = 0;
+  // Of the tile's samples, natural order, or null: what cannot be nearer is not looked for, and hits that are farther
+  // are counted but not handed over. It may change while a sink takes hits.
+  const float* depth = nullptr;
+  float sharp_factor =
+      0;  // a projected corner whose lens factor is no larger than this is seen as through the middle of the lens
+};
+
+// Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels
+// under a leaf, each sample with the boxes of all cells at once. Vertices and samples lie on the sub-pixel grid and
+// their differences are exact, so the edge functions have the signs of exact fixed-point ones.
+void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
+                 VisibilityWork& work);
+
+// Motion and defocus: all samples whose stencil value lies in `times` against one leaf.
+//   1. Per class of the sample pattern, the leaf's box at the class's time and lens point gives the samples inside it,
+//      by division: no search, the same work for any blur. Those that already see something nearer drop out.
+//   2. They are brought to the leaf's rest frame and compared with the boxes of its cells, a sample with all boxes at
+//      once.
+//   3. The pairs of a sample and a cell that are left are tested, a vector of pairs with both triangles at once.
+void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
+                RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+
+// The triangles of one cell, all corners projected, against given samples (natural order, each once). For visibility
+// methods that find their samples in another way: the same hits with the same bits as above.
+void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
+                       const TileSamples& samples, RayEffects effects, const VisibilitySettings& settings,
+                       HitSink& sink, VisibilityWork& work);
+
+}  // namespace tessera::tilecore

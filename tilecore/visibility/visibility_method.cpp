@@ -1,0 +1,197 @@
+#include "tilecore/visibility/visibility_method.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "base/check.h"
+
+namespace tessera::tilecore {
+namespace {
+
+// Side of the rectangles that get a frustum of their own: 4x4 pixels, as published.
+constexpr int kBundleSide = 4;
+
+template <class Value, std::size_t kCount>
+Value named(const std::array<std::pair<std::string_view, Value>, kCount>& names, std::string_view name) {
+  for (const auto& [word, value] : names)
+    if (word == name) return value;
+  TESSERA_CHECK(false, "the configuration's table knows its choices");
+  return {};
+}
+
+std::size_t append_pieces(const PrimitiveBound& bound, const MeshInTile& in, const VisibilityMethodSettings& method,
+                          std::vector<BoundingPiece>& out) {
+  const IntRect& tile = in.samples.pixels;
+  switch (method.method) {
+    case VisibilityMethod::kPartition:
+      return partition_pieces(bound, tile, in.times, out);
+    case VisibilityMethod::kInterleaved:
+      return segment_pieces(bound, tile, in.times, method.interleaved_times, out);
+    case VisibilityMethod::kSegments:
+    case VisibilityMethod::kClusters:
+      return segment_pieces(bound, tile, in.times,
+                            method.stencil_segments > 0 ? method.stencil_segments : segments_for(bound), out);
+    case VisibilityMethod::kPatchBvh:
+    case VisibilityMethod::kBrute:
+      break;
+  }
+  return whole_motion_piece(bound, tile, in.times, out);
+}
+
+}  // namespace
+
+VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu) {
+  using Method = VisibilityMethod;
+  static constexpr std::array<std::pair<std::string_view, Method>, 6> kMethods = {
+      {{"patch-bvh", Method::kPatchBvh},
+       {"brute", Method::kBrute},
+       {"segments", Method::kSegments},
+       {"partition", Method::kPartition},
+       {"clusters", Method::kClusters},
+       {"interleaved", Method::kInterleaved}}};
+  static constexpr std::array<std::pair<std::string_view, BranchNode>, 3> kBranchNodes = {
+      {{"root", BranchNode::kRoot},
+       {"both_children", BranchNode::kBothChildren},
+       {"leaf_mask", BranchNode::kLeafMask}}};
+  return {named(kMethods, gpu.tilecore_visibility_method),  static_cast<int>(gpu.tilecore_stencil_segments),
+          static_cast<int>(gpu.tilecore_interleaved_times), gpu.tilecore_traversal == "ray",
+          named(kBranchNodes, gpu.tilecore_branch_node),    static_cast<int>(gpu.tilecore_ray_segments)};
+}
+
+void MeshVisibility::DistinctSamples::take(std::span<const Hit> hits) {
+  for (const Hit& hit : hits) {
+    distinct_ += last_round_[hit.sample] != round_ ? 1 : 0;
+    last_round_[hit.sample] = round_;
+  }
+  next_.take(hits);
+}
+
+std::uint64_t MeshVisibility::DistinctSamples::end_round() {
+  flush();
+  ++round_;
+  return std::exchange(distinct_, 0);
+}
+
+void MeshVisibility::test(const MeshInTile& in, const VisibilityMethodSettings& method, HitSink& sink,
+                          VisibilityWork& work) {
+  TESSERA_CHECK(!method.by_class(), "classes have kernels of their own");
+  if (last_round_.size() < in.samples.count)
+    last_round_.resize(in.samples.count, std::numeric_limits<std::uint64_t>::max());
+  // The inside test finds hidden hits, too: whether samples are inside is what the units count.
+  inside_settings_ = in.settings;
+  inside_settings_.depth = nullptr;
+  DistinctSamples distinct(sink, last_round_, round_);
+  if (method.method == VisibilityMethod::kPatchBvh)
+    test_rays(in, method, distinct, work);
+  else
+    test_polygons(in, method, distinct, work);
+}
+
+// ---- Bounding polygons ------------------------------------------------------------------------------------------
+
+void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink,
+                                   VisibilityWork& work) {
+  const MicroMesh& mesh = in.mesh;
+  PrimitiveBound bound(mesh, in.effects, in.settings, static_cast<double>(in.samples.lens_scale));
+  const std::size_t cells_per_polygon = method.method == VisibilityMethod::kClusters ? kLeafCells : 1;
+  for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
+    const std::size_t end = l * kLeafCells + mesh.leaves[l].cell_count;
+    for (std::size_t first = l * kLeafCells; first < end; first += cells_per_polygon) {
+      bound.clear();
+      cells_.clear();
+      for (std::size_t cell = first; cell < std::min(first + cells_per_polygon, end); ++cell) {
+        if (!is_projected(mesh, cell)) continue;
+        bound.add_cell(cell);
+        cells_.push_back(static_cast<std::uint32_t>(cell));
+      }
+      if (cells_.empty()) continue;
+      ++work.boxes_built;
+      pieces_.clear();
+      work.box_tests += append_pieces(bound, in, method, pieces_);
+      for (const BoundingPiece& piece : pieces_) {
+        // Without a stencil test where nothing would fail it: brute force runs no stencil unit.
+        const bool stencil = method.method != VisibilityMethod::kBrute || !piece.references.whole_shutter();
+        if (stencil)
+          stencil_.keep(in.samples, piece.pixels, piece.references, kept_);
+        else
+          all_samples(in.samples, piece.pixels, kept_);
+        if (kept_.empty()) continue;
+        for (const std::uint32_t cell : cells_)
+          test_cell_samples(mesh, cell, kept_, in.samples, in.effects, inside_settings_, sink, work);
+        const std::uint64_t hits = sink.end_round();
+        if (stencil) stencil_.record_hits(hits);
+      }
+    }
+  }
+}
+
+// ---- Rays -------------------------------------------------------------------------------------------------------
+
+void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSettings& method, DistinctSamples& sink,
+                               VisibilityWork& work) {
+  const IntRect& tile = in.samples.pixels;
+  const RaySpace space{0.5 * (tile.x0 + tile.x1),
+                       0.5 * (tile.y0 + tile.y1),
+                       in.settings.orthographic,
+                       in.effects.motion,
+                       static_cast<double>(in.settings.inverse_focus),
+                       in.effects.lens ? static_cast<double>(in.samples.lens_scale) : 0.0,
+                       in.effects.lens
+                           ? static_cast<double>(in.settings.sharp_factor) * static_cast<double>(in.samples.lens_scale)
+                           : 0.0};
+  const RayCounters before = bvh_.counters();
+  bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
+  const float* depth = in.settings.depth;
+  float farthest = depth == nullptr ? std::numeric_limits<float>::infinity() : 0.0f;
+  if (depth != nullptr)
+    for (const float z : std::span(depth, in.samples.count)) farthest = std::max(farthest, z);
+  BundleFrustum frustum(space, tile, in.settings.limits.near, std::min(farthest, in.settings.limits.far));
+  frustum.drop_depth_planes(bvh_.node(MotionBvh::kRoot));
+  const MotionBvh::Overlap overlap = bvh_.traverse(frustum, MotionBvh::kRoot, method.branch_node);
+  if (overlap.any)
+    for (int y = tile.y0; y < tile.y1; y += kBundleSide)
+      for (int x = tile.x0; x < tile.x1; x += kBundleSide)
+        test_rectangle(in, method, space, IntRect{x, y, x + kBundleSide, y + kBundleSide}.intersect(tile),
+                       overlap.branch, sink, work);
+  const RayCounters& now = bvh_.counters();
+  work.boxes_built += now.nodes_built - before.nodes_built;
+  work.box_tests += (now.frustum_node_tests - before.frustum_node_tests) + (now.node_visits - before.node_visits);
+}
+
+void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space,
+                                    const IntRect& pixels, std::uint32_t start, DistinctSamples& sink,
+                                    VisibilityWork& work) {
+  const float unlimited = in.settings.limits.far;
+  const float* depth = in.settings.depth;
+  float farthest = unlimited;
+  if (depth != nullptr) {
+    all_samples(in.samples, pixels, kept_);
+    farthest = 0.0f;
+    for (const std::uint32_t s : kept_) farthest = std::max(farthest, depth[s]);
+    farthest = std::min(farthest, unlimited);
+  }
+  BundleFrustum frustum(space, pixels, in.settings.limits.near, farthest);
+  frustum.drop_depth_planes(bvh_.node(start));
+  if (!bvh_.traverse(frustum, start, method.branch_node).any) return;
+  for (int k = 0; k < method.ray_segments; ++k) {
+    const TimeRange segment{256 * k / method.ray_segments, 256 * (k + 1) / method.ray_segments - 1};
+    const MotionBvh::Overlap overlap = bvh_.within(segment.intersect(in.times));
+    if (!overlap.any) continue;
+    stencil_.keep(in.samples, pixels, StencilReferences::of(overlap.stencils), kept_);
+    rays_.clear();
+    for (const std::uint32_t s : kept_)
+      rays_.push_back(bvh_.ray(in.samples, s, depth == nullptr ? unlimited : std::min(unlimited, depth[s])));
+    bvh_.counters().rays_cast += rays_.size();
+    bvh_.trace(rays_, overlap.branch, [&](const MotionBvh::CellRays& leaf) {
+      test_cell_samples(in.mesh, leaf.cell, leaf.samples, in.samples, in.effects, inside_settings_, sink, work);
+    });
+    const std::uint64_t hits = sink.end_round();
+    bvh_.counters().rays_hit += hits;
+    stencil_.record_hits(hits);
+  }
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,393 @@
+#include "timing/timing_model.h"
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+
+#include "base/check.h"
+#include "base/parallel.h"
+
+namespace tessera::timing {
+namespace {
+
+constexpr std::uint64_t kStateBytes = 20;   // of a sample in tile memory: depth, patch, triangle, two weights
+constexpr std::uint64_t kMostInFlight = 8;  // tiles that a core can keep apart
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Something that takes time: waits for its first data, then flows, as fast as its units and its share of the memory let
+// it.
+struct Job {
+  double latency = 0;
+  double natural = 0;  // cycles when the memory never keeps it waiting
+  double bytes = 0;
+};
+
+struct Running {
+  Job job;
+  std::uint32_t slot = 0;
+  double wake = 0;  // when the flow begins
+  bool flowing = false;
+  double left = 1;       // of the flow
+  double rate = 0;       // of the flow, per cycle
+  double bandwidth = 0;  // bytes per clock that it gets
+};
+
+// Jobs that run side by side and share the memory.
+class SharedTime {
+ public:
+  explicit SharedTime(double memory_rate) : memory_rate_(memory_rate) {}
+
+  double now() const { return now_; }
+  bool idle() const { return running_.empty(); }
+  void start(std::uint32_t slot, const Job& job) {
+    running_.push_back({job, slot, now_ + job.latency, false, 1, 0, 0});
+    changed_ = true;
+  }
+
+  // Goes on to the next time at which jobs end; their slots, in the order in which the jobs were started. `began` is
+  // told of each job whose flow begins.
+  template <class Began>
+  const std::vector<std::uint32_t>& advance(const Began& began) {
+    ended_.clear();
+    while (ended_.empty()) {
+      for (Running& r : running_)
+        if (!r.flowing && r.wake <= now_) r.flowing = changed_ = true, began(r.slot, now_);
+      if (changed_) share_memory();
+      step();
+    }
+    return ended_;
+  }
+
+ private:
+  // Max-min fairness: who can use less than an equal share takes what he can use, the others share the rest.
+  void share_memory() {
+    changed_ = false;
+    open_.clear();
+    double left = memory_rate_;
+    for (Running& r : running_) {
+      if (!r.flowing) continue;
+      r.bandwidth = 0;
+      if (r.job.bytes > 0) open_.push_back(&r);
+    }
+    while (!open_.empty()) {
+      const double equal = left / static_cast<double>(open_.size());
+      const auto modest = std::stable_partition(
+          open_.begin(), open_.end(), [&](const Running* r) { return r->job.bytes > equal * r->job.natural; });
+      if (modest == open_.end()) {
+        for (Running* r : open_) r->bandwidth = equal;
+        break;
+      }
+      for (auto r = modest; r != open_.end(); ++r) left -= (*r)->bandwidth = (*r)->job.bytes / (*r)->job.natural;
+      open_.erase(modest, open_.end());
+    }
+    for (Running& r : running_) {
+      if (!r.flowing) continue;
+      const double memory = r.job.bytes > 0 ? r.bandwidth / r.job.bytes : kNever,
+                   units = r.job.natural > 0 ? 1 / r.job.natural : kNever;
+      r.rate = std::min(memory, units);
+    }
+  }
+
+  void step() {
+    double next = kNever;
+    for (const Running& r : running_) next = std::min(next, r.flowing ? r.left / r.rate : r.wake - now_);
+    TESSERA_CHECK(next < kNever, "something runs");
+    next = std::max(next, 0.0);
+    for (Running& r : running_)
+      if (r.flowing) r.left = r.left / r.rate <= next ? 0 : r.left - next * r.rate;
+    now_ += next;
+    // A wake-up must not be missed by the rounding of the sum.
+    for (Running& r : running_)
+      if (!r.flowing && r.wake - now_ <= 1e-9 * now_) r.wake = now_;
+    const auto done = [](const Running& r) { return r.flowing && r.left == 0; };
+    for (const Running& r : running_)
+      if (done(r)) ended_.push_back(r.slot), changed_ = true;
+    std::erase_if(running_, done);
+  }
+
+  double memory_rate_, now_ = 0;
+  bool changed_ = false;
+  std::vector<Running> running_;
+  std::vector<Running*> open_;
+  std::vector<std::uint32_t> ended_;
+};
+
+constexpr std::array kGeometryStages = {Stage::kFrontend, Stage::kBinner};
+constexpr std::array kVisibilityStages = {Stage::kFetch,         Stage::kTessellator, Stage::kBoxes,
+                                          Stage::kBoxTests,      Stage::kStencil,     Stage::kSampling,
+                                          Stage::kTriangleTests, Stage::kAlphaTests};
+constexpr std::array kShadingStages = {Stage::kShader, Stage::kTexture, Stage::kBlend};
+constexpr std::array kStoreStages = {Stage::kResolve};
+
+constexpr std::uint64_t kStoredBlock = 64;  // pixels that are stored together
+
+double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, phase.items).back(); }
+
+// One frame on its way through the machine.
+class FrameSimulation {
+ public:
+  FrameSimulation(const hardware::GpuConfiguration& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast)
+      : gpu_(gpu),
+        work_(work),
+        fast_(infinitely_fast),
+        time_(memory_rate(gpu)),
+        cores_(static_cast<std::size_t>(gpu.tilecore_count)) {
+    const std::uint64_t tile_bytes = work.tile_samples * kStateBytes;
+    in_flight_ = tile_bytes == 0
+                     ? 1
+                     : std::clamp<std::uint64_t>(static_cast<std::uint64_t>(gpu.tilecore_memory_bytes) / tile_bytes, 1,
+                                                 kMostInFlight);
+  }
+
+  Schedule run() {
+    for (std::uint32_t r = 0; r < work_.rounds.size(); ++r) {
+      schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r].geometry)));
+      run_tiles(r);
+    }
+    schedule_.other = run_alone({0, 0, fast(Stage::kDram) ? 0 : static_cast<double>(work_.other_bytes)});
+    schedule_.cycles = time_.now();
+    return std::move(schedule_);
+  }
+
+ private:
+  struct Core {
+    std::uint64_t in_flight = 0;
+    std::array<std::deque<std::size_t>, kPhaseCount>
+        waiting;  // tiles, as positions in schedule_.tiles; none for visibility
+    std::array<std::optional<std::size_t>, kPhaseCount> busy;
+  };
+
+  bool fast(Stage stage) const { return fast_ == stage; }
+  Job geometry_job(const GeometryWork& work) const {
+    if (work.patches == 0) return {};
+    const double bytes = fast(Stage::kDram) ? 0 : static_cast<double>(work.dram_bytes);
+    const StageCycles cycles = stage_cycles(gpu_, work);
+    PhaseCycles stages{{}, work.patches};
+    for (const Stage stage : kGeometryStages)
+      stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
+    return {gpu_.memory_latency_clk, length_of(stages), bytes};
+  }
+
+  Job tile_job(const TileWork& work, Phase phase) const {
+    Job job;
+    const std::uint64_t bytes = work.dram_bytes[static_cast<std::size_t>(phase)];
+    // The queue, then the records of the patches that it names; texels that were asked for first. Stores are not waited
+    // for.
+    if (phase == Phase::kVisibility)
+      job.latency = gpu_.memory_latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
+    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory_latency_clk;
+    job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
+    job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);
+    return job;
+  }
+
+  Schedule::Span run_alone(const Job& job) {
+    const double begin = time_.now();
+    if (job.latency + job.natural + job.bytes > 0) {
+      time_.start(0, job);
+      time_.advance([](std::uint32_t, double) {});
+    }
+    return {begin, time_.now()};
+  }
+
+  void run_tiles(std::uint32_t round) {
+    const std::size_t first = schedule_.tiles.size(), count = work_.rounds[round].tiles.size();
+    schedule_.tiles.resize(first + count);
+    next_ = first;
+    for (std::size_t i = 0; i < count; ++i) {
+      schedule_.tiles[first + i].round = round;
+      schedule_.tiles[first + i].index = static_cast<std::uint32_t>(i);
+    }
+    while (true) {
+      dispatch();
+      if (time_.idle()) break;
+      const auto began = [&](std::uint32_t slot, double now) { span_of(slot).flow = now; };
+      for (const std::uint32_t slot : time_.advance(began)) end_phase(slot / kPhaseCount, slot % kPhaseCount);
+    }
+  }
+
+  TileSchedule::Span& span_of(std::uint32_t slot) {
+    const std::size_t phase = slot % kPhaseCount;
+    return schedule_.tiles[*cores_[slot / kPhaseCount].busy[phase]].phases[phase];
+  }
+
+  // Starts all that can start now. A phase that takes no time ends at once, which may let others start.
+  void dispatch() {
+    bool again = true;
+    while (again) {
+      again = false;
+      for (std::uint32_t c = 0; c < cores_.size(); ++c)
+        for (std::size_t phase = kPhaseCount; phase-- > 1;) again = again || start_waiting(c, phase);
+      again = again || give_tile();
+    }
+  }
+
+  bool start_waiting(std::uint32_t c, std::size_t phase) {
+    Core& core = cores_[c];
+    if (core.busy[phase] || core.waiting[phase].empty()) return false;
+    const std::size_t tile = core.waiting[phase].front();
+    core.waiting[phase].pop_front();
+    begin_phase(c, phase, tile);
+    return true;
+  }
+
+  bool give_tile() {
+    if (next_ == schedule_.tiles.size()) return false;
+    std::uint32_t best = 0;
+    bool found = false;
+    for (std::uint32_t c = 0; c < cores_.size(); ++c) {
+      if (cores_[c].busy[0] || cores_[c].in_flight == in_flight_ ||
+          (found && cores_[c].in_flight >= cores_[best].in_flight))
+        continue;
+      best = c;
+      found = true;
+    }
+    if (!found) return false;
+    ++cores_[best].in_flight;
+    schedule_.tiles[next_].core = best;
+    begin_phase(best, 0, next_++);
+    return true;
+  }
+
+  void begin_phase(std::uint32_t c, std::size_t phase, std::size_t tile) {
+    cores_[c].busy[phase] = tile;
+    TileSchedule& scheduled = schedule_.tiles[tile];
+    scheduled.phases[phase].begin = scheduled.phases[phase].flow = time_.now();
+    const Job job = tile_job(work_.rounds[scheduled.round].tiles[scheduled.index], static_cast<Phase>(phase));
+    if (job.latency + job.natural + job.bytes > 0)
+      time_.start(static_cast<std::uint32_t>(c * kPhaseCount + phase), job);
+    else
+      end_phase(c, phase);
+  }
+
+  void end_phase(std::size_t c, std::size_t phase) {
+    Core& core = cores_[c];
+    const std::size_t tile = *core.busy[phase];
+    core.busy[phase].reset();
+    schedule_.tiles[tile].phases[phase].end = time_.now();
+    if (phase + 1 < kPhaseCount)
+      core.waiting[phase + 1].push_back(tile);
+    else
+      --core.in_flight;
+  }
+
+  const hardware::GpuConfiguration& gpu_;
+  const FrameWork& work_;
+  std::optional<Stage> fast_;
+  SharedTime time_;
+  std::vector<Core> cores_;
+  std::uint64_t in_flight_;
+  std::size_t next_ = 0;
+  Schedule schedule_;
+};
+
+// Cycles in which a core had a tile in work, all cores together.
+double cores_busy(const hardware::GpuConfiguration& gpu, const Schedule& schedule) {
+  std::vector<double> until(static_cast<std::size_t>(gpu.tilecore_count), 0.0);
+  double busy = 0;
+  for (const TileSchedule& tile : schedule.tiles) {
+    const double begin = std::max(until[tile.core], tile.phases.front().begin), end = tile.phases.back().end;
+    if (end > begin) busy += end - begin;
+    until[tile.core] = std::max(until[tile.core], end);
+  }
+  return busy;
+}
+
+}  // namespace
+
+std::span<const Stage> geometry_stages() { return kGeometryStages; }
+
+std::span<const Stage> phase_stages(Phase phase) {
+  if (phase == Phase::kVisibility) return kVisibilityStages;
+  if (phase == Phase::kShading) return kShadingStages;
+  return kStoreStages;
+}
+
+std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items) {
+  // The last item leaves unit u when it has passed units 1 to u itself and waited for the slowest of them to do all
+  // before it.
+  std::vector<double> ends;
+  const auto n = static_cast<double>(std::max<std::uint64_t>(items, 1));
+  double sum = 0, slowest = 0;
+  for (const double c : cycles) {
+    sum += c;
+    slowest = std::max(slowest, c);
+    ends.push_back(sum / n + slowest * ((n - 1) / n));
+  }
+  return ends;
+}
+
+PhaseCycles phase_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work, Phase phase,
+                         std::optional<Stage> infinitely_fast) {
+  const StageCycles all = stage_cycles(gpu, work);
+  PhaseCycles out;
+  for (const Stage stage : phase_stages(phase))
+    out.cycles.push_back(stage == infinitely_fast ? 0 : all[static_cast<std::size_t>(stage)]);
+  if (phase == Phase::kVisibility) {
+    out.items = work.sub_patches;
+  } else if (phase == Phase::kShading) {
+    out.items = work.shader_invocations / static_cast<std::uint64_t>(gpu.shader_lanes);
+  } else {
+    out.items = work.pixels / kStoredBlock;
+    out.cycles.push_back(
+        infinitely_fast == Stage::kDram ? 0 : static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
+  }
+  return out;
+}
+
+Schedule schedule_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work,
+                        std::optional<Stage> infinitely_fast) {
+  return FrameSimulation(gpu, work, infinitely_fast).run();
+}
+
+FrameTiming time_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work, const Schedule& schedule) {
+  FrameTiming timing;
+  timing.cycles = schedule.cycles;
+  for (const WorkRound& round : work.rounds) {
+    const StageCycles geometry = stage_cycles(gpu, round.geometry);
+    for (const Stage stage : kGeometryStages)
+      timing.busy[static_cast<std::size_t>(stage)] += geometry[static_cast<std::size_t>(stage)];
+    for (const TileWork& tile : round.tiles) {
+      const StageCycles cycles = stage_cycles(gpu, tile);
+      for (std::size_t p = 0; p < kPhaseCount; ++p)
+        for (const Stage stage : phase_stages(static_cast<Phase>(p)))
+          timing.busy[static_cast<std::size_t>(stage)] += cycles[static_cast<std::size_t>(stage)];
+    }
+  }
+  const auto cores = static_cast<double>(gpu.tilecore_count);
+  for (std::size_t p = 0; p < kPhaseCount; ++p)
+    for (const Stage stage : phase_stages(static_cast<Phase>(p))) timing.busy[static_cast<std::size_t>(stage)] /= cores;
+  timing.busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
+  timing.cores_busy = cores_busy(gpu, schedule) / cores;
+
+  // The frame again without each unit that is busy for long enough to matter.
+  std::array<double, kStageCount> saved{};
+  parallel_for(kStageCount, [&](std::size_t s) {
+    if (timing.busy[s] * 10 >= timing.cycles && timing.cycles > 0)
+      saved[s] = std::max(0.0, timing.cycles - schedule_frame(gpu, work, static_cast<Stage>(s)).cycles);
+  });
+  for (std::size_t s = 0; s < kStageCount; ++s) {
+    // Where all save the same (nothing, at worst) the busiest.
+    const bool better =
+        !timing.bound_by || saved[s] > timing.bound_cycles ||
+        (saved[s] == timing.bound_cycles && timing.busy[s] > timing.busy[static_cast<std::size_t>(*timing.bound_by)]);
+    if (timing.busy[s] > 0 && better) timing.bound_by = static_cast<Stage>(s), timing.bound_cycles = saved[s];
+  }
+  if (timing.bound_by) timing.bound_total[static_cast<std::size_t>(*timing.bound_by)] = timing.bound_cycles;
+  return timing;
+}
+
+void FrameTiming::accumulate(const FrameTiming& frame) {
+  cycles += frame.cycles;
+  cores_busy += frame.cores_busy;
+  for (std::size_t s = 0; s < kStageCount; ++s) {
+    busy[s] += frame.busy[s];
+    bound_total[s] += frame.bound_total[s];
+    if (bound_total[s] > 0 && (!bound_by || bound_total[s] > bound_total[static_cast<std::size_t>(*bound_by)]))
+      bound_by = static_cast<Stage>(s);
+  }
+  if (!bound_by) bound_by = frame.bound_by;
+  bound_cycles = bound_by ? bound_total[static_cast<std::size_t>(*bound_by)] : 0;
+}
+
+}  // namespace tessera::timing

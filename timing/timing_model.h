@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "timing/work.h"
+
+namespace tessera::timing {
+
+// When a tile was in which phase; cycles from the start of the frame.
+struct TileSchedule {
+  struct Span {
+    double begin = 0;  // its unit took the tile
+    double flow = 0;   // the first data were there
+    double end = 0;
+  };
+  std::uint32_t round = 0, index = 0;  // FrameWork::rounds[round].tiles[index]
+  std::uint32_t core = 0;
+  std::array<Span, kPhaseCount> phases;
+};
+
+// The whole frame as the discrete-event simulation ran it.
+struct Schedule {
+  struct Span {
+    double begin = 0, end = 0;
+  };
+  std::vector<Span> geometry;       // per round
+  std::vector<TileSchedule> tiles;  // round by round, in the order of the tile scheduler
+  Span other;                       // what the rounds do not hold
+  double cycles = 0;
+};
+
+// Simulates one frame (docs/timing_model.md has the equations). Rounds follow each other: the front end and the binner
+// run as a pipeline, then the tile scheduler gives tiles, in their order, to the cores: to the one with the fewest
+// tiles in work, the first of equals. A core works on as many tiles at once as its memory holds, each in a phase of its
+// own. Within a phase units are pipelined; phases that move data share the memory, and none gets more of it than it can
+// use (max-min fairness).
+//
+// `infinitely_fast`: a unit that takes no time. Sequential and in a fixed order: the same bits on every host.
+//
+// Invariants (cited by the tests):
+//   T1  A phase takes at least the cycles of each of its units, and a core has one tile in a phase at a time: no unit
+//       is busy for longer than the frame.
+//   T2  Together the phases never move more than memory_rate() bytes a clock.
+//   T3  Every tile passes every phase once, in order, on one core.
+Schedule schedule_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work,
+                        std::optional<Stage> infinitely_fast = std::nullopt);
+
+// Cycles from the start of a phase's flow to the moment at which each of its units has done its last item, for a memory
+// that never keeps them waiting: n equal items in a pipeline. The last element is the length of the phase.
+std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items);
+
+// Units of each phase, in order; and of the geometry.
+std::span<const Stage> phase_stages(Phase phase);
+std::span<const Stage> geometry_stages();
+
+// A phase of a tile as a pipeline: cycles of phase_stages(phase), then for the store phase those of the memory, which
+// takes a block of pixels as soon as it is resolved; and how many items pass.
+struct PhaseCycles {
+  std::vector<double> cycles;
+  std::uint64_t items = 1;
+};
+PhaseCycles phase_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work, Phase phase,
+                         std::optional<Stage> infinitely_fast = std::nullopt);
+
+struct FrameTiming {
+  double cycles = 0;
+  StageCycles busy{};             // per instance: the mean over the cores for what each core has
+  double cores_busy = 0;          // mean over the cores of the cycles in which a tile was in work
+  std::optional<Stage> bound_by;  // the unit without which the frame would be shortest; none where nothing was done
+  double bound_cycles = 0;        // by how much
+
+  double utilisation(Stage stage) const { return cycles > 0 ? busy[static_cast<std::size_t>(stage)] / cycles : 0; }
+  // Joins a further frame; bound_by becomes the unit that bounds the frames with most cycles to save.
+  void accumulate(const FrameTiming& frame);
+
+  StageCycles bound_total{};  // bound_cycles by unit, over frames
+};
+FrameTiming time_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work, const Schedule& schedule);
+
+}  // namespace tessera::timing

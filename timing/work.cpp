@@ -1,0 +1,101 @@
+#include "timing/work.h"
+
+#include <algorithm>
+
+namespace tessera::timing {
+namespace {
+
+double share(std::uint64_t events, double per_clk) { return static_cast<double>(events) / per_clk; }
+
+}  // namespace
+
+std::uint64_t FrameWork::dram_bytes() const {
+  std::uint64_t bytes = other_bytes;
+  for (const WorkRound& round : rounds) {
+    bytes += round.geometry.dram_bytes;
+    for (const TileWork& tile : round.tiles)
+      for (const std::uint64_t phase : tile.dram_bytes) bytes += phase;
+  }
+  return bytes;
+}
+
+hardware::EnergyEvents energy_events(const FrameWork& work) {
+  hardware::EnergyEvents events;
+  for (const WorkRound& round : work.rounds) {
+    events.bounds += round.geometry.bounds;
+    events.sampling_operations += round.geometry.sampling_operations;
+    events.binned_entries += round.geometry.entries;
+    for (const TileWork& tile : round.tiles) {
+      events.fetched_entries += tile.entries;
+      events.vertices += tile.vertices;
+      events.boxes += tile.boxes;
+      events.box_tests += tile.box_tests;
+      events.stencil_tests += tile.stencil_tests;
+      events.sampling_operations += tile.sampling_operations;
+      events.triangle_tests += tile.triangle_tests;
+      events.hits += tile.hits;
+      events.alpha_tests += tile.alpha_tests;
+      events.shader_invocations += tile.shader_invocations;
+      events.texels += tile.texels;
+      events.l2_lines += tile.l2_lines;
+      events.blended_layers += tile.blended_layers;
+      events.pixels += tile.pixels;
+      events.resolve_operations += tile.resolve_operations;
+    }
+  }
+  events.dram_bytes = work.dram_bytes();
+  return events;
+}
+
+Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write) {
+  if (unit == memory::Unit::kResolve || write) return Phase::kStore;
+  return purpose == memory::Purpose::kTexture ? Phase::kShading : Phase::kVisibility;
+}
+
+std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger) {
+  std::array<std::uint64_t, kPhaseCount> bytes{};
+  for (std::size_t u = 0; u < memory::kUnitCount; ++u)
+    for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
+      const auto unit = static_cast<memory::Unit>(u);
+      const auto purpose = static_cast<memory::Purpose>(p);
+      const memory::Traffic& traffic = ledger.traffic(unit, purpose);
+      bytes[static_cast<std::size_t>(phase_of(unit, purpose, false))] += traffic.read_bytes;
+      bytes[static_cast<std::size_t>(phase_of(unit, purpose, true))] += traffic.written_bytes;
+    }
+  return bytes;
+}
+
+StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const GeometryWork& work) {
+  StageCycles cycles{};
+  const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
+  at(Stage::kFrontend) = share(work.bounds, gpu.frontend_bounds_per_clk) +
+                         share(work.sampling_operations, gpu.sampling_operations_per_clk);
+  // Appending and testing are two parts of the binner that work side by side.
+  at(Stage::kBinner) =
+      std::max(share(work.entries, gpu.binner_entries_per_clk), share(work.tiles_tested, gpu.binner_tiles_per_clk));
+  at(Stage::kDram) = share(work.dram_bytes, memory_rate(gpu));
+  return cycles;
+}
+
+StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work) {
+  StageCycles cycles{};
+  const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
+  at(Stage::kFetch) = share(work.entries, gpu.tilecore_entries_per_clk);
+  at(Stage::kTessellator) = share(work.vertices, gpu.tessellator_vertices_per_clk);
+  at(Stage::kBoxes) = share(work.boxes, gpu.tilecore_boxes_per_clk);
+  at(Stage::kBoxTests) = share(work.box_tests, gpu.tilecore_box_tests_per_clk);
+  at(Stage::kStencil) = share(work.stencil_tests, gpu.tilecore_stencil_tests_per_clk);
+  at(Stage::kSampling) = share(work.sampling_operations, gpu.sampling_operations_per_clk);
+  at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.tilecore_triangle_tests_per_clk);
+  at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.tilecore_alpha_tests_per_clk);
+  at(Stage::kShader) =
+      static_cast<double>(work.shader_invocations) * gpu.shader_operations / static_cast<double>(gpu.shader_lanes);
+  at(Stage::kTexture) = share(work.texels, gpu.texture_texels_per_clk);
+  at(Stage::kBlend) = share(work.blended_layers, gpu.tilecore_blends_per_clk);
+  at(Stage::kResolve) =
+      share(work.pixels, gpu.resolve_pixels_per_clk) + share(work.resolve_operations, gpu.resolve_operations_per_clk);
+  at(Stage::kDram) = share(work.dram_bytes[0] + work.dram_bytes[1] + work.dram_bytes[2], memory_rate(gpu));
+  return cycles;
+}
+
+}  // namespace tessera::timing

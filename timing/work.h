@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "hardware/configuration.h"
+#include "hardware/energy.h"
+#include "hardware/stage.h"
+#include "memory/ledger.h"
+
+namespace tessera::timing {
+
+using hardware::kStageCount;
+using hardware::Stage;
+
+// What a tile passes through, one after the other: its samples are found, shaded, resolved and stored.
+enum class Phase : std::uint8_t { kVisibility, kShading, kStore };
+inline constexpr std::size_t kPhaseCount = 3;
+
+// Events of the front end and the binner.
+struct GeometryWork {
+  std::uint64_t patches = 0;
+  std::uint64_t bounds = 0;
+  std::uint64_t sampling_operations = 0;  // of the sampling controller's sparse pass
+  std::uint64_t entries = 0;
+  std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
+  std::uint64_t dram_bytes = 0;
+  std::uint64_t queue_bytes = 0;  // of the parameter buffer in use at the end
+};
+
+// Events of one tile (or of one partial render of it). Filled where the tile is rendered, whatever thread does; then in
+// emulated order what depends on shared caches.
+struct TileWork {
+  std::uint32_t tile = 0;
+  std::uint64_t entries = 0;
+  std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
+  std::uint64_t vertices = 0;     // evaluated for it
+  std::uint64_t boxes = 0;        // of cells and leaves
+  std::uint64_t box_tests = 0;
+  std::uint64_t stencil_tests = 0;
+  std::uint64_t sampling_operations = 0;  // of the SIMD array that evaluates procedures, idle lanes included
+  std::uint64_t triangle_tests = 0;       // and tests of footprints
+  std::uint64_t hits = 0;
+  std::uint64_t alpha_tests = 0;
+  std::uint64_t shader_invocations = 0;
+  std::uint64_t texels = 0;    // bilinear look-ups of shading
+  std::uint64_t l2_lines = 0;  // asked of the L2, and filled into it
+  std::uint64_t blended_layers = 0;
+  std::uint64_t pixels = 0;              // resolved
+  std::uint64_t resolve_operations = 0;  // of desampling: stencil taps, velocities, advected pixels
+  std::array<std::uint64_t, kPhaseCount> dram_bytes{};
+};
+
+// A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.
+struct WorkRound {
+  GeometryWork geometry;
+  std::vector<TileWork> tiles;  // in the order of the tile scheduler
+};
+
+struct FrameWork {
+  std::vector<WorkRound> rounds;
+  std::uint64_t tile_samples = 0;  // samples of a whole tile
+  std::uint64_t other_bytes = 0;   // of the ledger, by what is no part of the rounds; moved after them
+
+  std::uint64_t dram_bytes() const;
+};
+
+// What a frame's energy follows from.
+hardware::EnergyEvents energy_events(const FrameWork& work);
+
+// How much of the ledger belongs to each phase of a tile: queues, patches and reloaded samples to visibility, textures
+// to shading, the rest (pixels, stored samples, what the resolve unit keeps) to storing.
+std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger);
+Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write);
+
+// Cycles that each unit needs for an amount of work, all else being infinitely fast.
+using StageCycles = std::array<double, kStageCount>;
+StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const GeometryWork& work);
+StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work);
+
+// Bytes per clock that the GPU gets of the external memory.
+inline double memory_rate(const hardware::GpuConfiguration& gpu) {
+  return gpu.memory_bytes_per_clk * gpu.memory_gpu_share;
+}
+
+}  // namespace tessera::timing
