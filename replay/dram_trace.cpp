@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "base/error.h"
-
 namespace tessera::replay {
 namespace {
 
@@ -94,13 +92,7 @@ hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::
 }
 
 DramTrace::DramTrace(const std::filesystem::path& file, const hardware::AddressMap& map, std::uint64_t burst_bytes)
-    : file_(file),
-      stream_(file_.temporary(), std::ios::binary),
-      map_(map),
-      burst_bytes_(burst_bytes),
-      ramulator_(file.extension() == ".ramulator") {
-  if (!stream_) throw SystemError(fmt::format("cannot write {}", file.string()));
-}
+    : file_(file), map_(map), burst_bytes_(burst_bytes), ramulator_(file.extension() == ".ramulator") {}
 
 void DramTrace::add(const MachineModel& model) {
   fmt::memory_buffer text;
@@ -111,14 +103,10 @@ void DramTrace::add(const MachineModel& model) {
       fmt::format_to(std::back_inserter(text), "0x{:x} {} {}\n", burst.address, burst.write ? "WRITE" : "READ",
                      start_ + burst.cycle);
   }
-  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  file_.write({text.data(), text.size()});
   start_ += static_cast<std::uint64_t>(std::ceil(model.schedule.cycles));
 }
 
-void DramTrace::commit() {
-  stream_.close();
-  if (!stream_) throw SystemError("cannot write the DRAM trace: the disk may be full");
-  file_.commit();
-}
+void DramTrace::commit() { file_.commit(); }
 
 }  // namespace tessera::replay

@@ -2,10 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
-#include "base/atomic_file.h"
+#include "base/output_file.h"
 #include "hardware/address_map.h"
 #include "replay/frame_renderer.h"
 
@@ -31,7 +30,7 @@ hardware::AddressMap address_map(const FrameRenderer& renderer, const hardware::
 
 // `--dram-trace`: bursts as text, a line each. Form of DRAMsim3: "0xADDRESS READ|WRITE CYCLE"; where the file's name
 // ends in .ramulator that of Ramulator 2's LoadStoreTrace: "LD|ST 0xADDRESS". Cycles are those of the GPU's clock;
-// frames follow each other without a gap. The file appears whole, at commit(). Throws SystemError.
+// frames follow each other without a gap. Throws WriteError.
 class DramTrace {
  public:
   DramTrace(const std::filesystem::path& file, const hardware::AddressMap& map, std::uint64_t burst_bytes);
@@ -40,8 +39,7 @@ class DramTrace {
   void commit();
 
  private:
-  AtomicFile file_;
-  std::ofstream stream_;
+  OutputFile file_;
   hardware::AddressMap map_;
   std::uint64_t burst_bytes_, start_ = 0;
   bool ramulator_;
