@@ -110,6 +110,6 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return fail(ExitStatus::kLimit, "out of memory");
   } catch (const std::exception& error) {
-    return fail(ExitStatus::kInternal, error.what());
+    return fail(std::ferror(stdout) != 0 ? ExitStatus::kCannotWrite : ExitStatus::kInternal, error.what());
   }
 }

@@ -173,7 +173,8 @@ class ReplayCommand final : public Command {
         const FrameRange range = parse_frames("--trace-tiles", command.trace_tiles_);
         tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
       }
-      make_folder(command.out_);  // they may lie in it
+      // They may lie in it.
+      if (!(command.trace_ + command.dram_trace_ + command.save_history_).empty()) make_folder(command.out_);
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
       if (!command.dram_trace_.empty())
         dram_.emplace(command.dram_trace_, address_map(renderer, gpu, settings, request),
