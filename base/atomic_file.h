@@ -1,15 +1,21 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace tessera {
 
 // A file that appears whole or not at all: written under a temporary name beside its target and renamed by
-// commit(). Without commit() the temporary file is removed, whatever happened in between.
+// commit(). Without commit() the temporary file is removed, whatever happened in between. Files that the user names,
+// which may be streams, are OutputFiles.
+//
+// Invariants (cited by the tests):
+//   A1  Only a regular file is replaced; anything else in its place stays, and is a WriteError.
+//   A2  A symlink stays; the file at its end is replaced.
 class AtomicFile {
  public:
-  // Creates the folder of `target` when it is missing. Throws SystemError when it cannot.
+  // Creates the folder of `target` when it is missing. Throws WriteError when it cannot.
   explicit AtomicFile(std::filesystem::path target);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -18,18 +24,34 @@ class AtomicFile {
   // Where to write until commit().
   const std::filesystem::path& temporary() const { return temporary_; }
 
-  // Creates the temporary file with these bytes. Throws SystemError naming the target and the reason.
+  // Appends to the temporary file, which the first call creates. Throws WriteError naming the target and the reason.
   void write(std::string_view bytes);
 
-  // Renames to the target. Throws SystemError naming the target and the reason.
+  // Renames to the target. Throws WriteError naming the target and the reason.
   void commit();
 
  private:
-  std::filesystem::path target_, temporary_;
+  void check_place() const;
+
+  std::filesystem::path target_, place_, temporary_;  // place_: the end of the symlinks at target_
+  int descriptor_ = -1;
   bool committed_ = false;
 };
 
-// Writes `bytes` to `target`, whole or not at all. Throws SystemError.
+// Writes `bytes` to `target`, whole or not at all. Throws WriteError.
 void write_file_atomically(const std::filesystem::path& target, std::string_view bytes);
+
+// Makes the folder and its parents when they are missing. Throws WriteError.
+void make_folder(const std::filesystem::path& folder);
+
+// Where the symlinks at `path` lead; nothing need be there. Links of the folders before it are left alone.
+std::filesystem::path link_end(std::filesystem::path path);
+
+// "is a folder", "is a FIFO": what keeps a regular file from being written at the end of links; "" for a regular file
+// or nothing.
+std::string irregular_kind(std::filesystem::file_status status);
+
+// Writes all bytes. Returns 0, or the errno of what failed. A pipe without a reader is EPIPE; no signal is raised.
+int write_all(int descriptor, std::string_view bytes);
 
 }  // namespace tessera

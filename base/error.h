@@ -7,7 +7,7 @@
 namespace tessera {
 
 // Exit statuses of the program (fixed; scripts rely on them).
-enum class ExitStatus : int { kDone = 0, kInternal = 1, kUsage = 2, kBadInput = 3, kLimit = 4 };
+enum class ExitStatus : int { kDone = 0, kInternal = 1, kUsage = 2, kBadInput = 3, kLimit = 4, kCannotWrite = 6 };
 
 // Bad input: names the file, the place in it (JSON pointer, byte offset, attribute) and the fault, in one line.
 // Text taken from the file is escaped, so the line stays one line whatever the file holds.
@@ -39,6 +39,12 @@ class UsageError : public std::runtime_error {
 class SystemError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+// A result could not be written: disk full, quota, permission denied, the reader of a pipe went away.
+class WriteError : public SystemError {
+ public:
+  using SystemError::SystemError;
 };
 
 }  // namespace tessera

@@ -193,7 +193,7 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
     output.setFrameBuffer(frame_buffer);
     output.writePixels(height);
   } catch (const std::exception& error) {
-    throw SystemError(fmt::format("cannot write {}: {}", target.string(), error.what()));
+    throw WriteError(fmt::format("cannot write {}: {}", target.string(), error.what()));
   }
   file.commit();
 }

@@ -19,7 +19,7 @@ struct ExrChannel {
   std::size_t stride = 1;        // elements from pixel to pixel; rows follow each other without gaps
 };
 
-// Writes a scan-line EXR file (ZIP compression), whole or not at all. Throws SystemError.
+// Writes a scan-line EXR file (ZIP compression), whole or not at all. Throws WriteError.
 void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels);
 
 // Reads R, G, B (and A when present) (of the first part) as linear floats. Throws InputError when the file is not such

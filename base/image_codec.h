@@ -55,7 +55,7 @@ std::string encode_png(const Image16& image);
 // JPEG bytes of an 8-bit picture with 1 or 3 channels; quality 1 to 100.
 std::string encode_jpeg(const Image8& image, int quality);
 
-// Writes a PNG, whole or not at all. Throws SystemError.
+// Writes a PNG, whole or not at all. Throws WriteError.
 void write_png(const std::filesystem::path& target, const Image8& image);
 
 }  // namespace tessera

@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "base/error.h"
-
 namespace tessera::gpu {
 namespace {
 

@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "base/error.h"
-
 namespace tessera::gpu {
 namespace {
 
@@ -77,9 +75,8 @@ class Windows {
 }  // namespace
 
 Timeline::Timeline(const std::filesystem::path& file, const hardware::GpuConfiguration& gpu, Limits limits)
-    : file_(file), stream_(file_.temporary(), std::ios::binary), gpu_(gpu), limits_(limits) {
-  if (!stream_) throw SystemError(fmt::format("cannot write {}", file.string()));
-  stream_ << "{\"displayTimeUnit\": \"ns\", \"traceEvents\": [";
+    : file_(file), gpu_(gpu), limits_(limits) {
+  file_.write("{\"displayTimeUnit\": \"ns\", \"traceEvents\": [");
   event(R"json({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "GPU (model time)"}})json");
   track(kFrontEndTrack, "front end");
   track(kBinnerTrack, "binner");
@@ -96,9 +93,7 @@ void Timeline::add(int frame, const MachineModel& model) {
 }
 
 void Timeline::commit() {
-  stream_ << "\n]}\n";
-  stream_.close();
-  if (!stream_) throw SystemError("cannot write the trace: the disk may be full");
+  file_.write("\n]}\n");
   file_.commit();
 }
 
@@ -212,7 +207,8 @@ void Timeline::counter(const std::string& name, const std::string& unit, double 
 }
 
 void Timeline::event(const std::string& text) {
-  stream_ << (first_ ? "\n" : ",\n") << text;
+  file_.write(first_ ? "\n" : ",\n");
+  file_.write(text);
   first_ = false;
 }
 

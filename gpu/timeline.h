@@ -2,10 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
-#include "base/atomic_file.h"
+#include "base/output_file.h"
 #include "gpu/device.h"
 
 namespace tessera::gpu {
@@ -33,7 +32,7 @@ class Timeline {
   Timeline(const std::filesystem::path& file, const hardware::GpuConfiguration& gpu, Limits limits);
 
   void add(int frame, const MachineModel& model);
-  // Finishes the file, which appears whole. Throws SystemError.
+  // Finishes the file. Throws WriteError, as add() does.
   void commit();
 
  private:
@@ -49,8 +48,7 @@ class Timeline {
   void event(const std::string& text);
   double microseconds(double cycle) const;
 
-  AtomicFile file_;
-  std::ofstream stream_;
+  OutputFile file_;
   hardware::GpuConfiguration gpu_;
   Limits limits_;
   double start_ = 0;  // cycle at which the frame in hand begins

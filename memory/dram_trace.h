@@ -2,10 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <span>
 
-#include "base/atomic_file.h"
+#include "base/output_file.h"
 
 namespace tessera::memory {
 
@@ -17,7 +16,7 @@ struct Burst {
 
 // `--dram-trace`: bursts as text, a line each. Form of DRAMsim3: "0xADDRESS READ|WRITE CYCLE"; where the file's name
 // ends in .ramulator that of Ramulator 2's LoadStoreTrace: "LD|ST 0xADDRESS". Cycles are those of the GPU's clock;
-// frames follow each other without a gap. The file appears whole, at commit(). Throws SystemError.
+// frames follow each other without a gap. Throws WriteError.
 class DramTrace {
  public:
   explicit DramTrace(const std::filesystem::path& file);
@@ -27,8 +26,7 @@ class DramTrace {
   void commit();
 
  private:
-  AtomicFile file_;
-  std::ofstream stream_;
+  OutputFile file_;
   std::uint64_t start_ = 0;
   bool ramulator_;
 };

@@ -13,6 +13,7 @@
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "base/json_text.h"
+#include "base/output_file.h"
 #include "base/whole_file.h"
 #include "replay/commands.h"
 #include "shaders_cpp/tone_map.h"
@@ -60,7 +61,11 @@ json compare_pictures(const fs::path& a, const fs::path& b, const std::string& m
                      fmt::format("is {}x{} pixels, {} is {}x{}", second.width, second.height, a.string(), first.width,
                                  first.height));
   const Image flip = flip_map(first, second);
-  if (!map_file.empty()) write_png(map_file, heat_map(flip));
+  if (!map_file.empty()) {
+    OutputFile file(map_file);
+    file.write(encode_png(heat_map(flip)));
+    file.commit();
+  }
   const double p = psnr(first, second);
   json row = {
       {"ssim", mssim(first, second)}, {"flip", mean_value(flip)}, {"max_difference", max_difference(first, second)}};
@@ -142,6 +147,8 @@ class CompareCommand final : public Command {
     const bool folders = fs::is_directory(a_);
     if (folders != fs::is_directory(b_)) throw UsageError("compare: give two pictures or two folders");
     if (folders && !map_.empty()) throw UsageError("--flip-map: is for two pictures");
+    if (!map_.empty()) check_output_file(map_);
+    if (beside_outputs({map_}) != stdout) throw UsageError("--flip-map: standard output is for the figures");
     const json report = folders ? compare_folders(a_, b_) : compare_pictures(a_, b_, map_);
     if (json_) {
       fmt::print("{}\n", report.dump(2));

@@ -1,14 +1,9 @@
 #include "replay/frame_files.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
 #include <fmt/format.h>
 
-#include "base/error.h"
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "shaders_cpp/tone_map.h"
@@ -26,16 +21,6 @@ bool is_resolve_layer(const std::string& layer) {
 }
 
 std::string frame_name(int frame) { return fmt::format("frame_{:04d}", frame); }
-
-void check_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::path there = std::filesystem::absolute(folder.empty() ? "." : folder, error).lexically_normal();
-  while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  if (!std::filesystem::is_directory(there, error))
-    throw SystemError(fmt::format("cannot write to {}: {} is not a folder", folder.string(), there.string()));
-  if (::access(there.c_str(), W_OK | X_OK) != 0)
-    throw SystemError(fmt::format("cannot write to {}: {}: {}", folder.string(), there.string(), std::strerror(errno)));
-}
 
 void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets,
                  const std::vector<std::string>& auxiliary, float exposure, const std::string& view) {

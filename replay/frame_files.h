@@ -14,10 +14,6 @@ const std::vector<std::string>& auxiliary_layers();
 // "frame_0007"
 std::string frame_name(int frame);
 
-// Throws SystemError when `folder` is not a folder that can be written, or cannot be made; changes nothing. Called
-// before the work, so that its results need not be thrown away.
-void check_folder(const std::filesystem::path& folder);
-
 // Those of them that only a frame with desampling has.
 bool is_resolve_layer(const std::string& layer);
 

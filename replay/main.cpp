@@ -25,7 +25,7 @@ int fail(ExitStatus status, const char* what) {
 // Output that could not be written (a full disk behind a pipe or a redirection) is a failure.
 int finish_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return static_cast<int>(ExitStatus::kDone);
-  return fail(ExitStatus::kInternal, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
+  return fail(ExitStatus::kCannotWrite, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
 }
 
 // The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(
       "`tessera COMMAND --help` explains a command. Exit status: 0 done, 1 fault of the program, 2 wrong usage, 3 bad "
-      "input, 4 limit exceeded.");
+      "input, 4 limit exceeded, 6 a result could not be written.");
 
   using Make = std::unique_ptr<tessera::replay::Command> (*)(CLI::App&);
   const std::vector<std::pair<CLI::App*, Make>> commands = {
@@ -105,9 +105,11 @@ int main(int argc, char** argv) {
     return fail(ExitStatus::kUsage, error.what());
   } catch (const tessera::LimitError& error) {
     return fail(ExitStatus::kLimit, error.what());
+  } catch (const tessera::WriteError& error) {
+    return fail(ExitStatus::kCannotWrite, error.what());
   } catch (const std::bad_alloc&) {
     return fail(ExitStatus::kLimit, "out of memory");
   } catch (const std::exception& error) {
-    return fail(ExitStatus::kInternal, error.what());
+    return fail(std::ferror(stdout) != 0 ? ExitStatus::kCannotWrite : ExitStatus::kInternal, error.what());
   }
 }

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "base/error.h"
+#include "base/output_file.h"
 #include "base/text.h"
 #include "replay/commands.h"
 #include "replay/option_numbers.h"
@@ -19,7 +20,9 @@ class PackCommand final : public Command {
  public:
   explicit PackCommand(CLI::App& app) {
     app.add_option("IN", source_, "A glTF 2.0 asset (.gltf or .glb)")->required()->type_name("IN.gltf");
-    app.add_option("OUT", target_, "The capture to write, with buffers and images inside")
+    app.add_option("OUT", target_,
+                   "The capture to write, with buffers and images inside; a FIFO, a device or /dev/fd/N is written "
+                   "through")
         ->required()
         ->type_name("OUT.glb");
     const auto choose_method = [this](const std::string& name) {
@@ -97,10 +100,11 @@ class PackCommand final : public Command {
     if (options_.aperture_radius) check_number("--aperture", *options_.aperture_radius, 0, kLargest);
     if (options_.focus_distance) check_number("--focus", *options_.focus_distance, 0, kLargest, true);
     read_surface_options();
+    check_output_file(target_);
     const PackReport report = pack_capture(source_, target_, options_);
     print_surfaces(report.surfaces);
-    fmt::print("{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed, report.primitives,
-               human_bytes(report.bytes_in), human_bytes(report.bytes_out));
+    fmt::print(beside_outputs({target_}), "{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed,
+               report.primitives, human_bytes(report.bytes_in), human_bytes(report.bytes_out));
   }
 
  private:
@@ -140,13 +144,15 @@ class PackCommand final : public Command {
   }
 
   void print_surfaces(const SurfaceReport& surfaces) const {
-    for (const std::string& notice : surfaces.notices) fmt::print("{}: {}\n", source_, escape_control(notice, 300));
+    std::FILE* const words = beside_outputs({target_});
+    for (const std::string& notice : surfaces.notices)
+      fmt::print(words, "{}: {}\n", source_, escape_control(notice, 300));
     if (surfaces.cages > 0)
-      fmt::print("{}: {} cages of {} quads and {} triangles\n", target_, surfaces.cages, surfaces.quads,
+      fmt::print(words, "{}: {} cages of {} quads and {} triangles\n", target_, surfaces.cages, surfaces.quads,
                  surfaces.triangles);
-    if (surfaces.patches > 0) fmt::print("{}: {} Bezier patches\n", target_, surfaces.patches);
+    if (surfaces.patches > 0) fmt::print(words, "{}: {} Bezier patches\n", target_, surfaces.patches);
     if (surfaces.displaced_materials > 0)
-      fmt::print("{}: {} materials displace\n", target_, surfaces.displaced_materials);
+      fmt::print(words, "{}: {} materials displace\n", target_, surfaces.displaced_materials);
   }
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());

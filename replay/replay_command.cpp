@@ -10,6 +10,7 @@
 #include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
+#include "base/output_file.h"
 #include "base/parallel.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
@@ -90,6 +91,8 @@ class ReplayCommand final : public Command {
         "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
         "stats.csv (one row per frame), report.html (all of it on one page; needs Debian's libjs-vega);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
+        "--trace, --dram-trace and --save-history write a FIFO, a device or /dev/fd/N through as bytes come; a file\n"
+        "appears whole, in a folder that must be there.\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
         "  tessera replay captures/eggs.glb --out out\n"
@@ -97,6 +100,8 @@ class ReplayCommand final : public Command {
   }
 
   void run() override {
+    for (const std::string& file : {trace_, dram_trace_, save_history_})
+      if (!file.empty()) check_output_file(file, out_);
     gpu::RunSettings settings;
     hardware::GpuConfiguration gpu = hardware::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
@@ -115,6 +120,8 @@ class ReplayCommand final : public Command {
     const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
     set_reproduction_command(fmt::format("tessera replay {}", capture_));
+    check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
+                               "report.html"});
 
     gpu::Device renderer(capture, gpu, settings, request);
     baselines::BaselineObserver schemes;
@@ -126,8 +133,7 @@ class ReplayCommand final : public Command {
       renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
     const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
-    check_folder(out_);
-    Traces traces(*this, gpu, settings, request, renderer);
+    NamedFiles files(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const int begin = std::max(0, first - warmup_);
     for (int frame = begin; frame < first && !stop_requested(); ++frame) renderer.render(frame);
@@ -135,7 +141,7 @@ class ReplayCommand final : public Command {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
         const gpu::FrameResult result = renderer.render(frame);
-        traces.add(result);
+        files.add(result);
         write_frame(out_, frame, result.targets, aux_, exposure);
         write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         if (result.right) write_frame(out_, frame, result.right->targets, aux_, exposure, "right");
@@ -145,23 +151,23 @@ class ReplayCommand final : public Command {
       }
     }
     statistics.write(out_);
-    traces.commit();
-    if (!save_history_.empty()) renderer.history().save(save_history_);
+    files.commit(renderer);
     if (stop_requested())
       std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     make_report(statistics);
     if (quiet_) return;
-    if (baselines_) fmt::print("{}", baselines_table(statistics.baselines().total()));
-    fmt::print("{} frame{} and statistics are in {}\n", statistics.frame_count(),
+    std::FILE* const words = beside_outputs({trace_, dram_trace_, save_history_});
+    if (baselines_) fmt::print(words, "{}", baselines_table(statistics.baselines().total()));
+    fmt::print(words, "{} frame{} and statistics are in {}\n", statistics.frame_count(),
                statistics.frame_count() == 1 ? "" : "s", out_);
   }
 
  private:
-  // The files of --trace and --dram-trace.
-  class Traces {
+  // The files of --trace, --dram-trace and --save-history.
+  class NamedFiles {
    public:
-    Traces(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
-           const gpu::RenderRequest& request, const gpu::Device& renderer) {
+    NamedFiles(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+               const gpu::RenderRequest& request, const gpu::Device& renderer) {
       if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
         throw UsageError("--trace and --dram-trace need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
@@ -170,25 +176,32 @@ class ReplayCommand final : public Command {
         const FrameRange range = parse_frames("--trace-tiles", command.trace_tiles_);
         tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
       }
+      // They may lie in it.
+      if (!(command.trace_ + command.dram_trace_ + command.save_history_).empty()) make_folder(command.out_);
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
       if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_);
       map_ = address_map(renderer, gpu, settings, request);
       burst_bytes_ = static_cast<std::uint64_t>(gpu.memory_burst_bytes);
+      if (!command.save_history_.empty()) history_.emplace(command.save_history_);
     }
     void add(const gpu::FrameResult& result) {
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
       if (timeline_) timeline_->add(result.frame, *result.model);
       if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
     }
-    void commit() {
+    void commit(const Device& renderer) {
       if (timeline_) timeline_->commit();
       if (dram_) dram_->commit();
+      if (!history_) return;
+      history_->write(renderer.history().bytes());
+      history_->commit();
     }
 
    private:
     FrameRange frames_{0, std::numeric_limits<int>::max()};
     std::optional<gpu::Timeline> timeline_;
     std::optional<memory::DramTrace> dram_;
+    std::optional<OutputFile> history_;
     memory::AddressMap map_{{}};
     std::uint64_t burst_bytes_ = 0;
   };

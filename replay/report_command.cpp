@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "base/output_file.h"
 #include "replay/commands.h"
 #include "replay/report/report.h"
 
@@ -23,6 +24,7 @@ class ReportCommand final : public Command {
   }
 
   void run() override {
+    if (std::filesystem::is_directory(folder_)) check_output_folder(folder_, {"report.html", "sweep.csv"});
     const std::string note = write_report(folder_);
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
     fmt::print("{}\n", (std::filesystem::path(folder_) / "report.html").string());

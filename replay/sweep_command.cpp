@@ -8,9 +8,9 @@
 #include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
+#include "base/output_file.h"
 #include "base/parallel.h"
 #include "replay/commands.h"
-#include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -60,7 +60,8 @@ class SweepCommand final : public Command {
     read_shard(options);
     const ThreadLimit threads(options.threads);
     const Study study = read_study(study_, max_points_);
-    check_folder(out_);
+    check_output_folder(out_,
+                        {"sweep.json", "sweep.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
     set_reproduction_command(fmt::format("tessera sweep {}", study_));
 
     const std::vector<SweepPoint> points = expand_points(study, program_fingerprint());

@@ -10,10 +10,10 @@
 #include "base/atomic_file.h"
 #include "base/check.h"
 #include "base/error.h"
+#include "base/output_file.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "replay/commands.h"
-#include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
@@ -125,7 +125,8 @@ class TradeoffCommand final : public Command {
     if (std::find_if(std::begin(kCosts), std::end(kCosts), [&](const char* c) { return cost_ == c; }) ==
         std::end(kCosts))
       throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCosts, ", ")));
-    check_folder(out_);
+    check_output_folder(
+        out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
     set_reproduction_command(fmt::format("tessera tradeoff {}", capture_));
     install_stop_handler();
     json result = run_tradeoff(options);

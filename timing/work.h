@@ -12,8 +12,8 @@
 
 namespace tessera::timing {
 
-using hardware::kStageCount;
-using hardware::Stage;
+using timing::kStageCount;
+using timing::Stage;
 
 // What a tile passes through, one after the other: its samples are found, shaded, resolved and stored.
 enum class Phase : std::uint8_t { kVisibility, kShading, kStore };

@@ -10,10 +10,10 @@
 
 #include <fmt/format.h>
 
-#include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/image_codec.h"
 #include "base/json_text.h"
+#include "base/output_file.h"
 #include "base/whole_file.h"
 #include "replay/pack/binary_chunk.h"
 #include "scene/capture_reader.h"
@@ -309,6 +309,20 @@ json checked_json(const std::string& text, const std::string& name) {
   return d;
 }
 
+// Reads the capture back before it is put in place.
+void put_in_place(const std::filesystem::path& target, const std::string& bytes) {
+  {
+    const bool stream = is_stream(target);  // proved in a file of its own, which is gone before a FIFO blocks
+    AtomicFile file(stream ? std::filesystem::temp_directory_path() / "tessera-pack.glb" : target);
+    file.write(bytes);
+    scene::read_capture(file.temporary());
+    if (!stream) return file.commit();
+  }
+  OutputFile out(target);
+  out.write(bytes);
+  out.commit();
+}
+
 }  // namespace
 
 PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target,
@@ -367,10 +381,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
     describe_decoded(packed, out);
   }
   const std::string bytes = glb_bytes(out, chunk.bytes());
-  AtomicFile file(target);
-  file.write(bytes);
-  scene::read_capture(file.temporary());
-  file.commit();
+  put_in_place(target, bytes);
   report.bytes_out = bytes.size();
   return report;
 }

@@ -41,8 +41,8 @@ struct PackReport {
 //     views in its own way is refused, because these are renumbered.
 //   - The same asset gives the same bytes, and packing a packed capture gives it again.
 //
-// Throws InputError for a bad asset, UsageError for options that do not fit it, SystemError when the target cannot be
-// written; the target is then as it was.
+// Throws InputError for a bad asset, UsageError for options that do not fit it, WriteError when the target cannot be
+// written; a file is then as it was. A stream (base/output_file.h) is written through.
 PackReport pack_capture(const std::filesystem::path& source, const std::filesystem::path& target,
                         const PackOptions& options);
 

@@ -82,12 +82,10 @@ bool SweepFolder::write_manifest(const Study& study, const std::vector<SweepPoin
 }
 
 SweepLock::SweepLock(const SweepFolder& folder, bool shared) {
-  std::error_code error;
-  fs::create_directories(folder.path() / "points", error);
-  if (error) throw SystemError(fmt::format("cannot create the folder {}: {}", folder.path().string(), error.message()));
+  make_folder(folder.path() / "points");
   descriptor_ = ::open((folder.path() / "points" / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (descriptor_ < 0)
-    throw SystemError(fmt::format("cannot write to {}: {}", folder.path().string(), std::strerror(errno)));
+    throw WriteError(fmt::format("cannot write to {}: {}", folder.path().string(), std::strerror(errno)));
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
     remove_unfinished(folder.path());
     if (shared) ::flock(descriptor_, LOCK_SH);

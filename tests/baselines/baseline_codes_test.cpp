@@ -276,7 +276,7 @@ TEST(LruCache, L1L2IsAListInOrderOfUse) {
     EXPECT_TRUE(caches_agree(seed++, capacity, capacity)) << capacity;
 }
 
-TEST(RecencyCacheTwin, OneByteLessIsCaught) { EXPECT_FALSE(caches_agree(1, 400, 399)); }
+TEST(LruCacheTwin, OneByteLessIsCaught) { EXPECT_FALSE(caches_agree(1, 400, 399)); }
 
 TEST(LruCache, L3WithoutCapacityNothingHitsWithUnlimitedEachKeyMissesOnce) {
   memory::LruCache none(0), all(memory::LruCache::kUnlimited);

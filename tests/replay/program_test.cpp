@@ -201,7 +201,7 @@ TEST(ReplayCommand, AFolderThatCannotBeWrittenIsReportedAndNothingIsLeftBehind) 
   test::write_text(out / "file", "x");
   const ProcessResult r = run_tessera(
       {"replay", capture("vases"), "--size", "16x16", "--quiet", "--out", (out / "file" / "deep").string()});
-  EXPECT_EQ(r.status, 1);
+  EXPECT_EQ(r.status, 2);
   EXPECT_EQ(line_count(r.errors), 1u) << r.errors;
   EXPECT_EQ(files_in(out.path()), std::set<std::string>{"file"});
 }
@@ -211,7 +211,7 @@ TEST(ReplayCommand, AFolderThatCannotBeWrittenIsFoundBeforeAnyFrameIsRendered) {
   test::write_text(out / "file", "x");
   const ProcessResult r =
       run_tessera({"replay", capture("vases"), "--size", "16x16", "--frames", "0:9", "--out", (out / "file").string()});
-  EXPECT_EQ(r.status, 1);
+  EXPECT_EQ(r.status, 2);
   EXPECT_THAT(r.errors, testing::Not(HasSubstr("frame 0")));
   EXPECT_THAT(r.errors, testing::Not(HasSubstr(".part")));
 }
@@ -316,14 +316,14 @@ TEST(Program, OutputThatCannotBeWrittenIsAFailure) {
        {"inspect \"$1\"", "inspect --json \"$1\"", "describe counters", "--help", "replay --help"}) {
     const ProcessResult r = test::run_process(
         {"/bin/sh", "-c", "\"$0\" " + std::string(arguments) + " > /dev/full", TESSERA_PROGRAM, capture("vases")});
-    EXPECT_EQ(r.status, 1) << arguments;
+    EXPECT_EQ(r.status, 6) << arguments;
     EXPECT_THAT(r.errors, HasSubstr("No space left on device")) << arguments;
   }
 }
 
 TEST(PackCommand, FailuresNameTheTargetNotATemporaryFile) {
   const ProcessResult r = run_tessera({"pack", capture("vases"), "/proc/x.glb"});
-  EXPECT_EQ(r.status, 1);
+  EXPECT_EQ(r.status, 6);
   EXPECT_THAT(r.errors, testing::StartsWith("tessera: cannot write /proc/x.glb: "));
 }
 

@@ -53,7 +53,7 @@ bool History::distrusted_around(int x, int y) const {
   return false;
 }
 
-void History::save(const std::filesystem::path& file) const {
+std::string History::bytes() const {
   Head head;
   head.x0 = region.x0, head.y0 = region.y0, head.x1 = region.x1, head.y1 = region.y1;
   head.frame = frame;
@@ -63,8 +63,10 @@ void History::save(const std::filesystem::path& file) const {
   append(bytes, surface);
   append(bytes, memory);
   append(bytes, distrust);
-  write_file_atomically(file, bytes);
+  return bytes;
 }
+
+void History::save(const std::filesystem::path& file) const { write_file_atomically(file, bytes()); }
 
 History History::restore(const std::filesystem::path& file, std::uint64_t most_pixels) {
   std::error_code ignored;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "base/rect.h"
@@ -52,7 +53,8 @@ struct History {
   // Whether a block around (x, y), or that itself, is distrusted.
   bool distrusted_around(int x, int y) const;
 
-  // A file with everything, whole or not at all; the host's byte order. Throws SystemError.
+  // Everything, in the host's byte order; as a file, whole or not at all. Throws WriteError.
+  std::string bytes() const;
   void save(const std::filesystem::path& file) const;
   // Throws InputError when the file is not such a file or is damaged, LimitError when its region has more than
   // `most_pixels`.
