@@ -1,6 +1,8 @@
 // Per-target vocabulary over Highway; include it inside kernel sources that use foreach_target.h.
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include <hwy/highway.h>
 
@@ -32,6 +34,16 @@ HWY_INLINE V fused_multiply_add(D d, V a, V b, V c) {
   (void)d;
   return hn::MulAdd(a, b, c);
 #endif
+}
+
+// One bit per lane, lane 0 the lowest; at most 32 lanes.
+template <class D, class M>
+HWY_INLINE std::uint32_t mask_bits(D d, M mask) {
+  std::uint8_t bytes[8] = {};  // as many as StoreMaskBits() may write
+  hn::StoreMaskBits(d, mask, bytes);
+  std::uint32_t bits;
+  std::memcpy(&bits, bytes, sizeof bits);
+  return bits;
 }
 
 // Lanes of float with operators, so that a shader written over `Real` runs on all lanes at once. Operations round

@@ -13,9 +13,9 @@ namespace tessera::baselines {
 
 // The parameter buffer of a machine that bins triangles: blocks of triangles, and a list of bytes per tile.
 //
-// Memory layout: a 16-byte list head per tile (number of the first chunk, of the last, bytes in all, address of the
-// last block), then, in the order in which they are asked for, chunks of parameter_buffer.chunk_bytes, each an 8-byte
-// link and list bytes, and blocks aligned to kBlockAlignment. Lists run on from chunk to chunk without a gap. The same
+// Memory layout: a list head per tile (number of the first chunk, of the last, bytes in all, address of the last
+// block), then, in the order in which they are asked for, chunks of parameter_buffer.chunk_bytes, each a link and list
+// bytes, and blocks aligned to kBlockAlignment. Heads and links are as long as in ParameterBuffer. Lists run on from chunk to chunk without a gap. The same
 // write combiner as in front of ParameterBuffer; heads are read and written as there. It never refuses: see
 // overflows().
 //

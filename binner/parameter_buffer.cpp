@@ -8,24 +8,16 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/round_up.h"
 
 namespace tessera::binner {
-namespace {
-
-constexpr std::uint64_t kHeadBytes = 16, kLinkBytes = 8;
-
-std::uint64_t round_up(std::uint64_t value, std::uint64_t multiple) {
-  return (value + multiple - 1) / multiple * multiple;
-}
-
-}  // namespace
 
 ParameterBuffer::ParameterBuffer(const hardware::GpuConfiguration& gpu, QueueIndex queue_count)
     : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
       chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
-      entries_per_chunk_((chunk_bytes_ - kLinkBytes) / kQueueEntryBytes),
-      heads_bytes_(round_up(queue_count * kHeadBytes, burst_bytes_)),
+      entries_per_chunk_((chunk_bytes_ - kChunkLinkBytes) / kQueueEntryBytes),
+      heads_bytes_(round_up(queue_count * kListHeadBytes, burst_bytes_)),
       spill_(gpu.parameter_buffer_full_policy == "spill"),
       combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {
   if (heads_bytes_ + chunk_bytes_ > capacity_)
@@ -44,13 +36,13 @@ std::uint64_t ParameterBuffer::bytes_in_use() const { return chunk_address(chunk
 
 ParameterBuffer::Head ParameterBuffer::load_head(QueueIndex queue) const {
   Head head;
-  std::memcpy(&head, &memory_[queue * kHeadBytes], sizeof head);
+  std::memcpy(&head, &memory_[queue * kListHeadBytes], sizeof head);
   return head;
 }
 
 void ParameterBuffer::store_head(QueueIndex queue, const Head& head) {
-  std::memcpy(&memory_[queue * kHeadBytes], &head, sizeof head);
-  combiner_.write(queue * kHeadBytes, kHeadBytes);
+  std::memcpy(&memory_[queue * kListHeadBytes], &head, sizeof head);
+  combiner_.write(queue * kListHeadBytes, kListHeadBytes);
 }
 
 bool ParameterBuffer::add_chunk(Head& head) {
@@ -66,8 +58,8 @@ bool ParameterBuffer::add_chunk(Head& head) {
   } else {
     // Link from the chunk before.
     std::memcpy(&memory_[chunk_address(head.last_chunk)], &chunk, sizeof chunk);
-    combiner_.write(chunk_address(head.last_chunk), kLinkBytes);
-    counters_.queue_bytes_written += kLinkBytes;
+    combiner_.write(chunk_address(head.last_chunk), kChunkLinkBytes);
+    counters_.queue_bytes_written += kChunkLinkBytes;
   }
   head.last_chunk = chunk;
   counters_.queue_bytes_peak = std::max(counters_.queue_bytes_peak, bytes_in_use());
@@ -79,14 +71,14 @@ bool ParameterBuffer::append(QueueIndex queue, const QueueEntry& entry) {
   const std::uint64_t slot = head.entries % entries_per_chunk_;
   if (slot == 0 && !add_chunk(head)) return false;
   // The head of a queue that has entries already is read before it is changed; a fresh one is known to be empty.
-  if (head.entries > 0) combiner_.read(queue * kHeadBytes, kHeadBytes);
+  if (head.entries > 0) combiner_.read(queue * kListHeadBytes, kListHeadBytes);
   const auto bytes = pack(entry);
-  const std::uint64_t address = chunk_address(head.last_chunk) + kLinkBytes + slot * kQueueEntryBytes;
+  const std::uint64_t address = chunk_address(head.last_chunk) + kChunkLinkBytes + slot * kQueueEntryBytes;
   std::memcpy(&memory_[address], bytes.data(), bytes.size());
   combiner_.write(address, kQueueEntryBytes);
   TESSERA_CHECK(head.entries < std::numeric_limits<std::uint32_t>::max(), "a queue's length fits 32 bits");
   // A head is one record of the queue however often it changes; the bursts of its updates are in the ledger.
-  counters_.queue_bytes_written += kQueueEntryBytes + (head.entries == 0 ? kHeadBytes : 0);
+  counters_.queue_bytes_written += kQueueEntryBytes + (head.entries == 0 ? kListHeadBytes : 0);
   ++head.entries;
   store_head(queue, head);
   ++counters_.entries;
@@ -102,17 +94,17 @@ void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entr
     bytes_read += bytes;
   };
   const Head head = load_head(queue);
-  charge(queue * kHeadBytes, kHeadBytes);
+  charge(queue * kListHeadBytes, kListHeadBytes);
   entries.reserve(entries.size() + head.entries);
   std::uint32_t chunk = head.first_chunk;
   for (std::uint64_t left = head.entries; left > 0;) {
     const std::uint64_t here = std::min(entries_per_chunk_, left);
     left -= here;
     const std::uint64_t address = chunk_address(chunk);
-    charge(address, kLinkBytes + here * kQueueEntryBytes);
+    charge(address, kChunkLinkBytes + here * kQueueEntryBytes);
     for (std::uint64_t e = 0; e < here; ++e)
       entries.push_back(unpack(std::span<const std::uint8_t, kQueueEntryBytes>(
-          &memory_[address + kLinkBytes + e * kQueueEntryBytes], kQueueEntryBytes)));
+          &memory_[address + kChunkLinkBytes + e * kQueueEntryBytes], kQueueEntryBytes)));
     std::memcpy(&chunk, &memory_[address], sizeof chunk);
   }
 }

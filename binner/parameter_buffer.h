@@ -26,10 +26,13 @@ struct BinnerCounters {
   std::uint64_t spilled_chunks = 0;
 };
 
+// What begins a list in a parameter buffer, and each of its chunks.
+inline constexpr std::uint64_t kListHeadBytes = 16, kChunkLinkBytes = 8;
+
 // Queues of sub-patch references, one per tile or group of tiles, inside one parameter buffer of fixed size.
 //
-// Memory layout: one 16-byte list head per queue (number of the first chunk, of the last, entries in all, zero), then
-// chunks of parameter_buffer.chunk_bytes, each an 8-byte link (number of the next chunk) and as many entries as fit.
+// Memory layout: one list head per queue (number of the first chunk, of the last, entries in all, zero), then chunks of
+// parameter_buffer.chunk_bytes, each a link (number of the next chunk) and as many entries as fit.
 // The bytes are really there: what a tile core reads is decoded from them.
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
@@ -67,6 +70,7 @@ class ParameterBuffer {
   struct Head {
     std::uint32_t first_chunk = 0, last_chunk = 0, entries = 0;
   };
+  static_assert(sizeof(Head) <= kListHeadBytes);
   std::uint64_t chunk_address(std::uint64_t chunk) const { return heads_bytes_ + chunk * chunk_bytes_; }
   bool add_chunk(Head& head);
   void store_head(QueueIndex queue, const Head& head);

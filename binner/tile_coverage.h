@@ -17,9 +17,7 @@ struct TileCoverage {
   std::uint64_t dropped_exact = 0;  // that the hull of the moving box misses
   std::uint64_t dropped_time = 0;   // that it touches, but at no time
 
-  const TimeInterval& at(int column, int row) const {
-    return times[static_cast<std::size_t>((row - tiles.y0) * tiles.width() + (column - tiles.x0))];
-  }
+  const TimeInterval& at(int column, int row) const { return times[tiles.index(column, row)]; }
 };
 
 // Finds the tiles that a sub-patch may touch: bounding rectangle, then exact coverage, then time intervals, then time

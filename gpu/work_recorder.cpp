@@ -187,9 +187,9 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
 }
 
 FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Ledger& ledger) {
-  record_.work.tile_samples = static_cast<std::uint64_t>(job.grid->tile_width()) *
-                              static_cast<std::uint64_t>(job.grid->tile_height()) *
-                              static_cast<std::uint64_t>(job.pattern->samples_per_pixel());
+  record_.work.tile_state_bytes =
+      static_cast<std::uint64_t>(job.grid->tile_width()) * static_cast<std::uint64_t>(job.grid->tile_height()) *
+      static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) * tilecore::TileState::kBytesPerSample;
   const memory::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
   record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;

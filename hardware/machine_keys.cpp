@@ -62,8 +62,9 @@ Keys speed_keys() {
 Keys memory_keys() {
   return {
       {"tilecore.memory_bytes", &Gpu::tilecore_memory_bytes, "bytes", 1024, 1073741824.0,
-       "On-chip tile memory of a core, 20 bytes a sample: as many tiles as fit are in work at once (the samples of one "
-       "tested while another is shaded), at least one.",
+       "On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the "
+       "samples "
+       "of one tested while another is shaded), at least one.",
        "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
       {"cache.line_bytes", &Gpu::cache_line_bytes, "bytes", 16, 256,
        "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
@@ -116,7 +117,7 @@ Keys energy_keys() {
       {"energy.alpha_test_pj", &Gpu::energy_alpha_test_pj, "pJ", 0, 1e9, "Alpha test.",
        "[assumed] a bilinear look-up and what it compares"},
       {"energy.hit_pj", &Gpu::energy_hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.",
-       "[assumed] depth read, 20 bytes written"},
+       "[assumed] depth read, what a sample sees written"},
       {"energy.shader_operation_pj", &Gpu::energy_shader_operation_pj, "pJ", 0, 1e9,
        "Operation of the pixel shader with its registers.", "[assumed] 1.15 pJ and a third more"},
       {"energy.texel_pj", &Gpu::energy_texel_pj, "pJ", 0, 1e9, "Bilinear look-up with the texture cache.",

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "base/round_up.h"
 #include "memory/ledger.h"
 
 namespace tessera::memory {
@@ -31,7 +32,7 @@ class AddressMap {
     for (std::size_t p = 0; p < kPurposeCount; ++p) {
       if (static_cast<Purpose>(p) == Purpose::kTileQueue) continue;
       base_[p] = next;
-      next += round_up(bytes[p]);
+      next += round_up(bytes[p], kAlignment);
     }
     base_[static_cast<std::size_t>(Purpose::kTileQueue)] = next;
   }
@@ -44,7 +45,6 @@ class AddressMap {
 
  private:
   static constexpr std::uint64_t kAlignment = std::uint64_t{1} << 20, kOtherBytes = std::uint64_t{64} << 20;
-  static std::uint64_t round_up(std::uint64_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
 
   std::uint64_t tile_state_;
   std::array<std::uint64_t, kPurposeCount> base_{};

@@ -9,8 +9,8 @@ namespace tessera::tilecore {
 // What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
 struct TileState {
   static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;
-  static constexpr std::uint64_t kBytesPerSample = 20;  // z, patch, triangle, two weights
-  static constexpr std::uint64_t kBytesPerLayer = 24;   // the same and the sample's number
+  static constexpr std::uint64_t kBytesPerSample = 20;                  // z, patch, triangle, two weights
+  static constexpr std::uint64_t kBytesPerLayer = kBytesPerSample + 4;  // the same and the sample's number
   // Most layers that the emulator keeps of one tile: 256 MiB.
   static constexpr std::size_t kMostLayers = std::size_t{1} << 23;
 

@@ -10,7 +10,6 @@
 namespace tessera::timing {
 namespace {
 
-constexpr std::uint64_t kStateBytes = 20;   // of a sample in tile memory: depth, patch, triangle, two weights
 constexpr std::uint64_t kMostInFlight = 8;  // tiles that a core can keep apart
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
@@ -132,11 +131,10 @@ class FrameSimulation {
         fast_(infinitely_fast),
         time_(memory_rate(gpu)),
         cores_(static_cast<std::size_t>(gpu.tilecore_count)) {
-    const std::uint64_t tile_bytes = work.tile_samples * kStateBytes;
-    in_flight_ = tile_bytes == 0
+    const auto memory_bytes = static_cast<std::uint64_t>(gpu.tilecore_memory_bytes);
+    in_flight_ = work.tile_state_bytes == 0
                      ? 1
-                     : std::clamp<std::uint64_t>(static_cast<std::uint64_t>(gpu.tilecore_memory_bytes) / tile_bytes, 1,
-                                                 kMostInFlight);
+                     : std::clamp<std::uint64_t>(memory_bytes / work.tile_state_bytes, 1, kMostInFlight);
   }
 
   Schedule run() {

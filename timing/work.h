@@ -12,8 +12,8 @@
 
 namespace tessera::timing {
 
-using timing::kStageCount;
-using timing::Stage;
+using hardware::kStageCount;
+using hardware::Stage;
 
 // What a tile passes through, one after the other: its samples are found, shaded, resolved and stored.
 enum class Phase : std::uint8_t { kVisibility, kShading, kStore };
@@ -61,8 +61,8 @@ struct WorkRound {
 
 struct FrameWork {
   std::vector<WorkRound> rounds;
-  std::uint64_t tile_samples = 0;  // samples of a whole tile
-  std::uint64_t other_bytes = 0;   // of the ledger, by what is no part of the rounds; moved after them
+  std::uint64_t tile_state_bytes = 0;  // what all samples of a tile see, in its core's memory
+  std::uint64_t other_bytes = 0;       // of the ledger, by what is no part of the rounds; moved after them
 
   std::uint64_t dram_bytes() const;
 };

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/error.h"
+#include "base/round_up.h"
 #include "binner/binner.h"
 #include "tests/binner/posed_object.h"
 #include "tests/support/captures.h"
@@ -174,19 +175,21 @@ struct TrafficOracle {
   }
   void append(QueueIndex number) {
     Queue& queue = queues[number];
-    const std::uint64_t per_chunk = (chunk_bytes - 8) / 16, slot = queue.entries % per_chunk;
+    const std::uint64_t per_chunk = (chunk_bytes - kChunkLinkBytes) / kQueueEntryBytes,
+                        slot = queue.entries % per_chunk;
     const auto chunk_at = [&](std::uint64_t chunk) { return heads_bytes + chunk * chunk_bytes; };
     if (slot == 0) {
-      if (!queue.chunks.empty()) access(chunk_at(queue.chunks.back()), 8, true), payload += 8;
+      if (!queue.chunks.empty())
+        access(chunk_at(queue.chunks.back()), kChunkLinkBytes, true), payload += kChunkLinkBytes;
       queue.chunks.push_back(chunks++);
     }
     if (queue.entries > 0)
-      access(number * 16, 16, false);
+      access(number * kListHeadBytes, kListHeadBytes, false);
     else
-      payload += 16;
-    access(chunk_at(queue.chunks.back()) + 8 + slot * 16, 16, true);
-    access(number * 16, 16, true);
-    payload += 16;
+      payload += kListHeadBytes;
+    access(chunk_at(queue.chunks.back()) + kChunkLinkBytes + slot * kQueueEntryBytes, kQueueEntryBytes, true);
+    access(number * kListHeadBytes, kListHeadBytes, true);
+    payload += kQueueEntryBytes;
     ++queue.entries;
   }
   void finish() {
@@ -199,7 +202,7 @@ struct TrafficOracle {
     };
     std::uint64_t sum = bursts(number * 16, 16), left = queues[number].entries;
     for (const std::uint64_t chunk : queues[number].chunks) {
-      const std::uint64_t here = std::min((chunk_bytes - 8) / 16, left);
+      const std::uint64_t here = std::min((chunk_bytes - kChunkLinkBytes) / kQueueEntryBytes, left);
       sum += bursts(heads_bytes + chunk * chunk_bytes, 8 + here * 16);
       left -= here;
     }
@@ -220,7 +223,7 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   const auto b = static_cast<std::uint64_t>(burst);
   TrafficOracle oracle{b,
                        static_cast<std::uint64_t>(oracle_lines),
-                       (kQueues * 16 + b - 1) / b * b,
+                       round_up(kQueues * kListHeadBytes, b),
                        static_cast<std::uint64_t>(chunk),
                        0,
                        0,

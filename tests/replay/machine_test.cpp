@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/round_up.h"
 #include "gpu/dram_bursts.h"
 #include "replay/machine_report.h"
 #include "replay/selfcheck.h"
@@ -180,7 +181,7 @@ TEST_P(MachineOf, EveryByteReadWasWrittenOrBelongsToTheCapture) {
     const gpu::FrameResult r = render(capture, with(way));
     const binner::TileGrid grid(160, 90, static_cast<int>(way.gpu.tile_width), static_cast<int>(way.gpu.tile_height));
     const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
-    const std::uint64_t heads = (grid.tile_count() * 16 + burst - 1) / burst * burst;
+    const std::uint64_t heads = round_up(grid.tile_count() * binner::kListHeadBytes, burst);
     EXPECT_EQ(read_from_nowhere(r.model->record, heads, burst), 0u) << name;
     // A binner that forgets what it wrote is caught.
     gpu::FrameRecord forgetful = r.model->record;

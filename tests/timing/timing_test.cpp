@@ -37,7 +37,7 @@ hardware::GpuConfiguration instant_machine(std::int64_t cores = 1) {
 // memory.
 FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std::uint64_t bytes) {
   FrameWork work;
-  work.tile_samples = (1 << 20) / 2 / 20;
+  work.tile_state_bytes = (1 << 20) / 2;
   work.rounds.emplace_back();
   for (std::size_t i = 0; i < count; ++i) {
     TileWork tile;
@@ -164,7 +164,7 @@ TEST(Timing, APipelineEndsWhenItsLastItemHasLeft) {
 
 FrameWork random_frame(std::mt19937& random, std::size_t count) {
   FrameWork work;
-  work.tile_samples = 4096;
+  work.tile_state_bytes = 80 << 10;
   for (int r = 0; r < 2; ++r) {
     WorkRound round;
     round.geometry = {random() % 1000 + 1, random() % 5000, random() % 9000, random() % 20000, random() % 100000, 0};

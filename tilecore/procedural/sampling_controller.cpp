@@ -5,6 +5,7 @@
 #include <limits>
 #include <tuple>
 
+#include "base/round_up.h"
 #include "frontend/front_end.h"
 #include "scene/procedure_patch.h"
 #include "tilecore/procedural/footprint.h"
@@ -170,8 +171,7 @@ void SamplingController::run_group(const Job& job, const Group& group) {
 }
 
 void SamplingController::count_issued(const Job& job, std::uint64_t issued) {
-  const auto lanes = static_cast<std::uint64_t>(job.maps.settings().lanes);
-  const std::uint64_t slots = (issued + lanes - 1) / lanes * lanes;
+  const std::uint64_t slots = round_up(issued, static_cast<std::uint64_t>(job.maps.settings().lanes));
   counters_.array_slots += slots;
   counters_.operations += slots * job.maps.operations(drawable_, piece_);
 }

@@ -107,8 +107,7 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
             y1 = std::min(clip(p.y + ry, pixels.y0 - 1, pixels.y1) + 1, pixels.y1);
   for (int y = clip(p.y - ry, pixels.y0, pixels.y1); y < y1; ++y)
     for (int x = clip(p.x - rx, pixels.x0, pixels.x1); x < x1; ++x) {
-      const std::size_t first = static_cast<std::size_t>((y - pixels.y0) * pixels.width() + (x - pixels.x0)) *
-                                static_cast<std::size_t>(job.samples.spp);
+      const std::size_t first = pixels.index(x, y) * static_cast<std::size_t>(job.samples.spp);
       for (std::size_t s = first; s < first + static_cast<std::size_t>(job.samples.spp); ++s) {
         float along, aside;
         const float px = job.samples.x[s], py = job.samples.y[s];

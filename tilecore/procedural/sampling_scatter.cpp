@@ -175,9 +175,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
   const PosedDrawable& drawable = job.frame.drawables[drawable_];
   const auto spp = static_cast<std::size_t>(samples.spp);
   for (int row = pixels.y0; row < pixels.y1; ++row) {
-    const std::size_t first = static_cast<std::size_t>((row - samples.pixels.y0) * samples.pixels.width() +
-                                                       (pixels.x0 - samples.pixels.x0)) *
-                              spp,
+    const std::size_t first = samples.pixels.index(pixels.x0, row) * spp,
                       count = static_cast<std::size_t>(pixels.width()) * spp;
     for (std::size_t s = first; s < first + count; ++s) {
       const float px = samples.x[s], py = samples.y[s];

@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <climits>
 #include <cmath>
-#include <cstring>
 #include <optional>
-#include <type_traits>
 
-#include "tilecore/resolve/channels.h"
+#include "tilecore/resolve/agreeing_texels.h"
+#include "tilecore/resolve/block_pixels.h"
 
 namespace tessera::tilecore {
 namespace {
-
-// Motion beyond this leaves every frame, and whole pixels of it still fit an int.
-constexpr float kLongestMotion = 1 << 20;
 
 // A place near pixel (x, y): the texel to its upper left and the fractions towards the next ones, in [0, 1).
 struct Place {
@@ -50,7 +44,7 @@ std::optional<Vec2> velocity_at(const Place& p, const VelocityView& view, Advect
       if (w == 0.0f) continue;
       if (!view.region.contains(p.x + i, p.y + j)) return std::nullopt;
       ++work.velocity_texels;
-      const std::ptrdiff_t at = (p.y + j - view.region.y0) * view.row_stride + (p.x + i - view.region.x0);
+      const std::ptrdiff_t at = view.index(p.x + i, p.y + j);
       const Vec2 v = view.velocity[at];
       if (view.usable[at] == 0 || !std::isfinite(v.x) || !std::isfinite(v.y)) return std::nullopt;
       sum += w * v;
@@ -67,23 +61,16 @@ struct StoredImage {
   Advection verdict(int x, int y, AdvectionWork& work) const {
     if (!history.region.contains(x, y)) return Advection::kOutsideFrame;
     ++work.history_texels;
-    const std::ptrdiff_t at = index(x, y);
+    const std::ptrdiff_t at = history.index(x, y);
     if (history.patch[at] != patch) return Advection::kOtherPatch;
     const float there = history.depth[at];
     // Equal infinities agree; otherwise infinity and NaN do with nothing.
     const float apart = std::abs(there - depth);
     if (there != depth && !(std::isfinite(apart) && apart <= tolerance * std::abs(depth)))
       return Advection::kDisoccluded;
-    const Vec4& c = history.color[at];
-    return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && std::isfinite(c.w) ? Advection::kTaken
-                                                                                                : Advection::kNonFinite;
+    return is_finite(history.color[at]) ? Advection::kTaken : Advection::kNonFinite;
   }
-  const Vec4& color(int x, int y) const { return history.color[index(x, y)]; }
-
- private:
-  std::ptrdiff_t index(int x, int y) const {
-    return (y - history.region.y0) * history.row_stride + (x - history.region.x0);
-  }
+  const Vec4& color(int x, int y) const { return history.color[history.index(x, y)]; }
 };
 
 using Weights = std::array<float, 4>;  // of the texels -1, 0, 1, 2 along an axis
@@ -129,20 +116,11 @@ bool fetch_agreeing(const StoredImage& surface, const Place& p, Vec4& out, Advec
   if (!history.region.contains(p.x, p.y) || !history.region.contains(p.x + 1, p.y + 1) || w1 == 0.0f || w2 == 0.0f ||
       w3 == 0.0f)
     return false;
-  const std::ptrdiff_t above = (p.y - history.region.y0) * history.row_stride + (p.x - history.region.x0),
-                       below = above + history.row_stride;
-  const std::uint32_t *a = history.patch + above, *b = history.patch + below;
-  if (((a[0] ^ surface.patch) | (a[1] ^ surface.patch) | (b[0] ^ surface.patch) | (b[1] ^ surface.patch)) != 0)
-    return false;
-  const float *da = history.depth + above, *db = history.depth + below;
   const float limit = surface.tolerance * std::abs(surface.depth);
-  const auto near = [&](float there) { return std::abs(there - surface.depth) <= limit; };
-  if (!(std::isfinite(limit) && near(da[0]) && near(da[1]) && near(db[0]) && near(db[1]))) return false;
-  const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]),
-                 c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
-  if (!is_finite(((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3)))) return false;
+  if (!std::isfinite(limit) ||
+      !fetch_agreeing_texels(history, {history.index(p.x, p.y), w1, w2, w3}, surface.patch, surface.depth, limit, &out))
+    return false;
   work.history_texels += 4;
-  store(base + ((w1 * (c1 - base) + w2 * (c2 - base)) + w3 * (c3 - base)), &out);
   return true;
 }
 
@@ -197,93 +175,6 @@ AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const
   const bool bicubic = settings.fetch == Fetch::kBicubic;
   result.outcome = fetch_bilinear(surface, *place, result.color, bicubic ? charged : work);
   work.bilinear_fallbacks += bicubic && result.outcome == Advection::kTaken;
-  return result;
-}
-
-// ---- Whole blocks -----------------------------------------------------------------------------------------------
-
-namespace {
-
-// Where four pixels of a row come from: place_at(), for all at once.
-struct RowPlaces {
-  alignas(16) std::int32_t x[4], y[4];    // upper left texels
-  alignas(16) float w1[4], w2[4], w3[4];  // weights of the other three
-  unsigned plain = 0;                     // bit i: all four texels have a weight and are in the region
-
-  RowPlaces(int px, int py, const Vec2* velocity, const IntRect& region) {
-    const Channels ab = load(&velocity[0].x), cd = load(&velocity[2].x);
-    Channels ox = -__builtin_shufflevector(ab, cd, 0, 2, 4, 6), oy = -__builtin_shufflevector(ab, cd, 1, 3, 5, 7);
-    ChannelMask ok = (magnitude(ox) < kLongestMotion) & (magnitude(oy) < kLongestMotion);
-    ox = (Channels)((ChannelMask)ox & ok), oy = (Channels)((ChannelMask)oy & ok);  // no longer too long for an int
-    const auto [wx, fx] = split(ox);
-    const auto [wy, fy] = split(oy);
-    const Channels weight1 = fx * (1.0f - fy), weight2 = (1.0f - fx) * fy, weight3 = fx * fy;
-    const ChannelMask tx = wx + ChannelMask{px, px + 1, px + 2, px + 3}, ty = wy + py;
-    ok &= (fx < 1.0f) & (fy < 1.0f) & (weight1 != 0.0f) & (weight2 != 0.0f) & (weight3 != 0.0f);
-    ok &= (tx >= region.x0) & (tx < region.x1 - 1) & (ty >= region.y0) & (ty < region.y1 - 1);
-    std::memcpy(x, &tx, sizeof x), std::memcpy(y, &ty, sizeof y);
-    std::memcpy(w1, &weight1, sizeof w1), std::memcpy(w2, &weight2, sizeof w2), std::memcpy(w3, &weight3, sizeof w3);
-    const ChannelMask bits = ok & ChannelMask{1, 2, 4, 8};
-    plain = static_cast<unsigned>(bits[0] | bits[1] | bits[2] | bits[3]);
-  }
-
- private:
-  struct Split {
-    ChannelMask whole;
-    Channels fraction;
-  };
-  static Split split(const Channels& offset) {
-    ChannelMask whole = __builtin_convertvector(offset, ChannelMask);
-    whole += __builtin_convertvector(whole, Channels) > offset;  // true is -1
-    return {whole, offset - __builtin_convertvector(whole, Channels)};
-  }
-};
-
-// Two texels side by side, and the two below them.
-template <class T>
-auto four_texels(const T* above, const T* below) {
-  T four[4];
-  std::memcpy(four, above, 2 * sizeof(T)), std::memcpy(four + 2, below, 2 * sizeof(T));
-  std::conditional_t<std::is_same_v<T, float>, Channels, ChannelMask> out;
-  std::memcpy(&out, four, sizeof out);
-  return out;
-}
-
-}  // namespace
-
-PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
-                                   float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
-  PlainAdvection result;
-  int left = INT_MAX, top = INT_MAX, right = INT_MIN, bottom = INT_MIN;
-  for (int j = 0; j < 4; ++j) {
-    const std::ptrdiff_t row = j * block.row_stride;
-    unsigned pixels = wanted >> (4 * j) & 15u;
-    if (pixels == 0) continue;
-    const RowPlaces places(block.x, block.y + j, block.velocity + row, history.region);
-    for (pixels &= places.plain; pixels != 0; pixels &= pixels - 1) {
-      const int i = std::countr_zero(pixels);
-      const float depth = block.depth[row + i], limit = depth_tolerance * std::abs(depth);
-      if (block.usable[row + i] == 0 || !std::isfinite(limit)) continue;
-      const std::ptrdiff_t above = (places.y[i] - history.region.y0) * history.row_stride +
-                                   (places.x[i] - history.region.x0),
-                           below = above + history.row_stride;
-      const ChannelMask others =
-          four_texels(history.patch + above, history.patch + below) ^ static_cast<std::int32_t>(block.patch[row + i]);
-      const ChannelMask near = magnitude(four_texels(history.depth + above, history.depth + below) - depth) <= limit;
-      if (!none(others | ~near)) continue;
-      const Channels base = load(&history.color[above]), c1 = load(&history.color[above + 1]),
-                     c2 = load(&history.color[below]), c3 = load(&history.color[below + 1]);
-      if (!is_finite(((base - base) + (c1 - c1)) + ((c2 - c2) + (c3 - c3)))) continue;
-      store(base + ((places.w1[i] * (c1 - base) + places.w2[i] * (c2 - base)) + places.w3[i] * (c3 - base)),
-            &out[j * out_stride + i]);
-      result.taken = static_cast<std::uint16_t>(result.taken | 1u << (4 * j + i));
-      left = std::min(left, places.x[i]), right = std::max(right, places.x[i]);
-      top = std::min(top, places.y[i]), bottom = std::max(bottom, places.y[i]);
-    }
-  }
-  const auto count = static_cast<std::uint64_t>(std::popcount(result.taken));
-  work.fetches += count, work.velocity_texels += count, work.history_texels += 4 * count;
-  if (count > 0) result.texels = {left, top, right + 2, bottom + 2};
   return result;
 }
 

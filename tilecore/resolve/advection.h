@@ -18,6 +18,8 @@ struct HistoryView {
   const std::uint32_t* patch;
   IntRect region;
   std::ptrdiff_t row_stride;  // in pixels
+
+  std::ptrdiff_t index(int x, int y) const { return (y - region.y0) * row_stride + (x - region.x0); }
 };
 
 // The motion of what each pixel of this frame shows. Pointers are to the pixel (region.x0, region.y0).
@@ -26,6 +28,8 @@ struct VelocityView {
   const std::uint8_t* usable;  // 0: behind the eye in one of the frames, or nothing is there
   IntRect region;
   std::ptrdiff_t row_stride;
+
+  std::ptrdiff_t index(int x, int y) const { return (y - region.y0) * row_stride + (x - region.x0); }
 };
 
 enum class Fetch { kBilinear, kBicubic };
@@ -57,6 +61,9 @@ struct AdvectedPixel {
   Advection outcome;
   Vec4 color;  // when taken
 };
+
+// Motion beyond this leaves every frame, and whole pixels of it still fit an int.
+inline constexpr float kLongestMotion = 1 << 20;
 
 // What was read, so that it can be charged: a texel of the history is a colour, a depth and a patch.
 struct AdvectionWork {

@@ -17,12 +17,9 @@ void charge_block(const Image& color, IntRect region, IntRect block, std::uint64
                   CompressionCounters& counters) {
   const IntRect inside = block.intersect(region);
   std::uint64_t raw = 0;
-  for (int y = inside.y0; y < inside.y1; ++y) {
-    const auto first = static_cast<std::uint64_t>(y - region.y0) * static_cast<std::uint64_t>(region.width()) +
-                       static_cast<std::uint64_t>(inside.x0 - region.x0);
-    raw += memory::burst_bytes(first * kFramePixelBytes, static_cast<std::uint64_t>(inside.width()) * kFramePixelBytes,
-                               burst_bytes);
-  }
+  for (int y = inside.y0; y < inside.y1; ++y)
+    raw += memory::burst_bytes(region.index(inside.x0, y) * kFramePixelBytes,
+                               static_cast<std::uint64_t>(inside.width()) * kFramePixelBytes, burst_bytes);
   ++counters.frame_blocks;
   counters.frame_bytes_raw += raw;
   if (inside != block) {

@@ -12,7 +12,7 @@ namespace tessera::tilecore {
 // Fills the pixels of a 4x4 block that were not rendered from rendered ones around them:
 //   c = sum of w(dx, dy) * colour / sum of w(dx, dy) over the usable pixels, w(dx, dy) = k(dx) * k(dy),
 // with k the cubic of Mitchell and Netravali 1988, "Reconstruction filters in computer graphics", as US 2015/0379692
-// uses it for blocks that were rendered at 4 or 8 samples. Formulas: resolve/cubic_kernel.h; packed tables:
+// uses it for blocks that were rendered at 4 or 8 samples. Formulas: resolve/cubic_weights.h; packed tables:
 // resolve/packed_stencil.h.
 enum class Reconstruction {
   kNearest,             // the nearest usable pixel; of equally near ones the first in raster order

@@ -13,10 +13,10 @@ bool has(BlockMask mask, int x, int y) { return x >= 0 && x < 4 && y >= 0 && y <
 
 }  // namespace
 
-float relative_difference(const Channels& a, const Channels& b) {
-  const Channels difference = magnitude(a - b);
-  if (!all(difference <= 1e30f)) return 1.0f;
-  const Channels x = magnitude(a), y = magnitude(b), level = x < y ? y : x;
+float relative_difference(const Vec4& a, const Vec4& b) {
+  const Vec4 difference = glm::abs(a - b), level = glm::max(glm::abs(a), glm::abs(b));
+  for (int c = 0; c < 4; ++c)
+    if (!(difference[c] <= 1e30f)) return 1.0f;
   const float most = std::max(std::max(difference[0], difference[1]), std::max(difference[2], difference[3]));
   return std::min(1.0f, most / (std::max(std::max(level[0], level[1]), level[2]) + kFloor));
 }

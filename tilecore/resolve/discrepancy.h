@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "base/vec.h"
-#include "tilecore/resolve/channels.h"
 #include "tilecore/resolve/pattern_dither.h"
 
 namespace tessera::tilecore {
@@ -25,8 +24,7 @@ struct DiscrepancySettings {
 
 // Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,
 // with a floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.
-float relative_difference(const Channels& a, const Channels& b);
-inline float relative_difference(const Vec4& a, const Vec4& b) { return relative_difference(load(&a), load(&b)); }
+float relative_difference(const Vec4& a, const Vec4& b);
 
 // Whether the advected pixels of a block stand out of their rendered neighbours above, left, right and below in it, on
 // average by more than the tolerance. Colours are [4*y + x]; pixels without rendered neighbours do not vote.

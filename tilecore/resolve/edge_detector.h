@@ -30,4 +30,7 @@ struct EdgeSettings {
 // row; infinity is nothing seen. Source: US 2015/0379692; there of z alone.
 bool detect_edge(const EdgeSettings& settings, const float* depth, std::size_t stride, int width, int height);
 
+// The same, pixel by pixel: what SIMD has to agree with in whole blocks.
+bool detect_edge_by_pixel(const EdgeSettings& settings, const float* depth, std::size_t stride, int width, int height);
+
 }  // namespace tessera::tilecore

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "base/round_up.h"
 #include "base/vec.h"
 
 namespace tessera::tilecore {
@@ -61,7 +62,7 @@ std::size_t compressed_block_bytes(std::span<const std::uint16_t> halves, int wi
 
 // Bytes of headers of `blocks` blocks, rounded up to bursts.
 constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_bytes) {
-  return (blocks * kBlockHeaderBytes + burst_bytes - 1) / burst_bytes * burst_bytes;
+  return round_up(blocks * kBlockHeaderBytes, burst_bytes);
 }
 
 // IEEE 754 binary16 bits of a float, rounded to nearest, ties to even; beyond 65519 infinity; NaN stays NaN, quiet.

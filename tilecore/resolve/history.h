@@ -41,10 +41,7 @@ struct History {
   bool empty() const { return frame == kNone; }
   int block_columns() const { return (region.x1 + 3) / 4 - region.x0 / 4; }
   int block_rows() const { return (region.y1 + 3) / 4 - region.y0 / 4; }
-  std::size_t pixel(int x, int y) const {
-    return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) +
-           static_cast<std::size_t>(x - region.x0);
-  }
+  std::size_t pixel(int x, int y) const { return region.index(x, y); }
   // Block that pixel (x, y) lies in.
   std::size_t block(int x, int y) const {
     return static_cast<std::size_t>(y / 4 - region.y0 / 4) * static_cast<std::size_t>(block_columns()) +

@@ -3,23 +3,31 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/vec.h"
 #include "tilecore/resolve/stencil_lookup.h"
 
-// Whole blocks amid others of their rate, by wide registers; an inner header of cubic_stencil.cpp.
+// Blocks amid others of their rate: stencils known when this is compiled; an inner header of cubic_stencil.cpp.
 namespace tessera::tilecore {
 
-struct WideFill {
-  std::uint64_t taps = 0;  // 0: nothing was done, since the instruction set in use has no registers of two pixels
-  bool finite = true;      // false: some result is not
+struct InteriorBlock {
+  MirroredPattern pattern;  // every pixel of the window that it renders within the kernel's reach must be usable
+  bool clamp;
+  BlockMask missing;      // of the pixels that the pattern leaves out: those to fill
+  bool whole;             // all of them are
+  const Vec4* first;      // pixel (0, 0) of the block
+  std::ptrdiff_t stride;  // of rows, in pixels
+  Vec4* out16;            // [4*y + x]
 };
 
-// Fills in out16[4*y + x] every pixel of a block that `pattern` leaves out. The kernel must have a table, and every
-// pixel of the window that the pattern renders within the kernel's reach must be usable. `block` is its pixel (0, 0);
-// rows are `stride` pixels apart. Nothing is clamped.
+struct InteriorFill {
+  std::uint64_t taps = 0;
+  bool finite = true;  // false: some result is not, before it is clamped
+};
+
+// The kernel must have a table. What the pattern does not render is not read.
 //
-// Bits are those of weighted_sum() in cubic_stencil.cpp: the same sums in the same order, for two pixels at once. What
-// is not rendered is not read.
-WideFill fill_interior_block(Reconstruction kernel, const MirroredPattern& pattern, const Vec4* block,
-                             std::ptrdiff_t stride, Vec4* out16);
+// Whole blocks are filled two pixels at a time where the instruction set in use has registers of as many: the same sums
+// in the same order, and so the same bits.
+InteriorFill fill_interior(Reconstruction kernel, const InteriorBlock& block);
 
 }  // namespace tessera::tilecore

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "base/vec.h"
 #include "scene/frame_geometry.h"
-#include "tilecore/resolve/channels.h"
 #include "tilecore/shading/surface.h"
 
 namespace tessera::tilecore {
@@ -51,23 +52,18 @@ class MotionField {
     const float w = orthographic_ ? 1.0f : z;
     if (!(w > 0)) return {};
     const Mat4& m = motions_[d].reprojection;
-    const Channels r = load(&m[0]) * (rest.x * w) + load(&m[1]) * (rest.y * w) + load(&m[2]) * z + load(&m[3]);
-    return step_to(rest, Vec4(r[0], r[1], r[2], r[3]));
+    return step_to(rest, m[0] * (rest.x * w) + m[1] * (rest.y * w) + m[2] * z + m[3]);
   }
-  // The same for four points. Where `usable` is 0 velocity and depth are, too.
-  struct RigidSteps {
-    Channels x, y, depth;
-    ChannelMask usable;
+  // The same for the points of a block. Where bit i of `usable` is 0 velocity, depth and speed are, too.
+  struct RigidPoints {
+    static constexpr std::size_t kCount = 16;
+    alignas(64) std::array<float, kCount> x, y, depth;
   };
-  RigidSteps rigid_steps(std::uint32_t d, const Channels& x, const Channels& y, const Channels& z) const {
-    const Channels w = orthographic_ ? Channels{} + 1.0f : z, xw = x * w, yw = y * w;
-    const Mat4& m = motions_[d].reprojection;
-    const auto row = [&](int r) { return xw * m[0][r] + yw * m[1][r] + z * m[2][r] + m[3][r]; };
-    const Channels depth = row(2), then_w = row(3), vx = x - row(0) / then_w, vy = y - row(1) / then_w;
-    const ChannelMask usable = (w > 0.0f) & (then_w > 0.0f) & (vx - vx == 0.0f) & (vy - vy == 0.0f);
-    const auto where_usable = [&](const Channels& c) { return (Channels)((ChannelMask)c & usable); };
-    return {where_usable(vx), where_usable(vy), where_usable(depth), usable};
-  }
+  struct RigidSteps {
+    alignas(64) std::array<float, RigidPoints::kCount> x, y, depth, speed;
+    std::uint32_t usable;
+  };
+  void rigid_steps(std::uint32_t d, const RigidPoints& points, RigidSteps& steps) const;
 
  private:
   struct Motion {

@@ -14,9 +14,7 @@ void resolve_multisample(const ResolveInput& in, Image& target, ResolveCounters&
     }
     // A tile's row of pixels is contiguous in memory.
     const auto width = static_cast<std::uint64_t>(in.pixels.width());
-    const auto address = (static_cast<std::uint64_t>(y - in.region.y0) * static_cast<std::uint64_t>(in.region.width()) +
-                          static_cast<std::uint64_t>(in.pixels.x0 - in.region.x0)) *
-                         kFramePixelBytes;
+    const std::uint64_t address = in.region.index(in.pixels.x0, y) * kFramePixelBytes;
     if (in.charge)
       ledger.write_at(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, address, width * kFramePixelBytes,
                       in.burst_bytes);

@@ -8,7 +8,6 @@
 #include "base/rect.h"
 #include "base/vec.h"
 #include "memory/ledger.h"
-#include "tilecore/resolve/channels.h"
 
 namespace tessera::tilecore {
 
@@ -40,18 +39,10 @@ inline Vec4 mean_of_samples(const Vec3* color, const float* coverage, int spp) {
   return {sum.x * share, sum.y * share, sum.z * share, covered * share};
 }
 
-// The usual four samples, all channels at once; the same bits.
+// The usual four samples without a loop.
 template <int Spp>
 Vec4 mean_of_samples(const Vec3* color, const float* coverage) {
-  static_assert(Spp == 4 && sizeof(Vec3) == 3 * sizeof(float));
-  const float* v = &color[0].x;
-  // The last load begins a float early, so as not to read beyond the pixel.
-  const Channels last = load(v + 8), fourth = __builtin_shufflevector(last, last, 1, 2, 3, 0);
-  Channels sum = (((Channels{} + load(v)) + load(v + 3)) + load(v + 6)) + fourth;
-  sum[3] = (((0.0f + coverage[0]) + coverage[1]) + coverage[2]) + coverage[3];
-  Vec4 mean;
-  store(sum * 0.25f, &mean);
-  return mean;
+  return mean_of_samples(color, coverage, Spp);
 }
 
 void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, memory::Ledger& ledger);

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "base/random.h"
-#include "tilecore/resolve/channels.h"
+#include "tilecore/resolve/block_pixels.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -61,7 +61,7 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
     depth[pixel] = state.z[pixel * n + center_sample];
     patch[pixel] = seen[center_sample];
     // Mostly the four samples see what the pixel before does.
-    if (n == 4 && none(load(seen) ^ static_cast<std::int32_t>(last_patch))) {
+    if (n == 4 && all_are(seen, last_patch)) {
       surface[pixel] = last_surface;
       still[pixel] = last_still;
       continue;

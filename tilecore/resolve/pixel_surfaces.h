@@ -39,10 +39,7 @@ struct PixelSurfaces {
   void gather(const scene::FrameGeometry& frame, const TileSamples& samples, TileState& state,
               const MotionField* motion);
 
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y - pixels.y0) * static_cast<std::size_t>(pixels.width()) +
-           static_cast<std::size_t>(x - pixels.x0);
-  }
+  std::size_t index(int x, int y) const { return pixels.index(x, y); }
 
  private:
   void gather_opaque(const scene::FrameGeometry& frame, const TileState& state, const MotionField* motion);

@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "tilecore/resolve/block_pixels.h"
-#include "tilecore/resolve/channels.h"
 #include "tilecore/resolve/resolve_unit.h"
 
 namespace tessera::tilecore {
@@ -73,16 +72,15 @@ void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, floa
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   const std::uint32_t surface = surfaces_.surface[first];
   if (block.pixels.width() == 4 && block.pixels.height() == 4 && resolve.other_eye.history == nullptr) {
-    ChannelMask others{};
+    block.uniform = true;
     std::uint32_t at_rest = row_bytes(15);
     for (std::size_t j = 0; j < 4; ++j) {
       const std::size_t row = first + j * static_cast<std::size_t>(surfaces_.pixels.width());
       std::uint32_t still = 0;
       std::memcpy(&still, &surfaces_.still[row], sizeof still);
       at_rest &= still;
-      others |= load(&surfaces_.surface[row]) ^ static_cast<std::int32_t>(surface);
+      block.uniform = block.uniform && all_are(&surfaces_.surface[row], surface);
     }
-    block.uniform = none(others);
     if (block.uniform) {
       block.exists = kFullBlock;
       block.seen = surface != 0 ? kFullBlock : BlockMask{0};

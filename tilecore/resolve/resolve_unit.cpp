@@ -20,12 +20,8 @@ struct RectTransfer {
 
   template <class Move>
   void each_row(const Move& move) const {
-    const auto width = static_cast<std::uint64_t>(region.width());
-    for (int y = rect.y0; y < rect.y1; ++y) {
-      const std::uint64_t first =
-          static_cast<std::uint64_t>(y - region.y0) * width + static_cast<std::uint64_t>(rect.x0 - region.x0);
-      move(first * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
-    }
+    for (int y = rect.y0; y < rect.y1; ++y)
+      move(region.index(rect.x0, y) * bytes, static_cast<std::uint64_t>(rect.width()) * bytes);
   }
   void read(memory::Ledger& ledger, memory::Purpose purpose) const {
     each_row([&](std::uint64_t offset, std::uint64_t size) {

@@ -129,10 +129,7 @@ class ResolveUnit {
     const float* depth;
     const std::uint32_t* surface;
     IntRect region;
-    std::size_t index(int x, int y) const {
-      return static_cast<std::size_t>(y - region.y0) * static_cast<std::size_t>(region.width()) +
-             static_cast<std::size_t>(x - region.x0);
-    }
+    std::size_t index(int x, int y) const { return region.index(x, y); }
   };
   // Stencils read pixels of `records` alone.
   void reconstruct(ResolveFrame& resolve, const Block& block, const Records& records);

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
+
+#include "tilecore/resolve/block_pixels.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -64,35 +65,33 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
                        {patch, state_->triangle[s], state_->b1[s], state_->b2[s], 0.0f});
 }
 
-// Four pixels of a row at a time: MotionField::rigid_step() in the same order, element by element.
+// All pixels at a time: MotionField::rigid_step() in the same order, element by element.
 bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds) {
   const std::size_t first = surfaces_->index(block.x0, block.y0),
                     width = static_cast<std::size_t>(surfaces_->pixels.width()),
                     spp = static_cast<std::size_t>(surfaces_->spp);
   const std::uint32_t surface = surfaces_->surface[first];
   if (block.width() != 4 || block.height() != 4 || surface == 0 || (surface & PixelSurfaces::kMixed) != 0) return false;
-  ChannelMask others{};
-  for (std::size_t j = 0; j < 4; ++j)
-    others |= load(&surfaces_->surface[first + j * width]) ^ static_cast<std::int32_t>(surface);
   const std::uint32_t drawable = surface - 1;
-  if (!none(others) || motion_->kind(drawable) != MotionField::Kind::kRigid) return false;
+  for (std::size_t j = 0; j < 4; ++j)
+    if (!all_are(&surfaces_->surface[first + j * width], surface)) return false;
+  if (motion_->kind(drawable) != MotionField::Kind::kRigid) return false;
   const bool rests = !frame_->drawables[drawable].moving && frame_->projection.lens_scale == 0;
   const std::vector<float>&xs = rests ? samples_->x : state_->rest_x, &ys = rests ? samples_->y : state_->rest_y;
-  for (std::size_t j = 0; j < 4; ++j) {
-    const std::size_t pixel = first + j * width, s = pixel * spp + surfaces_->center_sample;
-    const Channels x{xs[s], xs[s + spp], xs[s + 2 * spp], xs[s + 3 * spp]},
-        y{ys[s], ys[s + spp], ys[s + 2 * spp], ys[s + 3 * spp]};
-    const MotionField::RigidSteps steps = motion_->rigid_steps(drawable, x, y, load(&surfaces_->depth[pixel]));
-    const Channels low = __builtin_shufflevector(steps.x, steps.y, 0, 4, 1, 5),
-                   high = __builtin_shufflevector(steps.x, steps.y, 2, 6, 3, 7);
-    std::memcpy(&velocity_[pixel].x, &low, sizeof low), std::memcpy(&velocity_[pixel + 2].x, &high, sizeof high);
-    std::memcpy(&then_depth_[pixel], &steps.depth, sizeof steps.depth);
-    const Channels square = steps.x * steps.x + steps.y * steps.y;
-    for (std::size_t i = 0; i < 4; ++i) {
-      usable_[pixel + i] = steps.usable[i] != 0;
-      speeds[4 * j + i] = std::sqrt(square[i]);
-    }
+  MotionField::RigidPoints points;
+  for (std::size_t i = 0; i < 16; ++i) {
+    const std::size_t pixel = first + i / 4 * width + i % 4, s = pixel * spp + surfaces_->center_sample;
+    points.x[i] = xs[s], points.y[i] = ys[s], points.depth[i] = surfaces_->depth[pixel];
   }
+  MotionField::RigidSteps steps;
+  motion_->rigid_steps(drawable, points, steps);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const std::size_t pixel = first + i / 4 * width + i % 4;
+    velocity_[pixel] = {steps.x[i], steps.y[i]};
+    then_depth_[pixel] = steps.depth[i];
+    usable_[pixel] = steps.usable >> i & 1;
+  }
+  speeds = steps.speed;
   return true;
 }
 

@@ -23,11 +23,7 @@ using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
-HWY_INLINE std::uint32_t mask_bits(M mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(D(), mask, bytes);
-  return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
-}
+HWY_INLINE std::uint32_t mask_bits(M mask) { return tessera::HWY_NAMESPACE::mask_bits(D(), mask); }
 
 HWY_INLINE M lanes_of(std::uint32_t bits) {
   const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8)};

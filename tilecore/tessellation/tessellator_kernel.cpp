@@ -107,9 +107,8 @@ bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object
       hn::StoreU(hn::IfThenElse(good, snap(y[key]), h[key].y.v), d, raster[key].y + i);
       h[key].depth.store(raster[key].z + i);
     }
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, good, bits);
-    for (std::size_t k = 0; k < Lanes::count() && i + k < count; ++k) projected[i + k] = bits[k / 8] >> (k % 8) & 1;
+    const std::uint32_t bits = tessera::HWY_NAMESPACE::mask_bits(d, good);
+    for (std::size_t k = 0; k < Lanes::count() && i + k < count; ++k) projected[i + k] = bits >> k & 1;
     all = all && hn::CountTrue(d, good) == hn::CountTrue(d, valid);
   });
   return all;

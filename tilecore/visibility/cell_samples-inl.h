@@ -39,9 +39,7 @@ HWY_INLINE VI numbers_from(std::size_t first) {
 // One bit per lane, lane 0 the lowest.
 template <class Mask>
 HWY_INLINE std::uint32_t mask_bits(Mask mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(hn::CappedTag<float, 16>(), mask, bytes);
-  return std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8;
+  return simd::mask_bits(hn::CappedTag<float, 16>(), mask);
 }
 
 #if HWY_TARGET == HWY_AVX2

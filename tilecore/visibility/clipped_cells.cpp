@@ -97,8 +97,7 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeR
       ++work.box_tests;
       const IntRect box = touched_pixels(mesh, vertices, effects.motion, projection, samples.pixels);
       for (int y = box.y0; y < box.y1; ++y) {
-        const auto first = static_cast<std::size_t>(
-            ((y - samples.pixels.y0) * samples.pixels.width() + (box.x0 - samples.pixels.x0)) * samples.spp);
+        const std::size_t first = samples.pixels.index(box.x0, y) * static_cast<std::size_t>(samples.spp);
         const auto last = first + static_cast<std::size_t>(box.width() * samples.spp);
         for (std::size_t i = first; i < last; ++i) {
           if (samples.stencil(i) < times.first || samples.stencil(i) > times.last) continue;

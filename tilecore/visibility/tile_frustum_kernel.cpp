@@ -85,10 +85,9 @@ void TouchingTimes(std::span<const Leaf> leaves, const IntRect& pixels, bool mov
       hn::Store(hn::Zero(di), di, first);
       hn::Store(hn::Set(di, 255), di, last);
     }
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, touched, bits);
+    const std::uint32_t bits = tessera::HWY_NAMESPACE::mask_bits(d, touched);
     for (std::size_t k = 0; k < count; ++k)
-      out[l + k] = (bits[0] >> k & 1) != 0 ? TimeRange{first[k], last[k]} : TimeRange{1, 0};
+      out[l + k] = (bits >> k & 1) != 0 ? TimeRange{first[k], last[k]} : TimeRange{1, 0};
   }
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/simd_targets.h"
 #include "tests/tilecore/resolve/window.h"
 #include "tilecore/resolve/advection.h"
 
@@ -328,6 +329,7 @@ TEST(Advection, WithoutAVelocityAtTheFarEndThereIsNoCorrection) {
 // is plain.
 RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t seed)) {
   Random random(seed);
+  const std::vector<std::string> targets = simd_target_names();
   Frames frames(test::below(random, 9), test::below(random, 9));
   const float reach = test::below(random, 2) ? 2.0f : 14.0f;  // within, and out of the region
   const Vec2 way(test::uniform(random, -reach, reach), test::uniform(random, -reach, reach));
@@ -365,9 +367,11 @@ RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t se
   std::array<Vec4, 16> got;
   got.fill(Vec4(-77.0f));
   AdvectionWork work;
+  force_simd_target(targets[seed % targets.size()]);
   const PlainAdvection plain = advect_plain_pixels(
       block, wanted, {frames.color.data(), frames.depth.data(), frames.patch.data(), frames.region, Frames::kSide},
       0.02f, got.data(), 4, work);
+  force_simd_target("");
   RC_ASSERT((plain.taken & ~wanted) == 0);
   AdvectionWork expected_work;
   for (int p = 0; p < 16; ++p) {

@@ -8,7 +8,10 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
+#include "base/simd_targets.h"
 #include "tests/support/captures.h"
 #include "tilecore/resolve/discrepancy.h"
 #include "tilecore/resolve/edge_detector.h"
@@ -98,6 +101,30 @@ TEST(EdgeDetector, EveryPixelOfAWholeBlockCounts) {
   }
   EXPECT_GT(edges, 1000);
   EXPECT_LT(edges, 7000);
+}
+
+TEST(EdgeDetector, EveryInstructionSetJudgesWholeBlocksAsPixelByPixel) {
+  test::Random random(6);
+  const float odd[] = {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), 0.0f, -1.0f, 1e-40f};
+  const std::vector<std::string> targets = simd_target_names();
+  int edges = 0;
+  for (int i = 0; i < 6000; ++i) {
+    Depths d = plane(random.uniform(0.1f, 2.0f), random.uniform(0, 0.02f), random.uniform(0, 0.02f));
+    d[static_cast<std::size_t>(i % 16)] *= 1.0f + random.uniform(-0.03f, 0.03f);
+    for (int n = i % 4; n > 1; --n) d[static_cast<std::size_t>(random.integer(0, 15))] = odd[random.integer(0, 5)];
+    if (i % 50 == 0) d.fill(kInfinity);
+    for (const EdgeMeasure measure : {EdgeMeasure::kDepth, EdgeMeasure::kInverseDepth}) {
+      const bool expected = detect_edge_by_pixel({measure, 0.01f, false}, d.data(), 4, 4, 4);
+      for (const std::string& target : targets) {
+        force_simd_target(target);
+        EXPECT_EQ(edge(d, measure), expected) << target << ", block " << i;
+      }
+      edges += expected;
+    }
+  }
+  force_simd_target("");
+  EXPECT_GT(edges, 3000);
+  EXPECT_LT(edges, 11000);
 }
 
 TEST(EdgeDetector, BlocksCutByTheFrameLookAtWhatTheyHave) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/simd_targets.h"
 #include "tests/tilecore/support.h"
 #include "tilecore/resolve/motion_field.h"
 #include "tilecore/resolve/velocity_buffer.h"
@@ -68,31 +69,40 @@ TEST(MotionField, RigidMotionIsWhatTheVerticesOfBothPosesSay) {
     }
 }
 
-TEST(MotionField, FourPointsAtOnceHaveTheBitsOfEach) {
+TEST(MotionField, PointsOfABlockAtOnceHaveTheBitsOfEach) {
   test::Random random(5);
   for (const bool orthographic : {false, true}) {
     const TestFrame s = scene(DVec3(0.3, -0.2, 0.4), DVec3(0.2, 0.1, -4));
     const auto then = pose(s, 0.2, 0.25, orthographic), now = pose(s, 0.5, 0.55, orthographic);
     const MotionField field(*now, *then);
     ASSERT_EQ(field.kind(0), MotionField::Kind::kRigid);
+    const std::vector<std::string> targets = simd_target_names();
     int unusable = 0;
     for (int n = 0; n < 300; ++n) {
-      Channels x, y, z;
-      for (int i = 0; i < 4; ++i)
-        x[i] = random.uniform(-20, 120), y[i] = random.uniform(-20, 90), z[i] = random.uniform(-3, 12);
-      if (n % 7 == 0) z[n % 4] = n % 2 ? std::numeric_limits<float>::infinity() : 0.0f;
-      const MotionField::RigidSteps four = field.rigid_steps(0, x, y, z);
-      for (int i = 0; i < 4; ++i) {
-        const MotionField::Step one = field.rigid_step(0, {x[i], y[i]}, z[i]);
-        ASSERT_EQ(four.usable[i] != 0, one.usable);
-        ASSERT_EQ(std::bit_cast<std::uint32_t>(float{four.x[i]}), std::bit_cast<std::uint32_t>(one.velocity.x));
-        ASSERT_EQ(std::bit_cast<std::uint32_t>(float{four.y[i]}), std::bit_cast<std::uint32_t>(one.velocity.y));
-        ASSERT_EQ(std::bit_cast<std::uint32_t>(float{four.depth[i]}), std::bit_cast<std::uint32_t>(one.depth));
+      MotionField::RigidPoints points;
+      for (std::size_t i = 0; i < points.kCount; ++i) {
+        points.x[i] = random.uniform(-20, 120), points.y[i] = random.uniform(-20, 90);
+        points.depth[i] = random.uniform(-3, 12);
+      }
+      if (n % 7 == 0)
+        points.depth[static_cast<std::size_t>(n % 16)] = n % 2 ? std::numeric_limits<float>::infinity() : 0.0f;
+      MotionField::RigidSteps all;
+      force_simd_target(targets[static_cast<std::size_t>(n) % targets.size()]);
+      field.rigid_steps(0, points, all);
+      for (std::size_t i = 0; i < points.kCount; ++i) {
+        const MotionField::Step one = field.rigid_step(0, {points.x[i], points.y[i]}, points.depth[i]);
+        const float speed = std::sqrt(one.velocity.x * one.velocity.x + one.velocity.y * one.velocity.y);
+        ASSERT_EQ((all.usable >> i & 1) != 0, one.usable);
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(all.x[i]), std::bit_cast<std::uint32_t>(one.velocity.x));
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(all.y[i]), std::bit_cast<std::uint32_t>(one.velocity.y));
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(all.depth[i]), std::bit_cast<std::uint32_t>(one.depth));
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(all.speed[i]), std::bit_cast<std::uint32_t>(speed));
         unusable += !one.usable;
       }
     }
     EXPECT_GT(unusable, 0);
   }
+  force_simd_target("");
 }
 
 TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {
