@@ -12,7 +12,7 @@ namespace tessera::hardware {
 // frame to frame.
 //
 // Invariants (cited by the tests):
-//   A1  Buffers do not overlap as long as each keeps within its size.
+//   AM1  Buffers do not overlap as long as each keeps within its size.
 class AddressMap {
  public:
   struct Sizes {

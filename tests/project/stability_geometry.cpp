@@ -143,7 +143,7 @@ StabilityTopic binning() {
            "off by one: refuses the last or writes beyond",
            "full means the next does not fit",
            {"binner: ParameterBuffer.ABufferOfExactlyTheNeededSizeSuffices",
-            "binner: ParameterBuffer.P1FullItRefusesAndWhatWasAcceptedIsStillThere"}},
+            "binner: ParameterBuffer.PB1FullItRefusesAndWhatWasAcceptedIsStillThere"}},
           {"buffer full in the middle of a frame",
            "entries are lost, blended layers change their order",
            "partial render or spill; the picture is the same",

@@ -58,7 +58,7 @@ const AdvectionSettings kEverySetting[] = {{Fetch::kBilinear, false},
 
 bool same_bits(const Vec4& a, const Vec4& b) { return std::memcmp(&a.x, &b.x, sizeof(float) * 4) == 0; }
 
-TEST(Advection, StandingStillIsACopyBitForBit) {  // A1
+TEST(Advection, StandingStillIsACopyBitForBit) {  // ADV1
   for (const AdvectionSettings& settings : kEverySetting)
     for (const float zero : {0.0f, -0.0f}) {
       Frames frames;
@@ -78,7 +78,7 @@ TEST(Advection, StandingStillIsACopyBitForBit) {  // A1
     }
 }
 
-TEST(Advection, WholePixelsOfMotionCopyToo) {  // A2
+TEST(Advection, WholePixelsOfMotionCopyToo) {  // ADV2
   for (const AdvectionSettings& settings : kEverySetting)
     for (const auto& [dx, dy] : {std::pair{3, 0}, {-2, 1}, {0, -4}, {4, 4}}) {
       Frames frames;
@@ -90,7 +90,7 @@ TEST(Advection, WholePixelsOfMotionCopyToo) {  // A2
     }
 }
 
-TEST(Advection, TheSameMotionGivesTheSameBitsAnywhereInTheFrame) {  // A3
+TEST(Advection, TheSameMotionGivesTheSameBitsAnywhereInTheFrame) {  // ADV3
   for (const AdvectionSettings& settings : kEverySetting) {
     Frames near(0, 0), far(7000, 3000);
     Random random(4);
@@ -214,7 +214,7 @@ TEST(Advection, UnusableAndNonFiniteVelocitiesAreRefused) {
   }
 }
 
-TEST(Advection, EveryTexelWithAWeightMustShowTheSameSurface) {  // A4
+TEST(Advection, EveryTexelWithAWeightMustShowTheSameSurface) {  // ADV4
   const auto spoil = [](Frames& frames, int x, int y, Advection how) {
     const std::size_t at = frames.index(x, y);
     if (how == Advection::kOtherPatch) frames.patch[at] = 8;
