@@ -9,10 +9,9 @@ namespace {
 
 constexpr std::string_view kHead = R"(# Stability: hard cases
 
-Each case is known to break renderers of this kind: what fails without care, *what is done instead*, and the tests named after the law that holds. They compare with double
-precision or exact arithmetic; most laws have a *twin*, a test that breaks the law on purpose and must notice.
+Each case breaks renderers of this kind: what fails without care, *what is done instead*, the tests, named after the law that holds. Most laws have a *twin*, a test that breaks the law on purpose and must notice.
 
-Made by `build/release/tests/tessera_stability_page`; a test checks that this page is current and that every test exists. Names with `/` have an instance per capture, case or method.
+Made by `build/release/tests/tessera_stability_page`; a test checks that this page is current and that every test exists.
 
 ```sh
 ./tessera test -R 'HardCase|HardCases|Traps'   # by name
