@@ -159,7 +159,7 @@ StabilityTopic input() {
 }
 
 StabilityTopic long_runs() {
-  return {"Long runs",
+  return {"Interruptions and long sequences",
           "",
           {
               {"killed at any moment",
