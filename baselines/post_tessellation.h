@@ -27,9 +27,9 @@ inline constexpr std::uint64_t kBlockHeadBytes = 8;
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes, post_tessellation.cache_bytes.
 // Invariants (cited by the tests):
-//   B1  Every triangle that setup keeps is in the list of every tile that it may touch, once.
-//   B2  A block holds each vertex that its triangles use once, and no other.
-//   B3  What tile cores read was written.
+//   PT1  Every triangle that setup keeps is in the list of every tile that it may touch, once.
+//   PT2  A block holds each vertex that its triangles use once, and no other.
+//   PT3  What tile cores read was written.
 class PostTessellationBinner {
  public:
   PostTessellationBinner(const hardware::GpuConfiguration& gpu, const binner::TileGrid& grid,

@@ -20,8 +20,8 @@ namespace tessera::baselines {
 // overflows().
 //
 // Invariants (cited by the tests):
-//   T1  A list's bytes come back in the order in which they were appended.
-//   T2  Every burst that moves is in the ledger once, under tile_queue.
+//   TB1  A list's bytes come back in the order in which they were appended.
+//   TB2  Every burst that moves is in the ledger once, under tile_queue.
 class TriangleBuffer {
  public:
   TriangleBuffer(const hardware::GpuConfiguration& gpu, binner::TileIndex tile_count);

@@ -12,7 +12,7 @@ namespace tessera::baselines {
 struct TriangleSetup::Corners {
   std::array<double, 6> x{}, y{}, z{}, coc{};
   std::size_t count = 3;
-  double grow = 0;  // S1, with what the tile core's rounding may add
+  double grow = 0;  // TS1, with what the tile core's rounding may add
   double coc_spread = 0;
 };
 

@@ -24,14 +24,14 @@ struct TriangleList {
 // Culls and covers triangles as the fixed-function stages after the domain shader do, for motion and defocus too.
 //
 // Rules:
-//   S1  Where a triangle may be drawn: within `grow` pixels of the hull of its vertices at both keys (vertices move
-//       straight), grow being the largest circle of confusion of a vertex at a key. Its tiles are found as those of
-//       sub-patches: closed rectangle, then edges.
-//   S2  Outside: no tile, or all of it beyond the depth range.
-//   S3  Facing: the area is linear in each vertex's own progress from key to key and in its own shift by the lens, so
-//       its sign is that of the eight combinations of keys when all of them exceed what the lens can change.
-//   S4  Triangles with a vertex that is not projected keep the rectangle of what lies in front of the near plane, and
-//       both sides.
+//   TS1  Where a triangle may be drawn: within `grow` pixels of the hull of its vertices at both keys (vertices move
+//        straight), grow being the largest circle of confusion of a vertex at a key. Its tiles are found as those of
+//        sub-patches: closed rectangle, then edges.
+//   TS2  Outside: no tile, or all of it beyond the depth range.
+//   TS3  Facing: the area is linear in each vertex's own progress from key to key and in its own shift by the lens, so
+//        its sign is that of the eight combinations of keys when all of them exceed what the lens can change.
+//   TS4  Triangles with a vertex that is not projected keep the rectangle of what lies in front of the near plane, and
+//        both sides.
 class TriangleSetup {
  public:
   TriangleSetup(const binner::TileGrid& grid, const scene::Projection& projection)

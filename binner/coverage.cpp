@@ -52,7 +52,7 @@ ExactCoverage::ExactCoverage(const frontend::BoundedSubPatch& sub_patch, const T
 }
 
 void ExactCoverage::add_edge(double x, double y, const Points& points, double grow, double size) {
-  if (x == 0 || y == 0) return;  // C2; also edges of no length
+  if (x == 0 || y == 0) return;  // COV2; also edges of no length
   // Any direction gives a valid test, because the offset is that of the farthest of all points, not of the edge's ends.
   double farthest = -std::numeric_limits<double>::infinity();
   for (const Point& p : points) farthest = std::max(farthest, x * p[0] + y * p[1]);

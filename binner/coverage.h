@@ -12,9 +12,9 @@ namespace tessera::binner {
 // projected corners, so a tile, grown by as much, is missed when one edge of the hull separates the two.
 //
 // Rules:
-//   C1  Closed: a tile that is only touched is covered, as for the rectangle.
-//   C2  Only edges are tested. The sides of the tile are the rectangle's test, which comes first: TileGrid::covered.
-//   C3  Of bodies without a hull (has_hull) every tile is touched.
+//   COV1  Closed: a tile that is only touched is covered, as for the rectangle.
+//   COV2  Only edges are tested. The sides of the tile are the rectangle's test, which comes first: TileGrid::covered.
+//   COV3  Of bodies without a hull (has_hull) every tile is touched.
 //
 // Built once per sub-patch; a test costs two multiplications per edge.
 class ExactCoverage {

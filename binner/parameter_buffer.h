@@ -37,9 +37,9 @@ inline constexpr std::uint64_t kListHeadBytes = 16, kChunkLinkBytes = 8;
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
 // Invariants (cited by the tests):
-//   P1  bytes_in_use() <= capacity unless the policy is to spill: a full buffer refuses, it never drops an entry.
-//   P2  A queue's entries come back in the order in which they were appended.
-//   P3  Every burst that moves is in the ledger once, under tile_queue.
+//   PB1  bytes_in_use() <= capacity unless the policy is to spill: a full buffer refuses, it never drops an entry.
+//   PB2  A queue's entries come back in the order in which they were appended.
+//   PB3  Every burst that moves is in the ledger once, under tile_queue.
 class ParameterBuffer {
  public:
   // Throws UsageError when not even the list heads and one chunk fit.

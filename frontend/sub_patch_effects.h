@@ -27,11 +27,11 @@ inline constexpr std::uint8_t kAllSubPatchEffects = 31;
 // The rules look at one vertex alone, so they depend on no split, tile or neighbour, and open no crack.
 //
 // Invariants (cited by the tests):
-//   E1  Without kEffectMotion every vertex of the sub-patch is projected and has the same bits at both keys.
-//   E2  Without kEffectDefocus every vertex is projected and sharp at all times.
-//   E3  Without kEffectDisplacement every offset that any of its vertices is displaced by, its neighbours' included, is
-//       zero.
-//   E4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
+//   SE1  Without kEffectMotion every vertex of the sub-patch is projected and has the same bits at both keys.
+//   SE2  Without kEffectDefocus every vertex is projected and sharp at all times.
+//   SE3  Without kEffectDisplacement every offset that any of its vertices is displaced by, its neighbours' included,
+//        is zero.
+//   SE4  Without kEffectAlphaTest no point of it has an alpha below its material's cutoff.
 class EffectSelector {
  public:
   EffectSelector(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids)

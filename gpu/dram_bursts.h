@@ -13,8 +13,8 @@ namespace tessera::gpu {
 // evenly over the time that the timing model gives it, what the tile cores do at the same time interleaved.
 //
 // Invariants (cited by the tests):
-//   B1  As many bursts as the frame's ledger has bytes over burst_bytes, reads and writes apart.
-//   B2  Cycles never fall.
+//   DT1  As many bursts as the frame's ledger has bytes over burst_bytes, reads and writes apart.
+//   DT2  Cycles never fall.
 std::vector<memory::Burst> frame_bursts(const MachineModel& model, const memory::AddressMap& map,
                                         std::uint64_t burst_bytes);
 

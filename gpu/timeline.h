@@ -21,8 +21,8 @@ namespace tessera::gpu {
 // begin and a duration are, too). Frames follow each other without a gap.
 //
 // Invariants (cited by the tests):
-//   L1  Slices of a track are disjoint or one holds the other.
-//   L2  The file is JSON, whatever the frames.
+//   TL1  Slices of a track are disjoint or one holds the other.
+//   TL2  The file is JSON, whatever the frames.
 class Timeline {
  public:
   struct Limits {

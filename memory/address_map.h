@@ -13,7 +13,7 @@ namespace tessera::memory {
 // frame to frame.
 //
 // Invariants (cited by the tests):
-//   A1  Buffers do not overlap as long as each keeps within its size.
+//   AM1  Buffers do not overlap as long as each keeps within its size.
 class AddressMap {
  public:
   struct Sizes {

@@ -10,8 +10,8 @@ namespace tessera::memory {
 // bytes [n, n+1) * line size of the emulated memory and belongs to set n modulo the number of sets.
 //
 // Invariants (cited by the tests):
-//   K1  A line hits exactly when fewer than `ways` other lines of its set were used since it was.
-//   K2  Results depend on the sequence of lines alone.
+//   LC1  A line hits exactly when fewer than `ways` other lines of its set were used since it was.
+//   LC2  Results depend on the sequence of lines alone.
 class LineCache {
  public:
   // Sets must be a power of two (check_gpu() sees to it); 0 bytes: never hits.

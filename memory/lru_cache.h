@@ -9,9 +9,9 @@ namespace tessera::memory {
 // largest.
 //
 // Invariants (cited by the tests):
-//   L1  bytes_in_use() <= capacity; what is larger than the capacity passes by and is never kept.
-//   L2  A changed key is written back exactly once after its last change, when it leaves or at the flush.
-//   L3  Capacity 0 never hits; unlimited capacity misses each key once.
+//   LRU1  bytes_in_use() <= capacity; what is larger than the capacity passes by and is never kept.
+//   LRU2  A changed key is written back exactly once after its last change, when it leaves or at the flush.
+//   LRU3  Capacity 0 never hits; unlimited capacity misses each key once.
 class LruCache {
  public:
   static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};

@@ -23,8 +23,8 @@ namespace tessera::reference {
 // that is (x, y) = origin + depth * direction: the one parameter is the depth, and nothing needs clipping.
 //
 // Invariants (cited by the tests):
-//   R1  A box holds its triangles at every time, rounding included.
-//   R2  What a ray hits does not depend on the tree: it is the same as without one.
+//   REF1  A box holds its triangles at every time, rounding included.
+//   REF2  What a ray hits does not depend on the tree: it is the same as without one.
 struct ReferenceScene {
   // Four by four vertices at most: cells of 3 x 3, or a handful of a cluster's triangles.
   static constexpr std::size_t kLeafVertices = 24;

@@ -42,10 +42,10 @@ struct Schedule {
 // `infinitely_fast`: a unit that takes no time. Sequential and in a fixed order: the same bits on every host.
 //
 // Invariants (cited by the tests):
-//   T1  A phase takes at least the cycles of each of its units, and a core has one tile in a phase at a time: no unit
-//       is busy for longer than the frame.
-//   T2  Together the phases never move more than memory_rate() bytes a clock.
-//   T3  Every tile passes every phase once, in order, on one core.
+//   TM1  A phase takes at least the cycles of each of its units, and a core has one tile in a phase at a time: no unit
+//        is busy for longer than the frame.
+//   TM2  Together the phases never move more than memory_rate() bytes a clock.
+//   TM3  Every tile passes every phase once, in order, on one core.
 Schedule schedule_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work,
                         std::optional<Stage> infinitely_fast = std::nullopt);
 

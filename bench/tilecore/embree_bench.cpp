@@ -1,6 +1,6 @@
 // Visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
 //
-//   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes rival.csv and the plots area.svg,
+//   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes embree.csv and the plots area.svg,
 //                                                  blur.svg
 //   tessera_embree_rival --check                   a small picture, no times: do both see the same?
 //   tessera_embree_rival --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
@@ -302,7 +302,7 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
     for (const double blur : {0.0, 8.0, 32.0, 128.0})
       for (const bool lens : {false, true})
         if (!lens || blur == 0 || blur == 32) rows.push_back(measure({area, blur, lens}, rounds, csv));
-  write_file_atomically(folder / "rival.csv", csv);
+  write_file_atomically(folder / "embree.csv", csv);
   plot(folder / "area.svg",
        {"Every object moves 32 pixels, pinhole", "mean triangle area, pixels^2", "ms (log), 2 threads", true}, rows,
        &Row::area, [](const Row& r) { return r.blur == 32 && !r.lens; });

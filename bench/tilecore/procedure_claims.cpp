@@ -325,10 +325,10 @@ void print_costs(const std::string& folder) {
                100.0 * static_cast<double>(s.samples_outside_tile) / static_cast<double>(s.samples),
                best.seconds * 1e3);
   }
-  write_line_plot(folder + "/procedure-cost-objects.svg",
+  write_line_plot(folder + "/objects.svg",
                   {"Cost against the number of objects, 512x512, 16 samples", "objects", "ms", false, true},
                   {objects, sparse});
-  write_line_plot(folder + "/procedure-cost-tiles.svg",
+  write_line_plot(folder + "/tiles.svg",
                   {"Samples against the number of tiles, 512x512, 16 samples", "tiles", "million samples", false, true},
                   {tile_samples});
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README and prints its table of figures: docs/images/make.sh
+# Makes the images of the README and prints its table of figures: docs/images/make.sh
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../..

@@ -19,9 +19,10 @@ enum class AccessorUse { kOther, kVertices, kIndices };
 // document it takes once, however often it is asked for.
 //
 // Invariants (cited by the tests):
-//   C1  Views start at multiples of four, in the order of the chunk, without overlap; less than four bytes lie between.
-//   C2  Views of vertex attributes have a byteStride, a multiple of four; no others have.
-//   C3  A view holds what one accessor, sparse part, Draco stream or image reads and nothing else.
+//   BIN1  Views start at multiples of four, in the order of the chunk, without overlap; less than four bytes lie
+//         between.
+//   BIN2  Views of vertex attributes have a byteStride, a multiple of four; no others have.
+//   BIN3  A view holds what one accessor, sparse part, Draco stream or image reads and nothing else.
 class BinaryChunk {
  public:
   // `source` must outlive the chunk; its accessors and views must have been validated.

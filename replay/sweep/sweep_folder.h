@@ -19,10 +19,10 @@ namespace tessera::replay {
 //   sweep.csv, report.html                       made from these by join_sweep() and the report
 //
 // Invariants (cited by the tests):
-//   W1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
-//   W2  What is in the folder after all points are done follows from the study, the captures and the program alone: not
-//       from how often the sweep was killed, how it was sharded, or the number of threads.
-//   W3  A point whose result is there is not computed again.
+//   SW1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
+//   SW2  What is in the folder after all points are done follows from the study, the captures and the program alone:
+//        not from how often the sweep was killed, how it was sharded, or the number of threads.
+//   SW3  A point whose result is there is not computed again.
 class SweepFolder {
  public:
   explicit SweepFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}

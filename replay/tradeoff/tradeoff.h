@@ -38,10 +38,10 @@ struct TradeoffOptions {
 //   tradeoff.json, tradeoff.csv, report.html   made from these
 //
 // Invariants (cited by the tests):
-//   T1  But for members "host" and what is called after seconds, tradeoff.json follows from the capture, the options
-//       and the program alone.
-//   T2  A front is what no other setting beats in error and in cost; every setting beaten is off it.
-//   T3  A trial or a reference whose result is there is not run again.
+//   TO1  But for members "host" and what is called after seconds, tradeoff.json follows from the capture, the options
+//        and the program alone.
+//   TO2  A front is what no other setting beats in error and in cost; every setting beaten is off it.
+//   TO3  A trial or a reference whose result is there is not run again.
 //
 // {"schema": "tessera.tradeoff/1", "capture", "frame", "size", "settings", "gpu", "reference": Reference::info,
 //  "knobs": [{"name", "title", "context", "against", "watched", "skipped": reason or "",

@@ -43,12 +43,12 @@ class CageError : public std::runtime_error {
 // The topology of a control mesh.
 //
 // Invariants (cited by the tests):
-//   C1  Vertices of the primitive that are one point (weld_points) are one point here, whatever their texture
-//       coordinates and normals.
-//   C2  Every edge has one face, or two that run through it in opposite directions; the faces around a point form one
-//       fan. Points at which a primitive's faces form several fans are split, one point for each, and made infinitely
-//       sharp, so that the fans keep meeting there.
-//   C3  Faces have three or four different points. Sides of no length are left out, and so are faces without area.
+//   CAGE1  Vertices of the primitive that are one point (weld_points) are one point here, whatever their texture
+//          coordinates and normals.
+//   CAGE2  Every edge has one face, or two that run through it in opposite directions; the faces around a point form
+//          one fan. Points at which a primitive's faces form several fans are split, one point for each, and made
+//          infinitely sharp, so that the fans keep meeting there.
+//   CAGE3  Faces have three or four different points. Sides of no length are left out, and so are faces without area.
 struct ControlCage {
   std::vector<std::uint32_t> point_vertex;  // per point: a vertex of the primitive that carries its data
   std::vector<int> face_sizes;
@@ -59,10 +59,10 @@ struct ControlCage {
   std::vector<float> crease_sharpness;
   std::vector<int> corner_points;
   std::vector<float> corner_sharpness;
-  std::size_t split_points = 0;  // added because of C2
+  std::size_t split_points = 0;  // added because of CAGE2
 };
 
-// Throws CageError: a quad whose triangles do not fit together, an edge with faces that C2 cannot separate, a sharp
+// Throws CageError: a quad whose triangles do not fit together, an edge with faces that CAGE2 cannot separate, a sharp
 // edge that is none, more than kMaxValence edges at a point, nothing but faces without area.
 ControlCage build_cage(const Primitive& primitive, const CageRules& rules);
 

@@ -16,13 +16,13 @@ namespace tessera::scene::subdivision {
 // them by number.
 //
 // Invariants (cited by the tests):
-//   M1  What two patches share along an edge or at a corner is one control point, evaluated once: equal bit by bit.
-//   M2  Where all four points of a face are regular (four faces; two on a boundary or crease; one at a sharp corner)
-//       and its surroundings are smooth, the patch is the limit surface of Catmull and Clark.
-//   M3  Patch corners lie on the limit surface everywhere, and at smooth and crease points the control points next to
-//       them lie in its tangent plane: normals agree at patch corners. A crease or boundary is its limit curve, a
-//       cubic B-spline, or straight where both ends are corners.
-//   M4  The weights of a control point sum to 1.
+//   LM1  What two patches share along an edge or at a corner is one control point, evaluated once: equal bit by bit.
+//   LM2  Where all four points of a face are regular (four faces; two on a boundary or crease; one at a sharp corner)
+//        and its surroundings are smooth, the patch is the limit surface of Catmull and Clark.
+//   LM3  Patch corners lie on the limit surface everywhere, and at smooth and crease points the control points next to
+//        them lie in its tangent plane: normals agree at patch corners. A crease or boundary is its limit curve, a
+//        cubic B-spline, or straight where both ends are corners.
+//   LM4  The weights of a control point sum to 1.
 //
 // Limit positions and tangents: Halstead, Kass, DeRose 1993 and Biermann, Levin, Zorin 2000 (creases), in the form of
 // Loop, Schaefer, Ni, Castano 2009, "Approximating subdivision surfaces with Gregory patches for hardware

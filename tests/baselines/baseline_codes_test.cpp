@@ -152,7 +152,7 @@ hardware::GpuConfiguration machine(std::int64_t lines) {
   return gpu;
 }
 
-TEST(TriangleBuffer, T1ListsComeBackAsTheyWereAppendedAcrossChunks) {
+TEST(TriangleBuffer, TB1ListsComeBackAsTheyWereAppendedAcrossChunks) {
   Random random(6);
   TriangleBuffer buffer(machine(7), 9);
   std::map<binner::TileIndex, std::vector<std::uint8_t>> lists;
@@ -182,7 +182,7 @@ TEST(TriangleBuffer, T1ListsComeBackAsTheyWereAppendedAcrossChunks) {
   }
 }
 
-TEST(TriangleBuffer, T2WithRoomForAllBurstsEachLeavesOnceAndWithoutManyLeaveTwice) {
+TEST(TriangleBuffer, TB2WithRoomForAllBurstsEachLeavesOnceAndWithoutManyLeaveTwice) {
   for (const std::int64_t lines : {4096, 2}) {
     TriangleBuffer buffer(machine(lines), 4);  // heads: one burst of 64
     const std::vector<std::uint8_t> block(100, 1), reference(5, 2);
@@ -270,7 +270,7 @@ bool caches_agree(std::uint32_t seed, std::uint64_t capacity, std::uint64_t orac
   return agree && written == oracle.written && cache.bytes_in_use() == 0;
 }
 
-TEST(LruCache, L1L2IsAListInOrderOfUse) {
+TEST(LruCache, LRU1LRU2IsAListInOrderOfUse) {
   std::uint32_t seed = 1;
   for (const std::uint64_t capacity : {0u, 8u, 50u, 104u, 400u, 2000u, 100000u})
     EXPECT_TRUE(caches_agree(seed++, capacity, capacity)) << capacity;
@@ -278,7 +278,7 @@ TEST(LruCache, L1L2IsAListInOrderOfUse) {
 
 TEST(LruCacheTwin, OneByteLessIsCaught) { EXPECT_FALSE(caches_agree(1, 400, 399)); }
 
-TEST(LruCache, L3WithoutCapacityNothingHitsWithUnlimitedEachKeyMissesOnce) {
+TEST(LruCache, LRU3WithoutCapacityNothingHitsWithUnlimitedEachKeyMissesOnce) {
   memory::LruCache none(0), all(memory::LruCache::kUnlimited);
   int none_hits = 0, all_misses = 0;
   for (int n = 0; n < 1000; ++n) {

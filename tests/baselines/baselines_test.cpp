@@ -125,7 +125,7 @@ int missed(const TessellatedPatch& patch, const TriangleSetup& setup, const binn
   return wrong;
 }
 
-TEST(TriangleSetup, S1S3EveryPointOfAMovingDefocusedTriangleLiesInATileOfItsList) {
+TEST(TriangleSetup, TS1TS3EveryPointOfAMovingDefocusedTriangleLiesInATileOfItsList) {
   Random random(1);
   const binner::TileGrid grid(kWidth, kHeight, 16, 16);
   for (const bool moving : {false, true})
@@ -187,7 +187,7 @@ TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
   }
 }
 
-TEST(TriangleSetup, CountsWhatEachTestDrops) {
+TEST(TriangleSetup, CountsWhatEachTestDrops) {  // TS2
   const binner::TileGrid grid(64, 64, 32, 32);
   scene::Projection p = projection(0);
   p.far = 5;
@@ -215,7 +215,7 @@ TEST(TriangleSetup, CountsWhatEachTestDrops) {
   EXPECT_EQ(counters.tile_overlaps, 1u);
 }
 
-TEST(TriangleSetup, S4ATriangleThroughTheNearPlaneKeepsItsVisiblePart) {
+TEST(TriangleSetup, TS4ATriangleThroughTheNearPlaneKeepsItsVisiblePart) {
   const binner::TileGrid grid(64, 64, 32, 32);
   const scene::Projection p = projection(0);
   TessellatedPatch patch;  // homogeneous: two corners in front, one behind the camera
@@ -348,7 +348,7 @@ Binned bin(PostTessellationBinner& post, const std::vector<TessellatedPatch>& sc
   return out;
 }
 
-TEST(PostTessellation, B1B2EveryTileDecodesToItsTrianglesAndBlocksHoldEachVertexOnce) {
+TEST(PostTessellation, PT1PT2EveryTileDecodesToItsTrianglesAndBlocksHoldEachVertexOnce) {
   for (const double lens : {0.0, 12.0}) {
     const binner::TileGrid grid(kWidth, kHeight, 32, 32);
     const scene::Projection p = projection(lens);
@@ -402,7 +402,7 @@ TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
   }
 }
 
-TEST(PostTessellation, B3UnlimitedCacheReadsABlockOnceAndNoCacheEveryTimeItIsNamed) {
+TEST(PostTessellation, PT3UnlimitedCacheReadsABlockOnceAndNoCacheEveryTimeItIsNamed) {
   const binner::TileGrid grid(kWidth, kHeight, 16, 16);
   const scene::Projection p = projection(0);
   std::map<std::int64_t, BaselineCounters> counters;

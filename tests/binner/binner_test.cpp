@@ -150,7 +150,7 @@ std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex que
   return out;
 }
 
-TEST(ParameterBuffer, P1FullItRefusesAndWhatWasAcceptedIsStillThere) {
+TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
   ParameterBuffer buffer(small_gpu(), 8);
   Random random(1);
   std::map<TileIndex, std::vector<std::uint32_t>> accepted;
@@ -176,7 +176,7 @@ TEST(ParameterBuffer, P1FullItRefusesAndWhatWasAcceptedIsStillThere) {
   EXPECT_EQ(buffer.counters().queue_bytes_peak, buffer.bytes_in_use());
 }
 
-TEST(ParameterBuffer, P2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
+TEST(ParameterBuffer, PB2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
   hardware::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer_bytes = 1 << 20;
   ParameterBuffer buffer(gpu, 5);
@@ -205,7 +205,7 @@ TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
   EXPECT_EQ(buffer.counters().spilled_chunks, 4u * 36u - 15u);
 }
 
-TEST(ParameterBuffer, P3TheBurstsOfOneTileAreThoseOfItsBytes) {
+TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
   hardware::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer_bytes = 1 << 16;
   ParameterBuffer buffer(gpu, 1);

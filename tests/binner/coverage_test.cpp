@@ -150,7 +150,7 @@ TEST(TimeSegments, HoldEveryTimeAtWhichTheMovingBoxTouchesTheTile) {
   }
 }
 
-TEST(TileCoverage, AllMethodsTogetherLeaveOutNothingThatIsSeen) {
+TEST(TileCoverage, AllMethodsTogetherLeaveOutNothingThatIsSeen) {  // M3
   const Missed missed = missed_by(binners(methods("exact", true, 7)), 4);
   EXPECT_EQ(missed.tiles, 0);
   EXPECT_EQ(missed.times, 0);
@@ -234,7 +234,7 @@ TileCoverage cover(const BoundedSubPatch& sub_patch, const hardware::GpuConfigur
   return unit.cover(sub_patch, moving, TileGrid(128, 128, 32, 32));
 }
 
-TEST(ExactCoverage, ADiagonalKeepsTheTilesAlongItOnly) {
+TEST(ExactCoverage, ADiagonalKeepsTheTilesAlongItOnly) {  // COV2
   const TileCoverage c = cover(segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}}), methods("exact", false, 1));
   // The way crosses the four tiles of the diagonal, and those below them where it is a pixel below the diagonal.
   EXPECT_EQ(c.covered, 7u);
@@ -243,7 +243,7 @@ TEST(ExactCoverage, ADiagonalKeepsTheTilesAlongItOnly) {
   EXPECT_FALSE(c.at(1, 2).empty());
 }
 
-TEST(ExactCoverage, ATileTouchedInItsCornerOnlyIsCoveredAndOneAHairAwayIsNot) {
+TEST(ExactCoverage, ATileTouchedInItsCornerOnlyIsCoveredAndOneAHairAwayIsNot) {  // COV1
   for (const auto& [shift, covered] : {std::pair{0.0, 4u}, {1.0 / 64, 3u}}) {
     const TileCoverage c =
         cover(segment_between({{{48 + shift, 16}, {16 + shift, 48}, {48 + shift, 16}, {16 + shift, 48}}}),
@@ -259,7 +259,7 @@ TEST(ExactCoverage, BoundsThatEndOnATilesEdgeBelongToBothTiles) {
   EXPECT_EQ(c.covered, 2u);
 }
 
-TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes) {
+TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes) {  // COV3
   BoundedSubPatch crossing = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   crossing.bounds.crosses_near = true;
   BoundedSubPatch odd = crossing;

@@ -39,14 +39,14 @@ struct Posed {
   }
 };
 
-// E1 for one mesh.
+// SE1 for one mesh.
 bool stands_still(const MicroMesh& m) {
   for (std::size_t v = 0; v < m.vertex_count; ++v)
     if (!m.projected[v] || m.x0[v] != m.x1[v] || m.y0[v] != m.y1[v] || m.z0[v] != m.z1[v]) return false;
   return true;
 }
 
-// E2 for one mesh: as the kernels compute the factor, at both keys and between.
+// SE2 for one mesh: as the kernels compute the factor, at both keys and between.
 bool is_sharp(const MicroMesh& m, const scene::Projection& projection) {
   const float focus = static_cast<float>(projection.inverse_focus), most = sharp_factor(projection);
   for (std::size_t v = 0; v < m.vertex_count; ++v)
@@ -58,7 +58,7 @@ bool is_sharp(const MicroMesh& m, const scene::Projection& projection) {
   return true;
 }
 
-TEST(SubPatchEffects, E1AndE2HoldForEverySubPatchThatGoesWithoutMotionOrLens) {
+TEST(SubPatchEffects, SE1AndSE2HoldForEverySubPatchThatGoesWithoutMotionOrLens) {
   std::size_t still = 0, moving = 0, sharp = 0, blurred = 0;
   for (std::uint32_t seed = 1; seed <= 60; ++seed) {
     const Posed scene(test::slow_scene(seed));
@@ -88,7 +88,7 @@ TEST(SubPatchEffects, E1AndE2HoldForEverySubPatchThatGoesWithoutMotionOrLens) {
 }
 
 // The twin: thresholds a few times wider than the tile core's rules leave out what moves and what is blurred.
-TEST(SubPatchEffects, AnElisionThatLeavesOutTooMuchBreaksE1AndE2) {
+TEST(SubPatchEffects, AnElisionThatLeavesOutTooMuchBreaksSE1AndSE2) {
   std::size_t wrong_still = 0, wrong_sharp = 0;
   for (std::uint32_t seed = 1; seed <= 60; ++seed) {
     const Posed scene(test::slow_scene(seed));
@@ -110,7 +110,7 @@ TEST(SubPatchEffects, AnElisionThatLeavesOutTooMuchBreaksE1AndE2) {
   EXPECT_GT(wrong_sharp, 0u);
 }
 
-TEST(SubPatchEffects, E3SubPatchesWithoutDisplacementHaveTheSameVerticesWithAndWithoutIt) {
+TEST(SubPatchEffects, SE3SubPatchesWithoutDisplacementHaveTheSameVerticesWithAndWithoutIt) {
   std::size_t flat = 0, displaced = 0, different = 0;
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     const Posed scene(test::partly_displaced_scene(seed));
@@ -129,7 +129,7 @@ TEST(SubPatchEffects, E3SubPatchesWithoutDisplacementHaveTheSameVerticesWithAndW
   EXPECT_GT(different, 50u);  // leaving displacement out everywhere would be noticed
 }
 
-TEST(SubPatchEffects, E4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
+TEST(SubPatchEffects, SE4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
   std::size_t opaque = 0, tested = 0, below = 0;
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     const Posed scene(test::masked_scene(seed));

@@ -166,7 +166,7 @@ int screen_violations(std::uint32_t seed, Twin twin) {
   return violations;
 }
 
-TEST(ScreenBounds, HoldEveryMovingDefocusedPointAlsoAcrossTheCameraPlane) {
+TEST(ScreenBounds, HoldEveryMovingDefocusedPointAlsoAcrossTheCameraPlane) {  // M3
   EXPECT_EQ(screen_violations(11, Twin::kHonest), 0);
 }
 

@@ -330,7 +330,7 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
 class SubPatchBounds : public testing::TestWithParam<std::tuple<int, int>> {};
 
 // Together the instances make more than ten million checks.
-TEST_P(SubPatchBounds, HoldEveryPointOfTheDisplacedMovingDefocusedPatch) {
+TEST_P(SubPatchBounds, HoldEveryPointOfTheDisplacedMovingDefocusedPatch) {  // M3
   const auto kind = static_cast<Hard>(std::get<0>(GetParam()));
   const auto method = static_cast<BoundMethod>(std::get<1>(GetParam()));
   Random random(100 + static_cast<std::uint32_t>(std::get<0>(GetParam())));

@@ -102,7 +102,7 @@ TEST(Procedures, AnotherProcedureIsAnotherPicture) {  // the twin of the law abo
   EXPECT_LT(decibels(sampled, render(capture, {"tessellated"})), 38);
 }
 
-TEST(Procedures, PicturesFollowFromTheSceneAlone) {  // C1
+TEST(Procedures, PicturesFollowFromTheSceneAlone) {  // SC1
   for (const bool moving : {false, true}) {
     const scene::Capture capture = mixed_scene(moving);
     const FrameResult plain = render(capture, {.spp = 4});
@@ -130,7 +130,7 @@ TEST(Procedures, CountersDoNotDependOnThreadsOrInstructionSet) {
 
 // ---- Drawn with lines -------------------------------------------------------------------------------------------
 
-TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // C1
+TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // SC1
   const scene::Capture capture = mixed_scene(false);
   const FrameResult plain = render(capture, {.spp = 4, .style = "lines"});
   EXPECT_GT(plain.counters.sampling.strokes, 0u);

@@ -11,7 +11,7 @@
 namespace tessera::memory {
 namespace {
 
-// Invariant K1, said another way: a list of lines per set, the newest in front.
+// Invariant LC1, said another way: a list of lines per set, the newest in front.
 struct PlainCache {
   std::size_t sets, ways;
   std::vector<std::list<std::uint32_t>> lists = std::vector<std::list<std::uint32_t>>(sets);
@@ -37,7 +37,7 @@ int disagreements(LineCache& cache, PlainCache plain, std::uint32_t seed) {
   return wrong;
 }
 
-TEST(LineCache, KeepsTheLinesOfASetThatWereUsedLast) {
+TEST(LineCache, KeepsTheLinesOfASetThatWereUsedLast) {  // LC2
   for (const auto& [sets, ways] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 8}, {16, 1}, {16, 4}, {64, 3}}) {
     LineCache cache(static_cast<std::int64_t>(sets * ways * 64), static_cast<std::int64_t>(ways), 64);
     EXPECT_EQ(disagreements(cache, {sets, ways}, 3), 0);
@@ -52,7 +52,7 @@ TEST(LineCache, KeepsTheLinesOfASetThatWereUsedLast) {
   EXPECT_FALSE(none.use(1));
 }
 
-// Invariant A1.
+// Invariant AM1.
 TEST(AddressMap, BuffersDoNotOverlap) {
   const AddressMap::Sizes sizes{100000, 5000000, 1920 * 1080 * 8, 510, 81920};
   const AddressMap map(sizes);

@@ -395,41 +395,45 @@ TEST(Readme, ItsComparisonIsThatOfAReplay) {
       testing::HasSubstr("| counter | pre-tessellation | patch-whole | post-tessellation | immediate | post / pre |"));
 }
 
+// Rows of a CSV file without quoted cells, by the names of its columns.
+std::vector<std::map<std::string, std::string>> csv_rows(const fs::path& file) {
+  const auto cells_of = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  const std::vector<std::string> lines = lines_of(read_text(file));
+  if (lines.empty()) return {};
+  const std::vector<std::string> names = cells_of(lines[0]);
+  std::vector<std::map<std::string, std::string>> rows;
+  for (std::size_t l = 1; l < lines.size(); ++l) {
+    const std::vector<std::string> cells = cells_of(lines[l]);
+    std::map<std::string, std::string> row;
+    for (std::size_t c = 0; c < names.size(); ++c) row[names[c]] = c < cells.size() ? cells[c] : "";
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 TEST(ShadingPage, ItsInvocationsAreThoseOfReplays) {
-  static const std::regex kRow("^\\| ([a-z]+) \\| cache \\| ([0-9 ]+) \\| ([0-9 ]+) \\| ([0-9 ]+) \\|.*");
   int rows = 0;
-  for (const std::string& line : lines_of(read_text(kRoot / "docs" / "shading.md"))) {
-    std::smatch match;
-    if (!std::regex_match(line, match, kRow)) continue;
+  for (const auto& row : csv_rows(kRoot / "docs" / "images" / "shading" / "rates.csv")) {
+    if (row.at("rate") != "cache") continue;
     const test::TemporaryFolder out;
-    ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture(match[1]).string(), "--set", "shading.rate=cache",
-                                 "--quiet", "--out", out.path().string()})
+    ASSERT_EQ(test::run_tessera({"replay", test::shipped_capture(row.at("capture")).string(), "--set",
+                                 "shading.rate=cache", "--quiet", "--out", out.path().string()})
                   .status,
               0);
     const nlohmann::json counters = nlohmann::json::parse(read_text(out / "stats.json"))["total"]["counters"];
-    EXPECT_EQ(number_of(match[2]), counters["tilecore.samples_visible"].get<std::uint64_t>())
-        << match[1] << ": run docs/images/shading.sh";
-    EXPECT_EQ(number_of(match[3]), counters["tilecore.pixel_shader_invocations"].get<std::uint64_t>())
-        << match[1] << ": run docs/images/shading.sh";
-    EXPECT_EQ(number_of(match[4]), counters["tilecore.pixel_shader_invocations_saved"].get<std::uint64_t>())
-        << match[1] << ": run docs/images/shading.sh";
+    for (const auto& [column, counter] : {std::pair{"samples_visible", "tilecore.samples_visible"},
+                                          {"invocations", "tilecore.pixel_shader_invocations"},
+                                          {"invocations_saved", "tilecore.pixel_shader_invocations_saved"}})
+      EXPECT_EQ(number_of(row.at(column)), counters[counter].get<std::uint64_t>())
+          << row.at("capture") << ", " << column << ": run docs/images/shading/make.sh";
     ++rows;
   }
   EXPECT_EQ(rows, 4);
-}
-
-// The row of a table of numbers as the numbers; "12 345" is one. Empty for another line.
-std::vector<double> numbers_of_row(const std::string& line) {
-  static const std::regex kNumber("[0-9][0-9 ]*(\\.[0-9]+)?");
-  std::vector<double> numbers;
-  if (!line.starts_with("| ") || !line.ends_with(" |")) return numbers;
-  std::istringstream stream(line.substr(2, line.size() - 4));
-  for (std::string cell; std::getline(stream, cell, '|');) {
-    cell.erase(std::remove(cell.begin(), cell.end(), ' '), cell.end());
-    if (!std::regex_match(cell, kNumber)) return {};
-    numbers.push_back(std::stod(cell));
-  }
-  return numbers;
 }
 
 nlohmann::json study_replay(int tile, int depth, bool baselines) {
@@ -450,39 +454,38 @@ nlohmann::json study_replay(int tile, int depth, bool baselines) {
 }
 
 TEST(BinningStudy, ItsTablesAreThoseOfReplays) {
+  const fs::path folder = kRoot / "docs" / "images" / "studies";
   int tiles = 0, depths = 0;
-  for (const std::string& line : lines_of(read_text(kRoot / "docs" / "study_binning.md"))) {
-    const std::vector<double> row = numbers_of_row(line);
-    if (row.size() != 9) continue;
-    // The table over tiles begins with a side, which is at least 16; that over depths with a depth, at most 12.
-    if (row[0] >= 16) {
-      const nlohmann::json of = study_replay(static_cast<int>(row[0]), 0, true)["baselines"];
-      const auto value = [&](const char* scheme, const char* counter) { return of[scheme][counter].get<double>(); };
-      const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"),
-                   post = value("post-tessellation", "baseline.queue_bytes_peak");
-      EXPECT_EQ(row[1], pre);
-      EXPECT_EQ(row[2], value("patch-whole", "baseline.queue_bytes_peak"));
-      EXPECT_EQ(row[3], post);
-      EXPECT_NEAR(row[4], post / pre, 0.051);
-      EXPECT_EQ(row[5], value("pre-tessellation", "baseline.dram_bytes"));
-      EXPECT_EQ(row[6], value("patch-whole", "baseline.dram_bytes"));
-      EXPECT_EQ(row[7], value("post-tessellation", "baseline.dram_bytes"));
-      EXPECT_NEAR(row[8], row[7] / row[5], 0.0051);
-      ++tiles;
-    } else {
-      const nlohmann::json frame = study_replay(32, static_cast<int>(row[0]), false);
-      const nlohmann::json& counters = frame["counters"];
-      const char* const names[] = {"frontend.sub_patches", "binner.entries", "binner.queue_bytes_peak"};
-      for (std::size_t c = 0; c < 3; ++c)
-        EXPECT_EQ(row[c + 1], counters[names[c]].get<double>()) << names[c] << ": run docs/images/studies/make.sh";
-      EXPECT_EQ(row[5], counters["tilecore.domain_evaluations"].get<double>());
-      double bytes = 0;
-      for (const nlohmann::json& part : frame["dram"])
-        if (part["purpose"] != "texture")
-          bytes += part["read_bytes"].get<double>() + part["written_bytes"].get<double>();
-      EXPECT_EQ(row[8], bytes);
-      ++depths;
-    }
+  for (const auto& row : csv_rows(folder / "tiles.csv")) {
+    const auto said = [&](const char* column) { return std::stod(row.at(column)); };
+    const nlohmann::json of = study_replay(static_cast<int>(said("tile")), 0, true)["baselines"];
+    const auto value = [&](const char* scheme, const char* counter) { return of[scheme][counter].get<double>(); };
+    const double pre = value("pre-tessellation", "baseline.queue_bytes_peak"),
+                 post = value("post-tessellation", "baseline.queue_bytes_peak");
+    EXPECT_EQ(said("pre_queue_bytes"), pre);
+    EXPECT_EQ(said("patch_whole_queue_bytes"), value("patch-whole", "baseline.queue_bytes_peak"));
+    EXPECT_EQ(said("post_queue_bytes"), post);
+    EXPECT_NEAR(said("post_over_pre_queues"), post / pre, 0.051);
+    EXPECT_EQ(said("pre_traffic_bytes"), value("pre-tessellation", "baseline.dram_bytes"));
+    EXPECT_EQ(said("patch_whole_traffic_bytes"), value("patch-whole", "baseline.dram_bytes"));
+    EXPECT_EQ(said("post_traffic_bytes"), value("post-tessellation", "baseline.dram_bytes"));
+    EXPECT_NEAR(said("post_over_pre_traffic"), said("post_traffic_bytes") / said("pre_traffic_bytes"), 0.0051);
+    ++tiles;
+  }
+  for (const auto& row : csv_rows(folder / "depths.csv")) {
+    const auto said = [&](const char* column) { return std::stod(row.at(column)); };
+    const nlohmann::json frame = study_replay(32, static_cast<int>(said("depth")), false);
+    const nlohmann::json& counters = frame["counters"];
+    for (const auto& [column, counter] : {std::pair{"sub_patches", "frontend.sub_patches"},
+                                          {"entries", "binner.entries"},
+                                          {"queue_bytes_peak", "binner.queue_bytes_peak"},
+                                          {"domain_evaluations", "tilecore.domain_evaluations"}})
+      EXPECT_EQ(said(column), counters[counter].get<double>()) << column << ": run docs/images/studies/make.sh";
+    double bytes = 0;
+    for (const nlohmann::json& part : frame["dram"])
+      if (part["purpose"] != "texture") bytes += part["read_bytes"].get<double>() + part["written_bytes"].get<double>();
+    EXPECT_EQ(said("traffic_bytes"), bytes);
+    ++depths;
   }
   EXPECT_EQ(tiles, 4);
   EXPECT_EQ(depths, 5);
@@ -508,7 +511,7 @@ TEST(ShippedCaptures, AreWhatTheirSourcesMakeAndSmall) {
                          (kRoot / "captures" / "make.sh").string(), out.path().string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   std::uintmax_t bytes = 0;
-  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"}) {
+  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll", "workshop"}) {
     EXPECT_TRUE(read_text(out / (std::string(name) + ".glb")) == read_text(test::shipped_capture(name)))
         << name << " differs: run captures/make.sh";
     bytes += fs::file_size(test::shipped_capture(name));

@@ -7,23 +7,25 @@
 namespace tessera {
 namespace {
 
-constexpr std::string_view kHead = R"(# Stability: hard cases and what is done about them
+constexpr std::string_view kHead = R"(# Stability: hard cases
 
-Every case below is known to break renderers of this kind, and has a test that is named after the law that holds all the same. Tests run in float against
-double precision or exact arithmetic where there is a number to compare; most laws have a *twin*, a test in which the law is broken on purpose and must be
-found broken.
+Each case breaks renderers of this kind: what fails without care, *what is done instead*, the tests, named after the law that holds. Most laws have a *twin*, a test that breaks the law on purpose and must notice.
 
-Made by `build/release/tests/tessera_stability_page`; a test checks that this page is current and that every test named here exists.
+Made by `build/release/tests/tessera_stability_page`; a test checks that this page is current and that every test exists.
 
 ```sh
 ./tessera test -R 'HardCase|HardCases|Traps'   # by name
 ./tessera test -L sanitizers                   # address and undefined-behaviour sanitizers: base, frontend, binner, tilecore
 ./tessera test -L fuzz                         # every fuzz target for ten seconds
-./tessera fuzz                                 # every fuzz target for a minute; `./tessera fuzz draco 3600`: one for an hour
+./tessera fuzz draco 3600                      # one target for an hour; without arguments all, a minute each
 ```
-
-A test is `folder: Suite.Law`; it stands in `tests/` in the folder of that name. Names with `/` in front have one instance per capture, case or method.
 )";
+
+// "Suite.Law" of "folder: Suite.Law"; fuzz targets have no other name than that of ctest.
+std::string_view short_name(std::string_view test) {
+  const std::size_t colon = test.find(": ");
+  return test.starts_with("fuzz: ") || colon == std::string_view::npos ? test : test.substr(colon + 2);
+}
 
 bool begins(std::string_view name, std::string_view beginning) {
   if (!name.starts_with(beginning)) return false;
@@ -48,11 +50,11 @@ std::string stability_page() {
   for (const StabilityTopic& topic : stability_topics()) {
     page += fmt::format("\n## {}\n\n", topic.title);
     if (!topic.remark.empty()) page += fmt::format("{}\n\n", topic.remark);
-    page += "| case | what could go wrong | what is done | test |\n|---|---|---|---|\n";
     for (const StabilityCase& row : topic.cases) {
-      std::string tests;
-      for (const std::string_view test : row.tests) tests += fmt::format("{}`{}`", tests.empty() ? "" : "<br>", test);
-      page += fmt::format("| {} | {} | {} | {} |\n", row.name, row.wrong, row.done, tests);
+      page += fmt::format("- **{}**: {}; *{}*.", row.name, row.wrong, row.done);
+      for (const std::string_view test : row.tests)
+        page += fmt::format("{}`{}`", test == row.tests.front() ? " " : ", ", short_name(test));
+      page += "\n";
     }
   }
   return page;

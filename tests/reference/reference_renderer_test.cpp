@@ -167,7 +167,7 @@ TEST(Reference, SlopeIsTheExponentOfAPowerLaw) {
   EXPECT_NEAR(convergence_slope(samples, {1, 0.25, 0.0625}), -1, 1e-12);
 }
 
-// ---- The tree (R1, R2) ------------------------------------------------------------------------------------------
+// ---- The tree (REF1, REF2) ------------------------------------------------------------------------------------------
 
 // Packets of rays of neighbouring samples, as the renderer makes them, all over the picture.
 std::vector<RayPacket> packets_over(const ReferenceScene& scene, int count, std::uint32_t seed) {
@@ -202,7 +202,7 @@ int differences(const ReferenceScene& scene, std::vector<RayPacket> packets) {
   return different;
 }
 
-TEST(ReferenceTree, FindsWhatAllTrianglesOneByOneGive) {
+TEST(ReferenceTree, FindsWhatAllTrianglesOneByOneGive) {  // REF2
   for (const auto& [name, number] : {std::pair<const char*, int>{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
     const Capture capture = shipped(name);
     const Posed posed(capture, 64, 36, number, 8.0);
@@ -216,7 +216,7 @@ TEST(ReferenceTree, FindsWhatAllTrianglesOneByOneGive) {
   }
 }
 
-TEST(ReferenceTree, BoxesHoldTheirTrianglesAtEveryTime) {
+TEST(ReferenceTree, BoxesHoldTheirTrianglesAtEveryTime) {  // REF1
   const Capture capture = shipped("flyby");
   const Posed posed(capture, 64, 36, 0, 8.0);
   const ReferenceScene scene(*posed.frame);

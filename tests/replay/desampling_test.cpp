@@ -72,7 +72,7 @@ TEST(Desampling, OffLeavesNoTraceInPictureOrStatistics) {
     EXPECT_EQ(off.counters.ledger.traffic(memory::Unit::kResolve, purpose).written_bytes, 0u);
 }
 
-// U3: with thresholds that leave every block at its full rate the unit runs, and changes nothing.
+// RU3: with thresholds that leave every block at its full rate the unit runs, and changes nothing.
 TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
   for (const char* name : {"eggs", "serpent", "flyby", "vases"}) {
     const Capture capture = shipped(name);
@@ -90,7 +90,7 @@ TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
   }
 }
 
-TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {
+TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {  // RU3
   Machine m;
   m.request.resolve_auxiliary = true;
   for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"}) {
@@ -117,7 +117,7 @@ TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {
   }
 }
 
-// D2 of the shader, with what is skipped.
+// DS2 of the shader, with what is skipped.
 TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadingWouldTake) {
   for (const char* rate : {"pixel", "sample", "cache"}) {
     const Capture capture = shipped("eggs");
@@ -187,7 +187,7 @@ TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
   }
 }
 
-// U1, U2. BFECC reads velocities of the tile, and stencils that stop at its border know it: those two are the failing
+// RU1, RU2. BFECC reads velocities of the tile, and stencils that stop at its border know it: those two are the failing
 // twins.
 TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   const Capture capture = shipped("stroll");
@@ -363,6 +363,35 @@ TEST(Desampling, ObjectsEnterAndLeaveTheFrameWithoutTrails) {
   EXPECT_GT(outside, 0u);
 }
 
+// RU4, RU5. A quarter of the pixels is rendered whatever they see; an outline is narrower than the distance between them.
+TEST(Desampling, PixelsThatSeeNothingOrHaveNoRenderedPixelOfTheirSurfaceBesideThemAreShaded) {
+  const Slide slide(3.3);
+  Machine m;
+  m.set("resolve.desampling=fixed_4");
+  m.request.resolve_auxiliary = true;
+  const auto expected = plain().frames(slide.capture, 8, 14), got = m.frames(slide.capture, 8, 14);
+  std::uint64_t empty = 0, forced = 0;
+  for (std::size_t f = 0; f < got.size(); ++f) {
+    const auto alpha = [&](int x, int y) { return expected[f].targets.color.at(x, y)[3]; };
+    const auto shaded = [&](int x, int y) { return got[f].targets.origin.at(x, y)[0] == 0.0f; };
+    for (int y = 0; y < 90; ++y)
+      for (int x = 0; x < 160; ++x) {
+        if (alpha(x, y) == 0.0f) {
+          ++empty;
+          ASSERT_TRUE(shaded(x, y)) << x << " " << y;
+        }
+        if (shaded(x, y)) continue;
+        bool source = false;  // a rendered pixel of the same surface in the block
+        for (int j = y & ~3; j < std::min(90, (y & ~3) + 4); ++j)
+          for (int i = x & ~3; i < (x & ~3) + 4; ++i) source = source || (shaded(i, j) && alpha(i, j) == alpha(x, y));
+        ASSERT_TRUE(source) << x << " " << y;
+      }
+    forced += counters(got[f]).pixels_forced;
+  }
+  EXPECT_GT(empty, 10000u);
+  EXPECT_GT(forced, 0u);
+}
+
 // ---- Long runs --------------------------------------------------------------------------------------------------
 
 double error_at(const Slide& slide, const Machine& machine, const std::vector<int>& wanted,
@@ -471,7 +500,7 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
             0u);
 }
 
-// U6. Who does not advect reads no records; who knows no hysteresis either reads nothing at all.
+// RU6. Who does not advect reads no records; who knows no hysteresis either reads nothing at all.
 TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   const Capture capture = shipped("stroll");
   const auto third_frame = [&](std::initializer_list<const char*> settings) {

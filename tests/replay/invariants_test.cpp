@@ -94,7 +94,7 @@ class ShippedCapture : public testing::TestWithParam<const char*> {
 };
 
 // Invariant 1: the picture is a matter of geometry and samples alone.
-TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
+TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {  // M1
   const gpu::FrameResult expected = render(capture, {}, frame);
   std::vector<Variant> variants;
   for (const int side : {8, 16, 64, 256}) {
@@ -119,7 +119,7 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {
 }
 
 // Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
-TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {
+TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {  // M1
   const gpu::FrameResult expected = render(capture, plainest_binning({}), frame);
   for (const Variant& v : binning_variants()) {
     const gpu::FrameResult result = render(capture, v, frame);
@@ -155,7 +155,7 @@ std::vector<Variant> front_end_variants() {
 }
 
 // Also invariant 1, and zero false culls: what is dropped could not have been seen.
-TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {
+TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {  // M1
   Variant plain;
   plain.gpu.frontend_bound_method = "obb";
   plain.gpu.frontend_split_depth = 0;
@@ -182,7 +182,7 @@ std::vector<Variant> visibility_variants() {
 
 // Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of
 // it.
-TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {
+TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {  // M2
   const gpu::RenderRequest request = whole(96, 54);
   const gpu::FrameResult expected = render(capture, {}, frame, request);
   for (Variant v : visibility_variants())
@@ -222,7 +222,7 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
 }
 
 // Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
-TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {
+TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {  // M5
   const gpu::FrameResult expected = render(capture, {}, frame);
   std::vector<Variant> variants = {
       {"again", {}, {}, 0, ""}, {"one thread", {}, {}, 1, ""}, {"three threads", {}, {}, 3, ""}};
@@ -235,7 +235,7 @@ TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters)
 }
 
 // Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same picture.
-TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {
+TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {  // M4
   const gpu::FrameResult expected = render(capture, {}, frame);
   for (const auto& [motion, defocus] : {std::pair{"on", "auto"}, {"auto", "on"}, {"on", "on"}}) {
     Variant v;
@@ -267,7 +267,7 @@ TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
 INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vases", "serpent", "flyby"),
                          [](const auto& param_info) { return std::string(param_info.param); });
 
-TEST(PartialRender, IsCountedAndLosesNothing) {
+TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   Variant tiny;
   tiny.gpu.parameter_buffer_bytes = 4096;

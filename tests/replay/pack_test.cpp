@@ -604,14 +604,14 @@ TEST(Pack, ItMakesFoldersOverwritesFilesAndLeavesNothingElse) {
   EXPECT_EQ(files_in(folder / "a" / "b"), std::set<std::string>{"x.glb"});
 }
 
-TEST(ShippedCaptures, KeepTheRulesOfGltfWriters) {
+TEST(ShippedCaptures, KeepTheRulesOfGltfWriters) {  // BIN1, BIN2, BIN3
   for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll"})
     EXPECT_THAT(glb_faults(read_text(shipped_capture(name))), IsEmpty()) << name;
 }
 
 // ---- The rules themselves -----------------------------------------------------------------------------------------
 
-TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {
+TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {  // BIN1, BIN2, BIN3
   const Packed p(animated_grid());
   const auto expect_fault = [&](const char* fault, const std::function<void(json&)>& change) {
     GlbParts parts = p.parts;

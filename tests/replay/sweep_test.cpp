@@ -135,7 +135,7 @@ TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   }
 }
 
-// Invariant W2.
+// Invariant SW2.
 TEST_F(Sweep, TheFolderIsTheSameForAnyNumberOfThreadsAndPointsAtOnce) {
   json study = small_study();
   study["pictures"] = true;
@@ -151,7 +151,7 @@ TEST_F(Sweep, TheFolderIsTheSameForAnyNumberOfThreadsAndPointsAtOnce) {
   EXPECT_EQ(one, contents("wide"));
 }
 
-// Invariants W1 and W2.
+// Invariants SW1 and SW2.
 TEST_F(Sweep, KilledAndStartedAgainGivesTheSameBytes) {
   json study = small_study();
   study["size"] = "320x180";
@@ -180,7 +180,7 @@ TEST_F(Sweep, WhatAKilledRunLeftHalfWrittenIsRemoved) {
   for (const auto& [name, bytes] : contents("out")) EXPECT_FALSE(name.ends_with(".part")) << name;
 }
 
-// Invariant W3.
+// Invariant SW3.
 TEST_F(Sweep, NothingIsRenderedTwice) {
   write_study(small_study());
   EXPECT_THAT(sweep("out").output, HasSubstr("12 points: 0 were there, 12 rendered"));

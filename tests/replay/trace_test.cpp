@@ -58,7 +58,7 @@ std::set<std::string> names(const json& trace, const char* phase, const char* ke
 
 std::string capture(const char* name) { return test::shipped_capture(name).string(); }
 
-// Invariants L1 and L2.
+// Invariants TL1 and TL2.
 TEST(Trace, IsJsonWhoseSlicesNestWithATrackForEveryUnit) {
   const test::TemporaryFolder out;
   for (const char* gpu : {"small", "middle", "large"}) {
@@ -136,7 +136,7 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
             counters["dram.read_bytes"].get<std::uint64_t>() + counters["dram.written_bytes"].get<std::uint64_t>());
 }
 
-TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {
+TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {  // DT1, DT2
   const test::TemporaryFolder out;
   for (const auto& [name, desampling] :
        {std::pair{"d.trace", "off"}, {"d.ramulator", "off"}, {"d.trace", "adaptive"}}) {

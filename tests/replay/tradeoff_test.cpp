@@ -35,7 +35,7 @@ bool beats(const ErrorAndCost& b, const ErrorAndCost& a) {
   return b.error <= a.error && b.cost <= a.cost && (b.error < a.error || b.cost < a.cost);
 }
 
-TEST(ParetoFront, IsWhatNoOtherPointBeats) {
+TEST(ParetoFront, IsWhatNoOtherPointBeats) {  // TO2
   test::Random random(3);
   for (int round = 0; round < 50; ++round) {
     std::vector<ErrorAndCost> points;
@@ -191,7 +191,7 @@ class TradeoffCommand : public testing::Test {
 
 const std::vector<std::string> kSome = {"--knobs", "samples,lens_points,displacement,arithmetic,desampling", "--quiet"};
 
-TEST_F(TradeoffCommand, FollowsFromItsInputsButForTimes) {
+TEST_F(TradeoffCommand, FollowsFromItsInputsButForTimes) {  // TO1
   std::vector<std::string> one = kSome, two = kSome;
   one.insert(one.end(), {"--threads", "1"});
   two.insert(two.end(), {"--threads", "2"});
@@ -201,7 +201,7 @@ TEST_F(TradeoffCommand, FollowsFromItsInputsButForTimes) {
   EXPECT_NE(result("a"), result("b")) << "the twin: times differ";
 }
 
-TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {
+TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {  // TO3
   ASSERT_EQ(run("a", kSome).status, 0);
   const auto first = files("a");
   const json before = result("a");

@@ -50,7 +50,7 @@ void expect_refused(const BrokenCapture& broken) {
 
 class BrokenCaptures : public testing::TestWithParam<BrokenClass> {};
 
-TEST_P(BrokenCaptures, AreRefusedInOneLineThatNamesFilePlaceAndFault) {
+TEST_P(BrokenCaptures, AreRefusedInOneLineThatNamesFilePlaceAndFault) {  // M6
   for (const BrokenCapture& broken : GetParam().captures) expect_refused(broken);
 }
 

@@ -151,7 +151,7 @@ Shared shared_edges(const Primitive& patches) {
   return out;
 }
 
-// ---- Exactness (M2, M3) -----------------------------------------------------------------------------------------
+// ---- Exactness (LM2, LM3) -----------------------------------------------------------------------------------------
 
 TEST(CatmullClark, RegularFacesAreTheBicubicBSplinePatch) {
   Cage cage = test::grid_cage(5, 4, 0.8f, 1);
@@ -218,7 +218,7 @@ TEST(CatmullClark, CornersOfACubeAreWhereTheFormulaPutsThem) {
       }
 }
 
-// ---- Sharpness (M3) ---------------------------------------------------------------------------------------------
+// ---- Sharpness (LM3) ---------------------------------------------------------------------------------------------
 
 TEST(CatmullClark, ACubeOfInfinitelySharpEdgesStaysACube) {
   for (const int levels : {0, 2}) {
@@ -288,7 +288,7 @@ TEST(CatmullClark, TheBoundaryRuleDecidesWhetherCornersAreRound) {
   }
 }
 
-// ---- Watertight (M1) --------------------------------------------------------------------------------------------
+// ---- Watertight (LM1) --------------------------------------------------------------------------------------------
 
 std::vector<Cage> closed_cages() {
   std::vector<Cage> cages = {test::cube_cage(), test::bracket_cage(), test::mixed_cage(),
@@ -301,7 +301,7 @@ std::vector<Cage> closed_cages() {
   return cages;
 }
 
-TEST(CatmullClark, EveryPatchEdgeOfAClosedCageIsSharedByTwoPatchesBitByBit) {
+TEST(CatmullClark, EveryPatchEdgeOfAClosedCageIsSharedByTwoPatchesBitByBit) {  // CAGE1, LM1
   // Every face of these cages has texture coordinates, and so glTF vertices, of its own.
   for (const Cage& original : closed_cages())
     for (const int levels : {1, 2}) {
@@ -336,7 +336,7 @@ TEST(CatmullClark, NormalsOfNeighboursNearlyAgree) {
   }
 }
 
-TEST(CatmullClark, FansThatTouchInAPointAreSplitAndStillMeetThere) {
+TEST(CatmullClark, FansThatTouchInAPointAreSplitAndStillMeetThere) {  // CAGE2
   // Two cubes that share an edge only: four faces meet there.
   const Cage cage = test::voxel_cage({{0, 0, 0}, {1, 1, 0}});
   EXPECT_EQ(build_cage(cage.primitive, cage.rules).split_points, 4u);
@@ -370,7 +370,7 @@ TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
   EXPECT_EQ(shared_edges(morphing).unmatched, 0u);
 }
 
-TEST(CatmullClark, WeightsOfEveryControlPointSumToOne) {
+TEST(CatmullClark, WeightsOfEveryControlPointSumToOne) {  // LM4
   for (Cage cage : closed_cages()) {
     // What moves every point of the cage alike moves every control point alike.
     MorphTarget target;
@@ -515,7 +515,7 @@ TEST(CatmullClark, AnySoupOfFacesIsConvertedOrRefused) {
   EXPECT_GT(refused, 10);
 }
 
-TEST(CatmullClark, SidesWithoutLengthAreLeftOut) {
+TEST(CatmullClark, SidesWithoutLengthAreLeftOut) {  // CAGE3
   // The top of the cube drawn together to a point: four quads become triangles, the top face goes.
   Cage cage = test::cube_cage();
   for (Vec3& p : cage.primitive.vertices.positions)

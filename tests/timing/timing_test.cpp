@@ -185,7 +185,7 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
   return work;
 }
 
-// Invariants T1, T2 and T3.
+// Invariants TM1, TM2 and TM3.
 TEST(Timing, NoUnitIsBusyLongerThanTheFrameAndPhasesFollowEachOther) {
   std::mt19937 random(11);
   for (const char* preset : {"small", "middle", "large"}) {

@@ -78,13 +78,13 @@ struct ParameterCell {
 // (steps per cell). Immutable once built.
 //
 // Invariants of interval maps (cited by the tests):
-//   S1  Every visible point of a procedure lies in a tile whose list holds the point's cell: recall of tag and
-//       parameter map is 1.
-//   S2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and along y, unless
-//       rates_clamped counts the cell.
-//   S3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included:
-//       where there are any, what the derivative varies within the cell is the footprints' slack, up to half of
-//       `spacing`.
+//   PM1  Every visible point of a procedure lies in a tile whose list holds the point's cell: recall of tag and
+//        parameter map is 1.
+//   PM2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and along y, unless
+//        rates_clamped counts the cell.
+//   PM3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included:
+//        where there are any, what the derivative varies within the cell is the footprints' slack, up to half of
+//        `spacing`.
 class ParameterMaps {
  public:
   static constexpr std::uint16_t kMostSteps = 128;

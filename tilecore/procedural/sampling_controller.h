@@ -25,11 +25,11 @@ namespace tessera::tilecore {
 //   of the tile      cull what is hidden    at each cell's rate  geometry, view  depth test
 //
 // Invariants (cited by the tests):
-//   C1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order
-//       of cells or of samples. Equal depths go to the lower base patch, then to the lower parameters.
-//   C2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
-//       bends.
-//   C3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
+//   SC1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order
+//        of cells or of samples. Equal depths go to the lower base patch, then to the lower parameters.
+//   SC2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
+//        bends.
+//   SC3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
 //
 // Keeps its scratch memory; one instance per thread.
 class SamplingController {

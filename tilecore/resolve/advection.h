@@ -77,12 +77,12 @@ struct AdvectionWork {
 // The colour of pixel (x, y), which is in velocity.region and now shows `patch` at `depth` (positive).
 //
 // Invariants (cited by the tests):
-//   A1  A velocity of zero copies the texel bit for bit, with BFECC and with every fetch: one texel is read, and its
-//       neighbours need not agree.
-//   A2  Texels without weight are not read: whole-pixel motion copies.
-//   A3  The result depends on the motion and on the texels around its end, not on where in the frame that is.
-//   A4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic one
-//       that do not make it a bilinear one.
+//   ADV1  A velocity of zero copies the texel bit for bit, with BFECC and with every fetch: one texel is read, and its
+//         neighbours need not agree.
+//   ADV2  Texels without weight are not read: whole-pixel motion copies.
+//   ADV3  The result depends on the motion and on the texels around its end, not on where in the frame that is.
+//   ADV4  Every texel of a bilinear fetch must agree in patch and depth and be finite; the outer twelve of a bicubic
+//         one that do not make it a bilinear one.
 AdvectedPixel advect_pixel(int x, int y, float depth, std::uint32_t patch, const HistoryView& history,
                            const VelocityView& velocity, const AdvectionSettings& settings, AdvectionWork& work);
 

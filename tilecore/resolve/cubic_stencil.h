@@ -50,18 +50,18 @@ struct ReconstructionWork {
 // not be filled since the window has no usable pixel: either 0 or `missing`. The caller shades them.
 //
 // Invariants (cited by the tests):
-//   S1  A flat colour comes back as itself, to one unit in the last place.
-//   S2  What is not usable has no influence: neither its colour nor, non-finite ones, its being there.
-//   S3  The result is finite wherever it is filled, as long as the usable finite colours are below 2^125 in magnitude.
-//   S4  clamp_to_range: each channel lies in the range of the pixels that entered it.
-//   S5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the
-//       block's own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program was
-//       built. They sum to one exactly; each is within one unit of its last place of the exact weight. All others, and
-//       all when false, evaluate the kernel directly in single precision and divide by the sum of weights.
-//   S6  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
-//       lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the
-//       window stands in.
-//   S7  The same bits on every host; no allocation.
+//   CS1  A flat colour comes back as itself, to one unit in the last place.
+//   CS2  What is not usable has no influence: neither its colour nor, non-finite ones, its being there.
+//   CS3  The result is finite wherever it is filled, as long as the usable finite colours are below 2^125 in magnitude.
+//   CS4  clamp_to_range: each channel lies in the range of the pixels that entered it.
+//   CS5  packed_weights: pixels whose surroundings are one of the patterns of pattern_dither.h, whole or cut at the
+//        block's own borders on any sides (a tile's), take 8-bit weights from tables that were made when the program
+//        was built. They sum to one exactly; each is within one unit of its last place of the exact weight. All others,
+//        and all when false, evaluate the kernel directly in single precision and divide by the sum of weights.
+//   CS6  Where the weights' sum falls below half of the sum of their magnitudes (lopsided surroundings let the negative
+//        lobes win), or no pixel within the kernel's reach is usable, the mean of the nearest usable pixels of the
+//        window stands in.
+//   CS7  The same bits on every host; no allocation.
 [[nodiscard]] BlockMask reconstruct_block(Reconstruction reconstruction, bool packed_weights, bool clamp_to_range,
                                           const BlockWindow& window, BlockMask missing, Vec4* out16,
                                           ReconstructionWork& work);

@@ -50,9 +50,9 @@ struct CompressedBlock {
 // at least 8 (all checked).
 //
 // Invariants (cited by the tests):
-//   C1  decompress(compress(x)) == x for any bits: NaNs with their payload, infinities, -0, denormals.
-//   C2  payload_bytes is a multiple of the burst and never above the raw size.
-//   C3  A block of zero bits takes no payload; a block of one colour takes one burst of at least 16 bytes when 4x4.
+//   FC1  decompress(compress(x)) == x for any bits: NaNs with their payload, infinities, -0, denormals.
+//   FC2  payload_bytes is a multiple of the burst and never above the raw size.
+//   FC3  A block of zero bits takes no payload; a block of one colour takes one burst of at least 16 bytes when 4x4.
 CompressedBlock compress_block(std::span<const std::uint16_t> halves, int width, int height, std::size_t burst_bytes);
 void decompress_block(const CompressedBlock& block, int width, int height, std::span<std::uint16_t> halves);
 

@@ -20,9 +20,9 @@ namespace tessera::tilecore {
 // poses.
 //
 // Invariants (cited by the tests):
-//   M1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor
-//       during the shutters.
-//   M2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
+//   MF1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor
+//        during the shutters.
+//   MF2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
 class MotionField {
  public:
   enum class Kind : std::uint8_t { kStill, kRigid, kDeforming, kUnusable };

@@ -45,10 +45,10 @@ inline constexpr std::array<BlockMask, 2> kPairOrder = {
 // the frame's corner and matter only when settings.per_block.
 //
 // Invariants (cited by the tests):
-//   D1  exactly `rate` bits are set; four are a sparse square, eight a pair of them;
-//   D2  with kCounter every pixel is rendered once in any 16/rate frames in a row, per block too, across the wrap of
-//       the frame number too;
-//   D3  without per_block the block's place does not matter.
+//   PD1  exactly `rate` bits are set; four are a sparse square, eight a pair of them;
+//   PD2  with kCounter every pixel is rendered once in any 16/rate frames in a row, per block too, across the wrap of
+//        the frame number too;
+//   PD3  without per_block the block's place does not matter.
 inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, int block_x, int block_y) {
   TESSERA_CHECK(rate == 4 || rate == 8 || rate == 16, "a block is rendered at 4, 8 or 16 samples");
   if (rate == 16) return kFullBlock;

@@ -264,7 +264,7 @@ void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, Block
   });
 }
 
-// The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (A1 of
+// The pixel's samples saw the same surfaces in the same places, if they are the same ones: the copy is exact (ADV1 of
 // advection.h).
 void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing) {
   const History& history = *resolve.previous.history;

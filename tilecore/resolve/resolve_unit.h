@@ -62,13 +62,13 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //   finish_deferred(), reach_neighbours only: when all tiles are complete, the stencils that reach into other tiles
 //
 // Invariants (cited by the tests):
-//   U1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
-//       threads.
-//   U2  With reach_neighbours neither do pictures; without, stencils stop at the tile's border.
-//   U3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
-//   U4  A pixel that sees nothing is never skipped: it costs no run of the shader.
-//   U5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   U6  What the history keeps of a pixel is what the picture shows. Nothing is kept, or charged, that nobody reads.
+//   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
+//        threads.
+//   RU2  With reach_neighbours neither do pictures; without, stencils stop at the tile's border.
+//   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
+//   RU4  A pixel that sees nothing is never skipped: it costs no run of the shader.
+//   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
+//   RU6  What the history keeps of a pixel is what the picture shows. Nothing is kept, or charged, that nobody reads.
 class ResolveUnit {
  public:
   // How traffic is charged: TileJob's members of these names.

@@ -33,10 +33,10 @@ struct ShadingCounters {
 // Keeps its scratch memory from tile to tile; one instance per thread.
 //
 // Invariants (cited by the tests):
-//   D1  Colours follow from the frame, the job's shading rate and blend_layers, and what the samples of a pixel see:
-//       not from the order in which layers arrived, not from the tile, not from the shading cache's capacity or what it
-//       holds.
-//   D2  Runs of the pixel shader, runs saved and what skipped pixels see add up to visible samples and blended layers.
+//   DS1  Colours follow from the frame, the job's shading rate and blend_layers, and what the samples of a pixel see:
+//        not from the order in which layers arrived, not from the tile, not from the shading cache's capacity or what
+//        it holds.
+//   DS2  Runs of the pixel shader, runs saved and what skipped pixels see add up to visible samples and blended layers.
 class DeferredShader {
  public:
   // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those

@@ -12,8 +12,8 @@ namespace tessera::tilecore {
 // On-chip memory of a tile core that keeps shaded cells; fully associative, least recently used out first.
 //
 // Invariants (cited by the tests):
-//   C1  What find() gives was inserted under the same name since empty(); so results never depend on the capacity.
-//   C2  The `capacity` names found or inserted last are there.
+//   SHC1  What find() gives was inserted under the same name since empty(); so results never depend on the capacity.
+//   SHC2  The `capacity` names found or inserted last are there.
 class ShadingCache {
  public:
   // An entry as the machine would hold it: patch, part and cell (12 bytes), colour and alpha as half floats (8), age

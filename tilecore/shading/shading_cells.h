@@ -34,8 +34,8 @@ struct ShadingCell {
 // pixel. (Deviation from Burns et al.: one density for a part, not for a grid of micropolygons.)
 //
 // Invariants (cited by the tests):
-//   S1  The cell of a point follows from the frame, the patch and the point's parameters alone.
-//   S2  The canonical point of a cell lies in the cell and on the surface.
+//   CELL1  The cell of a point follows from the frame, the patch and the point's parameters alone.
+//   CELL2  The canonical point of a cell lies in the cell and on the surface.
 // A part smaller than a cell is one cell: triangles below the size of a pixel are shaded one by one.
 class ShadingCells {
  public:

@@ -52,8 +52,8 @@ struct TextureCounters {
 // texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance per thread.
 //
 // Invariants (cited by the tests):
-//   X1  A look-up asks for each line of the texels that it weighs once.
-//   X2  The lines that missed follow from the tile's own look-ups alone.
+//   TX1  A look-up asks for each line of the texels that it weighs once.
+//   TX2  The lines that missed follow from the tile's own look-ups alone.
 class TextureUnit {
  public:
   struct Settings {

@@ -98,9 +98,9 @@ struct BoundingPiece {
 // returns how many rectangles it looked at, those outside the tile included.
 //
 // Invariants (cited by the tests):
-//   B1  A sample that the inside test finds inside the primitive is in a piece.
-//   B2  No sample is in two pieces of one primitive: pieces overlap in space or in time, never in both.
-//   B3  No piece reaches outside `tile`, holds no pixel, or keeps a stencil value outside `times`.
+//   BP1  A sample that the inside test finds inside the primitive is in a piece.
+//   BP2  No sample is in two pieces of one primitive: pieces overlap in space or in time, never in both.
+//   BP3  No piece reaches outside `tile`, holds no pixel, or keeps a stencil value outside `times`.
 //
 // Brute: the rectangle of the whole motion, all times.
 std::size_t whole_motion_piece(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,

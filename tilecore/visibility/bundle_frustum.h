@@ -40,8 +40,8 @@ struct MotionBox {
 // loses samples when motion is slow. Raises neither the invalid nor the divide-by-zero flag for finite boxes.
 //
 // Invariants (cited by the tests):
-//   F1  A box that meets a ray of the rectangle at some time is not outside.
-//   F2  times() holds every time at which the box meets such a ray.
+//   BF1  A box that meets a ray of the rectangle at some time is not outside.
+//   BF2  times() holds every time at which the box meets such a ray.
 class BundleFrustum {
  public:
   // Depth in [near, far]; far may be infinite.

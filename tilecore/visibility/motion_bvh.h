@@ -38,11 +38,11 @@ struct RayCounters {
 // interval: cut the shutter, and each part has a leaf mask, hence a branch node, of its own.
 //
 // Invariants (cited by the tests):
-//   V1  A node's box holds its children's at both keys, hence at every time.
-//   V2  Every sample that the inside test finds in a cell reaches that cell's node by trace(), from the root and from
-//       the branch node of every rectangle that holds the sample: no leaf that a ray hits is outside the branch node.
-//   V3  The leaf-mask branch node is the both-children branch node or below it.
-//   V4  V2 holds for within(values) and samples of those stencil values.
+//   BVH1  A node's box holds its children's at both keys, hence at every time.
+//   BVH2  Every sample that the inside test finds in a cell reaches that cell's node by trace(), from the root and from
+//         the branch node of every rectangle that holds the sample: no leaf that a ray hits is outside the branch node.
+//   BVH3  The leaf-mask branch node is the both-children branch node or below it.
+//   BVH4  BVH2 holds for within(values) and samples of those stencil values.
 class MotionBvh {
  public:
   // `leaf_columns`: leaves in a row of the sub-patch's grid; the number of leaves for lists of cells. Clipped cells are

@@ -40,10 +40,10 @@ struct StencilCounters {
 // a machine that runs the inside test in groups of 32 samples: a group is issued when one of its samples is kept.
 //
 // Invariants (cited by the tests):
-//   S1  References that split 0..255 without gap or overlap keep every sample exactly once: stencil 0 is in the first
-//       segment, 255 in the last.
-//   S2  Samples come out in the order of the walk: row by row of the rectangle, natural order within the row.
-//   S3  hits <= kept <= lanes_issued, and kept <= tests.
+//   ST1  References that split 0..255 without gap or overlap keep every sample exactly once: stencil 0 is in the first
+//        segment, 255 in the last.
+//   ST2  Samples come out in the order of the walk: row by row of the rectangle, natural order within the row.
+//   ST3  hits <= kept <= lanes_issued, and kept <= tests.
 class StencilUnit {
  public:
   static constexpr std::uint32_t kLanes = 32;  // [spec] warps of 32; Mali-G77 16, Adreno 64 to 128

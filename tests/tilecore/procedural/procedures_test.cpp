@@ -171,7 +171,7 @@ Misses count_misses(std::uint32_t seed, int scenes, const ProcedureSettings& set
   return misses;
 }
 
-TEST(ParameterMaps, IntervalsMissNothingInRandomScenes) {  // S1
+TEST(ParameterMaps, IntervalsMissNothingInRandomScenes) {  // PM1
   ProcedureSettings settings;
   settings.cell_pixels = 24;
 #ifdef TESSERA_SANITIZED
@@ -199,7 +199,7 @@ TEST(ParameterMaps, ThePublishedOnesMissWhatLiesBetweenTheirTuples) {
   EXPECT_GT(bare.cells, padded.cells);
 }
 
-TEST(ParameterMaps, ACellsHalfStepsStayInsideTheSpacing) {  // S2
+TEST(ParameterMaps, ACellsHalfStepsStayInsideTheSpacing) {  // PM2
   Random random(3);
   for (int n = 0; n < 300; ++n) {
     const auto id = static_cast<ShapeId>(n % test::kShapeCount);
@@ -232,7 +232,7 @@ TEST(ParameterMaps, ACellsHalfStepsStayInsideTheSpacing) {  // S2
 
 // ---- Footprints -------------------------------------------------------------------------------------------------
 
-TEST(Footprint, NeighboursLeaveNoGapAndHardlyOverlap) {
+TEST(Footprint, NeighboursLeaveNoGapAndHardlyOverlap) {  // PM3
   Random random(4);
   int covered = 0, twice = 0, points = 0;
   for (int trial = 0; trial < 2000; ++trial) {
@@ -305,7 +305,7 @@ TestFrame one(ShapeId id, const shaders::ShapeInput& in, const DVec3& place, boo
   return scene;
 }
 
-TEST(SamplingController, EverySampleIsCountedOnce) {  // C3
+TEST(SamplingController, EverySampleIsCountedOnce) {  // SC3
   Random random(5);
   for (int n = 0; n < 40; ++n) {
     const RandomScene scene(random, static_cast<ShapeId>(n % test::kShapeCount), false);
@@ -317,7 +317,7 @@ TEST(SamplingController, EverySampleIsCountedOnce) {  // C3
   }
 }
 
-TEST(SamplingController, ABlurredSphereIsSeenWhereItPassesAndCountedOnce) {  // C3, with motion and a lens
+TEST(SamplingController, ABlurredSphereIsSeenWhereItPassesAndCountedOnce) {  // SC3, with motion and a lens
   TestFrame scene;
   scene::Camera camera;
   camera.lens = {0.1f, 3.0f};
@@ -371,7 +371,7 @@ TEST(SamplingController, SeesASphereWhereItIs) {
   EXPECT_GT(inside, 10000);
 }
 
-TEST(SamplingController, EqualDepthsGoToTheLowerPatchWhateverComesFirst) {
+TEST(SamplingController, EqualDepthsGoToTheLowerPatchWhateverComesFirst) {  // SC1
   // Two equal flat patches in one place: the first node's patches win, in either order of the cells.
   shaders::ShapeInput in;
   in.p = {-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0};
@@ -443,7 +443,7 @@ TEST(HardProcedures, AnObjectInOnePixelIsSeen) {
   EXPECT_LT(drawn.counters.samples, 4000u);
 }
 
-TEST(HardProcedures, AnObjectOverAllTilesWithTheCameraInsideLeavesNoSampleOut) {
+TEST(HardProcedures, AnObjectOverAllTilesWithTheCameraInsideLeavesNoSampleOut) {  // SC2
   shaders::ShapeInput in;
   in.p[0] = 3;
   const TestFrame scene = one(ShapeId::kSphere, in, DVec3(0, 0, 0), true, 0);

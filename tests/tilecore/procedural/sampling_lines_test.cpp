@@ -335,7 +335,7 @@ TEST(Lines, HaveTheirWidthAllAlongAndNoGaps) {
 
 // ---- What they follow from --------------------------------------------------------------------------------------
 
-TEST(Lines, FollowFromTheSceneAloneWhateverTheTiles) {  // C1
+TEST(Lines, FollowFromTheSceneAloneWhateverTheTiles) {  // SC1
   Random random(4);
   for (int n = 0; n < 12; ++n) {
     const TestFrame scene = random_scene(random);

@@ -59,7 +59,7 @@ const AdvectionSettings kEverySetting[] = {{Fetch::kBilinear, false},
 
 bool same_bits(const Vec4& a, const Vec4& b) { return std::memcmp(&a.x, &b.x, sizeof(float) * 4) == 0; }
 
-TEST(Advection, StandingStillIsACopyBitForBit) {  // A1
+TEST(Advection, StandingStillIsACopyBitForBit) {  // ADV1
   for (const AdvectionSettings& settings : kEverySetting)
     for (const float zero : {0.0f, -0.0f}) {
       Frames frames;
@@ -79,7 +79,7 @@ TEST(Advection, StandingStillIsACopyBitForBit) {  // A1
     }
 }
 
-TEST(Advection, WholePixelsOfMotionCopyToo) {  // A2
+TEST(Advection, WholePixelsOfMotionCopyToo) {  // ADV2
   for (const AdvectionSettings& settings : kEverySetting)
     for (const auto& [dx, dy] : {std::pair{3, 0}, {-2, 1}, {0, -4}, {4, 4}}) {
       Frames frames;
@@ -91,7 +91,7 @@ TEST(Advection, WholePixelsOfMotionCopyToo) {  // A2
     }
 }
 
-TEST(Advection, TheSameMotionGivesTheSameBitsAnywhereInTheFrame) {  // A3
+TEST(Advection, TheSameMotionGivesTheSameBitsAnywhereInTheFrame) {  // ADV3
   for (const AdvectionSettings& settings : kEverySetting) {
     Frames near(0, 0), far(7000, 3000);
     Random random(4);
@@ -215,7 +215,7 @@ TEST(Advection, UnusableAndNonFiniteVelocitiesAreRefused) {
   }
 }
 
-TEST(Advection, EveryTexelWithAWeightMustShowTheSameSurface) {  // A4
+TEST(Advection, EveryTexelWithAWeightMustShowTheSameSurface) {  // ADV4
   const auto spoil = [](Frames& frames, int x, int y, Advection how) {
     const std::size_t at = frames.index(x, y);
     if (how == Advection::kOtherPatch) frames.patch[at] = 8;

@@ -163,7 +163,7 @@ Deviation deviation(const Stencil& s, const std::function<double(int, int)>& exa
   return d;
 }
 
-TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluation) {  // S5
+TEST(StencilTables, WeightsAndTheRampTheyReproduceAreWithinAUnitOfDirectEvaluation) {  // CS5
   for (const Reconstruction kernel : {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled, Reconstruction::kCubic,
                                       Reconstruction::kCubicInterpolating})
     for (const BlockMask pattern : kPatterns)
@@ -358,7 +358,7 @@ int units_apart(float a, float b) {
   return static_cast<int>(std::min<std::int64_t>(std::abs(ordered(a) - ordered(b)), 1000));
 }
 
-RC_GTEST_PROP(CubicStencil, AFlatColourComesBackToOneUnitInTheLastPlace, (std::uint32_t seed)) {  // S1
+RC_GTEST_PROP(CubicStencil, AFlatColourComesBackToOneUnitInTheLastPlace, (std::uint32_t seed)) {  // CS1
   Random random(seed);
   const auto any_float = [&] {
     return std::ldexp(test::uniform(random, 1, 2), test::below(random, 240) - 120) *
@@ -414,7 +414,7 @@ TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsN
 // ---- What may not be used
 // -----------------------------------------------------------------------------------------------
 
-TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // S2
+TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
   // Sixteen pixels on the heap and nothing around them.
   const auto block = std::make_unique<Vec4[]>(16);
   for (int i = 0; i < 16; ++i) block[static_cast<std::size_t>(i)] = Vec4(static_cast<float>(i % 4));
@@ -426,7 +426,7 @@ TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // S2
   }
 }
 
-RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed)) {  // S2
+RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed)) {  // CS2
   Random random(seed);
   Window window;
   window.fill([&](int, int) { return test::random_color(random); });
@@ -447,7 +447,7 @@ RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed))
     }
 }
 
-RC_GTEST_PROP(CubicStencil, NonFiniteNeighboursAreAsIfNotUsable, (std::uint32_t seed)) {  // S2, S3
+RC_GTEST_PROP(CubicStencil, NonFiniteNeighboursAreAsIfNotUsable, (std::uint32_t seed)) {  // CS2, CS3
   Random random(seed);
   Window window;
   window.fill([&](int, int) { return test::random_color(random); });
@@ -500,7 +500,7 @@ TEST(CubicStencil, ANonFinitePixelLeavesPixelsBeyondItsReachAsTheyWere) {
   EXPECT_FALSE(std::isfinite(0.25f * (window.at(3, 3).y + window.at(5, 3).y + window.at(4, 2).y + window.at(4, 4).y)));
 }
 
-// S7. Blocks amid others of their rate take another way where registers hold two pixels; a hole, a pixel that is not
+// CS7. Blocks amid others of their rate take another way where registers hold two pixels; a hole, a pixel that is not
 // finite and colours whose sum is infinite lead back from it.
 TEST(CubicStencil, EveryInstructionSetGivesTheSameBits) {
   Random random(17);
@@ -561,7 +561,7 @@ TEST(CubicStencil, AWindowWithNothingUsableIsReportedAndNothingIsWritten) {
 // ---- Lopsided surroundings
 // ----------------------------------------------------------------------------------------------
 
-TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // S6
+TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // CS6
   Window window;
   Random random(5);
   window.fill([&](int, int) { return Vec4(test::uniform(random, 0.9f, 1.1f)); });
@@ -613,7 +613,7 @@ TEST(CubicStencil, OnlyNegativeWeightsOrNoneInReachFallBackToo) {
 // ---- Range
 // --------------------------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(CubicStencil, ClampedResultsStayInTheRangeOfTheWindow, (std::uint32_t seed)) {  // S4
+RC_GTEST_PROP(CubicStencil, ClampedResultsStayInTheRangeOfTheWindow, (std::uint32_t seed)) {  // CS4
   Random random(seed);
   Window window;
   window.fill([&](int, int) { return test::random_color(random); });

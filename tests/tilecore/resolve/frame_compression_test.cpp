@@ -24,7 +24,7 @@ constexpr Shape kShapes[] = {{4, 16}, {4, 32}, {4, 64}, {8, 32}, {8, 64}, {16, 3
 
 std::size_t raw_size(const Shape& shape) { return static_cast<std::size_t>(shape.width * 4 * 8); }
 
-// All that C1 and C2 ask of a block; returns its bytes.
+// All that FC1 and FC2 ask of a block; returns its bytes.
 std::size_t round_trip(const Halves& halves, const Shape& shape) {
   const CompressedBlock block = compress_block(halves, shape.width, 4, shape.burst_bytes);
   Halves back(halves.size(), 0xdead);
@@ -48,7 +48,7 @@ Halves make_block(const Shape& shape, const Value& value) {
 }
 
 // Bits of every kind: any, few low bits around a value, special ones.
-RC_GTEST_PROP(FrameCompression, DecodesToTheSameBitsAndIsNeverLargerThanThePixels, (std::uint32_t seed)) {  // C1, C2
+RC_GTEST_PROP(FrameCompression, DecodesToTheSameBitsAndIsNeverLargerThanThePixels, (std::uint32_t seed)) {  // FC1, FC2
   std::mt19937 random(seed);
   constexpr std::uint16_t kSpecial[] = {0, 0x8000, 0x7c00, 0xfc00, 0x7e00, 0xffff, 0x7c01,
                                         1, 0x8001, 0x03ff, 0x0400, 0x7bff, 0xfbff, 0x3c00};
@@ -90,7 +90,7 @@ TEST(FrameCompression, NoiseIsKeptRawAndSpecialValuesSurvive) {
   }
 }
 
-TEST(FrameCompression, ClearedBlocksTakeNothingAndFlatOnesABurst) {  // C3
+TEST(FrameCompression, ClearedBlocksTakeNothingAndFlatOnesABurst) {  // FC3
   for (const Shape& shape : kShapes) {
     EXPECT_EQ(round_trip(make_block(shape, [](int, int, int) { return std::uint16_t{0}; }), shape), 0u);
     EXPECT_EQ(round_trip(make_block(shape, [](int, int, int c) { return static_cast<std::uint16_t>(0x3a57 + 77 * c); }),

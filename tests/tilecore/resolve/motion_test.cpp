@@ -105,7 +105,7 @@ TEST(MotionField, PointsOfABlockAtOnceHaveTheBitsOfEach) {
   force_simd_target("");
 }
 
-TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {
+TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {  // MF1
   const TestFrame s = scene(DVec3(0.0), DVec3(0.0));
   const auto then = pose(s, 0.2, 0.25), now = pose(s, 0.5, 0.55);
   const MotionField field(*now, *then);
@@ -148,7 +148,7 @@ TEST(MotionField, DeformingMeshesAreEvaluatedAtBothPoses) {
   EXPECT_NEAR(step.velocity.y, 0, 1e-4);
 }
 
-TEST(MotionField, PointsBehindTheEyeInEitherFrameAreNotUsable) {
+TEST(MotionField, PointsBehindTheEyeInEitherFrameAreNotUsable) {  // MF2
   // The camera passes through the scene between the frames.
   const TestFrame s = scene(DVec3(0.0), DVec3(0, 0, -10));
   const auto before = pose(s, 0, 0), after = pose(s, 1, 1);

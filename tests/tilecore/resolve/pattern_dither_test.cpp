@@ -22,7 +22,7 @@ int squares_in(BlockMask mask) {
   return count;
 }
 
-TEST(PatternDither, MasksHaveTheirRateAndAreMadeOfSparseSquares) {  // D1
+TEST(PatternDither, MasksHaveTheirRateAndAreMadeOfSparseSquares) {  // PD1
   for (const DitherSettings& settings : kAllSettings)
     for (const std::uint32_t frame : kFrames)
       for (int block = 0; block < 8; ++block) {
@@ -50,7 +50,7 @@ int longest_wait(int rate, const DitherSettings& settings, std::uint32_t first, 
   return longest;
 }
 
-TEST(PatternDither, TheCounterRendersEveryPixelOncePerPeriodAcrossTheWrapOfTheFrameNumber) {  // D2
+TEST(PatternDither, TheCounterRendersEveryPixelOncePerPeriodAcrossTheWrapOfTheFrameNumber) {  // PD2
   for (const int rate : {4, 8})
     for (const std::uint32_t first : {0u, 3u, 0xffffffe1u})
       for (const DitherSettings& settings : {kAllSettings[0], kAllSettings[1]})
@@ -67,7 +67,7 @@ std::size_t patterns_in_a_frame(int rate, const DitherSettings& settings) {
   return seen.size();
 }
 
-TEST(PatternDither, OnePatternPerRateAndFrameUnlessBlocksAreOnTheirOwn) {  // D3
+TEST(PatternDither, OnePatternPerRateAndFrameUnlessBlocksAreOnTheirOwn) {  // PD3
   for (const DitherOrder order : {DitherOrder::kCounter, DitherOrder::kSeeded}) {
     EXPECT_EQ(patterns_in_a_frame(4, {order, 7, false}), 1u);
     EXPECT_EQ(patterns_in_a_frame(8, {order, 7, false}), 1u);

@@ -187,7 +187,7 @@ TEST(Blending, OverflowsMergeAndAreCounted) {
     EXPECT_NEAR(tight.targets.color.at(3, 3)[c], roomy.targets.color.at(3, 3)[c], 1e-5f);
 }
 
-TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {
+TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
   Random random(8);
   PixelScene scene(32, 32, 4);
   for (int k = 0; k < 24; ++k) {

@@ -58,7 +58,7 @@ SurfaceLocation random_location(const MixedScene& scene, Random& random) {
   return at;
 }
 
-TEST(ShadingCells, S1ACellDependsNeitherOnTheTimeNorOnWhatWasMeasuredBefore) {
+TEST(ShadingCells, CELL1ACellDependsNeitherOnTheTimeNorOnWhatWasMeasuredBefore) {
   const MixedScene scene;
   ShadingCells warm;
   warm.start(*scene.frame);
@@ -75,7 +75,7 @@ TEST(ShadingCells, S1ACellDependsNeitherOnTheTimeNorOnWhatWasMeasuredBefore) {
   }
 }
 
-TEST(ShadingCells, S2TheCanonicalPointLiesInItsCellAndOnTheSurface) {
+TEST(ShadingCells, CELL2TheCanonicalPointLiesInItsCellAndOnTheSurface) {
   const MixedScene scene;
   ShadingCells cells;
   cells.start(*scene.frame);
@@ -147,7 +147,7 @@ std::vector<bool> hits_in_list(const std::vector<std::uint32_t>& stream, std::si
   return hits;
 }
 
-TEST(ShadingCache, C1C2FindsWhatWasUsedLastAndNothingElse) {
+TEST(ShadingCache, SHC1SHC2FindsWhatWasUsedLastAndNothingElse) {
   Random random(6);
   ShadingCache cache;
   for (const std::size_t capacity : {1u, 2u, 7u, 100u, 3000u, 1000000u}) {
@@ -202,7 +202,7 @@ PixelScene busy_scene() {
   return scene;
 }
 
-TEST(ShadingRateCache, ThePictureDependsNeitherOnTheCapacityNorOnTheTiles) {
+TEST(ShadingRateCache, ThePictureDependsNeitherOnTheCapacityNorOnTheTiles) {  // DS1
   PixelScene scene = busy_scene();
   const Rendering expected = render(scene);
   EXPECT_GT(expected.counters.blended_layers, 0u);
@@ -214,7 +214,7 @@ TEST(ShadingRateCache, ThePictureDependsNeitherOnTheCapacityNorOnTheTiles) {
       const Rendering r = render(scene);
       EXPECT_EQ(r.targets.color.values, expected.targets.color.values) << entries << " entries, tiles of " << side;
       EXPECT_EQ(r.targets.normal.values, expected.targets.normal.values) << entries << " entries, tiles of " << side;
-      // D2, and every look-up is a hit or a run.
+      // DS2, and every look-up is a hit or a run.
       EXPECT_EQ(r.counters.pixel_shader_invocations + r.counters.pixel_shader_invocations_saved,
                 r.counters.samples_visible + r.counters.blended_layers);
       EXPECT_EQ(r.counters.shading_cache_misses, r.counters.pixel_shader_invocations);

@@ -43,7 +43,7 @@ std::set<std::uint32_t> lines_of(const TextureMemory& memory, std::int64_t line_
   return distinct;
 }
 
-// Invariant X1, from the outside: a texel whose colour changes what a look-up returns lies in a line that it asked for.
+// Invariant TX1, from the outside: a texel whose colour changes what a lookup returns lies in a line that it asked for.
 TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
   test::Random random(17);
   constexpr int kSize = 8;
@@ -92,7 +92,7 @@ TEST(TextureUnit, ATrilinearLookUpIsTwoAndEachLevelHasLinesOfItsOwn) {
   EXPECT_EQ(counters.texels, 1u);
 }
 
-// Invariant X2.
+// Invariant TX2.
 TEST(TextureUnit, EveryTileFindsTheCacheEmpty) {
   const auto texture = black(64, 64);
   const scene::Capture capture = with_texture(texture);

@@ -104,9 +104,9 @@ TEST(BoundingPolygons, HoldEveryExactHitInExactlyOnePiece) {
   for_random_meshes(1, 3, [&](const MethodMesh& m) {
     for (const auto& [name, cut] : kCuts) {
       const Coverage c = cover(m, cut, static_cast<double>(m.lens_radius));
-      EXPECT_EQ(c.missed, 0) << name;   // B1
-      EXPECT_EQ(c.twice, 0) << name;    // B2
-      EXPECT_EQ(c.outside, 0) << name;  // B3
+      EXPECT_EQ(c.missed, 0) << name;   // BP1
+      EXPECT_EQ(c.twice, 0) << name;    // BP2
+      EXPECT_EQ(c.outside, 0) << name;  // BP3
       hits += c.hits;
     }
   });
@@ -128,7 +128,7 @@ TEST(BoundingPolygons, APartOfTheShutterIsCutOutOfTheWhole) {
       for (const BoundingPiece& piece : pieces) {
         unit.keep(m.samples, piece.pixels, piece.references, kept);
         for (const std::uint32_t s : kept)
-          ASSERT_TRUE(m.samples.stencil(s) >= 50 && m.samples.stencil(s) <= 180);  // B3
+          ASSERT_TRUE(m.samples.stencil(s) >= 50 && m.samples.stencil(s) <= 180);  // BP3
       }
     });
   });

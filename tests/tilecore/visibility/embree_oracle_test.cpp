@@ -193,7 +193,7 @@ Agreement compare(const TestFrame& scene, std::uint32_t seed, test::EmbreeOption
 
 class EmbreeOracle : public testing::TestWithParam<OracleCase> {};
 
-TEST_P(EmbreeOracle, SeesTheSameTriangleThroughEverySample) {
+TEST_P(EmbreeOracle, SeesTheSameTriangleThroughEverySample) {  // EMB1, EMB2
   Agreement total;
   // Triangles that cross the near plane are tested one by one: slow.
   const std::uint32_t seeds = GetParam().crossing ? 1 : 4;
@@ -220,7 +220,7 @@ std::vector<OracleCase> cases_that(bool (*wanted)(const OracleCase&)) {
 }
 
 class EmbreeGridOracle : public EmbreeOracle {};
-TEST_P(EmbreeGridOracle, SeesTheSameTriangleThroughEverySample) {
+TEST_P(EmbreeGridOracle, SeesTheSameTriangleThroughEverySample) {  // EMB1, EMB2
   test::EmbreeOptions options;
   options.geometry = test::EmbreeOptions::Geometry::kGrids;
   const Agreement agreement = compare(make_scene(GetParam(), 7), 7, options, {});

@@ -113,8 +113,8 @@ FrustumResult run_frusta(std::uint32_t seed, bool forget_lens) {
 TEST(BundleFrustum, NeverDropsABoxNorATimeAtWhichARayMeetsIt) {
   const FrustumResult result = run_frusta(1, false);
   EXPECT_GT(result.touching, 3000);
-  EXPECT_EQ(result.wrongly_outside, 0);  // F1
-  EXPECT_EQ(result.missed, 0);           // F2
+  EXPECT_EQ(result.wrongly_outside, 0);  // BF1
+  EXPECT_EQ(result.missed, 0);           // BF2
 }
 
 TEST(BundleFrustum, ReportsLittleMoreTimeThanTheBoxTouches) {
@@ -212,7 +212,7 @@ TEST(MotionBvh, EveryNodeHoldsItsChildrenAndEveryCellIsInTheTreeOnce) {
     for (std::uint32_t n = 1; n < 2 * tree.bvh.leaf_count(); ++n) {
       if (n < tree.bvh.leaf_count()) {
         EXPECT_TRUE(holds(tree.bvh.node(n), tree.bvh.node(2 * n)) &&
-                    holds(tree.bvh.node(n), tree.bvh.node(2 * n + 1)));  // V1
+                    holds(tree.bvh.node(n), tree.bvh.node(2 * n + 1)));  // BVH1
       } else if (!tree.bvh.node(n).is_empty()) {
         cells.insert(tree.bvh.cell_of(n));
       }
@@ -256,7 +256,7 @@ TEST(MotionBvh, NoLeafThatARayHitsIsOutsideTheBranchNode) {
         EXPECT_EQ(root.branch, MotionBvh::kRoot);
         EXPECT_EQ(root.any, mask.any);
         if (mask.any) {
-          EXPECT_TRUE(is_under(mask.branch, fork.branch));  // V3
+          EXPECT_TRUE(is_under(mask.branch, fork.branch));  // BVH3
           below += mask.branch > fork.branch ? 1 : 0;
         }
         std::vector<std::uint32_t> samples;
@@ -270,13 +270,13 @@ TEST(MotionBvh, NoLeafThatARayHitsIsOutsideTheBranchNode) {
           for (const HitSet::Key& hit : sink.hits) {
             ++hits;
             ASSERT_TRUE(mask.any);
-            EXPECT_TRUE(is_under(leaf, mask.branch)) << leaf << " " << mask.branch;  // V2
+            EXPECT_TRUE(is_under(leaf, mask.branch)) << leaf << " " << mask.branch;  // BVH2
             EXPECT_TRUE(is_under(leaf, fork.branch));
             const int s = m.samples.stencil(std::get<0>(hit));
             EXPECT_TRUE(s >= mask.stencils.first && s <= mask.stencils.last);
             tree.bvh.traverse(frustum, MotionBvh::kRoot, BranchNode::kLeafMask);
             const MotionBvh::Overlap part = tree.bvh.within({s & ~31, s | 31});
-            EXPECT_TRUE(part.any && is_under(leaf, part.branch) && is_under(part.branch, mask.branch));  // V4
+            EXPECT_TRUE(part.any && is_under(leaf, part.branch) && is_under(part.branch, mask.branch));  // BVH4
             EXPECT_TRUE(s >= part.stencils.first && s <= part.stencils.last);
           }
         }
@@ -339,7 +339,7 @@ int unreached(std::uint32_t seed, bool freeze) {
   return lost;
 }
 
-TEST(MotionBvh, ARayReachesEveryCellThatTheInsideTestFinds) { EXPECT_EQ(unreached(7, false), 0); }  // V2
+TEST(MotionBvh, ARayReachesEveryCellThatTheInsideTestFinds) { EXPECT_EQ(unreached(7, false), 0); }  // BVH2
 
 TEST(MotionBvh, RaysThroughBoxesOfShutterOpenOnlyAreCaught) { EXPECT_GT(unreached(7, true), 100); }
 

@@ -27,7 +27,7 @@ std::array<int, 256> times_kept(int k, bool half_open) {
   return kept;
 }
 
-TEST(StencilUnit, SegmentsKeepEveryValueExactlyOnceStencil0AndStencil255Included) {
+TEST(StencilUnit, SegmentsKeepEveryValueExactlyOnceStencil0AndStencil255Included) {  // ST1
   for (int k = 1; k <= 256; ++k) {
     const std::array<int, 256> kept = times_kept(k, false);
     for (std::size_t s = 0; s < 256; ++s) ASSERT_EQ(kept[s], 1) << k << " segments, stencil " << s;
@@ -38,7 +38,7 @@ TEST(StencilUnit, AHalfOpenLastSegmentIsCaughtLosingTheLastValue) {
   for (const int k : {1, 8, 100}) EXPECT_EQ(times_kept(k, true)[255], 0);
 }
 
-TEST(StencilUnit, KeepsInTheOrderOfTheWalkAndCountsGroupsOf32Lanes) {
+TEST(StencilUnit, KeepsInTheOrderOfTheWalkAndCountsGroupsOf32Lanes) {  // ST2
   // Rows of 10 pixels in a tile of 16: 80 samples are two groups and a half.
   const TileSamples samples = timed_samples({8, 8, 24, 24}, {0, 255, 7, 7});
   const IntRect pixels{10, 9, 20, 17};
@@ -105,7 +105,7 @@ Rate square_moving(int segments, bool one_way_only) {
   visibility.test(m.in_tile(), {VisibilityMethod::kSegments, segments}, sink, work);
   sink.flush();
   const StencilCounters c = visibility.take_stencil_counters();
-  EXPECT_LE(c.hits, c.kept);  // S3
+  EXPECT_LE(c.hits, c.kept);  // ST3
   EXPECT_LE(c.kept, c.lanes_issued);
   EXPECT_LE(c.kept, c.tests);
   return {static_cast<double>(c.hits) / static_cast<double>(c.kept), c.tests};
