@@ -106,9 +106,9 @@ void make_folder(const fs::path& folder) {
 }
 
 fs::path link_end(fs::path path) {
-  constexpr int kMostLinks = 40;  // as Linux
+  constexpr int kMaxLinks = 40;  // as Linux
   std::error_code error;
-  for (int links = 0; links < kMostLinks && fs::is_symlink(fs::symlink_status(path, error)); ++links) {
+  for (int links = 0; links < kMaxLinks && fs::is_symlink(fs::symlink_status(path, error)); ++links) {
     const fs::path to = fs::read_symlink(path, error);
     if (error) break;
     path = path.parent_path() / to;

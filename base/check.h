@@ -21,6 +21,6 @@ void set_reproduction_command(std::string command);
 
 }  // namespace tessera
 
-// A broken invariant is a fault of ours: print what and where, with the command that repeats it, and abort.
+// A broken invariant is an internal error: print what and where, with the command that repeats it, and abort.
 #define TESSERA_CHECK(condition, meaning) \
   (static_cast<bool>(condition) ? void(0) : ::tessera::check_failed(#condition, __FILE__, __LINE__, meaning))

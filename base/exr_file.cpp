@@ -40,7 +40,7 @@ std::vector<half> to_half(const ExrChannel& channel, std::size_t pixels) {
 }
 
 // OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is
-// walked first: every attribute inside the file, a picture within the limits, no more channels than the file's length
+// walked first: every attribute inside the file, an image within the limits, no more channels than the file's length
 // allows.
 class HeaderWalk {
  public:
@@ -105,8 +105,8 @@ class HeaderWalk {
     if (const auto known = kSizes.find(type); known != kSizes.end() && known->second != size)
       throw InputError(name_, attribute, fmt::format("has {} bytes, a {} has {}", size, type, known->second));
     if (type == "chlist") {
-      if (size > kMostChannelBytes)
-        throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMostChannelBytes));
+      if (size > kMaxChannelBytes)
+        throw LimitError(fmt::format("{}: channels of {} bytes, the limit is {}", name_, size, kMaxChannelBytes));
       while (!text().empty()) skip(16);
     } else if (type == "preview") {
       const std::uint64_t width = word(), height = word();
@@ -118,7 +118,7 @@ class HeaderWalk {
     if (attribute == "dataWindow" && type == "box2i") check_window(limits);
     if (attribute == "tiles" && type == "tiledesc") check_tile(limits);
   }
-  static constexpr std::uint32_t kMostChannelBytes = 4096;  // some two hundred channels
+  static constexpr std::uint32_t kMaxChannelBytes = 4096;  // some two hundred channels
 
   void read(char* bytes, std::size_t count) {
     if (count > left_ || !in_.read(bytes, static_cast<std::streamsize>(count)))
@@ -159,7 +159,7 @@ class HeaderWalk {
     const std::uint64_t width = word(), height = word();
     const auto side = static_cast<std::uint64_t>(limits.max_side);
     if (width > side || height > side || width * height > limits.max_pixels)
-      throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of a picture", name_, width, height));
+      throw LimitError(fmt::format("{}: tiles of {}x{} pixels exceed the limits of an image", name_, width, height));
   }
 
   std::string name_;

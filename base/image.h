@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-// A picture of interleaved channels, row by row from the top left. T is float (linear light) or an integer type.
+// An image of interleaved channels, row by row from the top left. T is float (linear light) or an integer type.
 template <class T>
 struct ImageOf {
   int width = 0;

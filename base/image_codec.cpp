@@ -129,12 +129,13 @@ bool check_jpeg(Bytes bytes, std::string& fault) {
 
 // What unpacking takes at its peak. PNG: the joined IDAT chunks in a buffer that doubles, the raw rows, the unfiltered
 // rows, their expansion (palette, passes), our copy. JPEG: planes padded to blocks of up to 32 pixels, coefficients of
-// two bytes when progressive, the picture, our copy.
+// two bytes when progressive, the image, our copy.
 std::uint64_t decoder_bytes(std::size_t encoded, int width, int height, int channels, bool wide) {
   const auto padded = [](int side) { return (static_cast<std::uint64_t>(side) + 31) / 32 * 32; };
-  const std::uint64_t picture = padded(width) * padded(height) * static_cast<std::uint64_t>(channels) * (wide ? 2 : 1);
+  const std::uint64_t frame_image =
+      padded(width) * padded(height) * static_cast<std::uint64_t>(channels) * (wide ? 2 : 1);
   constexpr std::uint64_t kTables = 128 << 10;  // zlib's window, Huffman tables
-  return 2 * static_cast<std::uint64_t>(encoded) + 6 * picture + kTables;
+  return 2 * static_cast<std::uint64_t>(encoded) + 6 * frame_image + kTables;
 }
 
 struct FreeStb {
@@ -211,9 +212,9 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
   if (format == ImageFormat::kPng && !check_png_data(data_chunks, png_raw_bytes(bytes), fault)) return false;
 
   if (format == ImageFormat::kJpeg) {
-    Image8 picture;
-    if (!decode_jpeg(bytes, jpeg, picture, fault)) return false;
-    image.pixels = std::move(picture);
+    Image8 frame_image;
+    if (!decode_jpeg(bytes, jpeg, frame_image, fault)) return false;
+    image.pixels = std::move(frame_image);
   } else if (wide) {
     const std::unique_ptr<unsigned short, FreeStb> pixels(
         tessera_stb_load_16(bytes.data(), size, &width, &height, &channels));

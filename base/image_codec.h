@@ -44,15 +44,15 @@ using ChargeBytes = std::function<void(std::uint64_t)>;
 // Unpacks a PNG or JPEG. The container is checked first (chunk lengths and CRCs of PNG, marker segments and the
 // end marker of JPEG, the amount of compressed data of PNG), because the decoder behind it accepts damaged files.
 // Returns the fault in words in `fault` and false when the bytes are not a whole image; throws LimitError when the
-// picture is larger than the limits.
+// image is larger than the limits.
 bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,
                   std::string& fault, const ChargeBytes& charge = {});
 
-// PNG bytes of an 8-bit or 16-bit picture with 1 to 4 channels.
+// PNG bytes of an 8-bit or 16-bit image with 1 to 4 channels.
 std::string encode_png(const Image8& image);
 std::string encode_png(const Image16& image);
 
-// JPEG bytes of an 8-bit picture with 1 or 3 channels; quality 1 to 100.
+// JPEG bytes of an 8-bit image with 1 or 3 channels; quality 1 to 100.
 std::string encode_jpeg(const Image8& image, int quality);
 
 // Writes a PNG, whole or not at all. Throws WriteError.

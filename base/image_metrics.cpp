@@ -64,7 +64,7 @@ Plane map_pixels(int width, int height, F&& value) {
 }
 
 void check_shapes(const Image& a, const Image& b) {
-  TESSERA_CHECK(a.same_shape(b) && a.channels == 3 && !a.values.empty(), "pictures to compare have one shape");
+  TESSERA_CHECK(a.same_shape(b) && a.channels == 3 && !a.values.empty(), "images to compare have one shape");
 }
 
 // ---- Colour spaces of FLIP -------------------------------------------------------------------------------------
@@ -189,7 +189,7 @@ std::array<Plane, 3> opponent_planes(const Image& image) {
   return planes;
 }
 
-// Filtered picture in Hunt-adjusted CIELAB.
+// Filtered image in Hunt-adjusted CIELAB.
 std::vector<Triple> perceived_colors(const std::array<Plane, 3>& opponent, double ppd) {
   const Plane y = filter_channel(opponent[0], kAchromatic, ppd);
   const Plane cx = filter_channel(opponent[1], kRedGreen, ppd);

@@ -4,10 +4,10 @@
 
 namespace tessera {
 
-// Differences between two pictures of the same size, 3 channels, display-referred sRGB values in [0, 1].
+// Differences between two images of the same size, 3 channels, display-referred sRGB values in [0, 1].
 // All functions are symmetric but for FLIP's maps, deterministic, and expect equal shapes (checked).
 
-// Peak signal-to-noise ratio in dB over all channels; infinity for equal pictures.
+// Peak signal-to-noise ratio in dB over all channels; infinity for equal images.
 double psnr(const Image& a, const Image& b);
 
 // Largest absolute difference of any channel.
@@ -21,7 +21,7 @@ double mssim(const Image& a, const Image& b);
 // 3840 pixels wide.
 inline constexpr double kFlipPixelsPerDegree = 67.0206432766;
 
-// Per-pixel perceived difference of flipping between a reference and a test picture, in [0, 1]
+// Per-pixel perceived difference of flipping between a reference and a test image, in [0, 1]
 // (Andersson et al. 2020, "FLIP: a difference evaluator for alternating images", LDR variant). One channel.
 Image flip_map(const Image& reference, const Image& test, double pixels_per_degree = kFlipPixelsPerDegree);
 

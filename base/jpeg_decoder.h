@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-// Size of a JPEG's picture and its channels: 1 grey, 3 colour.
+// Size of a JPEG's image and its channels: 1 grey, 3 colour.
 struct JpegHeader {
   int width = 0, height = 0, channels = 0;
 };

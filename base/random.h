@@ -5,7 +5,7 @@
 namespace tessera {
 
 // Stateless random numbers: every value is a function of its coordinates, so any order of evaluation and any
-// number of threads give the same picture.
+// number of threads give the same image.
 
 // Bijective 32-bit mix with full avalanche (Chris Wellons' "lowbias32", exhaustively searched constants).
 constexpr std::uint32_t mix32(std::uint32_t x) {

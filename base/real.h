@@ -6,7 +6,7 @@
 namespace tessera {
 
 // What programmable stages may ask of their scalar type besides + - * /. SIMD lanes and intervals bring their own
-// overloads, found by argument-dependent look-up.
+// overloads, found by argument-dependent lookup.
 inline float real_sqrt(float a) { return std::sqrt(a); }
 inline float real_abs(float a) { return std::abs(a); }
 inline float real_min(float a, float b) { return b < a ? b : a; }

@@ -70,7 +70,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Pairs of a primitive and a tile that it may touch, by exact coverage.",
      "PowerVR Tiles per Triangle (times primitives)"},
     {"baseline.entries", &baselines::BaselineCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile queues; with post-tessellation one per tile and block of up to 126 triangles.",
+     "Entries written to tile lists; with post-tessellation one per tile and block of up to 126 triangles.",
      "MaliFragRdPrim"},
     {"baseline.vertices_stored", &baselines::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
      "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.",

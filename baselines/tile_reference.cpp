@@ -5,7 +5,7 @@
 namespace tessera::baselines {
 namespace {
 
-constexpr std::size_t kMost = 64;  // of a count in 6 bits
+constexpr std::size_t kMax = 64;  // of a count in 6 bits
 
 std::vector<std::uint8_t> runs_of(const std::bitset<kBlockTriangles>& triangles, std::size_t count) {
   std::vector<std::uint8_t> runs;
@@ -39,7 +39,7 @@ void encode_reference(const TileReference& reference, std::size_t count, std::ui
   const auto form = [&](unsigned kind, std::size_t n) {
     out.push_back(static_cast<std::uint8_t>(kind << 6 | (n - 1)));
   };
-  if (taken <= kMost && taken <= mask_bytes && taken <= runs.size()) {
+  if (taken <= kMax && taken <= mask_bytes && taken <= runs.size()) {
     form(2, taken);
     std::size_t next = 0;
     for (std::size_t t = 0; t < count; ++t) {
@@ -47,7 +47,7 @@ void encode_reference(const TileReference& reference, std::size_t count, std::ui
       out.push_back(static_cast<std::uint8_t>(t - next));
       next = t + 1;
     }
-  } else if (runs.size() / 2 <= kMost && runs.size() < mask_bytes) {
+  } else if (runs.size() / 2 <= kMax && runs.size() < mask_bytes) {
     form(3, runs.size() / 2);
     out.insert(out.end(), runs.begin(), runs.end());
   } else {

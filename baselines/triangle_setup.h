@@ -24,7 +24,7 @@ struct TriangleList {
 // Culls and covers triangles as the fixed-function stages after the domain shader do, for motion and defocus too.
 //
 // Rules:
-//   TS1  Where a triangle may be drawn: within `grow` pixels of the hull of its vertices at both keys (vertices move
+//   TS1  Where a triangle may be drawn: within `grow` pixels of the hull of its vertices at both motion keys (vertices move
 //        straight), grow being the largest circle of confusion of a vertex at a key. Its tiles are found as those of
 //        sub-patches: closed rectangle, then edges.
 //   TS2  Outside: no tile, or all of it beyond the depth range.

@@ -92,7 +92,7 @@ namespace tessera {
 template <>
 inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<CounterField<binner::BinnerCounters>>({
     {"binner.entries", &binner::BinnerCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile queues. A sub-patch counts once for every queue it is in.",
+     "Entries written to tile lists. A sub-patch counts once for every queue it is in.",
      "PowerVR Tiles per Triangle (times Triangles Out); Adreno visibility stream size"},
     {"binner.group_entries", &binner::BinnerCounters::group_entries, Combine::kSum, "entries",
      "Those of binner.entries that went to queues of groups of tiles.", ""},

@@ -32,7 +32,7 @@ enum class Axis { kX, kY };
 // xh - high * w > 0, which is linear in the point and, for a point that moves linearly, in time. The smallest value
 // over the corners at key 0 and the smallest at key 1, joined by a line, bound it from below for *every* pair of points
 // of the two boxes. (The line of each single corner would not: where a drawable deforms and turns at once, a vertex is
-// at different places of the box at the two keys.)
+// at different places of the box at the two motion keys.)
 //
 // `grow` widens the strip: pixels around the projections that hold everything drawn. Only for bodies of which
 // has_hull() is true.

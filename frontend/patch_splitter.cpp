@@ -31,7 +31,7 @@ double extent_in_frame(const ScreenBounds& b, int width, int height) {
   return std::max(side(b.x0, b.x1, width), side(b.y0, b.y1, height));
 }
 
-// Squared length on screen of the sides of a moving box along one of its axes, the largest of both keys and all four
+// Squared length on screen of the sides of a moving box along one of its axes, the largest of both motion keys and all four
 // edges; corners behind the camera count as far as they go.
 double side_length2(const MovingCorners& corners, std::size_t axis_bit) {
   double longest = 0;
@@ -44,7 +44,7 @@ double side_length2(const MovingCorners& corners, std::size_t axis_bit) {
   return longest;
 }
 
-// Longer side on screen of a moving box, the larger of both keys. What a sub-patch sweeps beyond that, by motion or by
+// Longer side on screen of a moving box, the larger of both motion keys. What a sub-patch sweeps beyond that, by motion or by
 // its circle of confusion, its halves would sweep as well.
 double extent_at_keys(const MovingCorners& corners) {
   double longest = 0;

@@ -16,7 +16,7 @@ bool same_points(const scene::PosedDrawable& drawable, std::size_t first, std::s
 }
 
 // A margin is 72 roundings of the largest sum of terms; a transformed vertex takes three of them, so a 24th is enough
-// for the transformation of a vertex that is the same float at both keys.
+// for the transformation of a vertex that is the same float at both motion keys.
 constexpr double kTransformShare = 1.0 / 24;
 
 }  // namespace
@@ -67,7 +67,7 @@ bool stays_still(const SubPatchBody& body, const scene::Projection& projection, 
       const DVec4 d = body.corners[k + kBodyCorners] - body.corners[k];
       way = std::max({way, std::abs(d[axis] - low * d.w), std::abs(d[axis] - high * d.w)});
     }
-    // Both keys' pixels are off by the transformation's rounding and by that of a quotient.
+    // Both motion keys' pixels are off by the transformation's rounding and by that of a quotient.
     const double error = (position_error + farthest * w_error) / least_w + farthest * 0x1p-23;
     way += body.way_margin.position + (farthest + outside) * body.way_margin.w;
     if (!(way / least_w + 2 * error < still_pixels)) return false;

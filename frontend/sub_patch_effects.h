@@ -22,12 +22,12 @@ inline constexpr std::uint8_t kAllSubPatchEffects = 31;
 // to find the same bits. Motion and defocus owe that to two rules that the tile core applies to single vertices, in
 // every kernel:
 //   a vertex that moves by no more than kStillPixels and kStillDepth does not move (project_vertices);
-//   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the middle of the lens: see
+//   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the lens centre: see
 //     place_corner.
 // The rules look at one vertex alone, so they depend on no split, tile or neighbour, and open no crack.
 //
 // Invariants (cited by the tests):
-//   SE1  Without kEffectMotion every vertex of the sub-patch is projected and has the same bits at both keys.
+//   SE1  Without kEffectMotion every vertex of the sub-patch is projected and has the same bits at both motion keys.
 //   SE2  Without kEffectDefocus every vertex is projected and sharp at all times.
 //   SE3  Without kEffectDisplacement every offset that any of its vertices is displaced by, its neighbours' included,
 //        is zero.
@@ -60,7 +60,7 @@ class EffectSelector {
 // keys' corners are the same points of a body that is rigid in object space. Exposed for tests.
 bool stays_still(const SubPatchBody& body, const scene::Projection& projection, double still_pixels,
                  double still_depth);
-// Whether a body lies in front of the near plane and inside the guard band at both keys, so that every vertex is
+// Whether a body lies in front of the near plane and inside the guard band at both motion keys, so that every vertex is
 // projected.
 bool certainly_projected(const SubPatchBody& body, const scene::Projection& projection);
 // Whether the circle of confusion of every depth of `bounds` has a radius of no more than `sharp_pixels`, rounding

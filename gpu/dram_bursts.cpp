@@ -15,8 +15,8 @@ using memory::Burst;
 using memory::Purpose;
 using timing::kPhaseCount;
 
-// Of a cluster of 64 vertices at both keys with 124 cells, and its bursts.
-constexpr std::uint64_t kMostRecordBytes = 4096;
+// Of a cluster of 64 vertices at both motion keys with 124 cells, and its bursts.
+constexpr std::uint64_t kMaxRecordBytes = 4096;
 
 // Cuts accesses into bursts and spreads them over [begin, end).
 class Spreader {
@@ -87,7 +87,7 @@ memory::AddressMap address_map(const Device& renderer, const hardware::GpuConfig
   const std::uint64_t of_sample =
       tilecore::TileState::kBytesPerSample +
       static_cast<std::uint64_t>(gpu.tilecore_blend_layers) * tilecore::TileState::kBytesPerLayer;
-  return memory::AddressMap({renderer.assembly().patch_count() * kMostRecordBytes,
+  return memory::AddressMap({renderer.assembly().patch_count() * kMaxRecordBytes,
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
 }

@@ -29,7 +29,7 @@ Keys accuracy_keys() {
        {"8", "16"},
        "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
       {"sampling.lens_points", &S::lens_points, "points", 0, 65536,
-       "Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp pictures. 0: a "
+       "Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a "
        "point of its own for every sample of the pattern, "
        "moved from block to block."},
       {"tessellation.target_edge_pixels", &S::target_edge_pixels, "pixels", 0.25, 64,
@@ -40,7 +40,7 @@ Keys accuracy_keys() {
       {"shading.rate",
        &S::shading_rate,
        {"pixel", "sample", "cache"},
-       "Runs of the pixel shader: once per pixel and surface (multisampling), once per visible sample, or once per "
+       "Pixel-shader invocations: once per pixel and surface (multisampling), once per visible sample, or once per "
        "cell of the surface about a pixel wide, "
        "while the shading cache holds it."},
       {"shading.cell_pixels", &S::shading_cell_pixels, "pixels", 0.125, 16,
@@ -59,19 +59,19 @@ Keys effect_keys() {
       {"effects.motion",
        &S::motion,
        {"auto", "on", "off"},
-       "Motion blur: what the capture asks for; the general kernels everywhere (same picture); none."},
+       "Motion blur: what the capture asks for; the general kernels everywhere (same image); none."},
       {"effects.defocus",
        &S::defocus,
        {"auto", "on", "off"},
-       "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same picture); none."},
+       "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none."},
       {"effects.displacement",
        &S::displacement,
        {"auto", "on", "off"},
-       "Displacement: where the capture's maps are not zero; wherever it has maps (same picture); none."},
+       "Displacement: where the capture's maps are not zero; wherever it has maps (same image); none."},
       {"effects.alpha_test",
        &S::alpha_test,
        {"auto", "on", "off"},
-       "Alpha test: where a masked material may be transparent; all over it (same picture); none, masked surfaces are "
+       "Alpha test: where a masked material may be transparent; all over it (same image); none, masked surfaces are "
        "opaque."},
       {"effects.blending",
        &S::blending,
@@ -150,7 +150,7 @@ Keys resolve_keys() {
        "patches; or nothing."},
       {"resolve.supersampling", &S::supersampling,
        "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not "
-       "share runs of the pixel shader (shading.rate=pixel)."},
+       "share pixel-shader invocations (shading.rate=pixel)."},
       {"resolve.advect_still_edges", &S::advect_still_edges,
        "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
       {"resolve.dither",
@@ -199,11 +199,11 @@ Keys resolve_keys() {
   };
 }
 
-Keys picture_keys() {
+Keys output_keys() {
   using S = RunSettings;
   return {
       {"stereo.eye_separation", &S::eye_separation, "scene units", 0, 1e6,
-       "Renders a second picture for a right eye this far to the right of the camera, which is the left eye; 0 is one "
+       "Renders a second image for a right eye this far to the right of the camera, which is the left eye; 0 is one "
        "eye."},
       {"stereo.far_depth", &S::far_depth, "scene units", 0, 1e9,
        "With desampling the right eye takes pixels from the left where both see farther than this."},
@@ -220,7 +220,7 @@ Keys picture_keys() {
 const KeyTable<RunSettings>& settings_keys() {
   static const KeyTable<RunSettings> table([] {
     Keys all;
-    for (const Keys& group : {accuracy_keys(), effect_keys(), procedure_keys(), resolve_keys(), picture_keys()})
+    for (const Keys& group : {accuracy_keys(), effect_keys(), procedure_keys(), resolve_keys(), output_keys()})
       all.insert(all.end(), group.begin(), group.end());
     return all;
   }());

@@ -75,7 +75,7 @@ inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
     {"sample_hits", &TileCounts::sample_hits, "samples", "Triangle tests that hit.", "tilecore.sample_hits"},
     {"samples_visible", &TileCounts::samples_visible, "samples", "Samples that see an opaque surface.",
      "tilecore.samples_visible"},
-    {"pixel_shader_invocations", &TileCounts::pixel_shader_invocations, "invocations", "Runs of the pixel shader.",
+    {"pixel_shader_invocations", &TileCounts::pixel_shader_invocations, "invocations", "Pixel-shader invocations.",
      "tilecore.pixel_shader_invocations"},
 });
 static_assert(sizeof(TileCounts) == sizeof(std::uint64_t) * kTileMapFields.size(),

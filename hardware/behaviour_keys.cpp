@@ -47,7 +47,7 @@ Keys binner_keys() {
       {"tile.height", &Gpu::tile_height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",
        "[spec] as tile.width"},
       {"parameter_buffer.bytes", &Gpu::parameter_buffer_bytes, "bytes", 256, 4294967296.0,
-       "Memory that holds the tile queues: list heads and chunks.",
+       "Memory that holds the tile lists: list heads and chunks.",
        "[spec] PowerVR drivers start at 2 MiB, Mali's at 10 MiB (up to 128 MiB)"},
       {"parameter_buffer.chunk_bytes", &Gpu::parameter_buffer_chunk_bytes, "bytes", 32, 2097152,
        "Size of the pieces in which the parameter buffer is handed out to tiles.",
@@ -115,7 +115,7 @@ Keys tile_core_keys() {
        "each cell's whole motion; by a stencil "
        "test on time for segments of the shutter, for parts of the rectangle, for segments of whole leaves; by a "
        "rectangle for each of a few fixed intervals. "
-       "The picture is the same.",
+       "The image is the same.",
        "[spec] patch-bvh: US 8791945; segments, partition, clusters: US 9626762; brute and interleaved: what both "
        "compare with"},
       {"tilecore.stencil_segments", &Gpu::tilecore_stencil_segments, "segments", 0, 256,

@@ -153,9 +153,9 @@ std::vector<std::string> preset_names() {
 GpuConfiguration load_gpu(const std::string& preset_or_file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
-  constexpr std::uint64_t kMostBytes = 16u << 20;
+  constexpr std::uint64_t kMaxBytes = 16u << 20;
   try {
-    return from_json(preset_or_file, parse_json(read_whole_text(preset_or_file, kMostBytes), preset_or_file));
+    return from_json(preset_or_file, parse_json(read_whole_text(preset_or_file, kMaxBytes), preset_or_file));
   } catch (const UsageError& error) {
     throw InputError(preset_or_file, "", error.what());
   }

@@ -63,7 +63,7 @@ inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<Counter
      "Lines that texture caches and, for displacement maps, tessellators asked of the L2.",
      "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
     {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
-     "MaliL2CacheRdMissRate (times look-ups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
+     "MaliL2CacheRdMissRate (times lookups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
 });
 TESSERA_COUNTERS_COVER(memory::L2Counters);
 

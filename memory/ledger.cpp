@@ -17,7 +17,7 @@ std::string_view name(Purpose purpose) {
 std::string_view meaning(Purpose purpose) {
   static constexpr std::array<std::string_view, kPurposeCount> kMeanings = {
       "control points and cluster vertices of base patches, numbers of procedures",
-      "tile queues in the parameter buffer: list heads, chunk links and entries",
+      "tile lists in the parameter buffer: list heads, chunk links and entries",
       "samples of unfinished tiles, stored and reloaded around a partial render",
       "finished pixels",
       "lines of textures that missed the caches",

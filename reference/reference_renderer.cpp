@@ -184,7 +184,7 @@ std::vector<Image> render_reference(const ReferenceScene& scene, const Reference
       request.pattern == nullptr ? request.samples : std::vector<int>{request.pattern->samples_per_pixel()};
   TESSERA_CHECK(!numbers.empty() && numbers.front() > 0 && std::is_sorted(numbers.begin(), numbers.end()),
                 "numbers of samples ascend");
-  std::vector<Image> pictures(numbers.size(), Image(width, height, 3));
+  std::vector<Image> images(numbers.size(), Image(width, height, 3));
   const PacketOrder order(scene, static_cast<std::size_t>(numbers.back()));
   PerThread<PixelRenderer> renderers;
   constexpr int kRun = 16;  // pixels that a thread takes at a time
@@ -199,15 +199,15 @@ std::vector<Image> render_reference(const ReferenceScene& scene, const Reference
       for (std::size_t n = 0; n < numbers.size(); ++n) {
         for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
         for (int c = 0; c < 3; ++c)
-          pictures[n].at(x, y)[static_cast<std::size_t>(c)] = static_cast<float>(sum[c] / numbers[n]);
+          images[n].at(x, y)[static_cast<std::size_t>(c)] = static_cast<float>(sum[c] / numbers[n]);
       }
     }
   });
-  return pictures;
+  return images;
 }
 
 double rms_difference(const Image& a, const Image& b) {
-  TESSERA_CHECK(a.same_shape(b) && !a.values.empty(), "pictures to compare have one shape");
+  TESSERA_CHECK(a.same_shape(b) && !a.values.empty(), "images to compare have one shape");
   double sum = 0;
   for (std::size_t i = 0; i < a.values.size(); ++i) {
     const double d = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);

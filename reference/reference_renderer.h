@@ -11,14 +11,14 @@
 
 namespace tessera::reference {
 
-// What a reference picture is made with.
+// What a reference image is made with.
 struct ReferenceRequest {
   tilecore::Lighting lighting;
   std::optional<Vec3> background;  // else the environment
   // Plain random numbers for place, time and lens point, independent from sample to sample and pixel to pixel: the
   // error of a mean of n samples falls as n^-1/2. They have nothing in common with the machine's pattern.
   std::uint64_t seed = 1;
-  // Numbers of samples, ascending: a picture of the first so many samples is made of each.
+  // Numbers of samples, ascending: an image of the first so many samples is made of each.
   std::vector<int> samples = {1024};
   // Instead of random numbers: the samples of the machine's own pattern, whose number they then are. What is left to
   // differ from the machine is its arithmetic.
@@ -27,11 +27,11 @@ struct ReferenceRequest {
 
 // Renders the scene in double precision: visibility sample by sample, and every sample shaded. Colour is linear light,
 // three channels, the mean over a pixel's samples. The pixel shader is the machine's (a stage is part of the scene), in
-// single precision, at parameters that are found in double. One picture per number of samples asked for. The same bits
+// single precision, at parameters that are found in double. One image per number of samples asked for. The same bits
 // for any number of threads and any instruction set.
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
 
-// Root mean square difference of two pictures of one shape.
+// Root mean square difference of two images of one shape.
 double rms_difference(const Image& a, const Image& b);
 
 // Least-squares slope of log(error) over log(samples).

@@ -14,12 +14,12 @@ namespace tessera::reference {
 // pixel shader) and nothing of how the machine finds what is visible: no sub-pixel grid, no tiles, no bounds, no rest
 // frames, no single precision.
 //
-// Space: a vertex is (x, y, depth), x and y being raster coordinates from the middle of the picture times w (w = depth;
+// Space: a vertex is (x, y, depth), x and y being raster coordinates from the middle of the image times w (w = depth;
 // 1 if the projection is orthographic). That is linear in the point of the scene, so a vertex moves on a straight line
 // at constant speed between the keys, and what a sample looks along is the line
 //   perspective    x = u L + depth (sx - u L / f)
 //   orthographic   x = sx + u L - depth u L / f
-// with sx from the middle of the picture, L: lens_scale, f: focus distance;
+// with sx from the middle of the image, L: lens_scale, f: focus distance;
 // that is (x, y) = origin + depth * direction: the one parameter is the depth, and nothing needs clipping.
 //
 // Invariants (cited by the tests):
@@ -40,7 +40,7 @@ struct ReferenceScene {
     std::uint16_t vertex_count, triangle_count;
     bool moving;
   };
-  // Interval of every axis at both keys; in between it is interpolated. Single precision, rounded outwards.
+  // Interval of every axis at both motion keys; in between it is interpolated. Single precision, rounded outwards.
   struct Box {
     std::array<float, 3> low{}, high{};
   };

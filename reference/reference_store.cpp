@@ -54,7 +54,7 @@ ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, s
   return request;
 }
 
-// The error of a picture of n samples: the spread of pictures of n samples that share none. Each of four series of
+// The error of an image of n samples: the spread of images of n samples that share none. Each of four series of
 // independent seeds gives two, its first n and its next n.
 json measure_convergence(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
                          const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
@@ -94,28 +94,28 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::G
   const double processor = process_seconds();
   const PosedReference posed(prepared, gpu, settings, wanted, wanted.width, wanted.height);
   const int half = std::max(1, wanted.samples / 2);
-  std::vector<Image> pictures = render_reference(
+  std::vector<Image> images = render_reference(
       *posed.scene,
       request_of(prepared.capture, kSeed,
                  half < wanted.samples ? std::vector<int>{half, wanted.samples} : std::vector<int>{wanted.samples}));
   Reference reference;
-  reference.color = std::move(pictures.back());
+  reference.color = std::move(images.back());
   reference.info = {{"samples", wanted.samples},
                     {"edge_pixels", wanted.edge_pixels},
                     {"triangles", posed.scene->triangles.size()},
                     {"rms_error", nullptr},
                     {"psnr_db", nullptr}};
-  if (pictures.size() > 1) {
-    Image second = pictures.front();
+  if (images.size() > 1) {
+    Image second = images.front();
     const float all = static_cast<float>(wanted.samples), first = static_cast<float>(half);
     for (std::size_t i = 0; i < second.values.size(); ++i)
       second.values[i] = (reference.color.values[i] * all - second.values[i] * first) / (all - first);
     // The mean of two halves errs by half of their difference.
-    reference.info["rms_error"] = 0.5 * rms_difference(pictures.front(), second);
+    reference.info["rms_error"] = 0.5 * rms_difference(images.front(), second);
     const float exposure =
         settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared.capture.settings.exposure;
     const double db =
-        psnr(display_values(pictures.front(), exposure), display_values(second, exposure)) + 20 * std::log10(2.0);
+        psnr(display_values(images.front(), exposure), display_values(second, exposure)) + 20 * std::log10(2.0);
     if (std::isfinite(db)) reference.info["psnr_db"] = db;
   }
   const double own = process_seconds() - processor,
@@ -149,14 +149,14 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::Gp
                     {"procedures", settings.procedures == "off"},
                     {"exposure", settings.exposure}};
   const std::string hash = sha256_hex(key.dump()).substr(0, 32);
-  const fs::path picture = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
+  const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;
   Reference reference;
-  if (fs::is_regular_file(info, ignored) && fs::is_regular_file(picture, ignored)) {
+  if (fs::is_regular_file(info, ignored) && fs::is_regular_file(image, ignored)) {
     reference.info = parse_json(read_whole_text(info), info.string());
-    reference.color = read_exr(picture);
+    reference.color = read_exr(image);
     if (reference.color.width != wanted.width || reference.color.height != wanted.height)
-      throw InputError(picture.string(), "", "is not the picture that its name stands for");
+      throw InputError(image.string(), "", "is not the image that its name stands for");
     return reference;
   }
   reference = make_reference(prepared, gpu, settings, wanted);
@@ -164,7 +164,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::Gp
   for (std::size_t c = 0; c < 3; ++c)
     channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kFloat, reference.color.values.data() + c,
                         static_cast<std::size_t>(reference.color.channels)});
-  write_exr(picture, wanted.width, wanted.height, channels);
+  write_exr(image, wanted.width, wanted.height, channels);
   write_file_atomically(info, reference.info.dump(1) + "\n");  // last: what is there is complete
   return reference;
 }

@@ -21,7 +21,7 @@ struct Reference {
   Image color;  // linear light
   // {"samples", "edge_pixels", "triangles", "rms_error", "psnr_db", "convergence": {"size", "samples", "rms_error",
   // "slope"}, "host"}: rms_error and psnr_db are what is left of its own noise, from the difference of its two halves;
-  // convergence is that of a smaller picture of the same frame, from four series of independent seeds.
+  // convergence is that of a smaller image of the same frame, from four series of independent seeds.
   nlohmann::json info;
 };
 
@@ -34,7 +34,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::Gp
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted,
                         const std::filesystem::path& folder, const std::string& inputs);
 
-// A picture as a display shows it: exposure, tone map and sRGB curve as write_png's pictures have them, not rounded to
+// An image as a display shows it: exposure, tone map and sRGB curve as write_png's images have them, not rounded to
 // 8 bits. What all errors are measured on. First three channels.
 Image display_values(const Image& linear, float exposure);
 

@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// A picture as it looks on a display: sRGB values in [0, 1], three channels. EXR files are tone mapped.
+// An image as it looks on a display: sRGB values in [0, 1], three channels. EXR files are tone mapped.
 Image read_display(const fs::path& file) {
   if (file.extension() == ".exr") {
     const Image8 shown = shaders::to_display(read_exr(file), 1.0f);
@@ -45,7 +45,7 @@ Image read_display(const fs::path& file) {
   return out;
 }
 
-// FLIP error as a picture: black through red and yellow to white.
+// FLIP error as an image: black through red and yellow to white.
 Image8 heat_map(const Image& flip) {
   Image8 out(flip.width, flip.height, 3);
   for (std::size_t i = 0; i < flip.values.size(); ++i)
@@ -54,7 +54,7 @@ Image8 heat_map(const Image& flip) {
   return out;
 }
 
-json compare_pictures(const fs::path& a, const fs::path& b, const std::string& map_file) {
+json compare_images(const fs::path& a, const fs::path& b, const std::string& map_file) {
   const Image first = read_display(a), second = read_display(b);
   if (!first.same_shape(second))
     throw InputError(b.string(), "",
@@ -93,7 +93,7 @@ json compare_folders(const fs::path& a, const fs::path& b) {
       names.insert(entry.path().filename());
   for (const fs::path& name : names) {
     if (!fs::exists(b / name)) continue;
-    json row = compare_pictures(a / name, b / name, "");
+    json row = compare_images(a / name, b / name, "");
     row["frame"] = name.stem().string();
     out["frames"].push_back(row);
   }
@@ -112,13 +112,13 @@ std::string decibel(const json& value) {
   return value.is_null() ? "identical" : fmt::format("{:.2f} dB", value.get<double>());
 }
 
-void print_pictures(const std::string& label, const json& row) {
+void print_images(const std::string& label, const json& row) {
   fmt::print("{:<14} {:>12} {:>10.5f} {:>10.5f} {:>10.5f}\n", label, decibel(row["psnr_db"]), row["ssim"].get<double>(),
              row["flip"].get<double>(), row["max_difference"].get<double>());
 }
 
 void print_folders(const json& report) {
-  for (const json& row : report["frames"]) print_pictures(row["frame"].get<std::string>(), row);
+  for (const json& row : report["frames"]) print_images(row["frame"].get<std::string>(), row);
   fmt::print("\n{:<36} {:>16} {:>16} {:>8}\n", "counter", "A", "B", "B/A");
   for (const json& row : report["counters"]) {
     const auto text = [](const json& v) { return v.is_null() ? std::string("-") : v.dump(); };
@@ -132,12 +132,12 @@ void print_folders(const json& report) {
 class CompareCommand final : public Command {
  public:
   explicit CompareCommand(CLI::App& app) {
-    app.add_option("A", a_, "The reference: a picture (.png, .jpg, .exr) or the folder of a replay")
+    app.add_option("A", a_, "The reference: an image (.png, .jpg, .exr) or the folder of a replay")
         ->required()
         ->type_name("A");
     app.add_option("B", b_, "What is compared with it")->required()->type_name("B");
     app.add_flag("--json", json_, "As JSON");
-    app.add_option("--flip-map", map_, "Write the FLIP error of two pictures as a heat map")->type_name("FILE.png");
+    app.add_option("--flip-map", map_, "Write the FLIP error of two images as a heat map")->type_name("FILE.png");
     app.footer(
         "PSNR, mean SSIM and mean FLIP of what a display shows (EXR files are tone mapped first); max is the largest "
         "difference of any channel in [0, 1].\n"
@@ -145,11 +145,11 @@ class CompareCommand final : public Command {
   }
   void run() override {
     const bool folders = fs::is_directory(a_);
-    if (folders != fs::is_directory(b_)) throw UsageError("compare: give two pictures or two folders");
-    if (folders && !map_.empty()) throw UsageError("--flip-map: is for two pictures");
+    if (folders != fs::is_directory(b_)) throw UsageError("compare: give two images or two folders");
+    if (folders && !map_.empty()) throw UsageError("--flip-map: is for two images");
     if (!map_.empty()) check_output_file(map_);
     if (beside_outputs({map_}) != stdout) throw UsageError("--flip-map: standard output is for the figures");
-    const json report = folders ? compare_folders(a_, b_) : compare_pictures(a_, b_, map_);
+    const json report = folders ? compare_folders(a_, b_) : compare_images(a_, b_, map_);
     if (json_) {
       fmt::print("{}\n", report.dump(2));
       return;
@@ -158,7 +158,7 @@ class CompareCommand final : public Command {
     if (folders)
       print_folders(report);
     else
-      print_pictures("pictures", report);
+      print_images("pictures", report);
   }
 
  private:

@@ -186,8 +186,7 @@ json describe_effects() {
        "effects.motion"},
       {"procedures", "Surfaces that are formulas are sampled by the sampling controller.", "frame, tile",
        "the capture has TESSERA_procedure", "effects.procedures (off only), procedures.path"},
-      {"stereo", "A second picture for a right eye.", "frame", "stereo.eye_separation is not 0",
-       "stereo.eye_separation"},
+      {"stereo", "A second image for a right eye.", "frame", "stereo.eye_separation is not 0", "stereo.eye_separation"},
   };
   json rows = json::array();
   for (const Effect& e : kEffects)

@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
       {app.add_subcommand("inspect", "Say what is in a capture"), tessera::replay::make_inspect_command},
       {app.add_subcommand("pack", "Compress a glTF asset and attach capture settings"),
        tessera::replay::make_pack_command},
-      {app.add_subcommand("compare", "Differences between two pictures or two replays"),
+      {app.add_subcommand("compare", "Differences between two images or two replays"),
        tessera::replay::make_compare_command},
       {app.add_subcommand("sweep", "Render every point of a design space and measure it"),
        tessera::replay::make_sweep_command},

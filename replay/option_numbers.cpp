@@ -37,7 +37,7 @@ std::vector<long> parse_whole_numbers(const std::string& option, const std::stri
   return numbers;
 }
 
-PictureSize parse_size(const std::string& option, const std::string& text) {
+ImageSize parse_size(const std::string& option, const std::string& text) {
   constexpr const char* kForm = "WIDTHxHEIGHT, 1 to 16384 each";
   const std::vector<long> size = parse_whole_numbers(option, text, 'x', 2, kForm);
   for (const long side : size)

@@ -12,11 +12,11 @@ namespace tessera::replay {
 std::vector<long> parse_whole_numbers(const std::string& option, const std::string& text, char separator,
                                       std::size_t count, const char* form);
 
-struct PictureSize {
+struct ImageSize {
   int width = 0, height = 0;
 };
 // "WxH", 1 to 16384 each.
-PictureSize parse_size(const std::string& option, const std::string& text);
+ImageSize parse_size(const std::string& option, const std::string& text);
 
 struct FrameRange {
   int first = 0, last = 0;  // `last` is not rendered

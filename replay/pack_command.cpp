@@ -41,7 +41,7 @@ class PackCommand final : public Command {
         ->type_name("METHOD");
     const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
       app.add_option(option, value, fmt::format("Bits that {} keep", what))
-          ->check(CLI::Range(least, kMostBits).description(""))
+          ->check(CLI::Range(least, kMaxBits).description(""))
           ->type_name("N")
           ->capture_default_str();
     };
@@ -72,7 +72,7 @@ class PackCommand final : public Command {
         ->group(surfaces);
     subdivide_ = app.get_option("--subdivide");
     const char* group = "Capture settings";
-    app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->group(group);
+    app.add_option("--size", size_, "Size of the image")->type_name("WxH")->group(group);
     app.add_option("--frame-rate", frame_rate_, "Frames per second")->type_name("FPS")->group(group);
     app.add_option("--shutter", shutter_,
                    "When the shutter opens and closes, as fractions of a frame (0:0.5 is half a frame)")
@@ -112,7 +112,7 @@ class PackCommand final : public Command {
   nlohmann::json capture_settings() const {
     nlohmann::json settings = nlohmann::json::object();
     if (!size_.empty()) {
-      const PictureSize size = parse_size("--size", size_);
+      const ImageSize size = parse_size("--size", size_);
       settings["resolution"] = {size.width, size.height};
     }
     if (!shutter_.empty()) {

@@ -39,7 +39,7 @@ class ReplayCommand final : public Command {
     app.add_option("--frames", frames_,
                    "Frames to render, counted from 0, B not included (default: the capture's range, else 0:1)")
         ->type_name("A:B");
-    app.add_option("--size", size_, "Size of the picture (default: the capture's, else 1280x720)")->type_name("WxH");
+    app.add_option("--size", size_, "Size of the image (default: the capture's, else 1280x720)")->type_name("WxH");
     app.add_option("--spp", spp_, "Visibility samples per pixel, 1 to 64 (default 4)")->type_name("N");
     app.add_option("--gpu", gpu_,
                    fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))
@@ -67,7 +67,7 @@ class ReplayCommand final : public Command {
         ->type_name("FILE");
     app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
     app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that reading the capture and the pictures may take, in GiB")
+                   "Most memory that reading the capture and the images may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
     app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
@@ -212,7 +212,7 @@ class ReplayCommand final : public Command {
     request.width = capture.settings.width;
     request.height = capture.settings.height;
     if (!size_.empty()) {
-      const PictureSize size = parse_size("--size", size_);
+      const ImageSize size = parse_size("--size", size_);
       request.width = size.width;
       request.height = size.height;
     }
@@ -247,7 +247,7 @@ class ReplayCommand final : public Command {
                                  (settings.desampling == "off" ? 0 : 50)) *
                                 (settings.eye_separation > 0 ? 2 : 1);
     if (bytes > max_bytes)
-      throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", request.region.width(),
+      throw LimitError(fmt::format("images of {}x{} need {} bytes, --max-memory allows {}", request.region.width(),
                                    request.region.height(), bytes, max_bytes));
     return request;
   }
@@ -258,7 +258,7 @@ class ReplayCommand final : public Command {
     return parse_frames("--frames", frames_);
   }
 
-  // A machine without the page's modules still gives pictures and figures.
+  // A machine without the page's modules still gives images and figures.
   void make_report(const Statistics& statistics) const {
     if (no_report_ || statistics.frame_count() == 0) return;
     if (const std::string missing = missing_for_reports(); missing.empty())

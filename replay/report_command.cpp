@@ -18,7 +18,7 @@ class ReportCommand final : public Command {
         ->required()
         ->type_name("DIR");
     app.footer(
-        "Writes DIR/report.html: one file with pictures, maps, plots, tables and the configuration; it needs no "
+        "Writes DIR/report.html: one file with images, maps, plots, tables and the configuration; it needs no "
         "network.\n"
         "For a sweep it joins what all shards have done so far and writes DIR/sweep.csv as well.");
   }

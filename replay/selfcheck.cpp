@@ -229,7 +229,7 @@ SelfCheck check_tiling(const std::filesystem::path& file) {
           fmt::format("{}, {}x{} best; {:.2f} with 1 sample a pixel", all, best, best, single), at_32 > 1,
           "published (Antochi et al. 2004) for OpenGL scenes without multisampling, textures included. Ours at 4 "
           "samples a pixel: the immediate machine moves every sample, the tiled one the finished "
-          "pixel, hence more than published. At 1 sample a pixel the picture nearly fits the immediate machine's cache "
+          "pixel, hence more than published. At 1 sample a pixel the image nearly fits the immediate machine's cache "
           "(immediate.cache_bytes) and its pixel takes 4 bytes where the resolve unit writes 8, "
           "hence less. Textures are left out on both sides. Larger tiles read fewer entries, and their on-chip memory "
           "costs no traffic, hence 64x64 here"};

@@ -33,7 +33,7 @@ class SweepCommand final : public Command {
     app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
         ->type_name("N");
     app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that a capture, and the pictures of all points at work, may take, in GiB")
+                   "Most memory that a capture, and the images of all points at work, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
     app.add_option("--max-points", max_points_, "Refuse studies with more points")

@@ -51,7 +51,7 @@ class TradeoffCommand final : public Command {
     app.add_option("--out", out_, "Folder for the results; made when missing. What is there is not computed again")
         ->required()
         ->type_name("DIR");
-    app.add_option("--size", size_, "Size of the picture")->type_name("WxH")->capture_default_str();
+    app.add_option("--size", size_, "Size of the image")->type_name("WxH")->capture_default_str();
     app.add_option(
            "--frame", frame_,
            "The frame that is compared, counted from 0 (default: the last of a run from the capture's first frame on)")
@@ -103,7 +103,7 @@ class TradeoffCommand final : public Command {
     app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")
         ->type_name("N");
     app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that reading the capture, and the pictures, may take, in GiB")
+                   "Most memory that reading the capture, and the images, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no table");
@@ -159,7 +159,7 @@ class TradeoffCommand final : public Command {
       options.base.emplace_back(text.substr(0, text.find('=')), text.substr(text.find('=') + 1));
     }
     hardware::check_gpu(options.gpu);
-    const PictureSize size = parse_size("--size", size_);
+    const ImageSize size = parse_size("--size", size_);
     options.width = size.width;
     options.height = size.height;
     if (frame_) options.frame = static_cast<int>(check_number("--frame", *frame_, 0, 1e8));

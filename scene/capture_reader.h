@@ -12,7 +12,7 @@ namespace tessera::scene {
 // is used, and sizes are charged to the limits before they are allocated.
 //
 // Throws InputError (file, JSON pointer or byte offset, fault) for anything that glTF forbids and that could change
-// the picture, and LimitError when a limit would be exceeded. Harmless oddities load: weights that do not sum to 1,
+// the image, and LimitError when a limit would be exceeded. Harmless oddities load: weights that do not sum to 1,
 // longer buffers, strided animation data, unused objects.
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits = {});
 

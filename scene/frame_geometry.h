@@ -21,14 +21,14 @@ struct FrameRequest {
   int subpixel_bits = 8;           // of the grid that vertices are put on: 4 to 8
   bool half_attributes = false;    // interpolated attributes reach the pixel shader in half precision
   bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
-  bool draw_lines = false;         // procedures are paper with ink strokes, not shaded surfaces
+  bool draw_lines = false;         // procedures are paper with ink lines, not shaded surfaces
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
 
   float subpixels() const { return static_cast<float>(1 << subpixel_bits); }  // along a pixel's side
 };
 
-// A drawable as posed at the two keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
+// A drawable as posed at the two motion keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
 // are the capture's own.
 struct PosedDrawable {
   const Drawable* drawable = nullptr;
@@ -74,7 +74,7 @@ struct FrameGeometry {
 // All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
 
-// Poses the scene at both keys and fixes every patch's tessellation pattern. Runs on all threads.
+// Poses the scene at both motion keys and fixes every patch's tessellation pattern. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                           const FrameRequest& request);
 

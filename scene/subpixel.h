@@ -14,7 +14,7 @@ inline constexpr float kSubpixels = 256.0f;
 inline constexpr float kStillPixels = 1.0f / kSubpixels;
 inline constexpr float kStillDepth = 0x1p-16f;
 // A projected vertex whose circle of confusion has a radius (pixels) of no more than this is in focus: it is seen
-// through the middle of the lens. A lens moves vertices off the grid, so this is not a sub-pixel but what float
+// through the lens centre. A lens moves vertices off the grid, so this is not a sub-pixel but what float
 // arithmetic leaves uncertain anyway.
 inline constexpr float kSharpPixels = 0x1p-15f;
 

@@ -56,7 +56,7 @@ struct TessellationSettings {
   double displacement_bias = 0.0;   // accuracy knob: added to the level of detail at which heights are read
 };
 
-// Factor of a curve with these four control points in raster space (xh, yh, depth, w), at both keys: the length of its
+// Factor of a curve with these four control points in raster space (xh, yh, depth, w), at both motion keys: the length of its
 // control polygon on screen, the larger of the keys, over the target. Depends on nothing but the curve, is the same
 // for the reversed curve, and is monotone in length; points nearer than w = near_w count as if at near_w.
 int curve_factor(const std::array<std::array<Vec4, 4>, 2>& curve, float near_w, const TessellationSettings& settings,

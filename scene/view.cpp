@@ -20,7 +20,7 @@ struct Box {
   bool empty() const { return !(low.x <= high.x); }
 };
 
-// A grid of points is enough to frame a picture.
+// A grid of points is enough to frame an image.
 void add_procedure(const Procedure& procedure, const DMat4& world, Box& box) {
   constexpr int kSteps = 16;
   for (const Procedure::Piece& piece : procedure.pieces)
@@ -98,7 +98,7 @@ Projection make_projection(const Camera& camera, int width, int height) {
   p.near = static_cast<double>(camera.near);
   p.far = static_cast<double>(camera.far);
   p.orthographic = camera.type == Camera::Type::kOrthographic;
-  // Square pixels always: a frame of another aspect shows more or less, never a stretched picture.
+  // Square pixels always: a frame of another aspect shows more or less, never a stretched image.
   if (p.orthographic)
     p.scale = std::min(p.center_x / static_cast<double>(camera.x_mag), p.center_y / static_cast<double>(camera.y_mag));
   else

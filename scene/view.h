@@ -28,7 +28,7 @@ struct Projection {
 
 Projection make_projection(const Camera& camera, int width, int height);
 
-// The camera at one key of the shutter.
+// The camera at one motion key of the shutter.
 struct View {
   DMat4 world_to_camera{1.0};
   DMat4 camera_to_world{1.0};
@@ -37,7 +37,7 @@ struct View {
 // Rigid view of a camera node: scale and mirroring of the node are ignored, as glTF asks.
 View view_from_world(const DMat4& camera_world);
 
-// Where the picture is taken from: a node of the capture, or a camera that frames the whole scene.
+// Where the image is taken from: a node of the capture, or a camera that frames the whole scene.
 struct CameraChoice {
   Camera camera;
   int node = kNone;  // kNone: fixed

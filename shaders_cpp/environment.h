@@ -5,7 +5,7 @@
 namespace tessera::shaders {
 
 // The light that every scene has unless its capture turns it off: a studio of a bright ceiling, a darker floor and
-// two soft boxes, analytic so that it needs no picture and can be blurred exactly as much as a rough surface asks.
+// two soft boxes, analytic so that it needs no image and can be blurred exactly as much as a rough surface asks.
 // World directions, +y up. Radiance in linear light; 1 is the brightness of a white diffuse surface in full light.
 class Environment {
  public:

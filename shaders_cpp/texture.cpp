@@ -30,7 +30,7 @@ std::vector<Coverage> coverage_of(int source_size, int target_size) {
   return all;
 }
 
-// Halves a picture of `channels` floats. `Pixels` gives and takes texels.
+// Halves an image of `channels` floats. `Pixels` gives and takes texels.
 template <class Get, class Put>
 void halve(int width, int height, int channels, const Get& get, const Put& put) {
   const int w = std::max(1, width / 2), h = std::max(1, height / 2);

@@ -71,7 +71,7 @@ inline TexelPair linear_texels(Wrap wrap, float coordinate, int size) {
   return {wrap_near_texel(wrap, p.first, size), wrap_near_texel(wrap, p.first + 1, size), p.weight};
 }
 
-// The texels that a look-up weighs: up to four in each of up to two levels; first and second are the same where it
+// The texels that a lookup weighs: up to four in each of up to two levels; first and second are the same where it
 // takes one.
 struct TexelFootprint {
   struct Level {

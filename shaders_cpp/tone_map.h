@@ -9,7 +9,7 @@ namespace tessera::shaders {
 // Input: linear light >= 0 (negative and NaN components count as 0); output in [0, 1], linear.
 Vec3 tone_map(Vec3 linear);
 
-// A linear picture (3 or more channels, the first three used) as 8-bit sRGB: exposure, tone map, transfer function.
+// A linear image (3 or more channels, the first three used) as 8-bit sRGB: exposure, tone map, transfer function.
 Image8 to_display(const Image& linear, float exposure);
 
 }  // namespace tessera::shaders

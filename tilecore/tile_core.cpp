@@ -30,7 +30,7 @@ class OpaqueSink final : public HitSink {
     const std::size_t s = hit.sample;
     if (hit.z > state_.z[s]) return;
     if (hit.z == state_.z[s] && std::tie(patch_, hit.triangle) >= std::tie(state_.patch[s], state_.triangle[s])) return;
-    if (state_.patch[s] == TileState::kNoPatch) --state_.unseen;
+    if (state_.patch[s] == TileState::kNoPatch) --state_.uncovered;
     state_.z[s] = hit.z;
     state_.patch[s] = patch_;
     state_.triangle[s] = hit.triangle;
@@ -87,7 +87,7 @@ class LayerSink final : public HitSink {
 
 // The tile's far plane: infinity while a sample sees nothing.
 float farthest(const TileState& state) {
-  if (state.unseen > 0) return std::numeric_limits<float>::infinity();
+  if (state.uncovered > 0) return std::numeric_limits<float>::infinity();
   const std::vector<float>& z = state.z;
   // Several running maxima, so that the loop is not one chain of dependent steps.
   std::array<float, 16> most{};

@@ -159,7 +159,8 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
          "Entries dropped before tessellation because every sample of the tile sees something nearer.",
          "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
         {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
-         "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both keys; those "
+         "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both motion keys; "
+         "those "
          "that several tiles need count once for each.",
          ""},
         {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",

@@ -15,7 +15,7 @@ namespace tessera::tilecore {
 
 class ParameterMaps;
 
-// When samples of a pixel share one run of the pixel shader.
+// When samples of a pixel share one pixel-shader invocation.
 enum class ShadingRate {
   kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
   kSample,  // one run per visible sample
@@ -36,7 +36,7 @@ struct TileJob {
   float shading_cell_pixels = 1;
   std::size_t shading_cache_entries = 1024;
   int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied
-  std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMostCapacity
+  std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMaxCapacity
   bool cull_occlusion = true;
   // Run the general kernels also where the scene does not ask for them, or the front end found that they can be spared.
   bool force_motion = false, force_lens = false, force_displacement = false, force_alpha_test = false;

@@ -10,13 +10,13 @@
 namespace tessera::tilecore {
 
 void TileState::start(std::size_t samples) {
-  unseen = samples;
+  uncovered = samples;
   z.assign(samples, std::numeric_limits<float>::infinity());
   patch.assign(samples, kNoPatch);
   triangle.assign(samples, kNoPatch);
   for (auto* v : {&b1, &b2, &rest_x, &rest_y}) v->assign(samples, 0.0f);
   layers.clear();
-  next_drop_ = std::min<std::size_t>(most_layers, 4096);
+  next_drop_ = std::min<std::size_t>(max_layers, 4096);
   started = true;
 }
 
@@ -26,13 +26,13 @@ void TileState::drop_hidden_layers() {
 
 void TileState::make_room() {
   drop_hidden_layers();
-  if (layers.size() >= most_layers)
+  if (layers.size() >= max_layers)
     throw LimitError(
         fmt::format("a tile sees more than {} blended surfaces, all samples together; fewer samples per pixel (--spp) "
                     "or smaller tiles (tile.width, tile.height) need less",
-                    most_layers));
+                    max_layers));
   // Twice what is visible now: the work of looking stays in proportion to the layers that came.
-  next_drop_ = std::min(most_layers, std::max<std::size_t>(2 * layers.size(), 4096));
+  next_drop_ = std::min(max_layers, std::max<std::size_t>(2 * layers.size(), 4096));
 }
 
 std::uint64_t TileState::bytes(std::size_t capacity) const {

@@ -12,7 +12,7 @@ struct TileState {
   static constexpr std::uint64_t kBytesPerSample = 20;                  // z, patch, triangle, two weights
   static constexpr std::uint64_t kBytesPerLayer = kBytesPerSample + 4;  // the same and the sample's number
   // Most layers that the emulator keeps of one tile: 256 MiB.
-  static constexpr std::size_t kMostLayers = std::size_t{1} << 23;
+  static constexpr std::size_t kMaxLayers = std::size_t{1} << 23;
 
   // Nearest opaque surface per sample, natural order.
   std::vector<float> z, b1, b2, rest_x, rest_y;
@@ -24,14 +24,14 @@ struct TileState {
     float z, b1, b2, rest_x, rest_y;
   };
   std::vector<Layer> layers;
-  std::size_t most_layers = kMostLayers;
+  std::size_t max_layers = kMaxLayers;
 
-  std::size_t unseen = 0;  // samples that see nothing opaque yet
+  std::size_t uncovered = 0;  // samples that see nothing opaque yet
 
   bool started = false;
   void start(std::size_t samples);
 
-  // Keeps a layer, unless it is hidden already. Throws LimitError when more than most_layers are in front of what is
+  // Keeps a layer, unless it is hidden already. Throws LimitError when more than max_layers are in front of what is
   // opaque.
   void add_layer(const Layer& layer) {
     if (layer.z >= z[layer.sample]) return;

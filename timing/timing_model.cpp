@@ -10,7 +10,7 @@
 namespace tessera::timing {
 namespace {
 
-constexpr std::uint64_t kMostInFlight = 8;  // tiles that a core can keep apart
+constexpr std::uint64_t kMaxInFlight = 8;  // tiles that a core can keep apart
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Something that takes time: waits for its first data, then flows, as fast as its units and its share of the memory let
@@ -134,7 +134,7 @@ class FrameSimulation {
     const auto memory_bytes = static_cast<std::uint64_t>(gpu.tilecore_memory_bytes);
     in_flight_ = work.tile_state_bytes == 0
                      ? 1
-                     : std::clamp<std::uint64_t>(memory_bytes / work.tile_state_bytes, 1, kMostInFlight);
+                     : std::clamp<std::uint64_t>(memory_bytes / work.tile_state_bytes, 1, kMaxInFlight);
   }
 
   Schedule run() {

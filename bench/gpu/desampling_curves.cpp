@@ -1,8 +1,8 @@
 // What desampling saves and what it costs in error, over whole replays.
 //
-//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, pictures;
+//   tessera_desampling_curves OUT_FOLDER [PART]   PART: headline, thresholds, stencils, drift, traffic, eyes, images;
 //                                                 default: all. Prints the tables of docs/resolve.md and writes
-//                                                 thresholds.csv, thresholds_*.svg, drift.csv, drift.svg, pictures
+//                                                 thresholds.csv, thresholds_*.svg, drift.csv, drift.svg, images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
 //   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
@@ -23,7 +23,7 @@
 
 #include "base/atomic_file.h"
 #include "base/image_metrics.h"
-#include "bench/gpu/desampling_pictures.h"
+#include "bench/gpu/desampling_images.h"
 #include "bench/gpu/desampling_score.h"
 #include "bench/support/line_plot.h"
 #include "bench/support/program.h"
@@ -159,7 +159,7 @@ void thresholds(const fs::path& folder) {
       print_equal_shading(fmt::format("{}, {}", shot.name, kStencils[k]), curves[k], board);
     write_line_plot((folder / fmt::format("thresholds_{}.svg", shot.name)).string(),
                     {fmt::format("{}: error against savings, thresholds from careful to reckless", shot.name),
-                     "runs of the pixel shader saved, %", "mean PSNR, dB"},
+                     "pixel-shader invocations saved, %", "mean PSNR, dB"},
                     plot);
   }
   fmt::print("\n{}", csv);
@@ -309,7 +309,7 @@ int main(int argc, char** argv) {
   const bool scores = part == "score";
   if (argc < 2 || (scores ? argc < 7 : argc > 3)) {
     fmt::print(stderr,
-               "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|stencils|drift|traffic|eyes|pictures "
+               "usage: tessera_desampling_curves OUT_FOLDER [headline|thresholds|stencils|drift|traffic|eyes|images "
                "| score CAPTURE FIRST LAST SETTINGS...] | --check\n");
     return 2;
   }
@@ -327,7 +327,7 @@ int main(int argc, char** argv) {
                                     {"drift", drift},
                                     {"traffic", traffic},
                                     {"eyes", eyes},
-                                    {"pictures", desampling_pictures}})
+                                    {"pictures", desampling_images}})
       if (part == "all" || part == name) run(first);
     return 0;
   } catch (const std::exception& error) {

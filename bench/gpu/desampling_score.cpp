@@ -27,14 +27,14 @@ scene::Capture read_shipped(const std::string& name) {
   return scene::read_capture(std::filesystem::path(TESSERA_SOURCE_DIR) / "captures" / (name + ".glb"));
 }
 
-Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool pictures) {
+Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool images) {
   gpu::RunSettings settings;
   hardware::GpuConfiguration gpu;
   for (const std::string& text : sets) gpu::apply_setting(text, settings, gpu);
   gpu::RenderRequest request;
   request.width = shot.width, request.height = shot.height;
   request.region = {0, 0, shot.width, shot.height};
-  request.resolve_auxiliary = request.error = pictures;
+  request.resolve_auxiliary = request.error = images;
   return {capture, gpu, settings, request};
 }
 

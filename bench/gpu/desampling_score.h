@@ -22,8 +22,8 @@ struct Shot {
 };
 
 scene::Capture read_shipped(const std::string& name);
-// `pictures`: with those of the resolve unit, and of its error.
-gpu::Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool pictures = false);
+// `images`: with those of the resolve unit, and of its error.
+gpu::Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool images = false);
 
 // What a display shows, between 0 and 1.
 Image shown(const Image8& display);
@@ -42,7 +42,7 @@ inline constexpr double kIdenticalDecibel = 60;
 
 struct Score {
   std::vector<double> frame_psnr, frame_saved;
-  double saved = 0;           // share of the reference's runs of the pixel shader, over all frames
+  double saved = 0;           // share of the reference's pixel-shader invocations, over all frames
   double psnr = 0;            // mean over frames
   double ssim = 0, flip = 0;  // means over every sixth frame: they take longer than rendering
   double resolve_of_tiles = 0,

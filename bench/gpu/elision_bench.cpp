@@ -1,14 +1,14 @@
 // What effects cost where they run, and what the code for them costs where they do not.
 //
-//   tessera_elision_bench mover [ROUNDS]                          one object that covers a tenth of a still picture,
+//   tessera_elision_bench mover [ROUNDS]                          one object that covers a tenth of a still image,
 //                                                                 beside all at rest and all moving
 //   tessera_elision_bench effects [ROUNDS]                        each effect of the shipped captures: as it is, off,
 //                                                                 forced everywhere
 //   tessera_elision_bench static STATIC_PROGRAM PROGRAM [ROUNDS]  this build beside one with TESSERA_EFFECTS=static, on
 //                                                                 captures at rest
-//   tessera_elision_bench picture CAPTURE FILE.png                which tiles of a frame ran motion, defocus and
+//   tessera_elision_bench image CAPTURE FILE.png                which tiles of a frame ran motion, defocus and
 //                                                                 displacement
-//   tessera_elision_bench --check                                 small pictures, once: are the things that are
+//   tessera_elision_bench --check                                 small images, once: are the things that are
 //                                                                 compared the same things?
 //
 // Seconds are processor time of the one thread that renders, so that a busy machine does not count; the ways that are
@@ -98,8 +98,8 @@ class Shot {
   std::size_t tiles_ = 0, all_tiles_ = 1;
 };
 
-// A wall of bent patches across the picture, and one of the same patches in front of it that covers `share` of the
-// picture. What moves goes 16 pixels during the shutter.
+// A wall of bent patches across the image, and one of the same patches in front of it that covers `share` of the
+// image. What moves goes 16 pixels during the shutter.
 Capture wall(double share, bool wall_moves, bool object_moves) {
   Capture capture;
   capture.settings.frame_rate = capture.settings.shutter_close = 1;
@@ -176,7 +176,7 @@ void bench_effects(int rounds, int width, int height) {
     std::vector<Way> ways;
     for (std::size_t k = 0; k < shots.size(); ++k) ways.push_back({"", [&shots, k] { return shots[k].render(); }});
     const std::vector<Timing> t = take_turns(ways, rounds);
-    TESSERA_CHECK(shots[0].color() == shots[2].color(), "an effect forced on gives the same picture");
+    TESSERA_CHECK(shots[0].color() == shots[2].color(), "an effect forced on gives the same image");
     fmt::print("| {} | {} | {:.1f} | {:.1f} ({:+.1f} %) | {:.1f} ({:+.1f} %) |\n", row.capture, row.effect,
                1e3 * t[0].least, 1e3 * t[1].least, 100 * (t[1].least / t[0].least - 1), 1e3 * t[2].least,
                100 * (t[2].least / t[0].least - 1));
@@ -217,7 +217,7 @@ void bench_static(const std::string& static_program, const std::string& program,
       TESSERA_CHECK(std::system(fmt::format("cmp -s {} {}", (folder / "static" / file).string(),
                                             (folder / "general" / file).string())
                                     .c_str()) == 0,
-                    "both builds give the same picture");
+                    "both builds give the same image");
     }
     fmt::print("| {} | {:.3f} | {:.3f} | {:.4f} | {:.4f} |\n", name, t[0].least, t[1].least, t[1].least / t[0].least,
                t[1].median / t[0].median);

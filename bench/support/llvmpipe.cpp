@@ -42,7 +42,7 @@ void main() {
 })";
 
 // One triangle that covers everything.
-constexpr const char* kWholePicture = R"(#version 450
+constexpr const char* kWholeImage = R"(#version 450
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); })";
 
 constexpr const char* kAccumulate = R"(#version 450
@@ -186,8 +186,8 @@ Llvmpipe::Llvmpipe(const TriangleList& triangles, int width, int height, int thr
   depth_b_ = -2 * far * near / (far - near);
   still_program_ = link(kStillVertex, kWriteNumber);
   moving_program_ = link(kMovingVertex, kWriteNumber);
-  accumulate_program_ = link(kWholePicture, kAccumulate);
-  pick_program_ = link(kWholePicture, kPick);
+  accumulate_program_ = link(kWholeImage, kAccumulate);
+  pick_program_ = link(kWholeImage, kPick);
   make_buffers(triangles);
   make_targets(layers);
 
@@ -320,11 +320,11 @@ void Llvmpipe::accumulate(int count) {
 }
 
 std::vector<std::uint32_t> Llvmpipe::read_layer(int layer) {
-  std::vector<std::uint32_t> picture(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  std::vector<std::uint32_t> image(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   glBindFramebuffer(GL_FRAMEBUFFER, layer_targets_[static_cast<std::size_t>(layer)]);
-  glReadPixels(0, 0, width_, height_, GL_RED_INTEGER, GL_UNSIGNED_INT, picture.data());
+  glReadPixels(0, 0, width_, height_, GL_RED_INTEGER, GL_UNSIGNED_INT, image.data());
   expect_no_error();
-  return picture;
+  return image;
 }
 
 std::vector<std::uint32_t> Llvmpipe::read_multisample(int sample) {
@@ -337,18 +337,18 @@ std::vector<std::uint32_t> Llvmpipe::read_multisample(int sample) {
   glFrontFace(GL_CCW);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glFrontFace(GL_CW);
-  std::vector<std::uint32_t> picture(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  glReadPixels(0, 0, width_, height_, GL_RED_INTEGER, GL_UNSIGNED_INT, picture.data());
+  std::vector<std::uint32_t> image(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  glReadPixels(0, 0, width_, height_, GL_RED_INTEGER, GL_UNSIGNED_INT, image.data());
   expect_no_error();
-  return picture;
+  return image;
 }
 
 std::vector<float> Llvmpipe::read_accumulated() {
-  std::vector<float> picture(4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  std::vector<float> image(4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   glBindFramebuffer(GL_FRAMEBUFFER, accumulate_target_);
-  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, picture.data());
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, image.data());
   expect_no_error();
-  return picture;
+  return image;
 }
 
 }  // namespace tessera::bench

@@ -11,7 +11,7 @@ namespace tessera::bench {
 
 // A list of triangles in the hands of llvmpipe, Mesa's software rasterizer, drawn offscreen (OSMesa).
 //
-// Vertices, indices and targets exist when the constructor is done; draws find them in place. A picture holds, for each
+// Vertices, indices and targets exist when the constructor is done; draws find them in place. An image holds, for each
 // sample, the patch number + 1, 0 where nothing is seen, written by a fragment shader that does nothing else; back
 // faces are culled. Positions are Tessera's snapped ones, so llvmpipe's own snap to 1/256 pixel changes nothing at
 // shutter open and close.
@@ -21,7 +21,7 @@ class Llvmpipe {
  public:
   static constexpr int kMultisamples = 4;
 
-  // `threads` rasterize, beside the caller's, which transforms and bins. `layers`: single-sample pictures that exist at
+  // `threads` rasterize, beside the caller's, which transforms and bins. `layers`: single-sample images that exist at
   // once. Throws std::runtime_error when Mesa gives another renderer. One instance per process at a time.
   Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers);
   Llvmpipe(const Llvmpipe&) = delete;
@@ -30,7 +30,7 @@ class Llvmpipe {
 
   const std::string& renderer() const { return renderer_; }
 
-  // Draws return before the picture is there; finish() waits.
+  // Draws return before the image is there; finish() waits.
   void finish();
 
   // The frame at shutter open with four samples per pixel. A vertex is a position in clip space with w = 1, and a
@@ -42,7 +42,7 @@ class Llvmpipe {
   };
   std::array<Offset, kMultisamples> multisample_offsets();
 
-  // The frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex is both keys'
+  // The frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex is both motion keys'
   // positions times their depths, which move linearly, and a number; the vertex shader interpolates.
   void draw_single(int layer, Offset offset, float time);
   // The mean over the first `count` layers of a colour made from the number, in half floats.

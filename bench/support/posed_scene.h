@@ -10,7 +10,7 @@
 
 namespace tessera::bench {
 
-// The scene of the visibility benchmarks: a wavy wall of bicubic patches that fills the picture and beyond, and a crowd
+// The scene of the visibility benchmarks: a wavy wall of bicubic patches that fills the image and beyond, and a crowd
 // of closed blobs in front of it. Every object moves by `blur` pixels, each in its own direction; surfaces are opaque
 // and single-sided.
 struct SceneSettings {
@@ -20,7 +20,7 @@ struct SceneSettings {
   int samples_per_pixel = 4;
 };
 
-// That scene posed for one picture, and the machine that renders it.
+// That scene posed for one image, and the machine that renders it.
 struct PosedScene {
   // Poses three times: the tessellation's edge length is corrected until the mean area is the wanted one.
   PosedScene(int width, int height, const SceneSettings& settings);
@@ -56,7 +56,7 @@ struct TriangleList {
 };
 
 // Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the
-// picture, and for a double-sided material: the list can say neither.
+// image, and for a double-sided material: the list can say neither.
 TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
 
 }  // namespace tessera::bench

@@ -1,9 +1,9 @@
 // Visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
 //
-//   tessera_embree_rival OUT_FOLDER [ROUNDS]       measures every row; writes embree.csv and the plots area.svg,
+//   tessera_embree_baseline OUT_FOLDER [ROUNDS]       measures every row; writes embree.csv and the plots area.svg,
 //                                                  blur.svg
-//   tessera_embree_rival --check                   a small picture, no times: do both see the same?
-//   tessera_embree_rival --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
+//   tessera_embree_baseline --check                   a small image, no times: do both see the same?
+//   tessera_embree_baseline --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
 //
@@ -112,7 +112,7 @@ struct Rival {
   test::EmbreeOptions::Geometry geometry;
   bool moving_only;
 };
-constexpr Rival kRivals[] = {
+constexpr Rival kBaselines[] = {
     {"bvh", "threads=2", test::EmbreeOptions::Geometry::kTriangles, false},
     {"bvh8v", "threads=2,tri_accel_mb=bvh8.triangle4vmb", test::EmbreeOptions::Geometry::kTriangles, true},
     {"grid", "threads=2", test::EmbreeOptions::Geometry::kGrids, false},
@@ -136,9 +136,9 @@ struct Bench : PosedScene {
     });
   }
 
-  test::EmbreeOptions options(const Rival& rival) const {
+  test::EmbreeOptions options(const Rival& baseline) const {
     test::EmbreeOptions o;
-    o.geometry = rival.geometry;
+    o.geometry = baseline.geometry;
     o.robust = false;       // Embree's faster intersectors
     o.obey_facing = false;  // the nearest hit of a closed surface faces the camera
     return o;
@@ -178,18 +178,18 @@ struct Bench : PosedScene {
   }
 };
 
-struct RivalTimes {
-  const Rival* rival = nullptr;
+struct BaselineTimes {
+  const Rival* baseline = nullptr;
   std::unique_ptr<test::EmbreeDevice> device;
   bool packets = false;
   test::Agreement agreement;
   std::vector<double> tessellate, build, trace, total;
 };
 
-// Checks a rival against Tessera and finds out whether packets help it.
-void prepare(const Bench& bench, const std::vector<tilecore::TileState>& seen, RivalTimes& r) {
-  r.device = std::make_unique<test::EmbreeDevice>(r.rival->configuration);
-  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.rival));
+// Checks a baseline against Tessera and finds out whether packets help it.
+void prepare(const Bench& bench, const std::vector<tilecore::TileState>& seen, BaselineTimes& r) {
+  r.device = std::make_unique<test::EmbreeDevice>(r.baseline->configuration);
+  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.baseline));
   scene.commit();
   scene.index_triangles();
   std::vector<TileHits> hits = bench.room_for_hits();
@@ -206,9 +206,9 @@ void prepare(const Bench& bench, const std::vector<tilecore::TileState>& seen, R
   r.packets = seconds[1] < seconds[0];
 }
 
-void run_round(const Bench& bench, RivalTimes& r, std::vector<TileHits>& hits) {
+void run_round(const Bench& bench, BaselineTimes& r, std::vector<TileHits>& hits) {
   const double start = now();
-  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.rival));
+  EmbreeScene scene(*r.device, *bench.frame, bench.patches, bench.options(*r.baseline));
   const double tessellated = now();
   scene.commit();
   const double built = now();
@@ -220,14 +220,14 @@ void run_round(const Bench& bench, RivalTimes& r, std::vector<TileHits>& hits) {
   r.total.push_back(done - start);
 }
 
-std::vector<RivalTimes> rivals_of(Bench& bench, const Row& row, const std::vector<tilecore::TileState>& seen) {
-  std::vector<RivalTimes> rivals;
-  for (const Rival& rival : kRivals) {
-    if (rival.moving_only && row.blur == 0) continue;
-    rivals.emplace_back().rival = &rival;
-    prepare(bench, seen, rivals.back());
+std::vector<BaselineTimes> baselines_of(Bench& bench, const Row& row, const std::vector<tilecore::TileState>& seen) {
+  std::vector<BaselineTimes> baselines;
+  for (const Rival& baseline : kBaselines) {
+    if (baseline.moving_only && row.blur == 0) continue;
+    baselines.emplace_back().baseline = &baseline;
+    prepare(bench, seen, baselines.back());
   }
-  return rivals;
+  return baselines;
 }
 
 struct Measured {
@@ -238,10 +238,10 @@ struct Measured {
 Measured measure(const Row& row, int rounds, std::string& csv) {
   Bench bench(1280, 720, row);
   auto first = bench.machine.run(*bench.frame, bench.pyramids, true);
-  std::vector<RivalTimes> rivals = rivals_of(bench, row, first.tiles);
-  for (const RivalTimes& r : rivals)
+  std::vector<BaselineTimes> baselines = baselines_of(bench, row, first.tiles);
+  for (const BaselineTimes& r : baselines)
     if (r.agreement.wrong + r.agreement.wrong_depth > 0)
-      fmt::print("  {}: {} of {} samples see another triangle, {} another depth\n", r.rival->name, r.agreement.wrong,
+      fmt::print("  {}: {} of {} samples see another triangle, {} another depth\n", r.baseline->name, r.agreement.wrong,
                  r.agreement.samples, r.agreement.wrong_depth);
 
   std::vector<double> total, bound, bin, tiles;
@@ -252,23 +252,24 @@ Measured measure(const Row& row, int rounds, std::string& csv) {
     bound.push_back(stages.bound_seconds);
     bin.push_back(stages.bin_seconds);
     tiles.push_back(stages.tile_seconds);
-    for (RivalTimes& r : rivals) run_round(bench, r, hits);
+    for (BaselineTimes& r : baselines) run_round(bench, r, hits);
   }
 
   Measured out{row, median(total), 1e300, 1e300};
-  for (const RivalTimes& r : rivals) {
+  for (const BaselineTimes& r : baselines) {
     out.best_total = std::min(out.best_total, median(r.total));
     out.best_trace = std::min(out.best_trace, median(r.trace));
   }
   const auto ms = [](double seconds) { return 1e3 * seconds; };
-  for (const RivalTimes& r : rivals) {
+  for (const BaselineTimes& r : baselines) {
     const std::string line = fmt::format(
         "{:g},{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.1f},{:.1f},{}{},{:.1f},{:.1f},{:.1f},{:.1f},{:.3f},{:.3f},{},{},{:."
         "4f}\n",
         row.area, row.blur, row.lens ? 32 : 0, bench.mean_area, bench.patches.size(), first.tessellation.triangles,
-        ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.rival->name, r.packets ? "/8" : "/1",
-        ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)), ms(median(r.total)),
-        out.tessera / median(r.total), out.tessera / median(r.trace), r.agreement.wrong, r.agreement.wrong_depth,
+        ms(median(bound)), ms(median(bin)), ms(median(tiles)), ms(out.tessera), r.baseline->name,
+        r.packets ? "/8" : "/1", ms(median(r.tessellate)), ms(median(r.build)), ms(median(r.trace)),
+        ms(median(r.total)), out.tessera / median(r.total), out.tessera / median(r.trace), r.agreement.wrong,
+        r.agreement.wrong_depth,
         100.0 * static_cast<double>(r.agreement.ties) / static_cast<double>(r.agreement.samples));
     csv += line;
     fmt::print("{}", line);
@@ -315,11 +316,11 @@ int check() {
   for (const Row& row : {Row{4, 0, false}, Row{4, 32, false}, Row{4, 32, true}}) {
     Bench bench(320, 180, row);
     const auto seen = bench.machine.run(*bench.frame, bench.pyramids, true);
-    for (const RivalTimes& r : rivals_of(bench, row, seen.tiles)) {
+    for (const BaselineTimes& r : baselines_of(bench, row, seen.tiles)) {
       const test::Agreement& a = r.agreement;
       fmt::print(
           "blur {} lens {} {}: {} samples, {} visible, {} tied, {} of these differ, {} wrong, {} at another depth\n",
-          row.blur, row.lens, r.rival->name, a.samples, a.visible, a.ties, a.different_ties, a.wrong, a.wrong_depth);
+          row.blur, row.lens, r.baseline->name, a.samples, a.visible, a.ties, a.different_ties, a.wrong, a.wrong_depth);
       if (a.wrong + a.wrong_depth > 0 || a.visible != a.samples || a.ties * 50 > a.samples) ++bad;
     }
   }
@@ -348,7 +349,7 @@ void profile(const Row& row) {
 int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (argc < 2 || (first == "--profile" && argc != 5)) {
-    fmt::print(stderr, "usage: tessera_embree_rival OUT_FOLDER [ROUNDS] | --check | --profile AREA BLUR LENS\n");
+    fmt::print(stderr, "usage: tessera_embree_baseline OUT_FOLDER [ROUNDS] | --check | --profile AREA BLUR LENS\n");
     return 2;
   }
   try {
@@ -360,7 +361,7 @@ int main(int argc, char** argv) {
       tessera::bench::measure_all(first, argc > 2 ? std::stoi(argv[2]) : 3);
     return 0;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "tessera_embree_rival: {}\n", error.what());
+    fmt::print(stderr, "tessera_embree_baseline: {}\n", error.what());
     return 1;
   }
 }

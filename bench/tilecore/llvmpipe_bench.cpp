@@ -1,7 +1,7 @@
 // Visibility of micro-triangles: Tessera beside llvmpipe, Mesa's software rasterizer, on the same posed patches.
 //
-//   tessera_llvmpipe_rival OUT_FOLDER [ROUNDS]  measures every row; writes llvmpipe.csv
-//   tessera_llvmpipe_rival --check              small pictures, no times: do both see the same?
+//   tessera_llvmpipe_baseline OUT_FOLDER [ROUNDS]  measures every row; writes llvmpipe.csv
+//   tessera_llvmpipe_baseline --check              small images, no times: do both see the same?
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one
 // frame with 4x MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an
@@ -30,11 +30,11 @@ namespace tessera::bench {
 namespace {
 
 constexpr int kThreads = 2;
-using Picture = std::vector<std::uint32_t>;  // patch + 1 per pixel; 0: nothing
+using Image = std::vector<std::uint32_t>;  // patch + 1 per pixel; 0: nothing
 
 // ---- Do both see the same? --------------------------------------------------------------------------------------
 
-// Samples whose patches are compared. Inside: all nine pixels around see the same patch in llvmpipe's picture.
+// Samples whose patches are compared. Inside: all nine pixels around see the same patch in llvmpipe's image.
 struct Agreement {
   std::uint64_t samples = 0, same = 0, inside = 0, inside_same = 0;
   void add(const Agreement& o) {
@@ -49,8 +49,8 @@ bool agrees(const Agreement& a) {
   return a.inside_same == a.inside && 1000 * (a.samples - a.same) <= a.samples && 10 * a.inside >= a.samples;
 }
 
-bool inside(const Picture& picture, int width, int height, int x, int y) {
-  const auto at = [&](int column, int row) { return picture[static_cast<std::size_t>(row * width + column)]; };
+bool inside(const Image& image, int width, int height, int x, int y) {
+  const auto at = [&](int column, int row) { return image[static_cast<std::size_t>(row * width + column)]; };
   for (int row = std::max(y - 1, 0); row <= std::min(y + 1, height - 1); ++row)
     for (int column = std::max(x - 1, 0); column <= std::min(x + 1, width - 1); ++column)
       if (at(column, row) != at(x, y)) return false;
@@ -59,7 +59,7 @@ bool inside(const Picture& picture, int width, int height, int x, int y) {
 
 // Tessera's sample `sample` of every pixel, where its time is `time_code`, or at any time when that is negative.
 Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState>& tiles, int sample, int time_code,
-                  const Picture& picture) {
+                  const Image& image) {
   const int width = scene.frame->request.width, height = scene.frame->request.height,
             spp = scene.pattern.samples_per_pixel();
   Agreement agreement;
@@ -68,13 +68,13 @@ Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState
     for (int y = pixels.y0; y < pixels.y1; ++y)
       for (int x = pixels.x0; x < pixels.x1; ++x) {
         if (time_code >= 0 && scene.pattern.time(x, y, sample) != time_code) continue;
-        const std::uint32_t theirs = picture[static_cast<std::size_t>(y * width + x)];
+        const std::uint32_t theirs = image[static_cast<std::size_t>(y * width + x)];
         const std::uint32_t ours =
             tiles[t]
                 .patch[static_cast<std::size_t>(((y - pixels.y0) * pixels.width() + x - pixels.x0) * spp + sample)] +
             1;
         static_assert(tilecore::TileState::kNoPatch + 1 == 0);
-        const bool within = inside(picture, width, height, x, y);
+        const bool within = inside(image, width, height, x, y);
         agreement.add({1, ours == theirs, within, within && ours == theirs});
       }
   }
@@ -107,9 +107,9 @@ std::uint64_t differing_multisamples(Llvmpipe& llvmpipe) {
   std::uint64_t different = 0;
   for (int k = 0; k < Llvmpipe::kMultisamples; ++k) {
     llvmpipe.draw_single(0, offsets[static_cast<std::size_t>(k)], 0);
-    const Picture single = llvmpipe.read_layer(0);
+    const Image single = llvmpipe.read_layer(0);
     llvmpipe.draw_multisampled();
-    const Picture multi = llvmpipe.read_multisample(k);
+    const Image multi = llvmpipe.read_multisample(k);
     for (std::size_t p = 0; p < single.size(); ++p) different += single[p] != multi[p];
   }
   return different;
@@ -227,7 +227,7 @@ bool check() {
       for (int k = 0; k < 4; ++k) llvmpipe.draw_single(k, {0.5f, 0.5f}, 0);
       llvmpipe.accumulate(4);
       const std::vector<float> sum = llvmpipe.read_accumulated();
-      const Picture frame = llvmpipe.read_layer(0);
+      const Image frame = llvmpipe.read_layer(0);
       std::size_t wrong_sums = 0;
       for (std::size_t p = 0; p < frame.size(); ++p)
         for (std::size_t c = 0; c < 4; ++c)
@@ -251,6 +251,6 @@ bool check() {
 
 int main(int argc, char** argv) {
   const tessera::ThreadLimit limit(tessera::bench::kThreads);
-  return tessera::bench::run_program({"tessera_llvmpipe_rival", 7, tessera::bench::measure_all, tessera::bench::check},
-                                     argc, argv);
+  return tessera::bench::run_program(
+      {"tessera_llvmpipe_baseline", 7, tessera::bench::measure_all, tessera::bench::check}, argc, argv);
 }

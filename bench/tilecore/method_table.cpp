@@ -5,7 +5,7 @@
 //                                      captures.csv and the plots
 //   tessera_method_table --check       one row only
 //
-// Every figure comes from the tile cores' own counters. Each method's hits (captures: pictures) are compared with those
+// Every figure comes from the tile cores' own counters. Each method's hits (captures: images) are compared with those
 // of the default, bit by bit.
 #include <cmath>
 #include <filesystem>
@@ -315,7 +315,7 @@ void write_captures(const std::filesystem::path& folder) {
     std::vector<NamedMethod> all = methods();
     all.push_back(
         {"patch-bvh-rays-16-segments", {VisibilityMethod::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 16}});
-    std::vector<float> picture;
+    std::vector<float> image;
     for (const NamedMethod& method : all) {
       hardware::GpuConfiguration gpu;
       const std::string key = method.name;
@@ -326,8 +326,8 @@ void write_captures(const std::filesystem::path& folder) {
       gpu.tilecore_ray_segments = method.settings.ray_segments;
       gpu::Device renderer(capture, gpu, {}, {640, 360, {0, 0, 640, 360}});
       const gpu::FrameResult frame = renderer.render(number);
-      if (picture.empty()) picture = frame.targets.color.values;
-      if (picture != frame.targets.color.values) throw UsageError(key + " renders another picture than patch-bvh");
+      if (image.empty()) image = frame.targets.color.values;
+      if (image != frame.targets.color.values) throw UsageError(key + " renders another image than patch-bvh");
       csv +=
           fmt::format("{},{},{}", name, number,
                       counted(method.name, {frame.counters.tilecore, frame.counters.stencil, frame.counters.rays, 0}));

@@ -246,7 +246,7 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
       missed_tiles(*posed.frame, grid, maps), missed_tiles(*posed.frame, grid, bare),
       missed_tiles(*posed.frame, grid, sparse));
   const float exposure = capture.settings.exposure;
-  fmt::print("| picture against the tessellated path, sides of 1 pixel | | {:.1f} dB |\n",
+  fmt::print("| image against the tessellated path, sides of 1 pixel | | {:.1f} dB |\n",
              psnr(display(sampled.targets.color, exposure), display(tessellated.targets.color, exposure)));
   fmt::print("| samples not finite, rates clamped | | {}, {} |\n\n", s.samples_not_finite, s.rates_clamped);
 }
@@ -282,7 +282,7 @@ double array_rate(bool shaded) {
   return best;
 }
 
-// n x n spheres that together cover the same part of the picture.
+// n x n spheres that together cover the same part of the image.
 scene::Capture spheres(int n) {
   scene::Capture capture;
   test::add_camera(capture, DVec3(0, 0, 6), {});

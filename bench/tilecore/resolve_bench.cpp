@@ -1,7 +1,7 @@
 // The resolve stage's units: filling missing pixels by each kernel beside bilinear, advection, frame-buffer
 // compression.
 //
-// Fill* time a kernel and bilinear by turns, so that the ratio `over_bilinear` holds whatever else the machine does.
+// Fill* time a kernel and bilinear interleaved, so that the ratio `over_bilinear` holds whatever else the machine does.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -22,14 +22,14 @@ float smooth(int x, int y, int channel) {
          0.5f * std::sin(0.21f * static_cast<float>(x) + 0.13f * static_cast<float>(y) + static_cast<float>(channel));
 }
 
-// A picture with three pixels around it, all blocks rendered by one pattern.
-struct Picture {
+// An image with three pixels around it, all blocks rendered by one pattern.
+struct Image {
   int width, height;
   BlockMask pattern;
   std::vector<Vec4> color, out;
   std::array<std::uint16_t, kWindowSide> usable{};
 
-  Picture(int w, int h, int rate)
+  Image(int w, int h, int rate)
       : width(w),
         height(h),
         pattern(dither_mask(rate, 0, {}, 0, 0)),
@@ -58,7 +58,7 @@ struct Picture {
     });
     return work;
   }
-  // Largest error of the filled pixels of a smooth picture.
+  // Largest error of the filled pixels of a smooth image.
   double error() const {
     double worst = 0;
     std::size_t i = 0;
@@ -75,16 +75,16 @@ enum class Weights { kPacked, kDirect };
 
 void Fill(benchmark::State& state, Reconstruction kernel, int rate, Weights weights, bool clamp) {
   const bool packed = weights == Weights::kPacked;
-  Picture picture(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), rate);
-  const ReconstructionWork work = picture.fill(kernel, packed, clamp);
-  if (picture.error() > 0.03) state.SkipWithError("the picture is not the smooth one");
+  Image image(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), rate);
+  const ReconstructionWork work = image.fill(kernel, packed, clamp);
+  if (image.error() > 0.03) state.SkipWithError("the image is not the smooth one");
   if ((work.direct_pixels == 0) != packed) state.SkipWithError("the weights do not come from where they should");
   std::vector<double> own, bilinear;
   for (auto _ : state) {
     const double begin = bench::now();
-    picture.fill(kernel, packed, clamp);
+    image.fill(kernel, packed, clamp);
     const double middle = bench::now();
-    picture.fill(Reconstruction::kBilinear, packed, clamp);
+    image.fill(Reconstruction::kBilinear, packed, clamp);
     const double end = bench::now();
     state.SetIterationTime(middle - begin);
     own.push_back(middle - begin);
@@ -108,15 +108,15 @@ TESSERA_FILL(CubicDirect8, Reconstruction::kCubic, 8, Weights::kDirect, false);
 TESSERA_FILL(CubicDirect4, Reconstruction::kCubic, 4, Weights::kDirect, false);
 
 void FillCheckerboard(benchmark::State& state) {
-  Picture picture(32, 32, 8);
+  Image image(32, 32, 8);
   CheckerboardWork work;
   const auto fill = [&] {
-    picture.each_block([&](const BlockWindow& window, Vec4* block) {
-      benchmark::DoNotOptimize(reconstruct_checkerboard(window, picture.missing(), {}, block, work));
+    image.each_block([&](const BlockWindow& window, Vec4* block) {
+      benchmark::DoNotOptimize(reconstruct_checkerboard(window, image.missing(), {}, block, work));
     });
   };
   fill();
-  if (picture.error() > 0.03) state.SkipWithError("the picture is not the smooth one");
+  if (image.error() > 0.03) state.SkipWithError("the image is not the smooth one");
   const auto pixels = static_cast<std::int64_t>(work.pixels);
   for (auto _ : state) fill();
   state.SetItemsProcessed(state.iterations() * pixels);
@@ -136,10 +136,10 @@ void Advect(benchmark::State& state, Fetch fetch, bool bfecc) {
   const VelocityView field{velocity.data(), usable.data(), region, kSide};
   AdvectionWork work;
   const auto advect = [&](int x, int y) { return advect_pixel(x, y, 1.0f, 1, history, field, {fetch, bfecc}, work); };
-  // Verify: the smooth picture, moved.
+  // Verify: the smooth image, moved.
   const float expected = 0.5f + 0.5f * std::sin(0.21f * (20 - 0.3f) + 0.13f * (30 + 0.7f));
   if (advect(20, 30).outcome != Advection::kTaken || std::abs(advect(20, 30).color.x - expected) > 0.01f)
-    state.SkipWithError("not the moved picture");
+    state.SkipWithError("not the moved image");
   work = {};
   int next = 0;
   for (auto _ : state) {
@@ -153,7 +153,7 @@ BENCHMARK_CAPTURE(Advect, Bilinear, Fetch::kBilinear, false);
 BENCHMARK_CAPTURE(Advect, BilinearBackAndForth, Fetch::kBilinear, true);
 BENCHMARK_CAPTURE(Advect, Bicubic, Fetch::kBicubic, false);
 
-// Blocks of a smooth picture, and of noise.
+// Blocks of a smooth image, and of noise.
 void Compress(benchmark::State& state, bool noise) {
   const auto width = static_cast<int>(state.range(0));
   std::vector<std::uint16_t> halves;

@@ -1,4 +1,4 @@
-// What reconstruction leaves of a smooth picture and what it costs: error by wavelength, kernel and rate, taps and
+// What reconstruction leaves of a smooth image and what it costs: error by wavelength, kernel and rate, taps and
 // time.
 //
 //   tessera_stencil_curves OUT_FOLDER [ROUNDS]  writes stencil_error.csv, stencil_cost.csv, stencil_error_8.svg,

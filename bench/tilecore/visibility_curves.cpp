@@ -2,7 +2,7 @@
 //
 //   tessera_visibility_curves OUT_FOLDER [ROUNDS]  writes curves.csv, curve_goals.csv, curve_blur.svg, curve_tests.svg,
 //                                                  curve_size.svg, curve_samples.svg
-//   tessera_visibility_curves --check              a small picture, no times: are the things that are compared the same
+//   tessera_visibility_curves --check              a small image, no times: are the things that are compared the same
 //                                                  things?
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Time: front end, binner and tile cores without shading, all

@@ -54,7 +54,7 @@ void Asset::use_extension(const std::string& name) {
 int Asset::add_texture(std::string file, std::string bytes) {
   document_["images"].push_back({{"uri", file}});
   document_["textures"].push_back({{"source", document_["images"].size() - 1}});
-  pictures_.push_back({std::move(file), std::move(bytes)});
+  images_.push_back({std::move(file), std::move(bytes)});
   return static_cast<int>(document_["textures"].size()) - 1;
 }
 
@@ -183,7 +183,7 @@ void Asset::write(const std::filesystem::path& folder) {
     if (!claimed[n]) document_["scenes"][0]["nodes"].push_back(n);
   document_["buffers"] = json::array({{{"uri", name_ + ".bin"}, {"byteLength", binary_.size()}}});
   write_file_atomically(folder / (name_ + ".bin"), {reinterpret_cast<const char*>(binary_.data()), binary_.size()});
-  for (const Picture& picture : pictures_) write_file_atomically(folder / picture.file, picture.bytes);
+  for (const Image& frame_image : images_) write_file_atomically(folder / frame_image.file, frame_image.bytes);
   write_file_atomically(folder / (name_ + ".gltf"), document_.dump(1));
 }
 

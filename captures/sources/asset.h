@@ -23,13 +23,13 @@ struct Geometry {
   bool bezier = false;  // 16 positions per patch; indices are its control cage
 };
 
-// Collects the objects of a glTF asset and writes it as NAME.gltf with NAME.bin and pictures beside it. Every add_
+// Collects the objects of a glTF asset and writes it as NAME.gltf with NAME.bin and images beside it. Every add_
 // function returns the index of what it added.
 class Asset {
  public:
   explicit Asset(std::string name);
 
-  // A picture file; colour pictures become JPEG, others PNG.
+  // An image file; colour images become JPEG, others PNG.
   int add_color_texture(const Image8& image, const std::string& file);
   int add_data_texture(const Image8& image, const std::string& file);
   int add_height_texture(const Image16& image, const std::string& file);
@@ -53,7 +53,7 @@ class Asset {
   void write(const std::filesystem::path& folder);
 
  private:
-  struct Picture {
+  struct Image {
     std::string file, bytes;
   };
   int add_texture(std::string file, std::string bytes);
@@ -66,7 +66,7 @@ class Asset {
   std::string name_;
   nlohmann::json document_;
   std::vector<std::uint8_t> binary_;
-  std::vector<Picture> pictures_;
+  std::vector<Image> images_;
 };
 
 // {"index": texture} with a texture transform when `repeat` is not 1.

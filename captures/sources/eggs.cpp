@@ -47,7 +47,7 @@ struct EggLook {
 
 // Colour of a whole egg: a gradient with speckles, the rims of scales darker.
 Image8 egg_colors(const EggLook& look, std::uint32_t seed) {
-  return color_picture(256, 256, [&](float u, float v) {
+  return color_image(256, 256, [&](float u, float v) {
     const float rise = 1.0f - v, cloud = noise(u, v, 6, 4, seed);
     Vec3 color = mix(look.low, look.high, smooth_step(0.15f, 0.9f, rise + 0.35f * (cloud - 0.5f)));
     color *= 0.62f + 0.5f * noise(u, v, 40, 2, seed + 7);
@@ -57,7 +57,7 @@ Image8 egg_colors(const EggLook& look, std::uint32_t seed) {
 }
 
 Image16 cobble_heights() {
-  return height_picture(256, 256, [](float u, float v) {
+  return height_image(256, 256, [](float u, float v) {
     const Cell c = cells(u, v, 5, 4, 0.7f, 11);
     const float dome = smooth_step(0.02f, 0.30f, c.second - c.nearest);
     const float tilt = 0.12f * static_cast<float>(c.number % 5u) / 5.0f;
@@ -66,7 +66,7 @@ Image16 cobble_heights() {
 }
 
 Image8 cobble_colors() {
-  return color_picture(256, 256, [](float u, float v) {
+  return color_image(256, 256, [](float u, float v) {
     const Cell c = cells(u, v, 5, 4, 0.7f, 11);
     const float dome = smooth_step(0.02f, 0.16f, c.second - c.nearest);
     const float shade = 0.75f + 0.25f * static_cast<float>(c.number * 7u % 11u) / 11.0f;
@@ -78,7 +78,7 @@ Image8 cobble_colors() {
 }
 
 Image16 crater_heights() {
-  return height_picture(128, 128, [](float u, float v) {
+  return height_image(128, 128, [](float u, float v) {
     const Cell c = cells(u, v, 6, 6, 0.8f, 31);
     return 0.55f - 0.5f * smooth_step(0.45f, 0.1f, c.nearest) +
            0.25f * smooth_step(0.30f, 0.42f, c.nearest) * smooth_step(0.58f, 0.45f, c.nearest) +
@@ -87,7 +87,7 @@ Image16 crater_heights() {
 }
 
 Image8 ember_glow() {
-  return color_picture(128, 128, [](float u, float v) {
+  return color_image(128, 128, [](float u, float v) {
     const float heat = smooth_step(0.34f, 0.05f, cells(u, v, 6, 6, 0.8f, 31).nearest);
     return Vec3(1.0f, 0.45f, 0.12f) * heat;
   });
@@ -221,7 +221,7 @@ void add_view(Asset& asset) {
 void make_eggs(const std::filesystem::path& folder) {
   Asset asset("eggs");
   const int scale_heights =
-      asset.add_height_texture(height_picture(128, 128, [](float u, float v) { return scales(u, v); }), "eggs_scales");
+      asset.add_height_texture(height_image(128, 128, [](float u, float v) { return scales(u, v); }), "eggs_scales");
   const int cobbles = asset.add_height_texture(cobble_heights(), "eggs_cobbles");
   const int craters = asset.add_height_texture(crater_heights(), "eggs_craters");
   const std::vector<int> shells = add_shells(asset, scale_heights);

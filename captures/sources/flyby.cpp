@@ -19,7 +19,7 @@ Geometry rocket() {
 }
 
 Image8 livery() {
-  return color_picture(256, 256, [](float u, float v) {
+  return color_image(256, 256, [](float u, float v) {
     const Vec3 white(0.93f, 0.93f, 0.95f), red(0.82f, 0.10f, 0.08f), navy(0.06f, 0.09f, 0.22f);
     Vec3 color = v < 0.24f || (v > 0.80f && v < 0.86f) ? red : white;
     if (v > 0.36f && v < 0.47f) color = std::fmod(u * 12.0f + 0.02f, 1.0f) < 0.5f ? navy : white;
@@ -29,7 +29,7 @@ Image8 livery() {
 }
 
 Image8 facade() {
-  return color_picture(256, 256, [](float u, float v) {
+  return color_image(256, 256, [](float u, float v) {
     const float x = u * 6.0f - std::floor(u * 6.0f), y = v * 10.0f - std::floor(v * 10.0f);
     const bool window = x > 0.22f && x < 0.78f && y > 0.2f && y < 0.8f;
     const auto number = static_cast<std::uint32_t>(std::floor(u * 6.0f)) * 31u +
@@ -41,7 +41,7 @@ Image8 facade() {
 
 // Markings along x, worn; the far edge, under the houses, is dark.
 Image8 runway() {
-  return color_picture(512, 512, [](float u, float v) {
+  return color_image(512, 512, [](float u, float v) {
     Vec3 color = Vec3(0.25f, 0.26f, 0.29f) * (0.8f + 0.4f * noise(u, v, 40, 4, 3));
     const float dash = u * 20.0f - std::floor(u * 20.0f), worn = smooth_step(0.25f, 0.5f, noise(u, v, 64, 2, 12));
     const bool middle = std::abs(v - 0.28f) < 0.006f && dash < 0.6f,

@@ -24,7 +24,7 @@ std::uint32_t wrapped(int i, int n) { return static_cast<std::uint32_t>(((i % n)
 
 }  // namespace
 
-Image8 color_picture(int width, int height, const std::function<Vec3(float, float)>& srgb) {
+Image8 color_image(int width, int height, const std::function<Vec3(float, float)>& srgb) {
   Image8 out(width, height, 3);
   each_texel(width, height, [&](int x, int y, float u, float v) {
     const Vec3 c = srgb(u, v);
@@ -33,17 +33,17 @@ Image8 color_picture(int width, int height, const std::function<Vec3(float, floa
   return out;
 }
 
-Image8 data_picture(int width, int height, const std::function<Vec3(float, float)>& value) {
-  return color_picture(width, height, value);
+Image8 data_image(int width, int height, const std::function<Vec3(float, float)>& value) {
+  return color_image(width, height, value);
 }
 
-Image8 grey_picture(int width, int height, const std::function<float(float, float)>& value) {
+Image8 grey_image(int width, int height, const std::function<float(float, float)>& value) {
   Image8 out(width, height, 1);
   each_texel(width, height, [&](int x, int y, float u, float v) { out.at(x, y)[0] = to_unorm8(value(u, v)); });
   return out;
 }
 
-Image16 height_picture(int width, int height, const std::function<float(float, float)>& value) {
+Image16 height_image(int width, int height, const std::function<float(float, float)>& value) {
   Image16 out(width, height, 1);
   each_texel(width, height, [&](int x, int y, float u, float v) {
     // 12 significant bits: finer than any displacement here, and the file stays small.
@@ -114,7 +114,7 @@ float scales(float u, float v) {
 }
 
 Image8 contact_shade(const std::vector<Blob>& blobs, Vec2 low, Vec2 high) {
-  return grey_picture(256, 192, [&](float u, float v) {
+  return grey_image(256, 192, [&](float u, float v) {
     const Vec2 p = low + (high - low) * Vec2(u, v);
     float light = 1.0f;
     for (const Blob& b : blobs) {

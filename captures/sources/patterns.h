@@ -8,12 +8,12 @@
 
 namespace tessera::captures {
 
-// Pictures made of formulas. Arguments run over [0,1)^2 with (0,0) the middle of the first texel; all patterns repeat.
+// Images made of formulas. Arguments run over [0,1)^2 with (0,0) the middle of the first texel; all patterns repeat.
 
-Image8 color_picture(int width, int height, const std::function<Vec3(float, float)>& srgb);
-Image8 grey_picture(int width, int height, const std::function<float(float, float)>& value);
-Image8 data_picture(int width, int height, const std::function<Vec3(float, float)>& value);
-Image16 height_picture(int width, int height, const std::function<float(float, float)>& value);
+Image8 color_image(int width, int height, const std::function<Vec3(float, float)>& srgb);
+Image8 grey_image(int width, int height, const std::function<float(float, float)>& value);
+Image8 data_image(int width, int height, const std::function<Vec3(float, float)>& value);
+Image16 height_image(int width, int height, const std::function<float(float, float)>& value);
 
 // Smooth noise in [0, 1] with `cells` lattice cells along each side, repeating; `octaves` halve size and weight.
 float noise(float u, float v, int cells, int octaves, std::uint32_t seed);

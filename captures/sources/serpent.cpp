@@ -39,7 +39,7 @@ Geometry body() {
 }
 
 Image8 skin_colors() {
-  return color_picture(256, 512, [](float u, float v) {
+  return color_image(256, 512, [](float u, float v) {
     const float back = 0.5f + 0.5f * std::cos(u * 2.0f * kPi);
     const float wave = std::sin(v * 90.0f + 2.0f * noise(u, v, 8, 2, 4)) * 0.5f + 0.5f;
     const Vec3 belly(0.93f, 0.88f, 0.70f), green(0.06f, 0.38f, 0.34f), gold(0.93f, 0.66f, 0.16f);
@@ -53,7 +53,7 @@ Image8 skin_colors() {
 }
 
 Image8 sand() {
-  return color_picture(256, 256, [](float u, float v) {
+  return color_image(256, 256, [](float u, float v) {
     const float ripple = std::sin((v * 26.0f + 0.9f * noise(u, v, 5, 3, 2)) * 2.0f * kPi) * 0.5f + 0.5f;
     return mix(Vec3(0.60f, 0.52f, 0.38f), Vec3(0.82f, 0.74f, 0.56f), 0.55f * ripple + 0.45f * noise(u, v, 64, 2, 77));
   });

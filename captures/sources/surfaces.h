@@ -17,7 +17,7 @@ using ProfileSegment = std::array<Vec2, 4>;
 std::vector<ProfileSegment> smooth_profile(const std::vector<Vec2>& points, bool round_start, bool round_end);
 
 // Bezier patches: the profile turned about +y in four quarters (circles to 2.7e-4). Texture coordinates run 0..1 around
-// (u) and 0..1 from the profile's end to its start (v), so that pictures stand upright. Normals point outwards when the
+// (u) and 0..1 from the profile's end to its start (v), so that images stand upright. Normals point outwards when the
 // profile runs upwards.
 Geometry revolve(const std::vector<ProfileSegment>& profile);
 

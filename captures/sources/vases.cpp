@@ -18,7 +18,7 @@ json plain(Vec3 color, float metallic, float roughness) {
 
 // Painted bands with a meander between them.
 Image8 glaze() {
-  return color_picture(512, 512, [](float u, float v) {
+  return color_image(512, 512, [](float u, float v) {
     const Vec3 clay(0.72f, 0.36f, 0.20f), ink(0.10f, 0.07f, 0.06f);
     const float band = std::abs(v - 0.42f);
     bool dark = (band > 0.10f && band < 0.115f) || (band > 0.125f && band < 0.13f) || v < 0.12f || v > 0.9f;
@@ -36,7 +36,7 @@ Image8 glaze() {
 }
 
 Image8 planks() {
-  return color_picture(512, 512, [](float u, float v) {
+  return color_image(512, 512, [](float u, float v) {
     const float across = v * 6.0f;
     const auto plank = static_cast<std::uint32_t>(across);
     const float seam =

@@ -150,8 +150,7 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
                dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;
   const double least_u = 3 * tangents->min_length_u / du, least_v = 3 * tangents->min_length_v / dv;
-  const double most_u = 3 * std::sqrt(tangents->max_length2_u) / du,
-               most_v = 3 * std::sqrt(tangents->max_length2_v) / dv;
+  const double max_u = 3 * std::sqrt(tangents->max_length2_u) / du, max_v = 3 * std::sqrt(tangents->max_length2_v) / dv;
   const double extra_u = stretch_ * (extra->u + 2 * extra->vertex_error / step_u),
                extra_v = stretch_ * (extra->v + 2 * extra->vertex_error / step_v);
 
@@ -163,8 +162,8 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
                                   stitched(cells.j1 == pattern.nv, pattern.edge[1], pattern.nu));
   const double shift_v = std::max(stitched(cells.i0 == 0, pattern.edge[2], pattern.nv),
                                   stitched(cells.i1 == pattern.nu, pattern.edge[3], pattern.nv));
-  tilt += shift_u * (2 * tangents->sine_u * most_u + 2 * extra_u) / (step_v * least_v);
-  tilt += shift_v * (2 * tangents->sine_v * most_v + 2 * extra_v) / (step_u * least_u);
+  tilt += shift_u * (2 * tangents->sine_u * max_u + 2 * extra_u) / (step_v * least_v);
+  tilt += shift_v * (2 * tangents->sine_v * max_v + 2 * extra_v) / (step_u * least_u);
   tilt /= tangents->min_sine;
   const double sine = tpatch_sine(*tangents);
   if (!(tilt < 0.99 && sine < 1)) return false;
@@ -174,8 +173,8 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
   out.sine = sine * tilt_cosine + cosine * tilt;
   out.cosine = cosine * tilt_cosine - sine * tilt;
   out.least = least_u * step_u * least_v * step_v * tangents->min_sine * (1 - tilt);
-  out.chord_u = (most_u + extra_u) * (step_u + shift_u);
-  out.chord_v = (most_v + extra_v) * (step_v + shift_v);
+  out.chord_u = (max_u + extra_u) * (step_u + shift_u);
+  out.chord_v = (max_v + extra_v) * (step_v + shift_v);
   return out.cosine > 0;
 }
 

@@ -6,7 +6,7 @@
 
 namespace tessera::frontend {
 
-// Found by argument-dependent look-up from noise_in_cell: monotone, and highest in the middle.
+// Found by argument-dependent lookup from noise_in_cell: monotone, and highest in the middle.
 Interval noise_fade(const Interval& t) {
   const auto at = [](double x) { return x * x * x * (x * (x * 6 - 15) + 10); };
   return Interval::rounded(at(std::clamp(t.low(), 0.0, 1.0)) - 1e-14, at(std::clamp(t.high(), 0.0, 1.0)) + 1e-14);
@@ -24,7 +24,7 @@ constexpr double kTurn = 6.283185307179586;
 constexpr double kSeriesError = 0x1p-21;  // sincos_by_series
 constexpr double kNoiseError = 0x1p-17;   // roundings of noise_in_cell: fewer than 100 of numbers below 4
 constexpr double kNoiseSlope = 12;  // |slopes| of noise: 1.875 * (largest difference of dot products) + 1, and to spare
-constexpr double kMostLatticeCells = 16;
+constexpr double kMaxLatticeCells = 16;
 
 // Join of two ranges of one function on neighbouring parts.
 NoiseRange join(const NoiseRange& a, const NoiseRange& b) {
@@ -83,7 +83,7 @@ void real_sincos_turns(const Enclosure& turns, Enclosure& sine, Enclosure& cosin
 NoiseRange noise_range(const Interval& x, const Interval& y) {
   const double c0 = std::floor(x.low()), c1 = std::floor(x.high()), r0 = std::floor(y.low()), r1 = std::floor(y.high());
   const bool inside = std::abs(c0) < 1e8 && std::abs(c1) < 1e8 && std::abs(r0) < 1e8 && std::abs(r1) < 1e8;
-  if (!inside || !((c1 - c0 + 1) * (r1 - r0 + 1) <= kMostLatticeCells))
+  if (!inside || !((c1 - c0 + 1) * (r1 - r0 + 1) <= kMaxLatticeCells))
     return {Interval(-1.001, 1.001), Interval(-kNoiseSlope, kNoiseSlope), Interval(-kNoiseSlope, kNoiseSlope)};
   NoiseRange out = noise_in_lattice_cell(c0, r0, x, y);
   for (double row = r0; row <= r1; ++row)

@@ -26,7 +26,7 @@ struct ProcedureCellBounds {
   // Largest change of x or of y on screen, in pixels, from the middle of the box to its side along each parameter.
   // Infinite where the shape or the projection has no bounded derivative.
   double reach_u = 0, reach_v = 0;
-  // Largest difference, along x or y, of two of these changes at one key through the middle of the lens: how far from a
+  // Largest difference, along x or y, of two of these changes at one key through the lens centre: how far from a
   // straight line its image may bend.
   double bend_u = 0, bend_v = 0;
 };

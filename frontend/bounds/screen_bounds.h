@@ -20,7 +20,7 @@ struct ScreenBounds {
 // Corners of a linearly moving box in raster space (xh, yh, depth, w): eight at key 0, then eight at key 1.
 using MovingCorners = std::array<DVec4, 16>;
 
-// Bounds of the hull of all points (the corners of a body at both keys), cut at the near plane. A point that moves
+// Bounds of the hull of all points (the corners of a body at both motion keys), cut at the near plane. A point that moves
 // linearly between a point of the body at key 0 and one at key 1 projects, at any time, into the hull of the two ends'
 // projections, so the bounds hold at every time (screen-space motion itself is not linear).
 //

@@ -46,11 +46,11 @@ class PyramidLibrary {
   std::map<const shaders::Texture*, std::unique_ptr<MinMaxPyramid>> alphas_;
 };
 
-// A sub-patch's box in raster space at both keys, with the rounding margin that goes with it.
+// A sub-patch's box in raster space at both motion keys, with the rounding margin that goes with it.
 struct SubPatchBody {
   MovingCorners corners;
   RoundingMargin margin;
-  // The same for the difference of a vertex's coordinates at both keys, as far as it comes from the vertex itself and
+  // The same for the difference of a vertex's coordinates at both motion keys, as far as it comes from the vertex itself and
   // not from its transformation; of rigid drawables, whose vertex is the same at both.
   RoundingMargin way_margin{};
 };

@@ -8,7 +8,7 @@ namespace tessera::replay {
 
 // More bits than a float has are of no use, and Draco's tables grow with 2^bits: at 30 bits it takes seconds and
 // gigabytes.
-inline constexpr int kMostBits = 24;
+inline constexpr int kMaxBits = 24;
 
 // How many bits quantised attributes keep. [spec] the defaults of gltf-transform and the Draco command line, with two
 // bits more for positions.

@@ -22,19 +22,19 @@ json replay_report(const fs::path& folder, std::string&) {
   const json& region = stats.at("settings").at("region");
   json views = json::array();
   std::size_t bytes = 0, left_out = 0;
-  const std::size_t stride = picture_stride(frames.size());
+  const std::size_t stride = image_stride(frames.size());
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const int number = whole_number(frames[f].at("frame"));
-    const fs::path picture = folder / (frame_name(number) + ".png");
+    const fs::path image = folder / (frame_name(number) + ".png");
     std::error_code missing;
-    const std::uintmax_t size = fs::file_size(picture, missing);
+    const std::uintmax_t size = fs::file_size(image, missing);
     if (missing) continue;
-    if (f % stride != 0 || bytes + size > kMostPictureBytes) {
+    if (f % stride != 0 || bytes + size > kMaxImageBytes) {
       ++left_out;
       continue;
     }
-    json view = picture_view(fmt::format("frame {}", number), picture, folder / tile_maps_name(number),
-                             whole_number(region.at(0)), whole_number(region.at(1)));
+    json view = image_view(fmt::format("frame {}", number), image, folder / tile_maps_name(number),
+                           whole_number(region.at(0)), whole_number(region.at(1)));
     if (view.is_null()) continue;
     bytes += size;
     view["frame"] = number;

@@ -149,20 +149,19 @@ std::string write_report(const fs::path& folder) {
                        : "no such folder");
 }
 
-json picture_view(const std::string& label, const fs::path& picture, const fs::path& tiles, int region_x,
-                  int region_y) {
+json image_view(const std::string& label, const fs::path& image, const fs::path& tiles, int region_x, int region_y) {
   std::error_code ignored;
-  if (!fs::is_regular_file(picture, ignored)) return nullptr;
-  const std::string bytes = read_whole_text(picture);
+  if (!fs::is_regular_file(image, ignored)) return nullptr;
+  const std::string bytes = read_whole_text(image);
   if (bytes.size() < 24) return nullptr;
   json view = {{"label", label},
-               {"picture", "data:image/png;base64," + base64(bytes)},
+               {"image", "data:image/png;base64," + base64(bytes)},
                {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}},
                {"region", {region_x, region_y}}};
   if (fs::is_regular_file(tiles, ignored)) view["tiles"] = parse_json(read_whole_text(tiles), tiles.string());
   return view;
 }
 
-std::size_t picture_stride(std::size_t count) { return count == 0 ? 1 : (count + kMostPictures - 1) / kMostPictures; }
+std::size_t image_stride(std::size_t count) { return count == 0 ? 1 : (count + kMaxImages - 1) / kMaxImages; }
 
 }  // namespace tessera::replay

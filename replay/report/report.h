@@ -7,7 +7,7 @@
 
 namespace tessera::replay {
 
-// report.html: one file that needs no other and no network. It holds pictures, maps of tiles, plots (Vega, from the
+// report.html: one file that needs no other and no network. It holds images, maps of tiles, plots (Vega, from the
 // distribution's modules, built into the page), tables and the whole configuration. Writing it again from the same
 // folder gives the same bytes.
 
@@ -21,20 +21,20 @@ std::string missing_for_reports();
 // reason.
 std::string write_report(const std::filesystem::path& folder);
 
-// Pictures beyond these are left out, evenly, and the page says so.
-inline constexpr std::size_t kMostPictures = 48;
-inline constexpr std::uint64_t kMostPictureBytes = 64u << 20;
-inline constexpr std::size_t kMostSweepCells = 4'000'000;  // rows times columns
+// Images beyond these are left out, evenly, and the page says so.
+inline constexpr std::size_t kMaxImages = 48;
+inline constexpr std::uint64_t kMaxImageBytes = 64u << 20;
+inline constexpr std::size_t kMaxSweepCells = 4'000'000;  // rows times columns
 
 // What follows is for the kinds of report. Each makes the page's data; its script in page/ knows what to do with them.
 
-// A picture with its tiles, for the browser of frames: {"label", "picture", "size", "region", "tiles"}; without "tiles"
-// where the file is missing. Null when there is no picture.
-nlohmann::json picture_view(const std::string& label, const std::filesystem::path& picture,
-                            const std::filesystem::path& tiles, int region_x, int region_y);
+// An image with its tiles, for the browser of frames: {"label", "image", "size", "region", "tiles"}; without "tiles"
+// where the file is missing. Null when there is no image.
+nlohmann::json image_view(const std::string& label, const std::filesystem::path& image,
+                          const std::filesystem::path& tiles, int region_x, int region_y);
 
-// Every k-th of `count` pictures, so that at most kMostPictures are taken.
-std::size_t picture_stride(std::size_t count);
+// Every k-th of `count` images, so that at most kMaxImages are taken.
+std::size_t image_stride(std::size_t count);
 
 nlohmann::json replay_report(const std::filesystem::path& folder, std::string& note);
 nlohmann::json sweep_report(const std::filesystem::path& folder, std::string& note);

@@ -45,21 +45,21 @@ json row_cells(const json& columns, const SweepRow& row) {
 json sweep_views(const SweepFolder& folder, const JoinedSweep& sweep, std::size_t& left_out) {
   json views = json::array();
   std::size_t bytes = 0;
-  const std::size_t stride = picture_stride(sweep.rows.size());
+  const std::size_t stride = image_stride(sweep.rows.size());
   for (std::size_t r = 0; r < sweep.rows.size(); ++r) {
     const SweepRow& row = sweep.rows[r];
     if (row.frame.is_null()) continue;
     const std::string hash = sweep.manifest.at("points").at(row.point).at("hash");
     const int frame = whole_number(row.frame.at("frame"));
     std::error_code missing;
-    const std::uintmax_t size = fs::file_size(folder.picture_file(hash, frame), missing);
+    const std::uintmax_t size = fs::file_size(folder.image_file(hash, frame), missing);
     if (missing) continue;
-    if (r % stride != 0 || bytes + size > kMostPictureBytes) {
+    if (r % stride != 0 || bytes + size > kMaxImageBytes) {
       ++left_out;
       continue;
     }
-    json view = picture_view(row_label(sweep.manifest, row), folder.picture_file(hash, frame),
-                             folder.tiles_file(hash, frame), 0, 0);
+    json view = image_view(row_label(sweep.manifest, row), folder.image_file(hash, frame),
+                           folder.tiles_file(hash, frame), 0, 0);
     if (view.is_null()) continue;
     bytes += size;
     view["point"] = row.point;
@@ -78,7 +78,7 @@ json sweep_report(const fs::path& path, std::string& note) {
     note = fmt::format("{} of {} points are not done yet", sweep.missing.size(), sweep.manifest.at("points").size());
   json data = sweep.manifest;
   const json& columns = sweep.manifest.at("columns");
-  const std::size_t most = std::max<std::size_t>(1, kMostSweepCells / (columns.size() + 3));
+  const std::size_t most = std::max<std::size_t>(1, kMaxSweepCells / (columns.size() + 3));
   data["rows"] = json::array();
   for (std::size_t r = 0; r < std::min(most, sweep.rows.size()); ++r)
     data["rows"].push_back(row_cells(columns, sweep.rows[r]));

@@ -19,7 +19,7 @@ json point_inputs(const Study& study, const PointConfiguration& configuration, c
                   const std::string& program) {
   json inputs = {{"schema", "tessera.point/1"}, {"program", program}, {"capture", capture_hash},
                  {"frames", nullptr},           {"size", nullptr},    {"baselines", study.baselines},
-                 {"pictures", study.pictures}};
+                 {"pictures", study.images}};
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
   inputs["gpu"] = hardware::gpu_json(configuration.gpu);

@@ -161,7 +161,7 @@ Study read_study(const fs::path& file, std::uint64_t max_points) {
   if (study.point_count > max_points)
     throw LimitError(fmt::format("{}: the study has more than {} points (--max-points)", file.string(), max_points));
   with("axes", [&](const json& value, const Place& where) { read_axes(value, where, max_points, study); });
-  with("pictures", [&](const json& value, const Place& where) { study.pictures = flag_of(value, where); });
+  with("pictures", [&](const json& value, const Place& where) { study.images = flag_of(value, where); });
   with("baselines", [&](const json& value, const Place& where) { study.baselines = flag_of(value, where); });
   study.columns = default_columns(study.baselines);
   with("columns", [&](const json& value, const Place& where) { study.columns = read_columns(value, where); });

@@ -28,20 +28,20 @@ struct Study {
   std::vector<std::string> capture_names;       // as written in the file
   std::vector<std::filesystem::path> captures;  // the same, found from the folder of the file
   std::optional<FrameRange> frames;             // else those of each capture
-  std::optional<PictureSize> size;              // else that of each capture
+  std::optional<ImageSize> size;                // else that of each capture
   std::string gpu = "middle";                   // preset, or a file found from the folder of the study
   std::vector<std::pair<std::string, nlohmann::json>> settings;
   std::vector<StudyAxis> axes;
   std::vector<std::string> columns;  // in the order wanted, patterns resolved
   bool baselines = false;            // whether a column or the file asks for them
-  bool pictures = false;             // keep the picture and the tile maps of every frame
+  bool images = false;               // keep the image and the tile maps of every frame
   std::uint64_t point_count = 0;     // captures times steps of all axes
 
   // Keys of all axes, in order.
   std::vector<std::string> axis_keys() const;
 };
 
-// Keys of an axis besides those of set_key(): the preset or file of the machine, and the picture's size.
+// Keys of an axis besides those of set_key(): the preset or file of the machine, and the image's size.
 inline constexpr const char* kGpuKey = "gpu";
 inline constexpr const char* kSizeKey = "size";
 
@@ -53,7 +53,7 @@ Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
 struct PointConfiguration {
   hardware::GpuConfiguration gpu;
   gpu::RunSettings settings;
-  std::optional<PictureSize> size;
+  std::optional<ImageSize> size;
 };
 // `steps`: one per axis. Throws UsageError where the values do not fit each other.
 PointConfiguration configure_point(const Study& study, const std::vector<std::uint32_t>& steps);

@@ -28,10 +28,10 @@ json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
     list.push_back({{"hash", point.hash}, {"capture", point.capture}, {"values", point_values(study, point)}});
   json settings = json::object();
   for (const auto& [key, value] : study.settings) settings[key] = value;
-  json out = {{"schema", "tessera.sweep/1"},  {"title", study.title},       {"captures", study.capture_names},
-              {"axes", study.axis_keys()},    {"columns", study.columns},   {"settings", settings},
-              {"baselines", study.baselines}, {"pictures", study.pictures}, {"points", list}};
-  // What every point has in common, axes aside: that of the first one.
+  json out = {{"schema", "tessera.sweep/1"},  {"title", study.title},     {"captures", study.capture_names},
+              {"axes", study.axis_keys()},    {"columns", study.columns}, {"settings", settings},
+              {"baselines", study.baselines}, {"pictures", study.images}, {"points", list}};
+  // What every point has in common, axes deferred: that of the first one.
   const PointConfiguration first = configure_point(study, std::vector<std::uint32_t>(study.axes.size(), 0));
   out["first_point"] = {{"gpu", hardware::gpu_json(first.gpu)}, {"settings", gpu::settings_json(first.settings)}};
   if (study.frames) out["frames"] = {study.frames->first, study.frames->last};
@@ -60,7 +60,7 @@ void remove_unfinished(const fs::path& folder) {
 
 }  // namespace
 
-fs::path SweepFolder::picture_file(const std::string& hash, int frame) const {
+fs::path SweepFolder::image_file(const std::string& hash, int frame) const {
   return folder_ / "points" / fmt::format("{}_{:04d}.png", hash, frame);
 }
 fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const {

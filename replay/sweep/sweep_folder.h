@@ -15,7 +15,7 @@ namespace tessera::replay {
 // The output folder of a sweep:
 //   sweep.json          the study with all its points and their hashes; the same from every shard
 //   points/HASH.json    the result of one point: {"schema": "tessera.point/1", "frames": [...]} or {..., "fault": TEXT}
-//   points/HASH_NNNN.png, HASH_tiles_NNNN.json   with "pictures"
+//   points/HASH_NNNN.png, HASH_tiles_NNNN.json   with "images"
 //   sweep.csv, report.html                       made from these by join_sweep() and the report
 //
 // Invariants (cited by the tests):
@@ -29,7 +29,7 @@ class SweepFolder {
 
   const std::filesystem::path& path() const { return folder_; }
   std::filesystem::path point_file(const std::string& hash) const { return folder_ / "points" / (hash + ".json"); }
-  std::filesystem::path picture_file(const std::string& hash, int frame) const;
+  std::filesystem::path image_file(const std::string& hash, int frame) const;
   std::filesystem::path tiles_file(const std::string& hash, int frame) const;
   bool has_point(const std::string& hash) const;
 
@@ -54,7 +54,7 @@ class SweepLock {
   int descriptor_ = -1;
 };
 
-// One point and frame of a joined sweep; `frame` is null where the point has a fault, `tiles` and `picture` where they
+// One point and frame of a joined sweep; `frame` is null where the point has a fault, `tiles` and `image` where they
 // were not kept.
 struct SweepRow {
   std::size_t point = 0;

@@ -33,13 +33,13 @@ using nlohmann::json;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// Lets the pictures of several points into memory as long as they fit.
-class PictureMemory {
+// Lets the images of several points into memory as long as they fit.
+class ImageMemory {
  public:
-  explicit PictureMemory(std::uint64_t max_bytes) : free_(max_bytes), max_(max_bytes) {}
+  explicit ImageMemory(std::uint64_t max_bytes) : free_(max_bytes), max_(max_bytes) {}
   void take(std::uint64_t bytes) {
     if (bytes > max_)
-      throw LimitError(fmt::format("the pictures of a point need {} bytes, --max-memory allows {}", bytes, max_));
+      throw LimitError(fmt::format("the images of a point need {} bytes, --max-memory allows {}", bytes, max_));
     std::unique_lock lock(mutex_);
     returned_.wait(lock, [&] { return free_ >= bytes; });
     free_ -= bytes;
@@ -143,7 +143,7 @@ class Run {
     request.height = configuration.size ? configuration.size->height : own.height;
     request.region = {0, 0, request.width, request.height};
     struct Reserved {
-      PictureMemory& memory;
+      ImageMemory& memory;
       std::uint64_t bytes;
       ~Reserved() { memory.give(bytes); }
     };
@@ -162,10 +162,10 @@ class Run {
       const gpu::FrameResult result = device.render(frame);
       seconds += seconds_since(start);
       frames.push_back(frame_json(result, study_.baselines ? &schemes.last() : nullptr));
-      if (!study_.pictures) continue;
+      if (!study_.images) continue;
       const float exposure =
           configuration.settings.exposure > 0 ? static_cast<float>(configuration.settings.exposure) : own.exposure;
-      write_png(folder_.picture_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
+      write_png(folder_.image_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
       write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
     }
     return frames;
@@ -175,7 +175,7 @@ class Run {
   const std::vector<SweepPoint>& points_;
   const SweepFolder& folder_;
   CaptureLibrary library_;
-  PictureMemory memory_;
+  ImageMemory memory_;
   std::vector<std::size_t> todo_;
   int threads_each_ = 1;
   std::atomic<std::size_t> next_{0};

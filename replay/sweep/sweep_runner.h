@@ -14,7 +14,7 @@ struct SweepOptions {
   std::size_t shard = 0, shards = 1;                 // renders the points p with p % shards == shard
   std::size_t threads = 1;                           // host threads in all
   std::size_t jobs = 1;                              // most points at once
-  std::uint64_t max_bytes = std::uint64_t{4} << 30;  // of a capture; of all pictures in work
+  std::uint64_t max_bytes = std::uint64_t{4} << 30;  // of a capture; of all images in work
   bool quiet = false;
 };
 
@@ -31,7 +31,7 @@ struct SweepOutcome {
 
 // Renders the points whose results are not there yet: several at once, each on its share of the threads. Ctrl-C
 // finishes the points in hand. Throws what reading a capture and writing a result throw, and LimitError when the
-// pictures of one point exceed the limit; values that a machine cannot have become the point's fault, not the sweep's.
+// images of one point exceed the limit; values that a machine cannot have become the point's fault, not the sweep's.
 SweepOutcome run_sweep(const Study& study, const std::vector<SweepPoint>& points, const SweepFolder& folder,
                        const SweepOptions& options);
 

@@ -40,7 +40,7 @@ Knob knob(std::string name, std::string title, std::vector<KnobSetting> settings
   return out;
 }
 
-Knob without_picture(Knob knob, std::string watched, std::string watched_as) {
+Knob without_image(Knob knob, std::string watched, std::string watched_as) {
   knob.visual = false;
   knob.watched = std::move(watched);
   knob.watched_as = std::move(watched_as);
@@ -57,7 +57,7 @@ Knob over_frames(Knob knob, KeyValues context) {
   knob.context = std::move(context);
   knob.consecutive = true;
   knob.watched = "tilecore.pixel_shader_invocations";
-  knob.watched_as = "runs of the pixel shader";
+  knob.watched_as = "pixel-shader invocations";
   return knob;
 }
 
@@ -90,15 +90,14 @@ std::vector<Knob> geometry_knobs() {
       knob("displacement", "displacement filter",
            values_of("tessellation.displacement_bias", {-2, -1, 0, 1, 2, 3}, " levels"), "0 levels",
            KnobNeed::kDisplacement),
-      without_picture(knob("bound_method", "bounding method",
-                           values_of("frontend.bound_method", {"aabb", "obb", "tpatch", "npatch", "interval"}),
-                           "npatch", KnobNeed::kGrids),
-                      "binner.queue_bytes_peak", "bytes of tile queues"),
-      without_picture(knob("split_depth", "split depth", values_of("frontend.split_depth", {0, 2, 4, 8, 12}), "8"),
-                      "binner.queue_bytes_peak", "bytes of tile queues"),
-      without_picture(
-          knob("box_bits", "box precision", values_of("tilecore.box_bits", {8, 16, 32}, " bits"), "32 bits"),
-          "tilecore.triangle_tests", "triangle tests"),
+      without_image(knob("bound_method", "bounding method",
+                         values_of("frontend.bound_method", {"aabb", "obb", "tpatch", "npatch", "interval"}), "npatch",
+                         KnobNeed::kGrids),
+                    "binner.queue_bytes_peak", "bytes of tile lists"),
+      without_image(knob("split_depth", "split depth", values_of("frontend.split_depth", {0, 2, 4, 8, 12}), "8"),
+                    "binner.queue_bytes_peak", "bytes of tile lists"),
+      without_image(knob("box_bits", "box precision", values_of("tilecore.box_bits", {8, 16, 32}, " bits"), "32 bits"),
+                    "tilecore.triangle_tests", "triangle tests"),
   };
 }
 
@@ -135,7 +134,7 @@ std::vector<Knob> shading_knobs() {
   // As the double one shades, and draws procedures.
   arithmetic.context = {{"shading.rate", "sample"}, {"procedures.path", "tessellated"}};
   return {arithmetic, watching(knob("shading", "shading mode", shading, "pixel"), "tilecore.pixel_shader_invocations",
-                               "runs of the pixel shader")};
+                               "pixel-shader invocations")};
 }
 
 std::vector<Knob> resolve_knobs() {

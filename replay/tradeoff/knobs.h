@@ -34,7 +34,7 @@ struct Knob {
   KeyValues context;  // what else is set while it is turned
   std::vector<KnobSetting> settings;
   std::size_t against = 0;   // the setting that the others are compared with in words
-  bool visual = true;        // else every setting gives the same picture, and costs alone differ
+  bool visual = true;        // else every setting gives the same image, and costs alone differ
   std::string watched;       // a column whose change is told as well: the cost that the knob is about; "" for none
   std::string watched_as;    // its name in words
   bool consecutive = false;  // is about what one frame leaves to the next

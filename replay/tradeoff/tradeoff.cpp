@@ -112,11 +112,11 @@ class Tradeoff {
       throw UsageError("a tradeoff needs cycles and energy: output.machine_model must stay true");
     for (const std::string& name : options_.knobs) knob_named(name);
     for (const std::string& name : options_.joint) knob_named(name);
-    // Scene, two pictures, histories: what reading the capture takes is checked there.
+    // Scene, two images, histories: what reading the capture takes is checked there.
     const std::uint64_t bytes =
         static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height) * 512;
     if (bytes > options_.max_bytes)
-      throw LimitError(fmt::format("pictures of {}x{} need {} bytes, --max-memory allows {}", options_.width,
+      throw LimitError(fmt::format("images of {}x{} need {} bytes, --max-memory allows {}", options_.width,
                                    options_.height, bytes, options_.max_bytes));
   }
 

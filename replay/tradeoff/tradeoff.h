@@ -45,9 +45,9 @@ struct TradeoffOptions {
 //
 // {"schema": "tessera.tradeoff/1", "capture", "frame", "size", "settings", "gpu", "reference": Reference::info,
 //  "knobs": [{"name", "title", "context", "against", "watched", "skipped": reason or "",
-//     "idle": whether all settings gave the same picture at the same cost, "settings": [
-//     {"label", "arguments", "base": whether this is the configuration that was asked for, "error", "picture",
-//      "cycles", "dram_bytes", "energy_nj", "watched", "same_picture": as `against`, "front": {"cycles", "dram_bytes",
+//     "idle": whether all settings gave the same image at the same cost, "settings": [
+//     {"label", "arguments", "base": whether this is the configuration that was asked for, "error", "image",
+//      "cycles", "dram_bytes", "energy_nj", "watched", "same_image": as `against`, "front": {"cycles", "dram_bytes",
 //      "energy_nj"}, "says": one line, "host": {"seconds": {"median", "low", "high"}, "processor_seconds": {...},
 //      "front_seconds"}}]}],
 //  "stopped": whether a signal ended it early}

@@ -30,7 +30,7 @@ std::string change(const json& row, const json& against, const std::string& memb
 
 std::string error_change(const json& row, const json& against) {
   const std::string other = against.at("label");
-  if (row.at("picture") == against.at("picture")) return fmt::format("the same picture as {}", other);
+  if (row.at("picture") == against.at("picture")) return fmt::format("the same image as {}", other);
   const json &a = against.at("error").at("psnr_db"), &b = row.at("error").at("psnr_db");
   if (a.is_null() || b.is_null())
     return b.is_null() ? "equals the reference" : fmt::format("differs from the reference, which {} does not", other);
@@ -88,7 +88,7 @@ std::string tradeoff_table(const json& tradeoff) {
       continue;
     }
     if (knob.at("idle").get<bool>()) {
-      text += "  without effect here: all of its settings give the same picture at the same cost\n";
+      text += "  without effect here: all of its settings give the same image at the same cost\n";
       continue;
     }
     text += fmt::format("  {:<36} {:>8} {:>8} {:>8} {:>7} {:>11} {:>12} {:>12} {:>9} {:>15}\n", "setting", "PSNR dB",

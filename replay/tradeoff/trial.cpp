@@ -60,13 +60,13 @@ class Runner {
       result = {{"schema", "tessera.trial/1"},
                 {"values", json::object()},
                 {"host", {{"seconds", json::array()}, {"processor_seconds", json::array()}}}};
-    const Image picture = trial.in_double ? render_in_double(trial, result) : render(trial, history, result);
+    const Image image = trial.in_double ? render_in_double(trial, result) : render(trial, history, result);
     Sha256 hash;
-    hash.add({reinterpret_cast<const std::uint8_t*>(picture.values.data()), picture.values.size() * sizeof(float)});
+    hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
     const std::string name = hash.finish();
     TESSERA_CHECK(!result.contains("picture") || result["picture"] == name, "a frame rendered again is the same");
     result["picture"] = name;
-    if (!errors_.contains(name)) errors_[name] = measure(picture);
+    if (!errors_.contains(name)) errors_[name] = measure(image);
     result["error"] = errors_[name];
   }
 
@@ -108,8 +108,8 @@ class Runner {
     return std::move(render_reference(scene, wanted).front());
   }
 
-  json measure(const Image& picture) const {
-    const Image shown = reference::display_values(picture, exposure_);
+  json measure(const Image& image) const {
+    const Image shown = reference::display_values(image, exposure_);
     const double db = psnr(reference_, shown);
     return {{"psnr_db", std::isinf(db) ? json() : json(db)},
             {"ssim", mssim(reference_, shown)},
@@ -121,7 +121,7 @@ class Runner {
   const TrialPlace& place_;
   float exposure_;
   Image reference_;                     // as shown
-  std::map<std::string, json> errors_;  // of pictures that were measured
+  std::map<std::string, json> errors_;  // of images that were measured
 };
 
 }  // namespace

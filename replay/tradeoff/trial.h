@@ -33,8 +33,8 @@ void name_trial(Trial& trial, const TrialPlace& place);
 
 // Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order:
 //   {"schema": "tessera.trial/1",
-//    "error": {"psnr_db": null for an equal picture, "ssim", "flip", "max_error"},   against the reference, as shown
-//    "picture": SHA-256 of its linear values,
+//    "error": {"psnr_db": null for an equal image, "ssim", "flip", "max_error"},   against the reference, as shown
+//    "image": SHA-256 of its linear values,
 //    "values": every counter, cycle and energy of the compared frame by its name ({} in double),
 //    "host": {"seconds": [one per round], "processor_seconds": [...]}}
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.

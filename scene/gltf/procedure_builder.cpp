@@ -16,7 +16,7 @@ using shaders::ParameterLayout;
 using shaders::StageDeclaration;
 
 constexpr const char* kExtension = "TESSERA_procedure";
-constexpr std::size_t kMostCurves = 64;  // of a chain
+constexpr std::size_t kMaxCurves = 64;  // of a chain
 
 // ---- Checks -----------------------------------------------------------------------------------------------------
 
@@ -43,8 +43,8 @@ void check_parameter(const ParameterDeclaration& p, const json& value, const Pla
     for (std::size_t i = 0; i < value.size(); ++i) check_number(p, value[i], place.at(i));
     return;
   }
-  if (value.size() < 4 || value.size() % 3 != 1 || value.size() > 3 * kMostCurves + 1)
-    place.refuse("has {} points; a chain of cubic curves has 3 n + 1, n from 1 to {}", value.size(), kMostCurves);
+  if (value.size() < 4 || value.size() % 3 != 1 || value.size() > 3 * kMaxCurves + 1)
+    place.refuse("has {} points; a chain of cubic curves has 3 n + 1, n from 1 to {}", value.size(), kMaxCurves);
   for (std::size_t i = 0; i < value.size(); ++i) {
     if (!value[i].is_array() || value[i].size() != 2) place.at(i).refuse("is not a point of two numbers");
     for (std::size_t k = 0; k < 2; ++k) check_number(p, value[i][k], place.at(i).at(k));

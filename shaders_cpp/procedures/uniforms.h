@@ -17,9 +17,9 @@ struct ProcedureLight {
 
 // The first is what Gooch shading looks to. A scene without lights has one from above, front left.
 struct ProcedureLights {
-  static constexpr int kMost = 8;
+  static constexpr int kMax = 8;
   int count = 1;
-  std::array<ProcedureLight, kMost> light{};
+  std::array<ProcedureLight, kMax> light{};
   std::array<float, 3> eye{};  // world; the direction towards the viewer where there is no eye
   bool orthographic = false;
 };

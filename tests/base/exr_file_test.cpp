@@ -38,7 +38,7 @@ TEST(ExrFile, WritingIsDeterministic) {
 
 TEST(ExrFile, WhatIsNotAnExrIsRefused) {
   const test::TemporaryFolder folder;
-  test::write_text(folder / "a.exr", "no picture");
+  test::write_text(folder / "a.exr", "no image");
   EXPECT_THROW(read_exr(folder / "a.exr"), InputError);
   EXPECT_THROW(read_exr(folder / "missing.exr"), InputError);
   const std::vector<float> values(4, 1.0f);

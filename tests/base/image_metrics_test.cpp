@@ -35,14 +35,14 @@ TEST(Psnr, OfIndependentUniformNoiseIsThatOfASixthOfMeanSquareError) {
   EXPECT_NEAR(psnr(noisy(100, 100, 11), noisy(100, 100, 12)), 10 * std::log10(6.0), 0.1);
 }
 
-TEST(Ssim, OfTwoFlatPicturesIsTheLuminanceTermAlone) {
+TEST(Ssim, OfTwoFlatImagesIsTheLuminanceTermAlone) {
   // (2ab + C1) / (a^2 + b^2 + C1): variances vanish.
   const double a = 0.6, b = 0.3, c1 = 1e-4;
   EXPECT_NEAR(mssim(flat(16, 16, 0.6f, 0.6f, 0.6f), flat(16, 16, 0.3f, 0.3f, 0.3f)),
               (2 * a * b + c1) / (a * a + b * b + c1), 1e-6);
 }
 
-TEST(Ssim, IsOneForEqualPicturesAndNegativeForInvertedOnes) {
+TEST(Ssim, IsOneForEqualImagesAndNegativeForInvertedOnes) {
   const Image image = noisy(32, 32, 4);
   EXPECT_NEAR(mssim(image, image), 1.0, 1e-12);
   Image inverted = image;
@@ -82,7 +82,7 @@ TEST(Ssim, IsThePapersFormulaOverAWindowOfElevenPixels) {
   for (std::size_t i = 0; i < other.values.size(); ++i)
     other.values[i] = 0.7f * grey.values[i] + 0.2f * other.values[i];
   EXPECT_NEAR(mssim(grey, other), ssim_by_definition(grey, other), 1e-6);
-  EXPECT_LT(ssim_by_definition(grey, other), 0.95) << "the pictures are far enough apart to tell";
+  EXPECT_LT(ssim_by_definition(grey, other), 0.95) << "the images are far enough apart to tell";
 }
 
 TEST(Ssim, GrowsWorseWithMoreNoise) {
@@ -98,10 +98,10 @@ TEST(Ssim, GrowsWorseWithMoreNoise) {
   }
 }
 
-TEST(Flip, OfEqualPicturesIsZero) { EXPECT_EQ(mean_value(flip_map(noisy(24, 24, 1), noisy(24, 24, 1))), 0.0); }
+TEST(Flip, OfEqualImagesIsZero) { EXPECT_EQ(mean_value(flip_map(noisy(24, 24, 1), noisy(24, 24, 1))), 0.0); }
 
 TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
-  // Flat pictures have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and
+  // Flat images have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and
   // 100 to the power 0.7 (published constants), with the largest distance that of green and blue.
   const double distance = std::pow(100.0, 0.7);
   // Hunt-adjusted CIELAB of linear green and blue, by hand from the CIE formulas.
@@ -121,7 +121,7 @@ TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
   EXPECT_NEAR(mean_value(flip_map(flat(8, 8, 0, 0, 0), flat(8, 8, 1, 1, 1))), expected, 1e-4);
 }
 
-// Flat pictures of two greys: no features, no chroma; the redistributed power of the difference in CIE lightness
+// Flat images of two greys: no features, no chroma; the redistributed power of the difference in CIE lightness
 // (Andersson et al. 2020, sections 4.1 and 4.3, with their constants 0.7, 0.4 and 0.95).
 TEST(Flip, OfTwoGreysIsThePowerOfTheirDifferenceInLightness) {
   const auto lightness = [](double srgb) {

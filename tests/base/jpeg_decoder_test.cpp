@@ -24,7 +24,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// ---- Pictures and their files -----------------------------------------------------------------------------------
+// ---- Images and their files -----------------------------------------------------------------------------------
 
 // Channels rise linearly along x and y, by less than two steps a pixel: what halved chroma planes give back between
 // their samples.
@@ -108,7 +108,7 @@ constexpr Kind kKinds[] = {{"grey", 1, TJSAMP_GRAY, 0, 2},
                            {"grey, progressive", 1, TJSAMP_GRAY, TJFLAG_PROGRESSIVE, 2},
                            {"4:2:0, progressive", 3, TJSAMP_420, TJFLAG_PROGRESSIVE, 5}};
 
-TEST(JpegDecoder, APictureComesBackWithinQuantisationWhateverItsChannelsAndSampling) {
+TEST(JpegDecoder, AImageComesBackWithinQuantisationWhateverItsChannelsAndSampling) {
   for (const Kind& kind : kKinds)
     for (const auto& [width, height] : {std::pair{1, 1}, {8, 8}, {17, 9}, {64, 33}}) {
       const Image8 image = ramps(width, height, kind.channels);
@@ -118,7 +118,7 @@ TEST(JpegDecoder, APictureComesBackWithinQuantisationWhateverItsChannelsAndSampl
     }
 }
 
-TEST(JpegDecoder, AnotherPictureIsNotWithinQuantisation) {  // the twin of the law above
+TEST(JpegDecoder, AnotherImageIsNotWithinQuantisation) {  // the twin of the law above
   for (const Kind& kind : kKinds) {
     const Answer answer = decode(encode(ramps(64, 33, kind.channels), kind.subsampling, 100, kind.flags));
     Image8 mirrored = ramps(64, 33, kind.channels), swapped = mirrored;
@@ -302,7 +302,7 @@ Bytes claiming(int width, int height) {
   return bytes;
 }
 
-TEST(JpegDecoder, APictureBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
+TEST(JpegDecoder, AImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
   const ImageLimits limits{.max_side = 4096, .max_pixels = 1 << 20};
   for (const auto& [width, height] : {std::pair{4097, 1}, {1, 4097}, {1025, 1024}, {65000, 65000}}) {
     const Bytes bytes = claiming(width, height);

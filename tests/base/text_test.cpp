@@ -49,8 +49,8 @@ std::size_t plain_distance(const std::string& a, const std::string& b) {
   return table[a.size()][b.size()];
 }
 
-std::string random_text(test::Random& random, int most_letters, int alphabet) {
-  std::string text(static_cast<std::size_t>(random.integer(0, most_letters)), ' ');
+std::string random_text(test::Random& random, int max_letters, int alphabet) {
+  std::string text(static_cast<std::size_t>(random.integer(0, max_letters)), ' ');
   for (char& c : text) c = static_cast<char>('a' + random.integer(0, alphabet - 1));
   return text;
 }

@@ -235,7 +235,7 @@ TEST(TriangleSetup, TS4ATriangleThroughTheNearPlaneKeepsItsVisiblePart) {
 
 // ---- Blocks in the parameter buffer -----------------------------------------------------------------------------
 
-using Position = std::array<float, 6>;  // at both keys; a still one has zeros at the second
+using Position = std::array<float, 6>;  // at both motion keys; a still one has zeros at the second
 using Triangle = std::array<Position, 3>;
 
 Triangle turned(const Triangle& t) { return std::min({t, Triangle{t[1], t[2], t[0]}, Triangle{t[2], t[0], t[1]}}); }

@@ -35,7 +35,7 @@ double draw(Random& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random.uniform(0, 1));
 }
 
-// A box as the front end makes them: one frame for both keys, extents and camera of each key its own.
+// A box as the front end makes them: one frame for both motion keys, extents and camera of each key its own.
 MovingCorners random_corners(Random& random, const Projection& p) {
   const auto turn = [&](double angle) {
     return glm::mat3_cast(glm::angleAxis(angle, glm::normalize(DVec3(random.in_box(1)) + DVec3(1e-3))));

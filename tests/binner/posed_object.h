@@ -7,7 +7,7 @@
 
 namespace tessera::binner {
 
-// A closed surface of six patches, posed at rest for a picture of 128x128 pixels.
+// A closed surface of six patches, posed at rest for an image of 128x128 pixels.
 struct PosedObject {
   scene::Capture capture;
   scene::Assembly assembly;

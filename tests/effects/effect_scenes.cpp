@@ -26,7 +26,7 @@ Primitive bent_patches(Random& random, int material) {
   return patches(points, material);
 }
 
-// A pixel is about 1/150 of the width of the picture at a distance of 4: ways from a thousandth of it to a few.
+// A pixel is about 1/150 of the width of the image at a distance of 4: ways from a thousandth of it to a few.
 DVec3 small_way(Random& random) {
   const double size = 0.013 * std::pow(2.0, static_cast<double>(random.integer(-10, 2)));
   return DVec3(random.in_box(1)) * size;

@@ -15,7 +15,7 @@ std::unique_ptr<scene::Capture> slow_scene(std::uint32_t seed);
 std::unique_ptr<scene::Capture> partly_displaced_scene(std::uint32_t seed);
 // Masked patches and triangles whose textures have holes here and there.
 std::unique_ptr<scene::Capture> masked_scene(std::uint32_t seed);
-// A still wall that fills the picture, and one ball in front of it that moves; the camera moves by `camera_way`.
+// A still wall that fills the image, and one ball in front of it that moves; the camera moves by `camera_way`.
 std::unique_ptr<scene::Capture> one_moving_ball(const DVec3& ball_way, const DVec3& camera_way = DVec3(0.0));
 
 }  // namespace tessera::test

@@ -6,14 +6,14 @@
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
 #include "tests/effects/effect_scenes.h"
-#include "tests/support/picture_bytes.h"
+#include "tests/support/image_bytes.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::replay {
 namespace {
 
 using scene::Capture;
-using test::picture_bytes;
+using test::image_bytes;
 
 hardware::GpuConfiguration small_tiles() {
   hardware::GpuConfiguration gpu;
@@ -41,15 +41,15 @@ std::uint64_t sum(const gpu::TileMaps& maps, std::uint64_t gpu::TileCounts::*mem
 
 // ---- Forcing ----------------------------------------------------------------------------------------------------
 
-TEST(Effects, ForcedOnEverywhereTheyGiveTheSamePicture) {
+TEST(Effects, ForcedOnEverywhereTheyGiveTheSameImage) {
   const auto compare = [](const Capture& capture, int frame, const std::string& name) {
-    const std::string expected = picture_bytes(render(capture, {}, frame).targets);
-    EXPECT_EQ(picture_bytes(render(capture, forced("on"), frame).targets), expected) << name;
+    const std::string expected = image_bytes(render(capture, {}, frame).targets);
+    EXPECT_EQ(image_bytes(render(capture, forced("on"), frame).targets), expected) << name;
     for (const char* key : {"effects.motion", "effects.defocus", "effects.displacement", "effects.alpha_test"}) {
       gpu::RunSettings one;
       hardware::GpuConfiguration gpu;
       gpu::apply_setting(std::string(key) + "=on", one, gpu);
-      EXPECT_EQ(picture_bytes(render(capture, one, frame).targets), expected) << name << " " << key;
+      EXPECT_EQ(image_bytes(render(capture, one, frame).targets), expected) << name << " " << key;
     }
   };
   for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases"}) {
@@ -67,30 +67,29 @@ TEST(Effects, ForcedOnEverywhereTheyGiveTheSamePicture) {
 TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
   for (std::uint32_t seed = 2; seed <= 6; seed += 2) {
     const auto capture = test::slow_scene(seed);
-    const std::string expected = picture_bytes(render(*capture, {}).targets);
+    const std::string expected = image_bytes(render(*capture, {}).targets);
     for (const char* method : {"brute", "segments", "partition", "clusters"}) {
       hardware::GpuConfiguration gpu = small_tiles();
       gpu.tilecore_visibility_method = method;
       for (const char* force : {"auto", "on"})
-        EXPECT_EQ(picture_bytes(render(*capture, forced(force), 0, gpu).targets), expected)
+        EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected)
             << seed << " " << method << " " << force;
     }
     hardware::GpuConfiguration gpu = small_tiles();
     gpu.tilecore_traversal = "ray";
     for (const char* force : {"auto", "on"})
-      EXPECT_EQ(picture_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
+      EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
   }
 }
 
-TEST(Effects, ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem) {
+TEST(Effects, ForcedOffTheyGiveTheImageOfTheCaptureWithoutThem) {
   const auto same = [](const Capture& with, const char* key, const Capture& without) {
     gpu::RunSettings off;
     hardware::GpuConfiguration gpu;
     gpu::apply_setting(std::string(key) + "=off", off, gpu);
     const gpu::FrameResult plain = render(without, {}), result = render(with, off);
-    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(plain.targets)) << key;
-    EXPECT_NE(picture_bytes(render(with, {}).targets), picture_bytes(plain.targets))
-        << key << " makes no difference here";
+    EXPECT_EQ(image_bytes(result.targets), image_bytes(plain.targets)) << key;
+    EXPECT_NE(image_bytes(render(with, {}).targets), image_bytes(plain.targets)) << key << " makes no difference here";
     const std::string name = std::string(key).substr(8);
     EXPECT_FALSE(result.effects.at(name));
     EXPECT_EQ(result.effect_places.at(name).tiles, 0u);
@@ -154,7 +153,7 @@ TEST(Effects, TilesThatTheMovingObjectDoesNotTouchDoTheWorkOfAStillScene) {
   EXPECT_EQ(moving.effect_reasons.at("motion"), "1 of 2 drawables move on screen");
 }
 
-// The twin of forcing: when what moves is taken for still, the picture is another.
+// The twin of forcing: when what moves is taken for still, the image is another.
 TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   const auto capture = test::one_moving_ball({0.5, 0.1, 0});
   const scene::Assembly assembly = scene::assemble(*capture);
@@ -203,7 +202,7 @@ TEST(Effects, AnObjectThatMovesByLessThanASubPixelNeedsNoCodeForMotion) {
   EXPECT_EQ(sum(result.maps, &gpu::TileCounts::moving_sub_patches), 0u);
   EXPECT_EQ(result.effect_reasons.at("motion"),
             "1 of 2 drawables move on screen, but no vertex moves by more than a sub-pixel");
-  EXPECT_EQ(picture_bytes(render(*slow, forced("on")).targets), picture_bytes(result.targets));
+  EXPECT_EQ(image_bytes(render(*slow, forced("on")).targets), image_bytes(result.targets));
   EXPECT_GT(render(*faster, {}).counters.frontend.sub_patches_moving, 0u);
 }
 
@@ -218,7 +217,7 @@ TEST(Effects, ACameraThatMovesAloneMovesEverythingThatItSees) {
   std::uint64_t ball = 0;
   for (const gpu::TileCounts& tile : followed.maps.tiles) ball += tile.sub_patches - tile.moving_sub_patches;
   EXPECT_GT(ball, 0u);
-  EXPECT_EQ(picture_bytes(render(*together, forced("on")).targets), picture_bytes(followed.targets));
+  EXPECT_EQ(image_bytes(render(*together, forced("on")).targets), image_bytes(followed.targets));
 }
 
 TEST(Effects, ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs) {
@@ -234,8 +233,8 @@ TEST(Effects, ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs) {
     EXPECT_EQ(first.effects.at("motion"), cut < 0.5f) << cut;
     EXPECT_FALSE(second.effects.at("motion")) << cut;
     EXPECT_EQ(second.effect_reasons.at("motion"), "nothing moves between shutter open and close");
-    EXPECT_NE(picture_bytes(first.targets), picture_bytes(second.targets));
-    EXPECT_EQ(picture_bytes(render(*capture, forced("on"), 0).targets), picture_bytes(first.targets));
+    EXPECT_NE(image_bytes(first.targets), image_bytes(second.targets));
+    EXPECT_EQ(image_bytes(render(*capture, forced("on"), 0).targets), image_bytes(first.targets));
   }
 }
 
@@ -277,7 +276,7 @@ TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
   EXPECT_GT(partly.counters.frontend.defocus_elided, 0u);
   EXPECT_GT(partly.counters.frontend.sub_patches_defocused, 0u);
   for (const auto& capture : {wall_in_focus(0, 4), wall_in_focus(1.0f, 4), wall_in_focus(0.00006f, 4)})
-    EXPECT_EQ(picture_bytes(render(*capture, forced("on")).targets), picture_bytes(render(*capture, {}).targets));
+    EXPECT_EQ(image_bytes(render(*capture, forced("on")).targets), image_bytes(render(*capture, {}).targets));
 }
 
 // ---- Displacement and alpha -------------------------------------------------------------------------------------
@@ -290,7 +289,7 @@ TEST(Effects, AMapThatIsZeroReadsNoHeights) {
   EXPECT_EQ(zero.counters.frontend.sub_patches_displaced, 0u);
   EXPECT_GT(zero.counters.frontend.displacement_elided, 0u);
   EXPECT_EQ(sum(zero.maps, &gpu::TileCounts::displaced_sub_patches), 0u);
-  EXPECT_EQ(picture_bytes(on.targets), picture_bytes(zero.targets));
+  EXPECT_EQ(image_bytes(on.targets), image_bytes(zero.targets));
   EXPECT_LT(zero.counters.l2.requests, on.counters.l2.requests);  // lines of the map
   // A constant that is not zero moves everything.
   for (scene::Material& m : capture->materials) m.displacement->bias = 0.001f;
@@ -303,7 +302,7 @@ TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
   EXPECT_GT(result.counters.frontend.alpha_test_elided, 0u);
   EXPECT_GT(result.counters.tilecore.alpha_tests, 0u);
   EXPECT_LT(result.counters.tilecore.alpha_tests, on.counters.tilecore.alpha_tests);
-  EXPECT_EQ(picture_bytes(on.targets), picture_bytes(result.targets));
+  EXPECT_EQ(image_bytes(on.targets), image_bytes(result.targets));
 }
 
 // ---- What is said of them ---------------------------------------------------------------------------------------

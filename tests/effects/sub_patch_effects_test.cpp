@@ -46,7 +46,7 @@ bool stands_still(const MicroMesh& m) {
   return true;
 }
 
-// SE2 for one mesh: as the kernels compute the factor, at both keys and between.
+// SE2 for one mesh: as the kernels compute the factor, at both motion keys and between.
 bool is_sharp(const MicroMesh& m, const scene::Projection& projection) {
   const float focus = static_cast<float>(projection.inverse_focus), most = sharp_factor(projection);
   for (std::size_t v = 0; v < m.vertex_count; ++v)

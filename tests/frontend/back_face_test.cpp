@@ -71,7 +71,7 @@ struct RoundScene {
   }
 };
 
-// A vertex as the machine projects it: single precision, snapped, at both keys.
+// A vertex as the machine projects it: single precision, snapped, at both motion keys.
 struct RasterVertex {
   std::array<glm::dvec2, 2> at;
   std::array<double, 2> depth;

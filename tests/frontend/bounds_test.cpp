@@ -107,7 +107,7 @@ scene::Projection projection(bool orthographic, double lens, double focus) {
 
 enum class Twin { kHonest, kLinearScreenMotion, kNoLens };
 
-// Random boxes in camera space at two keys, many behind or across the camera plane; counts points outside the bound.
+// Random boxes in camera space at two motion keys, many behind or across the camera plane; counts points outside the bound.
 int screen_violations(std::uint32_t seed, Twin twin) {
   Random random(seed);
   int violations = 0;
@@ -188,7 +188,7 @@ TEST(ScreenBounds, BodiesWhollyBehindTheCameraOrBeyondTheFarPlaneAreDropped) {
   EXPECT_FALSE(screen_bounds(corners, p, {}).has_value());
 }
 
-// A cube of half a unit in camera space, its middle at these depths at the two keys.
+// A cube of half a unit in camera space, its middle at these depths at the two motion keys.
 MovingCorners cube_between(const scene::Projection& p, double depth0, double depth1) {
   MovingCorners corners;
   for (std::size_t k = 0; k < 16; ++k) {

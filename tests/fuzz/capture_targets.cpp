@@ -32,9 +32,9 @@ const fs::path& capture_file() {
 void read(Bytes input) {
   write_scratch(capture_file(), input);
   scene::CaptureLimits limits;
-  limits.max_bytes = kMostBytes;
-  limits.max_file_bytes = kMostBytes;
-  limits.image.max_pixels = kMostBytes / 8;
+  limits.max_bytes = kMaxBytes;
+  limits.max_file_bytes = kMaxBytes;
+  limits.image.max_pixels = kMaxBytes / 8;
   expect_answer([&] { require_sound(scene::read_capture(capture_file(), limits)); });
 }
 

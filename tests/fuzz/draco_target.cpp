@@ -52,7 +52,7 @@ void run(Bytes input) {
   static const std::filesystem::path kFile = scratch_folder() / "draco.glb";
   write_scratch(kFile, wrap(input));
   scene::CaptureLimits limits;
-  limits.max_bytes = kMostBytes;
+  limits.max_bytes = kMaxBytes;
   expect_answer([&] { require_sound(scene::read_capture(kFile, limits)); });
 }
 

@@ -61,8 +61,8 @@ void write_seeds(const fs::path& folder) {
 }  // namespace
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget,  kStudyTarget, kMachineTarget,
-                                    kOptionTarget,  kResultTarget, kPictureTarget, kExrTarget,   kHistoryTarget};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget, kStudyTarget, kMachineTarget,
+                                    kOptionTarget,  kResultTarget, kImageTarget,  kExrTarget,   kHistoryTarget};
   return kTargets;
 }
 
@@ -124,7 +124,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   // minute. Debian's Draco sizes a vector of bits by a number of the stream, 2^31 at most, before it looks at the
   // number, and then decodes as many bits: 256 MiB, and some seconds.
   const bool draco = name == "capture" || name == "draco" || name == "replay";
-  const std::uint64_t most = fuzz::kMostBytes + (draco ? 256u << 20 : 0u);
+  const std::uint64_t most = fuzz::kMaxBytes + (draco ? 256u << 20 : 0u);
   std::vector<std::string> arguments = {words[0], "-max_len=" + std::to_string(g_target->max_bytes),
                                         std::string("-timeout=") + (draco ? "60" : "10"), "-rss_limit_mb=2048",
                                         "-malloc_limit_mb=" + std::to_string(most >> 20)};

@@ -18,7 +18,7 @@ using Generator = std::minstd_rand;
 
 // What a fuzz target promises for any bytes: it returns. A refusal is one of the project's errors and is swallowed by
 // run(); everything else that gets out of it, a broken invariant, a report of the sanitizers, a leak, a hang and a
-// single allocation beyond kMostBytes (256 MiB more where Draco takes part, see fuzz_main.cpp) each end the program.
+// single allocation beyond kMaxBytes (256 MiB more where Draco takes part, see fuzz_main.cpp) each end the program.
 struct Target {
   std::string_view name;
   std::string_view about;
@@ -32,7 +32,7 @@ struct Target {
 std::span<const Target> targets();
 
 // What one input may take, by the limits that the program has (--max-memory, ImageLimits).
-inline constexpr std::uint64_t kMostBytes = 64ull << 20;
+inline constexpr std::uint64_t kMaxBytes = 64ull << 20;
 
 // libFuzzer's mutations of plain bytes.
 std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_size);
@@ -61,6 +61,6 @@ void write_scratch(const std::filesystem::path& file, std::string_view text);
 extern const Target kCaptureTarget, kDracoTarget,
     kReplayTarget;  // capture_targets.cpp, draco_target.cpp, replay_target.cpp
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget;  // text_targets.cpp
-extern const Target kPictureTarget, kExrTarget, kHistoryTarget;                  // picture_targets.cpp
+extern const Target kImageTarget, kExrTarget, kHistoryTarget;                    // image_targets.cpp
 
 }  // namespace tessera::fuzz

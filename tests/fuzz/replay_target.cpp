@@ -57,7 +57,7 @@ void render(Bytes input) {
   static const std::filesystem::path kFile = scratch_folder() / "replay.glb";
   write_scratch(kFile, input.subspan(kChoices));
   scene::CaptureLimits limits;
-  limits.max_bytes = kMostBytes;
+  limits.max_bytes = kMaxBytes;
   limits.image.max_pixels = 1 << 16;
   const ThreadLimit one(1);
   expect_answer([&] {

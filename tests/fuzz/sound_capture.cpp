@@ -79,7 +79,7 @@ void require_sound(const Capture& capture) {
     }
   for (const int played : capture.played_animations)
     require(played != kNone && names_one(played, capture.animations), "a played animation is not there");
-  require(capture.charged_bytes <= kMostBytes, "more was charged than allowed");
+  require(capture.charged_bytes <= kMaxBytes, "more was charged than allowed");
 }
 
 }  // namespace tessera::fuzz

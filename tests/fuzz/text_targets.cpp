@@ -33,14 +33,14 @@ const fs::path& study_folder() {
 }
 
 void read_any_study(Bytes input) {
-  constexpr std::uint64_t kMostPoints = 256;
+  constexpr std::uint64_t kMaxPoints = 256;
   const fs::path file = study_folder() / "study.json";
   write_scratch(file, input);
   expect_answer([&] {
-    const replay::Study study = replay::read_study(file, kMostPoints);
+    const replay::Study study = replay::read_study(file, kMaxPoints);
     std::uint64_t points = study.captures.size();
     for (const replay::StudyAxis& axis : study.axes) points *= axis.values.size();
-    require(points == study.point_count && points <= kMostPoints, "a study has another number of points than it says");
+    require(points == study.point_count && points <= kMaxPoints, "a study has another number of points than it says");
     // First and last step of every axis: values may not fit each other, and nothing else may go wrong.
     for (const bool last : {false, true}) {
       std::vector<std::uint32_t> steps;
@@ -120,7 +120,7 @@ void parse_option(Bytes input) {
   expect_answer([&] {
     switch (input[0] % 6) {
       case 0: {
-        const replay::PictureSize size = replay::parse_size("--size", text);
+        const replay::ImageSize size = replay::parse_size("--size", text);
         require(size.width >= 1 && size.height >= 1 && size.width <= 16384 && size.height <= 16384,
                 "a size beyond its range");
         break;
@@ -218,8 +218,8 @@ json tradeoff_seed() {
                     {"arguments", "--set a=4"},
                     {"base", true},
                     {"in_double", false},
-                    {"picture", "p"},
-                    {"same_picture", true},
+                    {"image", "p"},
+                    {"same_image", true},
                     {"cycles", 9},
                     {"dram_bytes", 8},
                     {"energy_nj", 1.5},

@@ -1,4 +1,4 @@
-// A small change of camera, time or threshold is a small change of the picture. Pictures are compared step by step
+// A small change of camera, time or threshold is a small change of the image. Images are compared step by step
 // along a way of small steps: where something pops, one step changes more than the others.
 #include <gtest/gtest.h>
 
@@ -47,11 +47,11 @@ double mean_difference(const Image& a, const Image& b) {
 }
 
 // Mean differences of neighbours along a way.
-std::vector<double> steps_of(int count, const std::function<Image(double)>& picture) {
+std::vector<double> steps_of(int count, const std::function<Image(double)>& image) {
   std::vector<double> steps;
-  Image before = picture(0);
+  Image before = image(0);
   for (int k = 1; k <= count; ++k) {
-    Image next = picture(static_cast<double>(k) / count);
+    Image next = image(static_cast<double>(k) / count);
     steps.push_back(mean_difference(before, next));
     before = std::move(next);
   }
@@ -99,7 +99,7 @@ TEST(Continuity, CoarseTessellationThatPopsIsCaught) {
   EXPECT_GT(largest(steps), kPop * median(steps));
 }
 
-// Splits decide how work is cut, never what is seen: the picture does not change at all.
+// Splits decide how work is cut, never what is seen: the image does not change at all.
 TEST(Continuity, SplitLevelsDoNotShow) {
   const Capture capture = scene();
   hardware::GpuConfiguration whole;
@@ -114,17 +114,17 @@ TEST(Continuity, SplitLevelsDoNotShow) {
 
 // Target edge: the surface converges, so a step's change is bounded by what is left to converge: edge^2 / (8 radius)
 // pixels.
-TEST(Continuity, TheTargetEdgeChangesThePictureGradually) {
+TEST(Continuity, TheTargetEdgeChangesTheImageGradually) {
   const Capture capture = scene();
-  const auto picture = [&](double edge) {
+  const auto image = [&](double edge) {
     RunSettings settings = fine();
     settings.target_edge_pixels = edge;
     return render(capture, settings);
   };
-  const Image finest = picture(1);
+  const Image finest = image(1);
   double before = 0;
   for (const double edge : {1.5, 2.0, 3.0, 4.5, 6.0}) {
-    const double away = mean_difference(picture(edge), finest);
+    const double away = mean_difference(image(edge), finest);
     EXPECT_LE(away, 0.0006 * edge * edge + 0.0005) << edge;
     EXPECT_GE(away, 0.3 * before) << edge;  // not by chance
     before = away;
@@ -144,34 +144,34 @@ TEST(Continuity, ALittleLaterIsALittleDifferent) {
 
 // The shutter opens: the first moment of motion blur is next to none.
 TEST(Continuity, AShutterThatOpensALittleBlursALittle) {
-  const auto picture = [&](double shutter) {
+  const auto image = [&](double shutter) {
     Capture capture = scene();
     capture.settings.shutter_open = 4;
     capture.settings.shutter_close = 4 + shutter;
     return render(capture, fine());
   };
-  const Image still = picture(0);
-  EXPECT_LE(mean_difference(picture(1e-6), still), 1e-4);
-  EXPECT_LE(mean_difference(picture(0.02), still), 0.1 * mean_difference(picture(2), still));
+  const Image still = image(0);
+  EXPECT_LE(mean_difference(image(1e-6), still), 1e-4);
+  EXPECT_LE(mean_difference(image(0.02), still), 0.1 * mean_difference(image(2), still));
 }
 
 // A lens that opens from nothing, likewise.
 TEST(Continuity, ALensThatOpensALittleDefocusesALittle) {
-  const auto picture = [&](float radius) {
+  const auto image = [&](float radius) {
     Capture capture = scene();
     capture.cameras[0].lens = {radius, 4.0f};
     return render(capture, fine());
   };
-  const Image pinhole = picture(0);
-  EXPECT_LE(mean_difference(picture(1e-7f), pinhole), 1e-4);
-  EXPECT_LE(mean_difference(picture(0.001f), pinhole), 0.1 * mean_difference(picture(0.1f), pinhole));
+  const Image pinhole = image(0);
+  EXPECT_LE(mean_difference(image(1e-7f), pinhole), 1e-4);
+  EXPECT_LE(mean_difference(image(0.001f), pinhole), 0.1 * mean_difference(image(0.1f), pinhole));
 }
 
 // A threshold of the resolve unit moves blocks from one regime to the next one by one: no step of it changes the
-// picture by more than a share of what all of it does, and never by more than the regimes differ.
+// image by more than a share of what all of it does, and never by more than the regimes differ.
 TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   Capture capture = scene();
-  const auto picture = [&](double speed) {
+  const auto image = [&](double speed) {
     RunSettings settings;
     settings.desampling = "adaptive";
     settings.k_stat = 0;
@@ -181,12 +181,12 @@ TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
     renderer.render(3);
     return renderer.render(4).targets.color;
   };
-  const Image none = picture(1000);
-  const double whole = mean_difference(picture(0.01), none);
+  const Image none = image(1000);
+  const double whole = mean_difference(image(0.01), none);
   EXPECT_GT(whole, 0) << "nothing is fast";
   double before = -1;
   for (const double speed : {2.0, 2.02}) {
-    const double away = mean_difference(picture(speed), none);
+    const double away = mean_difference(image(speed), none);
     EXPECT_LE(away, 1.05 * whole);
     if (before >= 0) {
       EXPECT_LE(std::abs(away - before), 0.25 * whole);

@@ -1,4 +1,4 @@
-// The same scene elsewhere, or of another size, is the same picture. Where coordinates are kept in double precision
+// The same scene elsewhere, or of another size, is the same image. Where coordinates are kept in double precision
 // (nodes, cameras, animations of nodes) that holds as far as one likes; vertices are single precision, so where a scene
 // was moved by moving its vertices it holds until they round by a visible part of a pixel.
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ Capture scene(const Placement& at) {
   return capture;
 }
 
-FrameResult picture(const Placement& at) {
+FrameResult image(const Placement& at) {
   const Capture capture = scene(at);
   RunSettings settings;
   settings.samples_per_pixel = 4;
@@ -109,7 +109,7 @@ class MovedScene : public testing::TestWithParam<double> {};
 
 TEST_P(MovedScene, LooksTheSameWhenItsNodesAreMoved) {
   const double d = GetParam();
-  const Difference moved = difference(picture({}), picture({DVec3(d, -0.7 * d, 0.4 * d)}));
+  const Difference moved = difference(image({}), image({DVec3(d, -0.7 * d, 0.4 * d)}));
   EXPECT_LE(moved.patches, kPatchTolerance);
   // Shading takes the direction to the eye from world positions in single precision: 10^-9 per unit.
   EXPECT_LE(moved.mean, 2e-5 + 1e-9 * d);
@@ -121,8 +121,8 @@ INSTANTIATE_TEST_SUITE_P(By, MovedScene, testing::Values(1e3, 1e4, 1e5, 1e6), []
 
 // A coordinate of 1000 rounds to 2^-14, which is 1/300 of a pixel here; one of a million to 1/16, which is four pixels.
 TEST(MovedVertices, LookTheSameUntilTheyRoundByAVisiblePartOfAPixel) {
-  const FrameResult origin = picture({});
-  const auto at = [&](double d) { return difference(origin, picture({DVec3(d, -0.7 * d, 0.4 * d), 1, true})); };
+  const FrameResult origin = image({});
+  const auto at = [&](double d) { return difference(origin, image({DVec3(d, -0.7 * d, 0.4 * d), 1, true})); };
   const Difference near = at(1e3), far = at(1e6);
   EXPECT_LE(near.patches, 0.01);
   EXPECT_LE(near.mean, 0.002);
@@ -136,7 +136,7 @@ TEST(MovedVertices, LookTheSameUntilTheyRoundByAVisiblePartOfAPixel) {
 class ScaledScene : public testing::TestWithParam<double> {};
 
 TEST_P(ScaledScene, LooksTheSame) {
-  const Difference scaled = difference(picture({}), picture({DVec3(0.0), GetParam()}));
+  const Difference scaled = difference(image({}), image({DVec3(0.0), GetParam()}));
   EXPECT_LE(scaled.patches, kPatchTolerance);
   EXPECT_LE(scaled.mean, kMeanTolerance);
   RecordProperty("mean_difference", std::to_string(scaled.mean));
@@ -145,23 +145,23 @@ INSTANTIATE_TEST_SUITE_P(By, ScaledScene, testing::Values(1e-3, 0.1, 7.0, 1e3), 
   return "Permille" + std::to_string(static_cast<int>(std::lround(instance.param * 1000)));
 });
 
-// Multiplying by a power of two rounds nothing: not one bit of the picture may tell.
+// Multiplying by a power of two rounds nothing: not one bit of the image may tell.
 TEST(ScaledScene, ByAPowerOfTwoLooksTheSameBitByBit) {
-  const FrameResult one = picture({});
+  const FrameResult one = image({});
   for (const double scale : {0x1p-10, 0x1p10}) {
-    const FrameResult scaled = picture({DVec3(0.0), scale});
+    const FrameResult scaled = image({DVec3(0.0), scale});
     EXPECT_EQ(one.targets.patch.values, scaled.targets.patch.values) << scale;
     EXPECT_EQ(difference(one, scaled).mean, 0) << scale;
   }
 }
 
-// A lens that keeps its size while the scene does not is another picture.
+// A lens that keeps its size while the scene does not is another image.
 TEST(ScaledScene, WithALensOfTheOldSizeIsCaught) {
   Capture capture = scene({DVec3(0.0), 10});
   capture.cameras[0].lens = {0.02f, 4.0f};
   RunSettings settings;
   const FrameResult wrong = Device(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, true}).render(0);
-  EXPECT_GT(difference(picture({}), wrong).mean, 4 * kMeanTolerance);
+  EXPECT_GT(difference(image({}), wrong).mean, 4 * kMeanTolerance);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Machine {
     apply_setting(text, settings, gpu);
     return *this;
   }
-  std::vector<float> picture(const Capture& capture, int frame) const {
+  std::vector<float> image(const Capture& capture, int frame) const {
     Device renderer(capture, gpu, settings, {96, 54, {0, 0, 96, 54}});
     return renderer.render(frame).targets.color.values;
   }
@@ -84,30 +84,30 @@ TEST(SubpixelBits, PutVerticesOnTheirGridWithinHalfAStep) {
   }
 }
 
-// Bounds and culling know the grid: however sub-patches are bounded, cut, culled and binned, the picture is the same.
-TEST(SubpixelBits, LeaveThePictureIndependentOfBoundsAndTiles) {
+// Bounds and culling know the grid: however sub-patches are bounded, cut, culled and binned, the image is the same.
+TEST(SubpixelBits, LeaveTheImageIndependentOfBoundsAndTiles) {
   for (const char* name : {"eggs", "flyby"}) {
     const Capture capture = shipped(name);
     const int number = capture.settings.first_frame;
     const auto with = [](const char* bits) { return Machine().set(std::string("tessellator.subpixel_bits=") + bits); };
-    const std::vector<float> expected = with("4").picture(capture, number);
+    const std::vector<float> expected = with("4").image(capture, number);
     EXPECT_EQ(with("4")
                   .set("frontend.bound_method=aabb")
                   .set("binner.coverage=rectangle")
                   .set("binner.time_intervals=false")
-                  .picture(capture, number),
+                  .image(capture, number),
               expected)
         << name;
     EXPECT_EQ(with("4")
                   .set("tile.width=8")
                   .set("tile.height=8")
                   .set("frontend.backface_culling=false")
-                  .picture(capture, number),
+                  .image(capture, number),
               expected)
         << name;
-    EXPECT_EQ(with("4").set("tilecore.box_bits=8").set("frontend.split_pixels=8").picture(capture, number), expected)
+    EXPECT_EQ(with("4").set("tilecore.box_bits=8").set("frontend.split_pixels=8").image(capture, number), expected)
         << name;
-    EXPECT_NE(with("8").picture(capture, number), expected) << "the bits do something";
+    EXPECT_NE(with("8").image(capture, number), expected) << "the bits do something";
   }
 }
 
@@ -132,15 +132,14 @@ TEST(LensPoints, AreAsManyAsAskedFor) {
   }
 }
 
-TEST(LensPoints, LeaveThePictureIndependentOfHowSamplesAreFound) {
+TEST(LensPoints, LeaveTheImageIndependentOfHowSamplesAreFound) {
   const Capture capture = shipped("eggs");
-  const std::vector<float> expected = Machine().set("sampling.lens_points=8").picture(capture, 14);
-  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tilecore.visibility_method=brute").picture(capture, 14),
+  const std::vector<float> expected = Machine().set("sampling.lens_points=8").image(capture, 14);
+  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tilecore.visibility_method=brute").image(capture, 14),
             expected);
-  EXPECT_EQ(
-      Machine().set("sampling.lens_points=8").set("tile.width=16").set("tilecore.box_bits=16").picture(capture, 14),
-      expected);
-  EXPECT_NE(Machine().picture(capture, 14), expected);
+  EXPECT_EQ(Machine().set("sampling.lens_points=8").set("tile.width=16").set("tilecore.box_bits=16").image(capture, 14),
+            expected);
+  EXPECT_NE(Machine().image(capture, 14), expected);
 }
 
 TEST(DisplacementBias, AddsToTheLevelAndNeverGoesBelowTheFirst) {
@@ -164,15 +163,15 @@ TEST(DisplacementBias, AddsToTheLevelAndNeverGoesBelowTheFirst) {
   EXPECT_GT(displaced, 0u);
   Machine coarse;
   coarse.set("tessellation.displacement_bias=2");
-  EXPECT_EQ(coarse.picture(capture, 14), Machine(coarse).set("frontend.bound_method=interval").picture(capture, 14))
+  EXPECT_EQ(coarse.image(capture, 14), Machine(coarse).set("frontend.bound_method=interval").image(capture, 14))
       << "bounds know the level";
-  EXPECT_NE(coarse.picture(capture, 14), Machine().picture(capture, 14));
+  EXPECT_NE(coarse.image(capture, 14), Machine().image(capture, 14));
 }
 
 TEST(HalfAttributes, ChangeColoursALittleAndVisibilityNotAtAll) {
   const Capture capture = shipped("serpent");
-  const std::vector<float> plain = Machine().picture(capture, 12),
-                           half = Machine().set("shading.attributes=half").picture(capture, 12);
+  const std::vector<float> plain = Machine().image(capture, 12),
+                           half = Machine().set("shading.attributes=half").image(capture, 12);
   EXPECT_NE(plain, half);
   double sum = 0;
   for (std::size_t i = 0; i < plain.size(); ++i) {

@@ -84,7 +84,7 @@ scene::Capture mixed_scene(bool moving) {
   return capture;
 }
 
-TEST(Procedures, SampledAndTessellatedShowTheSamePicture) {
+TEST(Procedures, SampledAndTessellatedShowTheSameImage) {
   for (const bool moving : {false, true}) {
     const scene::Capture capture = mixed_scene(moving);
     const FrameResult sampled = render(capture, {}), tessellated = render(capture, {"tessellated"});
@@ -95,14 +95,14 @@ TEST(Procedures, SampledAndTessellatedShowTheSamePicture) {
   }
 }
 
-TEST(Procedures, AnotherProcedureIsAnotherPicture) {  // the twin of the law above
+TEST(Procedures, AnotherProcedureIsAnotherImage) {  // the twin of the law above
   scene::Capture capture = mixed_scene(false);
   const FrameResult sampled = render(capture, {});
   capture.procedures[0].pieces[0].input.p[1] = 0.3f;
   EXPECT_LT(decibels(sampled, render(capture, {"tessellated"})), 38);
 }
 
-TEST(Procedures, PicturesFollowFromTheSceneAlone) {  // SC1
+TEST(Procedures, ImagesFollowFromTheSceneAlone) {  // SC1
   for (const bool moving : {false, true}) {
     const scene::Capture capture = mixed_scene(moving);
     const FrameResult plain = render(capture, {.spp = 4});
@@ -133,9 +133,9 @@ TEST(Procedures, CountersDoNotDependOnThreadsOrInstructionSet) {
 TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // SC1
   const scene::Capture capture = mixed_scene(false);
   const FrameResult plain = render(capture, {.spp = 4, .style = "lines"});
-  EXPECT_GT(plain.counters.sampling.strokes, 0u);
+  EXPECT_GT(plain.counters.sampling.lines, 0u);
   EXPECT_NE(plain.targets.color.values, render(capture, {.spp = 4}).targets.color.values)
-      << "the twin: another style is another picture";
+      << "the twin: another style is another image";
   std::vector<Ways> others = {{.tile = 8, .spp = 4}, {.tile = 64, .spp = 4}, {.threads = 1, .spp = 4}};
   for (const std::string& simd : simd_target_names()) others.push_back({.simd = simd, .spp = 4});
   for (Ways& ways : others) {
@@ -153,10 +153,10 @@ TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // SC1
 }
 
 // Covered pixels that are no mixture of ink and paper.
-std::size_t other_colors(const Image& color, float& least_ink, float& most_ink) {
+std::size_t other_colors(const Image& color, float& least_ink, float& max_ink) {
   const Vec3 paper(0.80f, 0.76f, 0.68f), ink(0.02f, 0.02f, 0.035f);
   std::size_t others = 0;
-  least_ink = 1, most_ink = 0;
+  least_ink = 1, max_ink = 0;
   for (int y = 0; y < color.height; ++y)
     for (int x = 0; x < color.width; ++x) {
       const std::span<const float> c = color.at(x, y);
@@ -166,7 +166,7 @@ std::size_t other_colors(const Image& color, float& least_ink, float& most_ink) 
       for (int k = 1; k < 3; ++k)
         mixed = mixed && std::abs(paper[k] + share * (ink[k] - paper[k]) - c[static_cast<std::size_t>(k)]) < 1e-4f;
       others += mixed ? 0 : 1;
-      least_ink = std::min(least_ink, share), most_ink = std::max(most_ink, share);
+      least_ink = std::min(least_ink, share), max_ink = std::max(max_ink, share);
     }
   return others;
 }

@@ -188,7 +188,7 @@ bool has_formatter() {
 TEST(Layout, SourcesAreFormatted) {
   if (!has_formatter()) GTEST_SKIP() << "no clang-format 14";
   const test::ProcessResult result = formatter(all_sources());
-  EXPECT_EQ(result.status, 0) << result.errors << "put right by: clang-format -i FILE";
+  EXPECT_EQ(result.status, 0) << result.errors << "fixed by: clang-format -i FILE";
 }
 
 TEST(Layout, ASourceThatIsNotFormattedIsCaught) {

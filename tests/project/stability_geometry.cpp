@@ -212,7 +212,7 @@ StabilityTopic visibility() {
            "double matrices; raster space near the camera",
            {"tilecore: HardCases.AMillionUnitsAwayAtTheEndOfTheGuardBandIsExact",
             "tilecore: VisibilityMethods.AgreeAtTheEndOfTheGuardBandAndAMillionUnitsAway",
-            "replay: OddFrames.CoordinatesUpToAMillionKeepTheirPicture"}},
+            "replay: OddFrames.CoordinatesUpToAMillionKeepTheirImage"}},
           {"coplanar patches",
            "order of arrival shows",
            "the lower number wins",

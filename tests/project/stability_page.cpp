@@ -39,7 +39,7 @@ bool begins(std::string_view name, std::string_view beginning) {
 const std::vector<StabilityTopic>& stability_topics() {
   static const std::vector<StabilityTopic> kTopics = [] {
     std::vector<StabilityTopic> all = geometry_cases();
-    for (const auto& part : {picture_cases(), whole_cases()}) all.insert(all.end(), part.begin(), part.end());
+    for (const auto& part : {image_cases(), whole_cases()}) all.insert(all.end(), part.begin(), part.end());
     return all;
   }();
   return kTopics;

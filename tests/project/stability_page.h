@@ -26,7 +26,7 @@ struct StabilityTopic {
 const std::vector<StabilityTopic>& stability_topics();
 // The topics by the source that has them.
 std::vector<StabilityTopic> geometry_cases();  // bounds, binning, visibility
-std::vector<StabilityTopic> picture_cases();   // procedures, resolve
+std::vector<StabilityTopic> image_cases();     // procedures, resolve
 std::vector<StabilityTopic> whole_cases();     // the machine as a whole, input, long runs
 
 // docs/stability.md.

@@ -26,7 +26,7 @@ StabilityTopic procedures() {
            "w <= 0",
            "dropped first; the cell is unknown, not outside",
            {"tilecore: HardProcedures.BehindTheCameraCostsNoSamples",
-            "tilecore: HardProcedures.AFloorThatStraddlesTheCameraReachesTheFrontOfThePicture"}},
+            "tilecore: HardProcedures.AFloorThatStraddlesTheCameraReachesTheFrontOfTheImage"}},
           {"object in one pixel, or over all tiles",
            "the sparse pass misses it",
            "cells bounded by intervals",
@@ -102,8 +102,8 @@ StabilityTopic effects() {
               {"effect forced off",
                "something of it stays",
                "the image of a capture without it",
-               {"effects: Effects.ForcedOffTheyGiveThePictureOfTheCaptureWithoutThem",
-                "effects: Effects.ForcedOnEverywhereTheyGiveTheSamePicture"}},
+               {"effects: Effects.ForcedOffTheyGiveTheImageOfTheCaptureWithoutThem",
+                "effects: Effects.ForcedOnEverywhereTheyGiveTheSameImage"}},
           }};
 }
 
@@ -183,6 +183,6 @@ StabilityTopic resolve() {
 
 }  // namespace
 
-std::vector<StabilityTopic> picture_cases() { return {procedures(), effects(), resolve()}; }
+std::vector<StabilityTopic> image_cases() { return {procedures(), effects(), resolve()}; }
 
 }  // namespace tessera

@@ -120,7 +120,7 @@ TEST(Reference, CoverageOfAMovingEdgeIsTheMeanOverPixelAndShutter) {
   }
 }
 
-// A half-plane out of focus: the share of the lens disc from which a point of the picture sees it.
+// A half-plane out of focus: the share of the lens disc from which a point of the image sees it.
 TEST(Reference, CoverageOfADefocusedEdgeIsThatOfTheLensDisc) {
   scene::Lens lens;
   lens.aperture_radius = 0.5f;
@@ -169,7 +169,7 @@ TEST(Reference, SlopeIsTheExponentOfAPowerLaw) {
 
 // ---- The tree (REF1, REF2) ------------------------------------------------------------------------------------------
 
-// Packets of rays of neighbouring samples, as the renderer makes them, all over the picture.
+// Packets of rays of neighbouring samples, as the renderer makes them, all over the image.
 std::vector<RayPacket> packets_over(const ReferenceScene& scene, int count, std::uint32_t seed) {
   test::Random random(seed);
   std::vector<RayPacket> packets(static_cast<std::size_t>(count));
@@ -257,8 +257,8 @@ TEST(Reference, GivesTheSameBitsForAnyThreadsAndInstructionSet) {
 
 // ---- The machine ------------------------------------------------------------------------------------------------
 
-Image machine_picture(const Capture& capture, int width, int height, int frame, std::int64_t samples,
-                      std::int64_t seed = 0, double edge = 3.0) {
+Image machine_image(const Capture& capture, int width, int height, int frame, std::int64_t samples,
+                    std::int64_t seed = 0, double edge = 3.0) {
   gpu::RunSettings settings;
   settings.samples_per_pixel = samples;
   settings.shading_rate = "sample";
@@ -287,7 +287,7 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
       request.pattern = &pattern;
       return render_reference(scene, request).front();
     };
-    const Image machine = machine_picture(capture, 96, 54, number, 4), same = render(0);
+    const Image machine = machine_image(capture, 96, 54, number, 4), same = render(0);
     // Procedures are sampled by footprints in the machine, tessellated here.
     EXPECT_GT(shown_psnr(same, machine), std::string(name) == "workshop" ? 25 : 38) << name;
     // The twin: other samples at the same places of the scene.
@@ -304,12 +304,12 @@ TEST(Reference, IsWhereTheMachineGoesWithMoreSamples) {
   const Image reference = render_reference(scene, posed.request({512})).front();
   double last = 0;
   for (const std::int64_t samples : {1, 4, 16, 64}) {
-    const double db = shown_psnr(reference, machine_picture(capture, 96, 54, 12, samples));
+    const double db = shown_psnr(reference, machine_image(capture, 96, 54, 12, samples));
     EXPECT_GT(db, last) << samples;
     last = db;
   }
   EXPECT_GT(last, 38);
-  EXPECT_LT(shown_psnr(reference, machine_picture(capture, 96, 54, 20, 64)), 30) << "another frame";
+  EXPECT_LT(shown_psnr(reference, machine_image(capture, 96, 54, 20, 64)), 30) << "another frame";
 }
 
 // ---- The store --------------------------------------------------------------------------------------------------
@@ -319,7 +319,7 @@ Reference stored(const Capture& capture, const gpu::RunSettings& settings, const
                        {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder, "inputs");
 }
 
-TEST(ReferenceStore, GivesBackTheVeryPictureAndWhatWasSaidOfIt) {
+TEST(ReferenceStore, GivesBackTheVeryImageAndWhatWasSaidOfIt) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");
   const Reference made = stored(capture, {}, folder.path()), again = stored(capture, {}, folder.path());
@@ -344,12 +344,12 @@ TEST(ReferenceStore, AnEffectThatIsTurnedOffIsAnotherReference) {
     gpu::RunSettings settings;
     settings.*member = "off";
     EXPECT_NE(stored(capture, settings, folder.path()).info["host"], all.info["host"]);
-    settings.*member = "on";  // draws the same picture
+    settings.*member = "on";  // draws the same image
     EXPECT_EQ(stored(capture, settings, folder.path()).info, all.info);
   }
 }
 
-TEST(ReferenceStore, RefusesAPictureOfAnotherSize) {
+TEST(ReferenceStore, RefusesAImageOfAnotherSize) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");
   stored(capture, {}, folder.path());

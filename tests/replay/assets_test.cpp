@@ -65,31 +65,31 @@ void replay(const fs::path& capture, const fs::path& out) {
   ASSERT_EQ(r.status, 0) << r.errors;
 }
 
-// In dB; 99 for pictures that are equal.
+// In dB; 99 for images that are equal.
 double psnr_of(const fs::path& a, const fs::path& b) {
   const json report = json::parse(run_tessera({"compare", a.string(), b.string(), "--json"}).output);
   const json& psnr = report["frames"][0]["psnr_db"];
   return psnr.is_null() ? 99.0 : psnr.get<double>();
 }
 
-// Share of the picture that something covers, and the mean light of that part.
+// Share of the image that something covers, and the mean light of that part.
 struct Content {
   double coverage = 0, light = 0;
 };
 Content content_of(const fs::path& exr) {
-  const Image picture = read_exr(exr);
+  const Image image = read_exr(exr);
   double covered = 0, light = 0;
-  for (std::size_t i = 0; i < picture.values.size(); i += 4) {
-    const auto alpha = static_cast<double>(picture.values[i + 3]);
+  for (std::size_t i = 0; i < image.values.size(); i += 4) {
+    const auto alpha = static_cast<double>(image.values[i + 3]);
     covered += alpha;
-    light += static_cast<double>(picture.values[i] + picture.values[i + 1] + picture.values[i + 2]) / 3 * alpha;
+    light += static_cast<double>(image.values[i] + image.values[i + 1] + image.values[i + 2]) / 3 * alpha;
   }
-  return {covered / (picture.width * picture.height), covered > 0 ? light / covered : 0.0};
+  return {covered / (image.width * image.height), covered > 0 ? light / covered : 0.0};
 }
 
 class SampleModel : public testing::TestWithParam<Model> {};
 
-TEST_P(SampleModel, InspectsReplaysPacksAndReplaysToNearlyTheSamePicture) {
+TEST_P(SampleModel, InspectsReplaysPacksAndReplaysToNearlyTheSameImage) {
   SKIP_WITHOUT_MODELS(assets);
   const fs::path file = *assets / GetParam().path;
   if (!fs::exists(file)) GTEST_SKIP() << "the folder of sample models has no " << GetParam().path;

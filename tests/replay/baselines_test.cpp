@@ -60,7 +60,7 @@ TEST_P(Baselines, DoNotDependOnThreads) {
   EXPECT_EQ(baselines_json(*render(capture, {}).baselines), expected);
 }
 
-TEST_P(Baselines, ChangeNeitherPictureNorCounters) {
+TEST_P(Baselines, ChangeNeitherImageNorCounters) {
   const Compared with = render(capture, {}), without = render(capture, {}, 0, false);
   EXPECT_FALSE(without.baselines);
   EXPECT_EQ(with.targets.color.values, without.targets.color.values);
@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values("eggs", "vases", "serpe
                          [](const auto& named) { return std::string(named.param); });
 
 TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
-  // A still pinhole scene of one flat patch in front: every line of its picture is drawn once, depth and colour,
+  // A still pinhole scene of one flat patch in front: every line of its image is drawn once, depth and colour,
   // whatever the order.
   scene::Capture capture;
   test::add_node(capture, test::patches(test::flat_patch({-20, -20, -3}, {40, 0, 0}, {0, 40, 0})));
@@ -201,7 +201,7 @@ TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
   const scene::Capture capture = crowd();
   gpu::RunSettings settings;
   settings.target_edge_pixels = 1;
-  hardware::GpuConfiguration gpu;  // the picture is small, and so are tiles and pieces
+  hardware::GpuConfiguration gpu;  // the image is small, and so are tiles and pieces
   gpu.tile_width = gpu.tile_height = 16;
   gpu.frontend_split_pixels = 32;
   const Compared r = render(capture, gpu, 0, true, settings);

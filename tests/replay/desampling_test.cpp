@@ -63,7 +63,7 @@ const tilecore::DesamplingCounters& counters(const gpu::FrameResult& r) { return
 
 // ---- What desampling leaves alone -------------------------------------------------------------------------------
 
-TEST(Desampling, OffLeavesNoTraceInPictureOrStatistics) {
+TEST(Desampling, OffLeavesNoTraceInImageOrStatistics) {
   const gpu::FrameResult off = plain().renderer(shipped("serpent")).render(12);
   EXPECT_TRUE(absent(off.counters.desampling));
   EXPECT_FALSE(counters_json(off.counters).contains("resolve.blocks_rate_16"));
@@ -73,7 +73,7 @@ TEST(Desampling, OffLeavesNoTraceInPictureOrStatistics) {
 }
 
 // RU3: with thresholds that leave every block at its full rate the unit runs, and changes nothing.
-TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
+TEST(Desampling, FullRateEverywhereIsThePlainImageBitForBit) {
   for (const char* name : {"eggs", "serpent", "flyby", "vases"}) {
     const Capture capture = shipped(name);
     const int first = capture.settings.first_frame;
@@ -90,7 +90,7 @@ TEST(Desampling, FullRateEverywhereIsThePlainPictureBitForBit) {
   }
 }
 
-TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainPicture) {  // RU3
+TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainImage) {  // RU3
   Machine m;
   m.request.resolve_auxiliary = true;
   for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"}) {
@@ -139,11 +139,11 @@ TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadi
   }
 }
 
-TEST(Desampling, PicturesOfTheUnitChangeNeitherTheFrameNorACounter) {
+TEST(Desampling, ImagesOfTheUnitChangeNeitherTheFrameNorACounter) {
   const Capture capture = shipped("stroll");
-  Machine m, pictures;
-  pictures.request.resolve_auxiliary = pictures.request.error = true;
-  const auto expected = m.frames(capture, 20, 23), got = pictures.frames(capture, 20, 23);
+  Machine m, images;
+  images.request.resolve_auxiliary = images.request.error = true;
+  const auto expected = m.frames(capture, 20, 23), got = images.frames(capture, 20, 23);
   for (std::size_t f = 0; f < 3; ++f) {
     EXPECT_EQ(got[f].targets.color.values, expected[f].targets.color.values);
     EXPECT_EQ(counters_json(got[f].counters), counters_json(expected[f].counters));
@@ -191,7 +191,7 @@ TEST(Desampling, ThreadsAndInstructionSetsChangeNothing) {
 // twins.
 TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   const Capture capture = shipped("stroll");
-  const auto pictures = [&](const char* reach, int tile) {
+  const auto images = [&](const char* reach, int tile) {
     Machine m;
     m.set(std::string("resolve.stencil_reach=") + reach).thresholds("0.1", "0.1", "8");
     m.gpu.tile_width = m.gpu.tile_height = tile;
@@ -200,13 +200,13 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
     EXPECT_EQ(counters(frames[2]).blocks_deferred > 0, std::string(reach) == "neighbours");
     return frames;
   };
-  const auto small = pictures("neighbours", 8), large = pictures("neighbours", 64);
+  const auto small = images("neighbours", 8), large = images("neighbours", 64);
   for (std::size_t f = 0; f < 3; ++f) {
     EXPECT_EQ(small[f].targets.color.values, large[f].targets.color.values);
     EXPECT_EQ(counters(small[f]).blocks_rate_8, counters(large[f]).blocks_rate_8);
     EXPECT_EQ(counters(small[f]).pixels_advected, counters(large[f]).pixels_advected);
   }
-  const auto local_small = pictures("tile", 8), local_large = pictures("tile", 64);
+  const auto local_small = images("tile", 8), local_large = images("tile", 64);
   EXPECT_NE(local_small[2].targets.color.values, local_large[2].targets.color.values);
   // Decisions do not know the tile either way.
   EXPECT_EQ(counters(local_small[1]).blocks_rate_8, counters(local_large[1]).blocks_rate_8);
@@ -224,11 +224,11 @@ TEST(Desampling, PartialRendersAndRevivedTilesChangeNothing) {
   Machine tiny, culling;
   tiny.gpu.parameter_buffer_bytes = 4096;
   culling.gpu.frontend_previous_depth_culling = true;
-  const auto small = tiny.frames(capture, 12, 15), revived = culling.frames(capture, 12, 15);
+  const auto small = tiny.frames(capture, 12, 15), second_pass = culling.frames(capture, 12, 15);
   EXPECT_GT(small[1].counters.binner.partial_renders, 0u);
   for (std::size_t f = 0; f < 3; ++f) {
     EXPECT_EQ(small[f].targets.color.values, expected[f].targets.color.values);
-    EXPECT_EQ(revived[f].targets.color.values, expected[f].targets.color.values);
+    EXPECT_EQ(second_pass[f].targets.color.values, expected[f].targets.color.values);
   }
 }
 
@@ -282,7 +282,7 @@ TEST(Desampling, TheFirstFrameAFrameAfterAGapAndAChangedLightHaveNoHistory) {
   EXPECT_EQ(eggs[1].effect_reasons.at("advection"), "a light changed");
 }
 
-// The camera jumps across the scene between two frames: hardly a pixel is where it was, and the picture is the new one.
+// The camera jumps across the scene between two frames: hardly a pixel is where it was, and the image is the new one.
 TEST(Desampling, ACutTakesNothingOverThatIsNotThere) {
   Capture capture = shipped("stroll");
   for (auto& animation : capture.animations)
@@ -654,7 +654,7 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   };
   const gpu::FrameResult full = stereo("off", "0"), far = stereo("adaptive", "0"), none = stereo("adaptive", "1000000");
   ASSERT_TRUE(full.right);
-  // The left eye is the camera's; the right one is another picture.
+  // The left eye is the camera's; the right one is another image.
   EXPECT_EQ(full.targets.color.values, plain().renderer(capture).render(0).targets.color.values);
   EXPECT_GT(rmse(full.right->targets.color, full.targets.color), 0.02);
   // Nothing is that far: the first frame of the right eye is rendered fully.
@@ -740,7 +740,7 @@ TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWha
   EXPECT_GT(bare.right->counters.desampling.pixels_advected, got.right->counters.desampling.pixels_advected + 500);
 }
 
-TEST(Desampling, CompressionChangesTrafficNotPictures) {
+TEST(Desampling, CompressionChangesTrafficNotImages) {
   const Capture capture = shipped("vases");
   const gpu::FrameResult raw = plain().renderer(capture).render(0),
                          packed = plain().set("frame_buffer.compression=lossless").renderer(capture).render(0);
@@ -754,7 +754,7 @@ TEST(Desampling, CompressionChangesTrafficNotPictures) {
   EXPECT_LT(bytes(packed), bytes(raw));
 }
 
-// ---- Against rivals ---------------------------------------------------------------------------------------------
+// ---- Against baselines ---------------------------------------------------------------------------------------------
 
 TEST(Desampling, ScaledCubicStencilsBeatBilinearOnEveryShippedCaptureAtHalfRate) {
   for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll", "workshop"}) {

@@ -84,7 +84,7 @@ float largest_difference(const std::vector<float>& a, const std::vector<float>& 
 
 TEST(DracoEncoder, SequentialOrderKeepsIndicesExactlyAndPositionsWithinHalfAStep) {
   Random random(1);
-  for (const int bits : {1, 8, 11, 16, 20, kMostBits}) {
+  for (const int bits : {1, 8, 11, 16, 20, kMaxBits}) {
     const DracoInput input = random_mesh(random, 300, 500);
     QuantizationBits quantization;
     quantization.position = bits;

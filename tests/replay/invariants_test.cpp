@@ -6,13 +6,13 @@
 #include "replay/statistics.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"
-#include "tests/support/picture_bytes.h"
+#include "tests/support/image_bytes.h"
 
 namespace tessera::replay {
 namespace {
 
 using scene::Capture;
-using test::picture_bytes;
+using test::image_bytes;
 using test::Random;
 
 gpu::RenderRequest whole(int width, int height) { return {width, height, {0, 0, width, height}, true}; }
@@ -93,8 +93,8 @@ class ShippedCapture : public testing::TestWithParam<const char*> {
   int frame = capture.settings.first_frame;
 };
 
-// Invariant 1: the picture is a matter of geometry and samples alone.
-TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {  // M1
+// Invariant 1: the image is a matter of geometry and samples alone.
+TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
   const gpu::FrameResult expected = render(capture, {}, frame);
   std::vector<Variant> variants;
   for (const int side : {8, 16, 64, 256}) {
@@ -115,15 +115,15 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeThePicture) {  // M1
     variants.push_back(v);
   }
   for (const Variant& v : variants)
-    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(image_bytes(render(capture, v, frame).targets), image_bytes(expected.targets)) << v.name;
 }
 
 // Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
-TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeThePicture) {  // M1
+TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
   const gpu::FrameResult expected = render(capture, plainest_binning({}), frame);
   for (const Variant& v : binning_variants()) {
     const gpu::FrameResult result = render(capture, v, frame);
-    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name;
     // A search limited by the samples' depth hits more where a partial render comes before what is nearer.
     if (result.counters.binner.partial_renders == 0) {
       EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
@@ -155,14 +155,14 @@ std::vector<Variant> front_end_variants() {
 }
 
 // Also invariant 1, and zero false culls: what is dropped could not have been seen.
-TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeThePicture) {  // M1
+TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeTheImage) {  // M1
   Variant plain;
   plain.gpu.frontend_bound_method = "obb";
   plain.gpu.frontend_split_depth = 0;
   plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
   const gpu::FrameResult expected = render(capture, plain, frame);
   for (const Variant& v : front_end_variants())
-    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(image_bytes(render(capture, v, frame).targets), image_bytes(expected.targets)) << v.name;
 }
 
 // Every visibility method, and every way of tracing rays.
@@ -182,14 +182,14 @@ std::vector<Variant> visibility_variants() {
 
 // Invariant 2: every visibility method sees the same thing, as the scene is and with motion and lens forced on all of
 // it.
-TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSamePicture) {  // M2
+TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSameImage) {  // M2
   const gpu::RenderRequest request = whole(96, 54);
   const gpu::FrameResult expected = render(capture, {}, frame, request);
   for (Variant v : visibility_variants())
     for (const char* forced : {"auto", "on"}) {
       v.settings.motion = v.settings.defocus = forced;
       const gpu::FrameResult result = render(capture, v, frame, request);
-      EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name << " " << forced;
+      EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name << " " << forced;
       v.threads = 1;
       EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters))
           << v.name << " " << forced;
@@ -214,34 +214,34 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
           const gpu::FrameResult result = render(capture, v, frame, request);
           const std::string where =
               v.name + ", tiles of " + std::to_string(side) + ", " + std::to_string(threads) + " threads, " + target;
-          EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << where;
+          EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << where;
           if (counters.is_null()) counters = counters_json(result.counters);
           EXPECT_EQ(counters_json(result.counters), counters) << where;
         }
     }
 }
 
-// Invariant 5: counters and pictures are the same for any number of threads, any instruction set, any run.
-TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherPictureNorCounters) {  // M5
+// Invariant 5: counters and images are the same for any number of threads, any instruction set, any run.
+TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherImageNorCounters) {  // M5
   const gpu::FrameResult expected = render(capture, {}, frame);
   std::vector<Variant> variants = {
       {"again", {}, {}, 0, ""}, {"one thread", {}, {}, 1, ""}, {"three threads", {}, {}, 3, ""}};
   for (const std::string& target : simd_target_names()) variants.push_back({target, {}, {}, 0, target});
   for (const Variant& v : variants) {
     const gpu::FrameResult result = render(capture, v, frame);
-    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name;
     EXPECT_EQ(counters_json(result.counters), counters_json(expected.counters)) << v.name;
   }
 }
 
-// Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same picture.
-TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSamePicture) {  // M4
+// Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same image.
+TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSameImage) {  // M4
   const gpu::FrameResult expected = render(capture, {}, frame);
   for (const auto& [motion, defocus] : {std::pair{"on", "auto"}, {"auto", "on"}, {"on", "on"}}) {
     Variant v;
     v.settings.motion = motion;
     v.settings.defocus = defocus;
-    EXPECT_EQ(picture_bytes(render(capture, v, frame).targets), picture_bytes(expected.targets))
+    EXPECT_EQ(image_bytes(render(capture, v, frame).targets), image_bytes(expected.targets))
         << motion << " " << defocus;
   }
 }
@@ -261,7 +261,7 @@ TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
   gpu::Device fresh(capture, {}, {}, whole(96, 54)), used(capture, {}, {}, whole(96, 54));
   used.render(frame + 2);
   used.render(frame);
-  EXPECT_EQ(picture_bytes(used.render(frame + 1).targets), picture_bytes(fresh.render(frame + 1).targets));
+  EXPECT_EQ(image_bytes(used.render(frame + 1).targets), image_bytes(fresh.render(frame + 1).targets));
 }
 
 INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vases", "serpent", "flyby"),
@@ -386,7 +386,7 @@ TEST_P(ClosedSurface, LooksTheSameHoweverItIsBinned) {
   const Capture capture = closed_capture(GetParam(), random);
   const gpu::FrameResult expected = render(capture, plainest_binning({}), 0);
   for (const Variant& v : binning_variants())
-    EXPECT_EQ(picture_bytes(render(capture, v, 0).targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(image_bytes(render(capture, v, 0).targets), image_bytes(expected.targets)) << v.name;
 }
 
 TEST_P(ClosedSurface, LooksTheSameByEveryVisibilityMethod) {
@@ -394,7 +394,7 @@ TEST_P(ClosedSurface, LooksTheSameByEveryVisibilityMethod) {
   const Capture capture = closed_capture(GetParam(), random);
   const gpu::FrameResult expected = render(capture, {}, 0, whole(64, 36));
   for (const Variant& v : visibility_variants())
-    EXPECT_EQ(picture_bytes(render(capture, v, 0, whole(64, 36)).targets), picture_bytes(expected.targets)) << v.name;
+    EXPECT_EQ(image_bytes(render(capture, v, 0, whole(64, 36)).targets), image_bytes(expected.targets)) << v.name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ClosedSurface,
@@ -458,7 +458,7 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
     plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
     const gpu::FrameResult expected = render(capture, plain, 0, whole(320, 180)),
                            result = render(capture, culling, 0, whole(320, 180));
-    EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets));
+    EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets));
     const frontend::FrontendCounters& f = result.counters.frontend;
     EXPECT_GT(static_cast<double>(f.cells) / static_cast<double>(f.base_patches), 16.0 * 16.0)
         << "factors of 16 and more";
@@ -472,7 +472,7 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
 }
 
 // A big ball passes in front of the crowd: what it hid in one frame is seen in the next.
-TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAPicture) {
+TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
   for (const bool tiny_buffer : {false, true}) {
     Capture capture = crowd(false, 0.0f);
     scene::Node wall;
@@ -491,21 +491,21 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAPicture) {
     hardware::GpuConfiguration guessing = gpu;
     guessing.frontend_previous_depth_culling = true;
     gpu::Device plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));
-    std::uint64_t culled = 0, revived = 0, entries = 0, plain_entries = 0;
+    std::uint64_t culled = 0, second_pass = 0, entries = 0, plain_entries = 0;
     for (int frame = 0; frame < 6; ++frame) {
       const gpu::FrameResult expected = plain.render(frame), result = guess.render(frame);
-      EXPECT_EQ(picture_bytes(result.targets), picture_bytes(expected.targets)) << "frame " << frame;
+      EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << "frame " << frame;
       const frontend::FrontendCounters& f = result.counters.frontend;
       if (frame == 0) {
         EXPECT_EQ(f.culled_previous_depth + f.revived_previous_depth, 0u) << "there is no frame before";
       }
       culled += f.culled_previous_depth;
-      revived += f.revived_previous_depth;
+      second_pass += f.revived_previous_depth;
       entries += result.counters.binner.entries;
       plain_entries += expected.counters.binner.entries;
     }
     EXPECT_GT(culled, 100u);
-    EXPECT_GT(revived, 0u);
+    EXPECT_GT(second_pass, 0u);
     if (!tiny_buffer) {
       EXPECT_LT(entries, plain_entries);
     }
@@ -543,15 +543,15 @@ TEST(OddFrames, DegenerateTransformsAndPatchesDrawNothingAndBreakNothing) {
   EXPECT_EQ(result.counters.shading.samples_visible, 0u);
 }
 
-TEST(OddFrames, CoordinatesUpToAMillionKeepTheirPicture) {
+TEST(OddFrames, CoordinatesUpToAMillionKeepTheirImage) {
   // The node moves far out and the camera with it: matrices are multiplied in double precision.
-  const auto picture = [](double offset) {
+  const auto image = [](double offset) {
     Capture capture;
     test::add_node(capture, test::closed_patches(scene::kNone), DVec3(offset, -offset, offset * 0.5));
     test::add_camera(capture, DVec3(offset, -offset, offset * 0.5) + DVec3(0.2, 0.3, 4));
     return render(capture, {}, 0, whole(96, 64));
   };
-  const gpu::FrameResult near = picture(0), far = picture(1e6);
+  const gpu::FrameResult near = image(0), far = image(1e6);
   std::size_t differing = 0;
   for (std::size_t i = 0; i < near.targets.patch.values.size(); ++i)
     differing += near.targets.patch.values[i] != far.targets.patch.values[i] ? 1 : 0;

@@ -267,7 +267,7 @@ TEST(Textures, AnL2ThatHoldsEverythingFetchesEachLineOnceAndNoneFetchesEveryMiss
   EXPECT_LT(render(capture, run).counters.texture.cache_misses, none.counters.texture.cache_misses);
 }
 
-// The lines of a flat map under a patch, against every vertex's own look-up.
+// The lines of a flat map under a patch, against every vertex's own lookup.
 TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
   Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   const scene::Assembly assembly = scene::assemble(capture);
@@ -300,7 +300,7 @@ TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
   EXPECT_GT(displaced, 100u);
 }
 
-TEST(Model, WithoutItThePictureIsTheSameAndItsMembersAreAbsent) {
+TEST(Model, WithoutItTheImageIsTheSameAndItsMembersAreAbsent) {
   const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   Way run;
   const gpu::FrameResult with = render(capture, run);

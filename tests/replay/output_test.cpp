@@ -46,10 +46,10 @@ std::ostream& operator<<(std::ostream& out, const NamedOutput& output) { return 
 class Output : public testing::TestWithParam<NamedOutput> {
  protected:
   Output() {
-    Image8 picture(8, 8, 3);
-    write_png(inputs_ / "a.png", picture);
-    picture.values[0] = 255;
-    write_png(inputs_ / "b.png", picture);
+    Image8 image(8, 8, 3);
+    write_png(inputs_ / "a.png", image);
+    image.values[0] = 255;
+    write_png(inputs_ / "b.png", image);
   }
 
   // The call that writes its result to `target`; --out is a folder that the call makes.

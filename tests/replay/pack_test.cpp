@@ -534,10 +534,10 @@ TEST(Pack, PackingIsDeterministicAndPackingAgainChangesNothing) {
     }
 }
 
-TEST(Pack, APackedCaptureReplaysToNearlyTheSamePicture) {
+TEST(Pack, APackedCaptureReplaysToNearlyTheSameImage) {
   for (const GltfSource& source : {bezier(), animated_grid()}) {
     const Packed p(source);
-    const auto picture = [](const scene::Capture& capture) {
+    const auto image = [](const scene::Capture& capture) {
       gpu::Device renderer(capture, {}, {}, {160, 120, {0, 0, 160, 120}, false});
       const Image8 shown = shaders::to_display(renderer.render(0).targets.color, 1.0f);
       Image out(shown.width, shown.height, 3);
@@ -546,7 +546,7 @@ TEST(Pack, APackedCaptureReplaysToNearlyTheSamePicture) {
             static_cast<float>(shown.values[i / 3 * static_cast<std::size_t>(shown.channels) + i % 3]) / 255.0f;
       return out;
     };
-    const Image before = picture(p.before()), after = picture(p.after());
+    const Image before = image(p.before()), after = image(p.after());
     EXPECT_GT(psnr(before, after), 45.0);
   }
 }

@@ -39,7 +39,7 @@ std::size_t line_count(const std::string& text) {
 
 // ---- replay -----------------------------------------------------------------------------------------------------
 
-TEST(ReplayCommand, WritesPicturesAndStatisticsOfEveryFrame) {
+TEST(ReplayCommand, WritesImagesAndStatisticsOfEveryFrame) {
   const test::TemporaryFolder out;
   const ProcessResult r =
       run_tessera({"replay", capture("flyby"), "--size", "64x36", "--frames", "0:3", "--out", out.path().string()});
@@ -149,17 +149,17 @@ TEST(ReplayCommand, TheSameInputsGiveTheSameBytes) {
   EXPECT_EQ(stats_of(out / "a")["total"]["counters"], stats_of(out / "b")["total"]["counters"]);
 }
 
-TEST(ReplayCommand, SeedAndSamplesChangeTheNoiseNotThePicture) {
+TEST(ReplayCommand, SeedAndSamplesChangeTheNoiseNotTheImage) {
   const test::TemporaryFolder out;
-  const auto picture = [&](const char* name, std::vector<std::string> more) {
+  const auto frame_image = [&](const char* name, std::vector<std::string> more) {
     std::vector<std::string> arguments = {"replay", capture("eggs"),      "--size", "128x72", "--quiet",
                                           "--out",  (out / name).string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     EXPECT_EQ(run_tessera(arguments).status, 0);
     return read_exr(out / name / "frame_0014.exr");
   };
-  const Image many = picture("many", {"--spp", "64"}), one = picture("one", {"--spp", "16", "--seed", "1"}),
-              two = picture("two", {"--spp", "16", "--seed", "2"});
+  const Image many = frame_image("many", {"--spp", "64"}), one = frame_image("one", {"--spp", "16", "--seed", "1"}),
+              two = frame_image("two", {"--spp", "16", "--seed", "2"});
   EXPECT_NE(one.values, two.values);
   const auto error = [&](const Image& image) {
     double sum = 0;
@@ -192,7 +192,7 @@ TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
   const std::size_t frames = stats["frames"].size();
   EXPECT_GE(frames, 1u);
   EXPECT_LT(frames, 5000u);
-  // Every frame that the statistics name has its pictures, and nothing else is there.
+  // Every frame that the statistics name has its images, and nothing else is there.
   EXPECT_EQ(files_in(out.path()).size(), 3 * frames + 3);
 }
 
@@ -267,7 +267,7 @@ TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
   }
 }
 
-TEST(ReplayCommand, PicturesBeyondTheMemoryLimitEndWithStatus4) {
+TEST(ReplayCommand, ImagesBeyondTheMemoryLimitEndWithStatus4) {
   const test::TemporaryFolder out;
   const ProcessResult r = run_tessera(
       {"replay", capture("vases"), "--size", "16384x16384", "--max-memory", "1", "--out", (out / "x").string()});
@@ -386,7 +386,7 @@ TEST(PackCommand, SettingsOfTheCommandLineAreThoseOfTheCapture) {
   EXPECT_EQ(settings["frame_rate"], 48.0);
 }
 
-TEST(CompareCommand, MeasuresPicturesAndFolders) {
+TEST(CompareCommand, MeasuresImagesAndFolders) {
   const test::TemporaryFolder out;
   for (const char* spp : {"1", "4"})
     ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "96x54", "--spp", spp, "--quiet", "--out",
@@ -462,7 +462,7 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
     EXPECT_TRUE(described.contains(name)) << name << " is counted and not described";
 }
 
-TEST(Program, HistoriesWarmUpsAndPicturesOfTheResolveUnitNeedDesampling) {
+TEST(Program, HistoriesWarmUpsAndImagesOfTheResolveUnitNeedDesampling) {
   const test::TemporaryFolder out;
   const auto replay = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"replay", capture("stroll"),   "--size", "160x90", "--quiet",

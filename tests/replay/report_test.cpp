@@ -117,7 +117,7 @@ TEST_F(Report, AScriptErrorIsNoticed) {
 TEST_F(Report, NeedsNoOtherFileAndNoNetwork) {
   static const std::regex kFetched("(src|href)=[\"'](?!data:|#)|@import|url\\(");
   for (const std::string& name : kPages) {
-    // Scripts aside: what they would fetch is looked at below.
+    // Scripts deferred: what they would fetch is looked at below.
     std::string markup = test::read_text(page(name));
     for (std::size_t at = 0; (at = markup.find("<script", at)) != std::string::npos;)
       markup.erase(at, markup.find("</script>", at) + 9 - at);
@@ -176,8 +176,8 @@ TEST_F(Report, TilesAndFramesAreChosenByKeys) {
   const int columns = tiles["grid"][0];
   // Page Down to frame 1, then to the tile in column 3, row 2.
   const OpenedPage opened = open_with("replay", R"(
-    const picture = document.querySelector('.browser');
-    picture.focus();
+    const frame_image = document.querySelector('.browser');
+    frame_image.focus();
     for (const key of ['PageDown', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowDown', 'ArrowDown', 'ArrowDown', 'ArrowUp'])
       document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
     document.body.dataset.said = document.querySelector('.tile').textContent;
@@ -458,8 +458,8 @@ TEST(ReportColors, TextIsReadableInDarkAndLight) {
   EXPECT_LT(contrast("#777777", "#888888"), 4.5) << "the measure itself";
 }
 
-// The picture of a page: the map lies over the frame, plots have colours, nothing is blank.
-TEST_F(Report, ItsPhotographShowsPictureMapAndPlots) {
+// The image of a page: the map lies over the frame, plots have colours, nothing is blank.
+TEST_F(Report, ItsPhotographShowsImageMapAndPlots) {
   if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
   const auto colors = [&](const std::string& fragment) {
     const std::string bytes = test::photograph_page(page("replay"), 1000, 1400, fragment);

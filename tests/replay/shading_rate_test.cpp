@@ -1,4 +1,4 @@
-// Shading through the cache in whole frames of shipped captures: same picture on every machine, at a cost that blur
+// Shading through the cache in whole frames of shipped captures: same image on every machine, at a cost that blur
 // leaves alone.
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ gpu::FrameResult render(const scene::Capture& capture, const Machine& machine, i
   return result;
 }
 
-TEST(ShadingRate, ThePictureFromTheCacheIsTheSameOnEveryMachine) {
+TEST(ShadingRate, TheImageFromTheCacheIsTheSameOnEveryMachine) {
   for (const auto& [name, frame] : {std::pair{"eggs", 14}, std::pair{"serpent", 12}, std::pair{"flyby", 0}}) {
     const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
     const gpu::FrameResult expected = render(capture, {}, frame);

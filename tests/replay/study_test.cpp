@@ -18,7 +18,7 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr std::uint64_t kMost = 1000;
+constexpr std::uint64_t kMax = 1000;
 
 // A study of the vases with further members.
 json study_with(const json& members) {
@@ -27,7 +27,7 @@ json study_with(const json& members) {
   return study;
 }
 
-Study read(const test::TemporaryFolder& folder, const json& study, std::uint64_t most = kMost) {
+Study read(const test::TemporaryFolder& folder, const json& study, std::uint64_t most = kMax) {
   test::write_text(folder / "study.json", study.dump());
   return read_study(folder / "study.json", most);
 }
@@ -182,7 +182,7 @@ TEST(Study, FaultsAreNamedByTheirPlaceWithTheNearestKnownName) {
        "/columns/0: unknown key 'tilecore.triangels'; did you mean 'tilecore.triangles'?"},
       {{{"columns", {"nothing.*"}}}, "/columns/0: unknown key 'nothing.*'"},
       {{{"columns", json::array()}}, "/columns: is not a list"},
-      {{{"pictures", "yes"}}, "/pictures: is neither true nor false"},
+      {{{"pictures", "yes"}}, "/images: is neither true nor false"},
       {axis({{"key", "tile.widht"}, {"values", {16}}}),
        "/axes/0/key: unknown key 'tile.widht'; did you mean 'tile.width'?"},
       {axis({{"key", "tile.width"}, {"vales", {16}}}), "/axes/0/vales: unknown key 'vales'; did you mean 'values'?"},
@@ -225,13 +225,13 @@ TEST(Study, BrokenJsonIsNamedByItsByte) {
   const std::string whole = study_with({{"title", "t"}}).dump();
   for (std::size_t length = 0; length < whole.size(); ++length) {
     test::write_text(folder / "study.json", whole.substr(0, length));
-    EXPECT_THROW(read_study(folder / "study.json", kMost), InputError) << length;
+    EXPECT_THROW(read_study(folder / "study.json", kMax), InputError) << length;
   }
   test::write_text(folder / "study.json", R"({"captures": [], "captures": []})");
-  EXPECT_THROW(read_study(folder / "study.json", kMost), InputError)
+  EXPECT_THROW(read_study(folder / "study.json", kMax), InputError)
       << "which of the two counts would be anybody's guess";
   test::write_text(folder / "study.json", "[]");
-  EXPECT_THROW(read_study(folder / "study.json", kMost), InputError);
+  EXPECT_THROW(read_study(folder / "study.json", kMax), InputError);
 }
 
 TEST(Study, MorePointsThanAllowedAreRefusedBeforeTheyAreMade) {

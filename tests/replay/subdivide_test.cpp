@@ -1,4 +1,4 @@
-// Control meshes from the file to the picture: the extension in captures, and `tessera pack` that makes them.
+// Control meshes from the file to the image: the extension in captures, and `tessera pack` that makes them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -260,7 +260,7 @@ TEST(PackCommand, CreasesKeepACubeACube) {
   }
 }
 
-// A picture of bumps.
+// An image of bumps.
 std::string bumps() {
   Image8 image;
   image.width = image.height = 32;
@@ -270,7 +270,7 @@ std::string bumps() {
   return encode_png(image);
 }
 
-TEST(PackCommand, DisplaceEmbedsAnImageAndChangesThePicture) {
+TEST(PackCommand, DisplaceEmbedsAnImageAndChangesTheImage) {
   const test::TemporaryFolder folder;
   const fs::path mesh = write_mesh(folder, "mesh", test::bracket_cage().primitive);
   test::write_text(folder / "bumps.png", bumps());
@@ -349,7 +349,7 @@ TEST(PackCommand, HelpTeachesSurfaces) {
 
 // ---- Real models ------------------------------------------------------------------------------------------------
 
-TEST(SampleModels, SubdividedModelsFillAboutTheSamePartOfThePicture) {
+TEST(SampleModels, SubdividedModelsFillAboutTheSamePartOfTheImage) {
   const auto assets = test::assets_folder();
   if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
   const test::TemporaryFolder folder;
@@ -362,9 +362,9 @@ TEST(SampleModels, SubdividedModelsFillAboutTheSamePartOfThePicture) {
       EXPECT_EQ(run_tessera({"replay", file.string(), "--size", "160x120", "--quiet", "--out", (folder / out).string()})
                     .status,
                 0);
-      const Image picture = read_exr(folder / out / "frame_0000.exr");
+      const Image frame_image = read_exr(folder / out / "frame_0000.exr");
       double sum = 0;
-      for (std::size_t i = 3; i < picture.values.size(); i += 4) sum += static_cast<double>(picture.values[i]);
+      for (std::size_t i = 3; i < frame_image.values.size(); i += 4) sum += static_cast<double>(frame_image.values[i]);
       return sum;
     };
     EXPECT_NEAR(covered(packed, "packed") / covered(source, "source"), 1.0, 0.15) << model;

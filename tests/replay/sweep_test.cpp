@@ -146,7 +146,7 @@ TEST_F(Sweep, TheFolderIsTheSameForAnyNumberOfThreadsAndPointsAtOnce) {
   const auto one = contents("one");
   EXPECT_EQ(
       one.size(),
-      12u * 3 + 4);  // a result, a picture and the tiles of each point; sweep.json, sweep.csv, report.html, the lock
+      12u * 3 + 4);  // a result, an image and the tiles of each point; sweep.json, sweep.csv, report.html, the lock
   EXPECT_EQ(one, contents("many"));
   EXPECT_EQ(one, contents("wide"));
 }
@@ -264,7 +264,7 @@ TEST_F(Sweep, TwoWholeSweepsDoNotWorkInOneFolderButShardsDo) {
   EXPECT_EQ(sweep("out", {"--quiet"}).status, 0);
 }
 
-TEST_F(Sweep, PicturesBeyondTheMemoryLimitEndWithStatus4) {
+TEST_F(Sweep, ImagesBeyondTheMemoryLimitEndWithStatus4) {
   json study = small_study();
   study["size"] = "16384x16384";
   write_study(study);

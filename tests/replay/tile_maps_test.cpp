@@ -78,7 +78,7 @@ TEST(TileMaps, AreTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(test::read_text(out / "1" / "tiles_0014.json"), test::read_text(out / "5" / "tiles_0014.json"));
 }
 
-TEST(TileMaps, CoverThePictureTileByTile) {
+TEST(TileMaps, CoverTheImageTileByTile) {
   const test::TemporaryFolder out;
   replay_into(out.path(), "vases", {"--region", "40,24,50,40", "--set", "tile.width=16", "--set", "tile.height=24"});
   const json tiles = read_json(out / "tiles_0000.json");

@@ -94,7 +94,7 @@ TEST(Words, SayWhatASettingCostsAndSaves) {
   packed["picture"] = float_row["picture"];
   packed["watched"] = 200;
   packed["cycles"] = 1031;
-  EXPECT_EQ(setting_in_words(packed, float_row, knob), "packed: the same picture as float; takes 3.1 % more cycles");
+  EXPECT_EQ(setting_in_words(packed, float_row, knob), "packed: the same image as float; takes 3.1 % more cycles");
 }
 
 // ---- Knobs ------------------------------------------------------------------------------------------------------

@@ -243,8 +243,8 @@ BrokenCapture image(std::string name, std::string bytes, std::string fault = "")
 }
 
 BrokenClass images() {
-  const Image8 picture(16, 16, 3);
-  const std::string png = encode_png(picture), jpeg = encode_jpeg(picture, 90);
+  const Image8 frame_image(16, 16, 3);
+  const std::string png = encode_png(frame_image), jpeg = encode_jpeg(frame_image, 90);
   std::string bad_crc = png, bad_pixels = grey_png(16, 16 * 17);
   bad_crc[40] = static_cast<char>(bad_crc[40] ^ 1);
   std::string stored = "\x78\x9C" + std::string(20, '\xFF');

@@ -151,9 +151,9 @@ TEST(CaptureScene, ReadsAnimationsWithTheirDuration) {
 
 TEST(CaptureScene, PlaysOnlyAnimationsThatDoNotFight) {
   GltfAsset asset = test::everything_asset();
-  json rival = asset.document["animations"][0], friendly = rival;
+  json baseline = asset.document["animations"][0], friendly = baseline;
   friendly["channels"] = json::array({{{"sampler", 0}, {"target", {{"node", 4}, {"path", "translation"}}}}});
-  asset.add("animations", rival);
+  asset.add("animations", baseline);
   asset.add("animations", friendly);
   EXPECT_EQ(read(asset).played_animations, (std::vector<int>{0, 2}));
 }
@@ -233,7 +233,7 @@ TEST(CaptureMaterials, ReadDisplacement) {
   const Displacement& displacement = capture.materials.at(1).displacement.value();
   EXPECT_EQ(displacement.scale, 0.1f);
   EXPECT_EQ(displacement.bias, -0.5f);
-  // Texel (x, y) of the 4 x 4 picture has the red value 5 * 3 * (4 y + x).
+  // Texel (x, y) of the 4 x 4 image has the red value 5 * 3 * (4 y + x).
   const auto& level = displacement.texture->levels().at(0);
   for (std::size_t k = 0; k < 16; ++k)
     EXPECT_NEAR(static_cast<double>(level.values[k]), static_cast<double>((15 * k) % 256) / 255.0, 1e-7);

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// A capture that is odd, or that breaks a rule without any effect on the picture: it must load.
+// A capture that is odd, or that breaks a rule without any effect on the image: it must load.
 struct Harmless {
   std::string name;
   std::function<fs::path(const fs::path& folder)> make;

@@ -147,9 +147,9 @@ TEST(ToneMap, SwallowsNanNegativeAndInfiniteLight) {
     const Vec3 mapped = tone_map(odd);
     for (int c = 0; c < 3; ++c) EXPECT_TRUE(mapped[c] >= 0.0f && mapped[c] <= 1.0f);
   }
-  Image picture(1, 1, 4);
-  picture.values = {std::nanf(""), 1e30f, -3.0f, 1.0f};
-  EXPECT_NO_THROW(to_display(picture, 1.0f));
+  Image image(1, 1, 4);
+  image.values = {std::nanf(""), 1e30f, -3.0f, 1.0f};
+  EXPECT_NO_THROW(to_display(image, 1.0f));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ bool has_browser();
 // Opens a file. `fragment` follows the "#"; `dark` is what the page is told of the reader's wishes.
 OpenedPage open_page(const std::filesystem::path& file, const std::string& fragment = "", bool dark = false);
 
-// A picture of the page's upper left, as PNG bytes.
+// An image of the page's upper left, as PNG bytes.
 std::string photograph_page(const std::filesystem::path& file, int width, int height, const std::string& fragment = "",
                             bool dark = false);
 

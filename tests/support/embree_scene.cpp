@@ -76,7 +76,7 @@ void EmbreeScene::fill(const EmbreeDevice& device, Patch& patch, const EmbreeOpt
   patch.moving = drawable.moving;
   tessellators().local().tessellate(frame_, patch.number, cells, {patch.moving, false}, mesh);
 
-  // ---- Vertices: two keys when the patch moves. Grids run backwards along u, so that Embree cuts their cells along
+  // ---- Vertices: two motion keys when the patch moves. Grids run backwards along u, so that Embree cuts their cells along
   // the same diagonal as Tessera. ----
   patch.grid = bezier && options.geometry == EmbreeOptions::Geometry::kGrids;
   patch.columns = static_cast<std::uint32_t>(cells.i1 - cells.i0);

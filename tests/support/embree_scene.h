@@ -16,7 +16,7 @@ namespace tessera::test {
 // Tessera's triangles in Embree's hands.
 //
 // Space: camera space (x right, y down, depth), but with every projected vertex where its snapped raster position says
-// it is: (X z, Y z, z) over the focal length, (0,0) in the middle of the picture. Orthographic: (X, Y, z) over the
+// it is: (X z, Y z, z) over the focal length, (0,0) in the middle of the image. Orthographic: (X, Y, z) over the
 // pixels per unit. In it
 //   EMB1  Tessera's moving triangle *is* Embree's: X(t) = X0 + lambda(t) (X1 - X0) with lambda = t z1 / z(t) means X(t)
 //         z(t) = (1-t) X0 z0 + t X1 z1, which is linear in t. Two time steps say it all; no snap is left to tolerate.

@@ -33,7 +33,7 @@ hardware::GpuConfiguration instant_machine(std::int64_t cores = 1) {
   return gpu;
 }
 
-// Tiles that need `tests` triangle tests, `runs` runs of the shader and `bytes` stored bytes each. Two tiles fit in the
+// Tiles that need `tests` triangle tests, `runs` pixel-shader invocations and `bytes` stored bytes each. Two tiles fit in the
 // memory.
 FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std::uint64_t bytes) {
   FrameWork work;

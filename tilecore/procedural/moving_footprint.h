@@ -41,7 +41,7 @@ class MovingFootprint {
         orthographic_(projection.orthographic) {}
 
   bool finite() const { return open_.finite() && close_.finite(); }
-  // In front of the near plane, or behind the far one, at both keys and so all the time.
+  // In front of the near plane, or behind the far one, at both motion keys and so all the time.
   bool out_of_depth() const { return (open_.z < near_ && close_.z < near_) || (open_.z > far_ && close_.z > far_); }
 
   // At time t of [0, 1], through a point of the lens; false where its middle is outside of the depth range.

@@ -18,14 +18,14 @@ using scene::FrameGeometry;
 using scene::PosedDrawable;
 using scene::Procedure;
 
-constexpr int kMostHalvings = 20;
+constexpr int kMaxHalvings = 20;
 // Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay
 // large on screen.
-constexpr int kMostHalvingsUnknown = 8, kMostHalvingsNear = 13;
-constexpr std::uint16_t kUnknownSteps = 16, kMostStepsNear = 24;
+constexpr int kMaxHalvingsUnknown = 8, kMaxHalvingsNear = 13;
+constexpr std::uint16_t kUnknownSteps = 16, kMaxStepsNear = 24;
 
-float stroke_reach(const ProcedureSettings& settings) {
-  return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kStrokeReach : 0.0f;
+float line_reach(const ProcedureSettings& settings) {
+  return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kLineReach : 0.0f;
 }
 
 // Bounds one piece's cells by intervals, halving those that are large on screen.
@@ -37,7 +37,7 @@ class IntervalPass {
         region_(region),
         settings_(settings),
         reach_(settings.spacing / side),
-        margin_(static_cast<double>(stroke_reach(settings))),
+        margin_(static_cast<double>(line_reach(settings))),
         out_(out) {}
 
   void run(std::uint32_t drawable, std::uint32_t piece) {
@@ -62,7 +62,7 @@ class IntervalPass {
       return;
     }
     const double side = 2 * std::max(b.reach_u, b.reach_v);
-    const int most = !std::isfinite(side) ? kMostHalvingsUnknown : b.crosses_near ? kMostHalvingsNear : kMostHalvings;
+    const int most = !std::isfinite(side) ? kMaxHalvingsUnknown : b.crosses_near ? kMaxHalvingsNear : kMaxHalvings;
     if (!(side <= settings_.cell_pixels) && halvings < most) {
       // The longer side; where both are unknown, each in turn.
       const bool along_u = b.reach_u == b.reach_v ? halvings % 2 == 0 : b.reach_u > b.reach_v;
@@ -84,11 +84,11 @@ class IntervalPass {
     bool clamped = false;
     cell.steps_u = sample_steps(b.reach_u, reach_, clamped);
     cell.steps_v = sample_steps(b.reach_v, reach_, clamped);
-    // Blurred and across the near plane, a sample may sweep the whole picture: few of those.
+    // Blurred and across the near plane, a sample may sweep the whole image: few of those.
     if (b.crosses_near && (frame_.drawables[drawable_].moving || frame_.projection.lens_scale != 0)) {
-      clamped = clamped || cell.steps_u > kMostStepsNear || cell.steps_v > kMostStepsNear;
-      cell.steps_u = std::min(cell.steps_u, kMostStepsNear);
-      cell.steps_v = std::min(cell.steps_v, kMostStepsNear);
+      clamped = clamped || cell.steps_u > kMaxStepsNear || cell.steps_v > kMaxStepsNear;
+      cell.steps_u = std::min(cell.steps_u, kMaxStepsNear);
+      cell.steps_v = std::min(cell.steps_v, kMaxStepsNear);
     }
     out_.counters.rates_clamped += clamped ? 1 : 0;
     // Smooth surfaces bend by less than the least slack within half a step.
@@ -114,12 +114,12 @@ class IntervalPass {
 
 }  // namespace
 
-std::uint16_t sample_steps(double reach, double most_reach, bool& clamped) {
+std::uint16_t sample_steps(double reach, double max_reach, bool& clamped) {
   // Both parameters share the reach: each takes half of it.
-  const double steps = std::ceil(2 * reach / most_reach);
-  if (steps <= ParameterMaps::kMostSteps) return static_cast<std::uint16_t>(std::max(steps, 1.0));
+  const double steps = std::ceil(2 * reach / max_reach);
+  if (steps <= ParameterMaps::kMaxSteps) return static_cast<std::uint16_t>(std::max(steps, 1.0));
   clamped = true;
-  return std::isfinite(steps) ? ParameterMaps::kMostSteps : kUnknownSteps;
+  return std::isfinite(steps) ? ParameterMaps::kMaxSteps : kUnknownSteps;
 }
 
 ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid& grid,
@@ -171,7 +171,7 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
 }
 
 void ParameterMaps::sort_into_tiles(const binner::TileGrid& grid) {
-  const float reach = stroke_reach(settings_);
+  const float reach = line_reach(settings_);
   const auto covered = [&](const ParameterCell& cell) {
     return grid.covered(frontend::ScreenBounds{cell.x0 - reach, cell.y0 - reach, cell.x1 + reach, cell.y1 + reach, 0,
                                                cell.near_z, cell.near_z, false});

@@ -57,7 +57,7 @@ struct SamplingCounters {
   std::uint64_t samples_not_finite = 0;
   std::uint64_t footprint_tests = 0;
   std::uint64_t writes = 0;
-  std::uint64_t strokes = 0;
+  std::uint64_t drawn_lines = 0;
   std::uint64_t holes_suspected = 0;
   std::uint64_t holes_refilled = 0;
 };
@@ -87,10 +87,10 @@ struct ParameterCell {
 //        `spacing`.
 class ParameterMaps {
  public:
-  static constexpr std::uint16_t kMostSteps = 128;
-  // With Style::kLines: pixels beyond a cell's bounds that its strokes may reach. Cells are listed for every tile that
+  static constexpr std::uint16_t kMaxSteps = 128;
+  // With Style::kLines: pixels beyond a cell's bounds that its lines may reach. Cells are listed for every tile that
   // they reach so.
-  static constexpr float kStrokeReach = 1;
+  static constexpr float kLineReach = 1;
 
   // `side`: sub-pixels along each side of a pixel, which the spacing refers to.
   ParameterMaps(const scene::FrameGeometry& frame, const binner::TileGrid& grid, const ProcedureSettings& settings,
@@ -98,7 +98,7 @@ class ParameterMaps {
 
   const ProcedureSettings& settings() const { return settings_; }
   const std::vector<ParameterCell>& cells() const { return cells_; }
-  // Cells that may be seen in a tile, strokes included, in ascending order.
+  // Cells that may be seen in a tile, lines included, in ascending order.
   std::span<const std::uint32_t> of_tile(binner::TileIndex tile) const {
     return std::span(tile_cells_).subspan(tile_first_[tile], tile_first_[tile + 1] - tile_first_[tile]);
   }
@@ -158,9 +158,9 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> =
         {"sampling.samples", &tilecore::SamplingCounters::samples, Combine::kSum, "samples",
          "Parameter tuples evaluated by the render pass.", ""},
         {"sampling.array_slots", &tilecore::SamplingCounters::array_slots, Combine::kSum, "slots",
-         "Lanes that the emulated SIMD array issued for them and for strokes, idle ones included.", ""},
+         "Lanes that the emulated SIMD array issued for them and for lines, idle ones included.", ""},
         {"sampling.operations", &tilecore::SamplingCounters::operations, Combine::kSum, "operations",
-         "Arithmetic of these lanes: point, tangents and view of a sample; the tone of strokes apart.", ""},
+         "Arithmetic of these lanes: point, tangents and view of a sample; the tone of lines apart.", ""},
         {"sampling.samples_outside_tile", &tilecore::SamplingCounters::samples_outside_tile, Combine::kSum, "samples",
          "Samples that reached no sample point of their tile's pixels.", ""},
         {"sampling.samples_behind", &tilecore::SamplingCounters::samples_behind, Combine::kSum, "samples",
@@ -173,7 +173,7 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> =
          "Sample points of the tile buffer tested against footprints.", ""},
         {"sampling.writes", &tilecore::SamplingCounters::writes, Combine::kSum, "writes",
          "Sample points of the tile buffer that passed the depth test and were written.", ""},
-        {"sampling.strokes", &tilecore::SamplingCounters::strokes, Combine::kSum, "samples",
+        {"sampling.strokes", &tilecore::SamplingCounters::drawn_lines, Combine::kSum, "samples",
          "Samples along parameter lines, of procedures.style=lines.", ""},
         {"sampling.holes_suspected", &tilecore::SamplingCounters::holes_suspected, Combine::kSum, "samples",
          "Sample points of the tile buffer that see something farther than two opposite neighbours, which see one "

@@ -28,7 +28,7 @@ shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
   out.orthographic = frame.projection.orthographic;
   out.count = 0;
   for (const shaders::Light& light : frame.lights) {
-    if (out.count == shaders::ProcedureLights::kMost) break;
+    if (out.count == shaders::ProcedureLights::kMax) break;
     shaders::ProcedureLight& to = out.light[static_cast<std::size_t>(out.count++)];
     to.directional = light.type == shaders::Light::Type::kDirectional;
     to.direction = {-light.direction.x, -light.direction.y, -light.direction.z};
@@ -103,7 +103,7 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
 ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
                             const Surface& surface, const Vec3& view) {
   const scene::Material& material = *surface.drawable->material;
-  if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kStroke ? kInk : kPaper, 1.0f, surface.normal};
+  if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kLine ? kInk : kPaper, 1.0f, surface.normal};
   const ProcedurePatch patch = scene::procedure_patch(frame, at.patch);
   const Vec2 parameters = surface_parameters(frame, at);
   const shaders::SurfaceProgram program = surface_program(frame, *surface.drawable, *patch.piece);

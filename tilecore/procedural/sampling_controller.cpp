@@ -20,7 +20,7 @@ using scene::PosedDrawable;
 constexpr std::uint64_t kImagePointBytes = 12;  // three floats
 
 float farthest(const TileState& state) {
-  if (state.unseen > 0) return std::numeric_limits<float>::infinity();
+  if (state.uncovered > 0) return std::numeric_limits<float>::infinity();
   return *std::max_element(state.z.begin(), state.z.end());
 }
 
@@ -57,7 +57,7 @@ void SamplingController::find_slots(const TileSamples& samples) {
 }
 
 // Cells are listed piece by piece; groups go near to far, so that the hidden ones may be skipped. Cells that reach the
-// tile by their strokes alone have no surface in it.
+// tile by their lines alone have no surface in it.
 void SamplingController::group_cells(std::span<const std::uint32_t> cells, const ParameterMaps& maps,
                                      const IntRect& pixels) {
   order_.assign(cells.begin(), cells.end());

@@ -92,8 +92,8 @@ class SamplingController {
   // sampling_lines.cpp
   void draw_lines(const Job& job, std::span<const std::uint32_t> cells);
   void draw_cell_lines(const Job& job, const ParameterCell& cell, bool along_u);
-  void scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step,
-                      float most_light);
+  void scatter_line(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u, float half_step,
+                    float max_light);
   void begin_piece(const Job& job, const ParameterCell& first);
 
   std::vector<std::uint32_t> order_;

@@ -1,5 +1,5 @@
-// A drawing instead of a picture: the same procedures behind another sampling process, which walks along lines of
-// constant u and of constant v (the published architecture's brush strokes). Where light falls, lines are left out.
+// A drawing instead of an image: the same procedures behind another sampling process, which walks along lines of
+// constant u and of constant v (the published architecture's brush lines). Where light falls, lines are left out.
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +10,13 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr float kSlackPixels = 1.0f / 256;    // of a stroke, for rounding
+constexpr float kSlackPixels = 1.0f / 256;    // of a line, for rounding
 constexpr int kLines = 64;                    // of each parameter over a piece; a power of two
-constexpr float kWidthPixels = 0.55f;         // half the width of a stroke
-constexpr float kNearer = 1.0f - 1.0f / 256;  // strokes lie a little in front of their surface
+constexpr float kWidthPixels = 0.55f;         // half the width of a line
+constexpr float kNearer = 1.0f - 1.0f / 256;  // lines lie a little in front of their surface
 
 // Light up to which a line is drawn: every 32nd always, others the darker the finer.
-float most_light(int line) {
+float max_light(int line) {
   if (line % 32 == 0) return 1e9f;
   if (line % 16 == 0) return 0.75f;
   if (line % 8 == 0) return 0.5f;
@@ -33,7 +33,7 @@ void SamplingController::draw_lines(const Job& job, std::span<const std::uint32_
     const ParameterCell& cell = job.maps.cells()[c];
     const scene::PosedDrawable& drawable = job.frame.drawables[cell.drawable];
     begin_piece(job, cell);
-    if (!program_.divided) continue;  // strokes stand still
+    if (!program_.divided) continue;  // lines stand still
     if (piece != &drawable.procedure->pieces[piece_]) {
       piece = &drawable.procedure->pieces[piece_];
       surface = surface_program(job.frame, drawable, *piece);
@@ -67,15 +67,15 @@ void SamplingController::draw_cell_lines(const Job& job, const ParameterCell& ce
         registers_->v[static_cast<std::size_t>(k)] = along_u ? on : along;
       }
       run_procedure(program_, static_cast<std::size_t>(count), *registers_);
-      counters_.strokes += static_cast<std::uint64_t>(count);
+      counters_.drawn_lines += static_cast<std::uint64_t>(count);
       for (int k = 0; k < count; ++k)
-        scatter_stroke(job, cell, static_cast<std::size_t>(k), along_u, 0.5f * step, most_light(line));
+        scatter_line(job, cell, static_cast<std::size_t>(k), along_u, 0.5f * step, max_light(line));
     }
   }
 }
 
-void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u,
-                                        float half_step, float light) {
+void SamplingController::scatter_line(const Job& job, const ParameterCell& cell, std::size_t k, bool along_u,
+                                      float half_step, float light) {
   using R = SampleRegisters;
   const auto& at = registers_->at[0];
   const float z = at[R::kZ][k];
@@ -97,8 +97,8 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
   if (!drawable.material->double_sided && (drawable.mirrored ? facing < 0 : facing > 0)) return;
   const IntRect& pixels = job.samples.pixels;
   // Beyond its reach a tile may not know of the cell: no tile draws there, so that none sees more than another would.
-  const float left = cell.x0 - ParameterMaps::kStrokeReach, right = cell.x1 + ParameterMaps::kStrokeReach,
-              top = cell.y0 - ParameterMaps::kStrokeReach, bottom = cell.y1 + ParameterMaps::kStrokeReach;
+  const float left = cell.x0 - ParameterMaps::kLineReach, right = cell.x1 + ParameterMaps::kLineReach,
+              top = cell.y0 - ParameterMaps::kLineReach, bottom = cell.y1 + ParameterMaps::kLineReach;
   const float rx = std::abs(p.ax) + std::abs(p.bx) + kSlackPixels, ry = std::abs(p.ay) + std::abs(p.by) + kSlackPixels;
   const auto clip = [](float a, int low, int high) {
     return static_cast<int>(std::floor(std::min(std::max(a, static_cast<float>(low)), static_cast<float>(high))));
@@ -109,12 +109,12 @@ void SamplingController::scatter_stroke(const Job& job, const ParameterCell& cel
     for (int x = clip(p.x - rx, pixels.x0, pixels.x1); x < x1; ++x) {
       const std::size_t first = pixels.index(x, y) * static_cast<std::size_t>(job.samples.spp);
       for (std::size_t s = first; s < first + static_cast<std::size_t>(job.samples.spp); ++s) {
-        float along, aside;
+        float along, beyond;
         const float px = job.samples.x[s], py = job.samples.y[s];
         if (px < left || px > right || py < top || py > bottom) continue;
         ++counters_.footprint_tests;
-        if (p.holds(px, py, along, aside))
-          write(job, cell, s, z * kNearer, registers_->u[k], registers_->v[k], SurfaceLocation::kStroke);
+        if (p.holds(px, py, along, beyond))
+          write(job, cell, s, z * kNearer, registers_->u[k], registers_->v[k], SurfaceLocation::kLine);
       }
     }
 }

@@ -10,8 +10,8 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr int kMostSteps = 6;  // of Newton's method
-constexpr int kMostRounds = 4;
+constexpr int kMaxSteps = 6;  // of Newton's method
+constexpr int kMaxRounds = 4;
 constexpr float kSolvedPixels = 1.0f / 128;
 constexpr float kBehindShare = 1.0f / 512;      // a hole sees something farther by more than this share of the depth
 constexpr float kSameSurfaceShare = 1.0f / 16;  // neighbours on one surface differ in depth by less
@@ -20,7 +20,7 @@ constexpr float kSameSurfaceShare = 1.0f / 16;  // neighbours on one surface dif
 
 // What was filled helps to find what lies beside it.
 void SamplingController::refill_holes(const Job& job) {
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const std::uint64_t before = counters_.holes_refilled;
     refill_once(job);
     if (counters_.holes_refilled == before) return;
@@ -73,7 +73,7 @@ bool SamplingController::refill(const Job& job, std::size_t hole, std::size_t be
     u = 0.5f * (u + to.u(job.state.b1[after]));
     v = 0.5f * (v + to.v(job.state.b2[after]));
   }
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     Vec4 r, by_u, by_v;
     shaders::with_shape(from.shape, [&](auto shape) {
       const auto p = shaders::shape_tangents<decltype(shape)>(from.piece->input, u, v);

@@ -9,10 +9,10 @@ namespace {
 using scene::FrameGeometry;
 using scene::PosedDrawable;
 
-constexpr int kMostTuples = 2048;  // along one parameter
-constexpr int kProbeTuples = 8;    // along each parameter, to choose how many
+constexpr int kMaxTuples = 2048;  // along one parameter
+constexpr int kProbeTuples = 8;   // along each parameter, to choose how many
 
-// Where tuples of a piece are seen, at both keys.
+// Where tuples of a piece are seen, at both motion keys.
 struct Places {
   int columns = 0, rows = 0;
   std::array<std::vector<float>, 2> x, y, z;
@@ -66,7 +66,7 @@ double radius(const Places& p, std::size_t at, std::size_t step, int place, int 
 }
 
 int tuples_for(double length, double spacing) {
-  return static_cast<int>(std::clamp(std::ceil(length / spacing), 4.0, static_cast<double>(kMostTuples)));
+  return static_cast<int>(std::clamp(std::ceil(length / spacing), 4.0, static_cast<double>(kMaxTuples)));
 }
 
 // Longest way across the piece along each parameter.

@@ -14,9 +14,9 @@ struct SparseResult {
   SamplingCounters counters;
 };
 
-// Steps along one parameter so that half a step moves the image by at most half of `most_reach` (pixels), when the half
+// Steps along one parameter so that half a step moves the image by at most half of `max_reach` (pixels), when the half
 // of the cell moves it by at most `reach`.
-std::uint16_t sample_steps(double reach, double most_reach, bool& clamped);
+std::uint16_t sample_steps(double reach, double max_reach, bool& clamped);
 
 // The published sparse pass over one piece: a regular loop through the parameter domain, run on the SIMD array. A cell
 // is what lies around a tuple; its place on screen is the tuple's, padded by the padding times the radius of its

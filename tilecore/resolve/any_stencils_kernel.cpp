@@ -25,11 +25,11 @@ struct WeightedTap {
   float weight;
 };
 
-constexpr std::size_t kMostDirectTaps = 49;  // 7x7
+constexpr std::size_t kMaxDirectTaps = 49;  // 7x7
 
 // Largest weight first. Sums differences from it, so that a flat colour is exact whatever the weights.
 struct TapList {
-  std::array<WeightedTap, kMostDirectTaps> taps;
+  std::array<WeightedTap, kMaxDirectTaps> taps;
   std::size_t count = 0;
   bool holds = false;  // a kernel's: there are taps, and their weights do not cancel
 

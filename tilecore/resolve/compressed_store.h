@@ -17,7 +17,7 @@ struct CompressionCounters {
   std::uint64_t frame_bytes_compressed = 0;
 };
 
-// Charges the frame buffer for the finished picture of `region` as lossless compression (frame_compression.h) stores
+// Charges the frame buffer for the finished image of `region` as lossless compression (frame_compression.h) stores
 // it: blocks of 8x4 pixels that lie on multiples of 8 and 4 pixels of the frame, and so in one tile each. Blocks that
 // the region cuts are stored raw, by rows. `color`: linear RGB and coverage; it is the half floats of it that are
 // compressed. Runs on all threads.

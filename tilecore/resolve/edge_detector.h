@@ -10,7 +10,7 @@ namespace tessera::tilecore {
 // What the Laplacian is taken of.
 enum class EdgeMeasure {
   kDepth,  // eye-space z: not linear over a plane on screen, so that steep planes at grazing angles are taken for edges
-  kInverseDepth,  // 1/z: linear over any plane of a perspective picture
+  kInverseDepth,  // 1/z: linear over any plane of a perspective image
 };
 
 struct EdgeSettings {

@@ -15,7 +15,7 @@ struct Foveation {
 
   // Most samples that a block of 4x4 pixels gets whose middle is at `middle`: 16 up to r0, 8 up to r1, 4 beyond.
   // Without foveation 32, which limits nothing.
-  int most_samples(Vec2 middle) const {
+  int max_samples(Vec2 middle) const {
     if (!on) return 32;
     const Vec2 d = middle - focus;
     const float distance2 = d.x * d.x + d.y * d.y;

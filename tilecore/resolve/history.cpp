@@ -40,15 +40,15 @@ History::History(IntRect region_in) : region(region_in) {
   depth.assign(pixels, std::numeric_limits<float>::infinity());
   surface.assign(pixels, 0);
   memory.assign(blocks, 0);
-  distrust.assign(blocks, 0);
+  reject.assign(blocks, 0);
 }
 
-bool History::distrusted_around(int x, int y) const {
+bool History::rejected_around(int x, int y) const {
   const int column = x / 4 - region.x0 / 4, row = y / 4 - region.y0 / 4;
   for (int r = std::max(0, row - 1); r <= std::min(block_rows() - 1, row + 1); ++r)
     for (int c = std::max(0, column - 1); c <= std::min(block_columns() - 1, column + 1); ++c)
-      if (distrust[static_cast<std::size_t>(r) * static_cast<std::size_t>(block_columns()) +
-                   static_cast<std::size_t>(c)] != 0)
+      if (reject[static_cast<std::size_t>(r) * static_cast<std::size_t>(block_columns()) +
+                 static_cast<std::size_t>(c)] != 0)
         return true;
   return false;
 }
@@ -62,13 +62,13 @@ std::string History::bytes() const {
   append(bytes, depth);
   append(bytes, surface);
   append(bytes, memory);
-  append(bytes, distrust);
+  append(bytes, reject);
   return bytes;
 }
 
 void History::save(const std::filesystem::path& file) const { write_file_atomically(file, bytes()); }
 
-History History::restore(const std::filesystem::path& file, std::uint64_t most_pixels) {
+History History::restore(const std::filesystem::path& file, std::uint64_t max_pixels) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) throw InputError(file.string(), "", "no such file");
   std::ifstream in(file, std::ios::binary);
@@ -77,15 +77,15 @@ History History::restore(const std::filesystem::path& file, std::uint64_t most_p
   const auto magic = head.magic;
   in.read(reinterpret_cast<char*>(&head), sizeof head);
   if (!in || head.magic != magic) throw InputError(file.string(), "byte 0", "is not a history of the resolve unit");
-  constexpr int kMostSide = 1 << 20;
-  const auto side_fits = [](int low, int high) { return low >= 0 && high > low && high <= kMostSide; };
+  constexpr int kMaxSide = 1 << 20;
+  const auto side_fits = [](int low, int high) { return low >= 0 && high > low && high <= kMaxSide; };
   if (!side_fits(head.x0, head.x1) || !side_fits(head.y0, head.y1))
     throw InputError(file.string(), "byte 8", "the region is empty or too large");
   const IntRect region{head.x0, head.y0, head.x1, head.y1};
   const std::uint64_t pixels = static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height());
-  if (pixels > most_pixels)
+  if (pixels > max_pixels)
     throw LimitError(
-        fmt::format("{}: a history of {} pixels; {} are expected at most", file.string(), pixels, most_pixels));
+        fmt::format("{}: a history of {} pixels; {} are expected at most", file.string(), pixels, max_pixels));
   // The file must be as long as its head says, before memory is taken for it.
   const auto columns = static_cast<std::uint64_t>((region.x1 + 3) / 4 - region.x0 / 4),
              rows = static_cast<std::uint64_t>((region.y1 + 3) / 4 - region.y0 / 4);
@@ -101,7 +101,7 @@ History History::restore(const std::filesystem::path& file, std::uint64_t most_p
   extract(in, out.depth);
   extract(in, out.surface);
   extract(in, out.memory);
-  extract(in, out.distrust);
+  extract(in, out.reject);
   if (!in) throw InputError(file.string(), "", "cannot be read to its end");
   return out;
 }

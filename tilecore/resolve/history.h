@@ -22,7 +22,7 @@ namespace tessera::tilecore {
 // was shaded.
 struct History {
   static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface
-  static constexpr std::uint64_t kBlockBytes = 1;    // regime and frames of distrust, four bits each
+  static constexpr std::uint64_t kBlockBytes = 1;    // regime and frames of rejects, four bits each
 
   IntRect region;
   std::int64_t frame = kNone;          // that it was filled by
@@ -30,8 +30,8 @@ struct History {
   std::vector<float> depth;            // of the sample nearest to the pixel's middle; infinity
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
-  std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory()
-  std::vector<std::uint8_t> distrust;  // per block: frames for which nothing is advected here
+  std::vector<std::uint8_t> memory;  // per block: BlockDecision::memory()
+  std::vector<std::uint8_t> reject;  // per block: frames for which nothing is advected here
 
   static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
 
@@ -47,15 +47,15 @@ struct History {
     return static_cast<std::size_t>(y / 4 - region.y0 / 4) * static_cast<std::size_t>(block_columns()) +
            static_cast<std::size_t>(x / 4 - region.x0 / 4);
   }
-  // Whether a block around (x, y), or that itself, is distrusted.
-  bool distrusted_around(int x, int y) const;
+  // Whether a block around (x, y), or that itself, is rejected.
+  bool rejected_around(int x, int y) const;
 
   // Everything, in the host's byte order; as a file, whole or not at all. Throws WriteError.
   std::string bytes() const;
   void save(const std::filesystem::path& file) const;
   // Throws InputError when the file is not such a file or is damaged, LimitError when its region has more than
-  // `most_pixels`.
-  static History restore(const std::filesystem::path& file, std::uint64_t most_pixels);
+  // `max_pixels`.
+  static History restore(const std::filesystem::path& file, std::uint64_t max_pixels);
 
   bool operator==(const History&) const = default;
 };

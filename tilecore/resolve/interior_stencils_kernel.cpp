@@ -121,7 +121,7 @@ struct Pair {
   Pixel first, second;
 };
 
-// Rows of the picture around a block, from the row kWindowMargin above it on; each begins at the block's first column.
+// Rows of the image around a block, from the row kWindowMargin above it on; each begins at the block's first column.
 struct Rows {
   const float* row[kWindowSide];
   float* out;

@@ -34,8 +34,7 @@ DMat4 unprojection(const scene::Projection& p) {
   m[1][1] = -1.0 / p.scale;
   m[2][2] = -1.0;
   m[3][3] = 1.0;
-  const auto column =
-      p.orthographic ? 3 : 2;  // what the picture's middle is multiplied by: 1, or w, which is the depth
+  const auto column = p.orthographic ? 3 : 2;  // what the image's middle is multiplied by: 1, or w, which is the depth
   m[column][0] = -p.center_x / p.scale;
   m[column][1] = p.center_y / p.scale;
   return m;

@@ -18,7 +18,7 @@ struct ResolveCounters {
 // Multisample resolve: the colour of a pixel is the mean of its samples in linear light, its coverage the share of them
 // that see something. Writes the tile's pixels and charges the frame buffer for them.
 //
-// `color` and `coverage` hold spp values per pixel, row by row; `pixels` is the tile, `target` the picture of `region`.
+// `color` and `coverage` hold spp values per pixel, row by row; `pixels` is the tile, `target` the image of `region`.
 struct ResolveInput {
   std::span<const Vec3> color;
   std::span<const float> coverage;

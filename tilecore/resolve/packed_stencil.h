@@ -18,7 +18,7 @@ namespace tessera::tilecore {
 //   3 bits   per tap: dy
 // The weights sum to a power of two, 64, 128 or 256: the largest for which all of them fit. So the sum, which a decoder
 // has anyway, says by how many places the result is shifted, or by how much its exponent is lowered, and is not stored.
-inline constexpr std::size_t kMostTaps = 16;
+inline constexpr std::size_t kMaxTaps = 16;
 inline constexpr std::size_t kCountBits = 4, kWeightBits = 8, kOffsetBits = 3;
 constexpr std::size_t packed_stencil_bits(std::size_t taps) {
   return kCountBits + taps * (kWeightBits + 2 * kOffsetBits);
@@ -32,7 +32,7 @@ struct StencilTap {
 
 struct Stencil {
   std::size_t count = 0;
-  std::array<StencilTap, kMostTaps> taps{};
+  std::array<StencilTap, kMaxTaps> taps{};
 
   constexpr int unit() const {
     int sum = 0;

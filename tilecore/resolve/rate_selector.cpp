@@ -31,7 +31,7 @@ BlockDecision by_motion(const RateSettings& settings, const BlockEvidence& block
 
 BlockDecision select_rate(const RateSettings& settings, const BlockEvidence& block) {
   BlockDecision decision = by_motion(settings, block);
-  decision.samples = std::min(decision.samples, block.most_samples);
+  decision.samples = std::min(decision.samples, block.max_samples);
   return decision;
 }
 

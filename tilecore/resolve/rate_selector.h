@@ -22,7 +22,7 @@ struct BlockEvidence {
   bool velocity_usable = false;
   float speed = 0;                 // where usable
   bool advection_allowed = false;  // a valid history, same lights, no discrepancy around the block
-  int most_samples = 32;           // foveation
+  int max_samples = 32;            // foveation
   std::uint8_t last_samples = 0;   // what the block had last, 0 unknown: rate, or 1 when it was advected
 };
 

@@ -123,9 +123,9 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
   if (history != nullptr && reads_blocks(settings))
     evidence.last_samples = history->memory[history->block(block.pixels.x0, block.pixels.y0)];
   if (history != nullptr && advects(settings)) {
-    const bool distrusted = history->distrusted_around(block.pixels.x0, block.pixels.y0);
-    counters_.blocks_distrusted += distrusted;
-    evidence.advection_allowed = resolve.previous.motion->same_lights() && !distrusted;
+    const bool rejected = history->rejected_around(block.pixels.x0, block.pixels.y0);
+    counters_.blocks_distrusted += rejected;
+    evidence.advection_allowed = resolve.previous.motion->same_lights() && !rejected;
   }
   // Where all is still edges do not decide.
   const bool copies = block.still && evidence.advection_allowed && settings.rates.advect_still_edges;
@@ -138,8 +138,8 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     evidence.speed = motion.speed;
   }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
-  evidence.most_samples = settings.foveation.most_samples(middle);
-  counters_.blocks_foveated += evidence.most_samples < 16 ? 1 : 0;
+  evidence.max_samples = settings.foveation.max_samples(middle);
+  counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
   // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
   // last frame, zero.
@@ -147,7 +147,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
       !block.decision.advect) {
     eye_velocity_.evaluate(block.pixels, settings.block_speed, true);
     block.from_other_eye = true;
-    block.decision = {std::min(8, evidence.most_samples), true};
+    block.decision = {std::min(8, evidence.max_samples), true};
   }
 }
 

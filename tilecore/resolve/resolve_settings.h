@@ -51,7 +51,7 @@ struct ResolveSettings {
 constexpr bool advects(const ResolveSettings& s) {
   return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.still > 0;
 }
-// Whether decisions want what the previous frame left of each block: its regime for the hysteresis, its distrust for
+// Whether decisions want what the previous frame left of each block: its regime for the hysteresis, its rejects for
 // advection.
 constexpr bool reads_blocks(const ResolveSettings& s) {
   return advects(s) || (s.desampling == Desampling::kAdaptive && s.rates.thresholds.hysteresis > 0);

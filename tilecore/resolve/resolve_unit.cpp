@@ -68,8 +68,8 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
   for (const Block& block : blocks_) {
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
     next.memory[b] = block.decision.memory();
-    const std::uint8_t before = previous != nullptr ? previous->distrust[b] : std::uint8_t{0};
-    next.distrust[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
+    const std::uint8_t before = previous != nullptr ? previous->reject[b] : std::uint8_t{0};
+    next.reject[b] = before > 0 ? static_cast<std::uint8_t>(before - 1) : std::uint8_t{0};
     if (block.advected != 0 && !block.still && !block.from_other_eye) check_discrepancy(resolve, block);
   }
   // Stencils, when every rendered pixel of the tile is there.
@@ -150,7 +150,7 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
   }
   if (!discrepant) return;
   ++counters_.blocks_discrepant;
-  resolve.next->distrust[resolve.next->block(block.pixels.x0, block.pixels.y0)] =
+  resolve.next->reject[resolve.next->block(block.pixels.x0, block.pixels.y0)] =
       static_cast<std::uint8_t>(settings.frames);
 }
 
@@ -275,7 +275,7 @@ void ResolveUnit::write_auxiliary(const ResolveFrame& resolve, FrameTargets& tar
       const int tx = x - targets.region.x0, ty = y - targets.region.y0;
       targets.rate.at(tx, ty)[0] = block.seen == 0 ? 0.0f : static_cast<float>(block.decision.samples);
       targets.edges.at(tx, ty)[0] = block.edge ? 1.0f : 0.0f;
-      targets.discrepancy.at(tx, ty)[0] = static_cast<float>(next.distrust[b]);
+      targets.discrepancy.at(tx, ty)[0] = static_cast<float>(next.reject[b]);
       targets.origin.at(tx, ty)[0] = static_cast<float>(resolve.origin[next.pixel(x, y)]);
       const Vec2 v = velocity_.velocity()[surfaces_.index(x, y)];
       targets.velocity.at(tx, ty)[0] = v.x;

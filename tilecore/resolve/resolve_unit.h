@@ -46,7 +46,7 @@ struct ResolveFrame {
   float other_eye_depth = 0;  // both eyes must see a point farther than this
   bool keeps_records = true;  // the next frame's advection, or the right eye, will want depth and surface of each pixel
   bool all_velocities = false;  // BFECC needs those that no decision needs, too
-  bool auxiliary = false;       // pictures show velocities and edges that nothing needs; not counted
+  bool auxiliary = false;       // images show velocities and edges that nothing needs; not counted
   History* next = nullptr;
   std::vector<std::uint8_t> origin;  // per pixel of the region: PixelOrigin
   std::vector<std::uint8_t>
@@ -57,18 +57,18 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
 // on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
 //
-//   plan():     surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> runs of the shader
+//   plan():     surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> pixel-shader invocations
 //   complete(): mean of samples -> advected pixels -> discrepancy -> stencils -> history, frame buffer
 //   finish_deferred(), reach_neighbours only: when all tiles are complete, the stencils that reach into other tiles
 //
 // Invariants (cited by the tests):
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
-//   RU2  With reach_neighbours neither do pictures; without, stencils stop at the tile's border.
+//   RU2  With reach_neighbours neither do images; without, stencils stop at the tile's border.
 //   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
-//   RU4  A pixel that sees nothing is never skipped: it costs no run of the shader.
+//   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   RU6  What the history keeps of a pixel is what the picture shows. Nothing is kept, or charged, that nobody reads.
+//   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads.
 class ResolveUnit {
  public:
   // How traffic is charged: TileJob's members of these names.
@@ -181,7 +181,7 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.blocks_distrusted", &tilecore::DesamplingCounters::blocks_distrusted, Combine::kSum, "blocks",
      "Blocks where nothing was advected because it had gone wrong around them.", ""},
     {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
-     "Advected blocks whose discrepancy bit was set.", ""},
+     "Advected blocks whose disocclusion flag was set.", ""},
     {"resolve.blocks_deferred", &tilecore::DesamplingCounters::blocks_deferred, Combine::kSum, "blocks",
      "Blocks that were filled in a second pass, from neighbouring tiles too.", ""},
     {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
@@ -204,7 +204,7 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_arr
     {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",
      "Visible samples and blended layers of pixels that were not shaded.", ""},
     {"resolve.invocations_saved", &tilecore::DesamplingCounters::invocations_saved, Combine::kSum, "invocations",
-     "Runs of the pixel shader that those pixels would have taken; with shading.rate=cache the look-ups.",
+     "Pixel-shader invocations that those pixels would have taken; with shading.rate=cache the lookups.",
      "MaliFragThread, as a difference"},
 });
 TESSERA_COUNTERS_COVER(tilecore::DesamplingCounters);

@@ -149,7 +149,7 @@ Stencil quantized(const ExactStencil& taps) {
     for (std::size_t i = 0; i < taps.size(); ++i) {
       const int code = quantizer.codes()[i];
       if (code == 0) continue;
-      if (s.count == kMostTaps) throw std::runtime_error("a stencil has more taps than its count can say");
+      if (s.count == kMaxTaps) throw std::runtime_error("a stencil has more taps than its count can say");
       s.taps[s.count++] = {static_cast<std::int8_t>(taps[i].dx), static_cast<std::int8_t>(taps[i].dy),
                            static_cast<std::int16_t>(code)};
     }

@@ -30,7 +30,7 @@ class VelocityBuffer {
              const PixelSurfaces& surfaces, const MotionField* motion);
 
   // Evaluates the pixels of `block` (frame coordinates, inside the tile, at most 4 x 4). `counted`: the machine needs
-  // it; false: a picture does.
+  // it; false: an image does.
   Block evaluate(IntRect block, BlockSpeed statistic, bool counted);
 
   // Of the tile, row by row. Unusable, with velocity zero, where nothing was evaluated.

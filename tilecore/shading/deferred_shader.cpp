@@ -36,7 +36,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   shade_layers(job, samples, state);
 }
 
-// ---- Runs of the pixel shader -----------------------------------------------------------------------------------
+// ---- Pixel-shader invocations -----------------------------------------------------------------------------------
 
 ShadedPoint DeferredShader::run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;

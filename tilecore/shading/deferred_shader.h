@@ -36,7 +36,7 @@ struct ShadingCounters {
 //   DS1  Colours follow from the frame, the job's shading rate and blend_layers, and what the samples of a pixel see:
 //        not from the order in which layers arrived, not from the tile, not from the shading cache's capacity or what
 //        it holds.
-//   DS2  Runs of the pixel shader, runs saved and what skipped pixels see add up to visible samples and blended layers.
+//   DS2  Pixel-shader invocations, runs saved and what skipped pixels see add up to visible samples and blended layers.
 class DeferredShader {
  public:
   // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
@@ -49,8 +49,8 @@ class DeferredShader {
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {});
 
-  // Of skipped pixels, since the last call: what they see, and the runs of the pixel shader that it would have taken
-  // (with shading.rate=cache: the look-ups).
+  // Of skipped pixels, since the last call: what they see, and the pixel-shader invocations that it would have taken
+  // (with shading.rate=cache: the lookups).
   struct Skipped {
     std::uint64_t samples = 0, invocations = 0;
   };
@@ -69,8 +69,8 @@ class DeferredShader {
   TextureUnit& textures() { return textures_; }
 
  private:
-  // Samples of one pixel that share a run of the shader: same patch and, where the picture of the surface at rest
-  // differs from where the samples are, same pixel of that picture.
+  // Samples of one pixel that share a pixel-shader invocation: same patch and, where the image of the surface at rest
+  // differs from where the samples are, same pixel of that image.
   struct Group {
     std::uint32_t patch;
     float cell_x, cell_y;
@@ -78,7 +78,7 @@ class DeferredShader {
     float distance2;
     bool right;
   };
-  // The same for layers: one run per pixel and triangle (and pixel of the resting picture where things move).
+  // The same for layers: one run per pixel and triangle (and pixel of the resting image where things move).
   struct ShadedLayer {
     std::uint32_t patch, triangle;
     float cell_x, cell_y;
@@ -135,11 +135,11 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> =
         {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
          "Blended surfaces merged with another because their sample had no room for them.", ""},
         {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum,
-         "invocations", "Runs of the pixel shader.",
+         "invocations", "Pixel-shader invocations.",
          "MaliFragThread; Adreno fragments shaded; Apple and Vulkan fragment invocations"},
         {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved,
          Combine::kSum, "invocations",
-         "Visible samples and blended layers that took the result of another's run of the pixel shader.", ""},
+         "Visible samples and blended layers that took the result of another's pixel-shader invocation.", ""},
         {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "look-ups",
          "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
         {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "look-ups",

@@ -12,7 +12,7 @@ bool nearer(const BlendedLayer& a, const BlendedLayer& b) {
 }
 
 std::size_t LayerMerger::merge(std::vector<BlendedLayer>& far_to_near, std::size_t capacity) {
-  TESSERA_CHECK(capacity > 0 && capacity <= kMostCapacity, "a sample has room for 1 to 64 layers");
+  TESSERA_CHECK(capacity > 0 && capacity <= kMaxCapacity, "a sample has room for 1 to 64 layers");
   if (far_to_near.size() <= capacity) return 0;
   const std::size_t overflows = far_to_near.size() - capacity;
   std::sort(far_to_near.begin(), far_to_near.end(), [](const BlendedLayer& a, const BlendedLayer& b) {

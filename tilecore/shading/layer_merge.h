@@ -34,11 +34,11 @@ bool nearer(const BlendedLayer& a, const BlendedLayer& b);
 // `far_to_near` holds the layers in that order, before and after. merge() returns how many layers had no room.
 class LayerMerger {
  public:
-  static constexpr std::size_t kMostCapacity = 64;
+  static constexpr std::size_t kMaxCapacity = 64;
   std::size_t merge(std::vector<BlendedLayer>& far_to_near, std::size_t capacity);
 
  private:
-  std::array<BlendedLayer, kMostCapacity + 1> kept_;  // near to far
+  std::array<BlendedLayer, kMaxCapacity + 1> kept_;  // near to far
 };
 
 }  // namespace tessera::tilecore

@@ -8,15 +8,15 @@ namespace {
 
 using scene::FrameGeometry;
 
-constexpr int kMostBlockBits = 4;
+constexpr int kMaxBlockBits = 4;
 constexpr double kLeastBlockPixels = 8;
-constexpr float kMostStretch = 2;
+constexpr float kMaxStretch = 2;
 
 // Blocks of a Bezier patch along a direction with this many tessellated cells: 2^bits.
 int block_bits(const FrameGeometry& frame, int cells) {
   const double pixels = cells * frame.request.tessellation.target_edge_pixels;
   int bits = 0;
-  while (bits < kMostBlockBits && pixels >= kLeastBlockPixels * static_cast<double>(2 << bits)) ++bits;
+  while (bits < kMaxBlockBits && pixels >= kLeastBlockPixels * static_cast<double>(2 << bits)) ++bits;
   return bits;
 }
 
@@ -30,7 +30,7 @@ Vec2 on_screen(const FrameGeometry& frame, const SurfaceLocation& at) {
 // Power of two nearest to a length, as bits.
 std::uint8_t bits_for(float pixels) {
   std::uint8_t bits = 0;
-  while (bits < ShadingCells::kMostBits && pixels > 1.41421356f * static_cast<float>(1 << bits)) ++bits;
+  while (bits < ShadingCells::kMaxBits && pixels > 1.41421356f * static_cast<float>(1 << bits)) ++bits;
   return bits;
 }
 
@@ -103,7 +103,7 @@ ShadingCells::Grid ShadingCells::grid_of(std::uint32_t patch, std::uint32_t part
   // Sides s_p and s_q that meet at an angle of sine a hold a parallelogram of a * s_p * s_q: both shrink by sqrt(a).
   const float sides = size.along_p * size.along_q;
   const float shrink =
-      sides > 0 ? std::sqrt(std::clamp(size.area / sides, 1.0f / (kMostStretch * kMostStretch), 1.0f)) : 1.0f;
+      sides > 0 ? std::sqrt(std::clamp(size.area / sides, 1.0f / (kMaxStretch * kMaxStretch), 1.0f)) : 1.0f;
   const float scale = shrink / cell_pixels_;
   m = {patch, part, {bits_for(size.along_p * scale), bits_for(size.along_q * scale), size.origin}};
   return m.grid;

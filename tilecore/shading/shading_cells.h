@@ -41,7 +41,7 @@ class ShadingCells {
  public:
   // Time at which cells are measured and shaded: what moves evenly is then shaded at its mean.
   static constexpr float kTime = 0.5f;
-  static constexpr int kMostBits = 10;  // 1024 cells along a part
+  static constexpr int kMaxBits = 10;  // 1024 cells along a part
 
   // Forgets what it measured; call before another frame. Cells are `cell_pixels` pixels wide instead of one.
   void start(const scene::FrameGeometry& frame, float cell_pixels = 1);

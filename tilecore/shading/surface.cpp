@@ -61,7 +61,7 @@ void set_bilinear_weights(Surface& s, std::uint32_t first_vertex, float u, float
 
 // (u, v) of a triangle's point, from the parameters of its grid vertices.
 Vec2 patch_parameters(const scene::TessellationPattern& pattern, const SurfaceLocation& at) {
-  if (at.triangle >= SurfaceLocation::kStroke) return {at.b1, at.b2};
+  if (at.triangle >= SurfaceLocation::kLine) return {at.b1, at.b2};
   const int cell = static_cast<int>(at.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
   const auto vertex = [&](int di, int dj) { return Vec2(pattern.u(i + di, j + dj), pattern.v(i + di, j + dj)); };
   const Vec2 a = vertex(0, 0), c = vertex(1, 1);

@@ -11,7 +11,7 @@ namespace tessera::tilecore {
 // second and third corner, and the time. With triangle kWholePatch, of patches with a grid only, b1 and b2 are (u, v).
 struct SurfaceLocation {
   static constexpr std::uint32_t kWholePatch = 0xFFFFFFFFu;
-  static constexpr std::uint32_t kStroke = 0xFFFFFFFEu;  // the same, on a line drawn along a procedure's parameters
+  static constexpr std::uint32_t kLine = 0xFFFFFFFEu;  // the same, on a line drawn along a procedure's parameters
   std::uint32_t patch = 0, triangle = 0;
   float b1 = 0, b2 = 0;
   float t = 0;
@@ -53,7 +53,7 @@ bool has_grid(const scene::PosedDrawable& drawable);
 // (p, q) of a location.
 Vec2 surface_parameters(const scene::FrameGeometry& frame, const SurfaceLocation& at);
 
-// (xh, yh, depth, w) of a point at a key of the shutter, from its parameters alone: `frame` may be another pose of the
+// (xh, yh, depth, w) of a point at a motion key of the shutter, from its parameters alone: `frame` may be another pose of the
 // assembly than the one that `at` was seen in.
 Vec4 surface_raster(const scene::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
 

@@ -46,14 +46,14 @@ struct TextureCounters {
   std::uint64_t cache_misses = 0;
 };
 
-// The texture unit of a tile core as memory sees it: which lines a look-up needs, which of them the core's cache holds,
+// The texture unit of a tile core as memory sees it: which lines a lookup needs, which of them the core's cache holds,
 // which have to be asked of the L2. (Values are filtered by shaders::Texture.) The cache is emptied before every tile,
 // so that what a tile asks for does not depend on the tiles that its core had before. Configured by
 // texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance per thread.
 //
 // Invariants (cited by the tests):
-//   TX1  A look-up asks for each line of the texels that it weighs once.
-//   TX2  The lines that missed follow from the tile's own look-ups alone.
+//   TX1  A lookup asks for each line of the texels that it weighs once.
+//   TX2  The lines that missed follow from the tile's own lookups alone.
 class TextureUnit {
  public:
   struct Settings {
@@ -65,7 +65,7 @@ class TextureUnit {
   // Empties the cache and the list of misses.
   void begin_tile(const Settings& settings);
 
-  // Whether look-ups are to be told to fetch().
+  // Whether lookups are to be told to fetch().
   bool active() const { return settings_.memory != nullptr; }
   void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
 
@@ -106,10 +106,10 @@ template <>
 inline constexpr auto kCounterFields<tilecore::TextureCounters> =
     std::to_array<CounterField<tilecore::TextureCounters>>({
         {"texture.texels", &tilecore::TextureCounters::texels, Combine::kSum, "texels",
-         "Bilinear or nearest look-ups in one level of a texture; a trilinear look-up is two.",
+         "Bilinear or nearest lookups in one level of a texture; a trilinear lookup is two.",
          "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
         {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
-         "Lines that look-ups asked of the texture caches of the cores; each line of a look-up once.", ""},
+         "Lines that lookups asked of the texture caches of the cores; each line of a lookup once.", ""},
         {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
          "Of these, not there. Caches are emptied before every tile.",
          "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},

@@ -8,7 +8,7 @@
 
 namespace tessera::tilecore {
 
-// A tessellated sub-patch on chip: vertices at one or both keys, and cells of up to two triangles with their moving
+// A tessellated sub-patch on chip: vertices at one or both motion keys, and cells of up to two triangles with their moving
 // boxes. Built right before use, in storage that is used again.
 //
 // Raster-space vertices. A vertex that lies in front of the near plane and inside the guard band at its keys is
@@ -78,7 +78,7 @@ struct BoxSettings {
 };
 
 // Finishes the cells of a mesh: takes away triangles with two corners in one place (a cell that keeps one triangle
-// becomes that triangle), sets clipped cells aside, and builds the boxes of cells and leaves (motion BVH from the
+// becomes that triangle), sets clipped cells deferred, and builds the boxes of cells and leaves (motion BVH from the
 // tessellation pattern: Clarberg and Burns, US 8791945; two levels, since a sub-patch is small). Boxes are widened so
 // that they hold every vertex at every time in spite of rounding, of the spread of rates and of circles of confusion
 // inside a leaf. The same bits on every instruction set.

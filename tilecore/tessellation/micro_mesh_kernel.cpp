@@ -169,7 +169,7 @@ float leaf_pad(const LeafRange& r, const BoxSettings& settings, MicroMesh::Leaf&
   leaf.drift_x = 0.5f * ((r.low_x1 - r.low_x0) + (r.high_x1 - r.high_x0));
   leaf.drift_y = 0.5f * ((r.low_y1 - r.low_y0) + (r.high_y1 - r.high_y0));
   // A vertex is at x0 + lambda (x1 - x0). In the rest frame that is x0 + lambda (x1 - drift - x0), between the rest
-  // positions of the two keys, and (lambda - tau) drift besides. lambda is a logistic function of logit(t) + ln r: two
+  // positions of the two motion keys, and (lambda - tau) drift besides. lambda is a logistic function of logit(t) + ln r: two
   // rates r and r' are at most tanh(|ln r'/r| / 4) apart, that is (s - 1) / (s + 1) with s the square root of their
   // ratio.
   const float ratio = std::sqrt(std::max(r.high_rate / leaf.rate, leaf.rate / r.low_rate));

@@ -79,7 +79,7 @@ inline constexpr auto kCounterFields<tilecore::TessellationCounters> =
         {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
          "Sub-patches tessellated; again for each time they had left the cache.", ""},
         {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
-         "Vertices computed by the domain shader, repeated ones included; both keys of the shutter count once.",
+         "Vertices computed by the domain shader, repeated ones included; both motion keys of the shutter count once.",
          "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
         {"tilecore.triangles", &tilecore::TessellationCounters::triangles, Combine::kSum, "triangles",
          "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},

@@ -9,7 +9,7 @@
 
 namespace tessera::tilecore {
 
-// Tessellates sub-patches on demand: domain shading at both keys, projection, cells, boxes. A vertex is computed from
+// Tessellates sub-patches on demand: domain shading at both motion keys, projection, cells, boxes. A vertex is computed from
 // its base patch alone, whichever sub-patch asks, and vertices on shared edges and corners by the patch that owns them:
 // grids meet without cracks, displaced or not.
 //
@@ -18,7 +18,7 @@ class Tessellator {
  public:
   // What a call did, for the counters and the ledger of the tile core.
   struct Work {
-    std::uint64_t domain_evaluations = 0;  // vertices shaded (both keys count once)
+    std::uint64_t domain_evaluations = 0;  // vertices shaded (both motion keys count once)
     std::uint64_t triangles = 0;
     std::uint64_t patch_bytes = 0;  // records fetched: the patch, and owners of its shared displaced edges
   };

@@ -33,7 +33,7 @@ struct ProjectionSettings {
   float subpixels;  // steps of the vertices' grid along a pixel's side: a power of two up to 256
 };
 
-// Object space to raster space at one or two keys (`moving`); fills x, y, z per key and `projected`. A projected vertex
+// Object space to raster space at one or two motion keys (`moving`); fills x, y, z per key and `projected`. A projected vertex
 // that moves by no more than scene::kStillPixels and kStillDepth gets the same bits at both. Returns whether every
 // vertex is projected.
 bool project_vertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster,

@@ -7,7 +7,7 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr int kMostSegments = 64;      // [assumed]
+constexpr int kMaxSegments = 64;       // [assumed]
 constexpr double kSmallestPart = 2.0;  // pixels: below that a piece costs more than the samples it saves [assumed]
 
 // First pixel of [begin, end] that is not wholly below `low`; the one after the last that is not wholly above `high`.
@@ -174,7 +174,7 @@ std::size_t partition_pieces(const PrimitiveBound& bound, const IntRect& tile, c
 
 int segments_for(const PrimitiveBound& bound) {
   const double ratio = bound.blur() / std::max(bound.size(), 1.0);
-  return static_cast<int>(std::ceil(std::clamp(ratio, 1.0, static_cast<double>(kMostSegments))));
+  return static_cast<int>(std::ceil(std::clamp(ratio, 1.0, static_cast<double>(kMaxSegments))));
 }
 
 }  // namespace tessera::tilecore

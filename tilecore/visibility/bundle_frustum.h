@@ -50,7 +50,7 @@ class BundleFrustum {
   // The near and far plane are tested from here on only if `root` may cross them (its farther corners decide).
   void drop_depth_planes(const MotionBox& root);
 
-  // An inner node: outside one plane at both keys. Lets boxes pass that are outside several planes by turns.
+  // An inner node: outside one plane at both motion keys. Lets boxes pass that are outside several planes interleaved.
   bool outside(const MotionBox& box) const;
 
   // A leaf: all times at which the box may meet a ray; empty when low > high.

@@ -82,7 +82,7 @@ MotionBox cell_box(const MicroMesh& m, std::size_t cell, bool moving, const RayS
       kRoundingMargin * (space.orthographic
                              ? way + width + focus
                              : farthest * (way + width) + (space.lens_radius > 0 ? focus * (farthest / nearest) : 0.0));
-  // A vertex in focus is where the middle of the lens sees it, that much away from where a ray through another point
+  // A vertex in focus is where the lens centre sees it, that much away from where a ray through another point
   // would.
   const double sharp = space.sharp_radius * (1 + 0x1p-20) * (space.orthographic ? 1.0 : farthest), across = pad + sharp;
   const std::array<double, 3> pads = {across, across, 2 * kRoundingMargin * farthest};

@@ -38,7 +38,7 @@ struct RayCounters {
 // interval: cut the shutter, and each part has a leaf mask, hence a branch node, of its own.
 //
 // Invariants (cited by the tests):
-//   BVH1  A node's box holds its children's at both keys, hence at every time.
+//   BVH1  A node's box holds its children's at both motion keys, hence at every time.
 //   BVH2  Every sample that the inside test finds in a cell reaches that cell's node by trace(), from the root and from
 //         the branch node of every rectangle that holds the sample: no leaf that a ray hits is outside the branch node.
 //   BVH3  The leaf-mask branch node is the both-children branch node or below it.
@@ -142,7 +142,9 @@ namespace tessera {
 template <>
 inline constexpr auto kCounterFields<tilecore::RayCounters> = std::to_array<CounterField<tilecore::RayCounters>>({
     {"tilecore.nodes_built", &tilecore::RayCounters::nodes_built, Combine::kSum, "nodes",
-     "Nodes of motion BVHs that were built, boxes at both keys; one that several tiles need counts once for each.", ""},
+     "Nodes of motion BVHs that were built, boxes at both motion keys; one that several tiles need counts once for "
+     "each.",
+     ""},
     {"tilecore.frustum_node_tests", &tilecore::RayCounters::frustum_node_tests, Combine::kSum, "tests",
      "Nodes of motion BVHs that were tested against the frustum of a tile or of a part of it.", ""},
     {"tilecore.node_visits", &tilecore::RayCounters::node_visits, Combine::kSum, "tests",

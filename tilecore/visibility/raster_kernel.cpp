@@ -54,7 +54,7 @@ HWY_INLINE IntRect pixels_of(float x_low, float x_high, float y_low, float y_hig
 }
 
 // Leaves whose cells cover fewer pixels than this on average go through pairs of sample and cell, others cell by cell:
-// rows of samples fill vectors only when they are long. [measured] tessera_embree_rival --profile.
+// rows of samples fill vectors only when they are long. [measured] tessera_embree_baseline --profile.
 constexpr int kPairedCellPixels = 9;
 
 // The samples of the pixels of `box` against the leaf's cells.

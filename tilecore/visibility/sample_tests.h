@@ -29,7 +29,7 @@ class HitSink {
     std::uint32_t sample;    // natural order of the tile
     std::uint32_t triangle;  // of the base patch
     float z, b1, b2;
-    float rest_x, rest_y;  // where the surface point is on screen at shutter open, seen through the lens's middle
+    float rest_x, rest_y;  // where the surface point is on screen at shutter open, seen through the lens centre
   };
   virtual void take(std::span<const Hit> hits) = 0;
 
@@ -59,7 +59,7 @@ struct VisibilitySettings {
   // are counted but not handed over. It may change while a sink takes hits.
   const float* depth = nullptr;
   float sharp_factor =
-      0;  // a projected corner whose lens factor is no larger than this is seen as through the middle of the lens
+      0;  // a projected corner whose lens factor is no larger than this is seen as through the lens centre
 };
 
 // Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels

@@ -1,4 +1,4 @@
-// The browser of pictures: one of many views, with a map of its tiles over it.
+// The browser of images: one of many views, with a map of its tiles over it.
 
 // Viridis (van der Walt and Smith 2015) at nine places: brighter is more, in every kind of colour vision.
 const kRamp = [[68, 1, 84], [71, 45, 123], [59, 82, 139], [44, 114, 142], [33, 145, 140], [40, 174, 128], [94, 201, 98], [173, 220, 48], [253, 231, 37]];
@@ -7,12 +7,12 @@ function rampColor(t) {
   return `rgb(${kRamp[k].map((low, c) => Math.round(low + (kRamp[k + 1][c] - low) * f)).join(',')})`;
 }
 
-// data.views: [{label, picture, size: [w, h], region: [x, y], tiles}]; `tiles` as in tiles_NNNN.json. Calls changed(view) for what is shown.
+// data.views: [{label, image, size: [w, h], region: [x, y], tiles}]; `tiles` as in tiles_NNNN.json. Calls changed(view) for what is shown.
 function frameBrowser(part, changed) {
   const views = data.views;
   const state = { view: 0, map: '', opacity: 0.7, log: false, tile: -1 };
   const image = make('img', { alt: '' }), overlay = make('canvas', { 'aria-hidden': 'true' });
-  const frame = make('div', { class: 'browser', tabindex: 0, role: 'application', 'aria-label': 'Picture with a map of its tiles. Arrow keys choose a tile, Page Up and Page Down the picture.' }, image, overlay);
+  const frame = make('div', { class: 'browser', tabindex: 0, role: 'application', 'aria-label': 'Image with a map of its tiles. Arrow keys choose a tile, Page Up and Page Down the image.' }, image, overlay);
   const says = make('p', { class: 'tile', 'aria-live': 'polite' });
   const ramp = make('canvas', { width: 256, height: 1, 'aria-hidden': 'true' }), low = make('span'), high = make('span'), unit = make('span');
   const legend = make('div', { class: 'legend' }, low, ramp, high, unit);
@@ -21,14 +21,14 @@ function frameBrowser(part, changed) {
 
   const names = [...new Set(views.flatMap((view) => (view.tiles ? Object.keys(view.tiles.maps) : [])))];
   const maps = chooser('Map', [['', 'none'], ...names.map((name) => [name, name.replaceAll('_', ' ')])], '', (value) => { state.map = value; show(); });
-  const pictures = chooser('Picture', views.map((view, index) => [index, view.label]), 0, (value) => { state.view = Number(value); show(); });
-  const slider = make('input', { type: 'range', min: 0, max: views.length - 1, value: 0, 'aria-label': 'Picture', input: () => { state.view = Number(slider.value); show(); } });
+  const images = chooser('Image', views.map((view, index) => [index, view.label]), 0, (value) => { state.view = Number(value); show(); });
+  const slider = make('input', { type: 'range', min: 0, max: views.length - 1, value: 0, 'aria-label': 'Image', input: () => { state.view = Number(slider.value); show(); } });
   const opacity = make('input', { type: 'range', min: 0, max: 1, step: 0.05, value: state.opacity, input: () => { state.opacity = Number(opacity.value); show(); } });
   const log = make('input', { type: 'checkbox', change: () => { state.log = log.checked; show(); } });
 
   const tiles = () => views[state.view].tiles;
   const values = () => (tiles() && state.map && tiles().maps[state.map] ? tiles().maps[state.map].values : null);
-  // Where a tile lies in the picture, in its pixels; cut to it.
+  // Where a tile lies in the image, in its pixels; cut to it.
   const tileRect = (index) => {
     const t = tiles(), view = views[state.view];
     const x = t.origin[0] - view.region[0] + (index % t.grid[0]) * t.tile[0], y = t.origin[1] - view.region[1] + Math.floor(index / t.grid[0]) * t.tile[1];
@@ -63,16 +63,16 @@ function frameBrowser(part, changed) {
   }
   function sayTile() {
     const t = tiles();
-    if (!t || state.tile < 0) { says.textContent = t ? 'Point at a tile, or focus the picture and use the arrow keys.' : ''; return; }
+    if (!t || state.tile < 0) { says.textContent = t ? 'Point at a tile, or focus the image and use the arrow keys.' : ''; return; }
     const entries = Object.entries(t.maps).map(([name, map]) => `${name.replaceAll('_', ' ')} ${number(map.values[state.tile])}`);
     says.textContent = `Tile ${state.tile % t.grid[0]}, ${Math.floor(state.tile / t.grid[0])}: ${entries.join(' · ')}`;
   }
   function show() {
     const view = views[state.view];
-    image.src = view.picture;
+    image.src = view.image;
     image.alt = view.label;
     slider.value = state.view;
-    pictures.select.value = state.view;
+    images.select.value = state.view;
     maps.select.value = state.map;
     if (!tiles() || state.tile >= tiles().grid[0] * tiles().grid[1]) state.tile = -1;
     paintMap();
@@ -105,8 +105,8 @@ function frameBrowser(part, changed) {
     sayTile();
   });
 
-  part.append(make('div', { class: 'controls' }, ...(views.length > 1 ? [pictures.label, slider] : []), maps.label, make('label', {}, 'Opacity', opacity), make('label', {}, log, 'logarithmic')), frame, legend, says);
-  if (data.left_out > 0) part.append(make('p', { class: 'note' }, `${data.left_out} further pictures are left out, to keep this file small.`));
+  part.append(make('div', { class: 'controls' }, ...(views.length > 1 ? [images.label, slider] : []), maps.label, make('label', {}, 'Opacity', opacity), make('label', {}, log, 'logarithmic')), frame, legend, says);
+  if (data.left_out > 0) part.append(make('p', { class: 'note' }, `${data.left_out} further images are left out, to keep this file small.`));
   state.map = wantedOf('map', ['', ...names], names.includes('queue_bytes_read') ? 'queue_bytes_read' : '');
   if (wanted.has('picture')) state.view = Math.max(0, Math.min(views.length - 1, Number(wanted.get('picture')) || 0));
   show();

@@ -1,4 +1,4 @@
-// What all reports share: faults that must not stay unseen, small pieces of document, numbers, tables.
+// What all reports share: faults that must not stay uncovered, small pieces of document, numbers, tables.
 'use strict';
 
 document.body.dataset.errors = '0';

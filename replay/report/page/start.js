@@ -7,7 +7,7 @@ try {
 } catch (error) {
   complain(error.stack || String(error));
 }
-// One section alone, for printing and pictures.
+// One section alone, for printing and images.
 if (document.getElementById(wanted.get('section') || '')) {
   document.getElementById('contents').hidden = true;
   main.querySelectorAll('section').forEach((part) => { part.hidden = part.id !== wanted.get('section'); });

@@ -36,8 +36,8 @@ function sweepReport() {
     const point = points[datum.index];
     if (!point) return;
     detail.replaceChildren(make('h3', {}, `Point ${point.index}: ${says(point)}`), table([{ title: 'column', of: (name) => name }, { title: 'mean over frames', of: (name) => point.mean[name] }], columns));
-    const picture = data.views.findIndex((view) => view.point === point.index);
-    if (browser && picture >= 0) browser.choose(picture);
+    const shown = data.views.findIndex((view) => view.point === point.index);
+    if (browser && shown >= 0) browser.choose(shown);
   };
   if (done.length > 0) {
     paretoSection(tools, press, detail);

@@ -72,7 +72,7 @@ function knobSection(knob, errorOf, costOf) {
     part.append(make('p', { class: 'note' }, `Left out: ${knob.skipped}.`));
     return;
   }
-  if (knob.idle) part.append(make('p', { class: 'note' }, 'Without effect here: all of its settings give the same picture at the same cost.'));
+  if (knob.idle) part.append(make('p', { class: 'note' }, 'Without effect here: all of its settings give the same image at the same cost.'));
   if (knob.context) part.append(make('p', { class: 'note' }, `With ${knob.context}.`));
   part.append(make('ul', {}, ...knob.settings.map((row) => make('li', {}, row.says))));
   const points = () => markFront(knob.settings.filter((row) => row.cycles !== null).map((row, index) => ({ index, x: costOf(row, 'cycles'), y: errorOf(row, 'flip'), series: row.label, says: row.says })));
@@ -83,7 +83,7 @@ function knobSection(knob, errorOf, costOf) {
 function convergenceSection(reference) {
   const { samples, rms_error: errors, slope, size } = reference.convergence;
   const part = section('convergence', 'Convergence of the reference');
-  part.append(make('p', {}, `Error of a picture of ${size.join('x')} pixels of the same frame, from four series of independent samples` + (slope === null ? '.' : `: it falls as samples to the power ${slope.toFixed(3)} (plain random numbers: -0.5).`)));
+  part.append(make('p', {}, `Error of an image of ${size.join('x')} pixels of the same frame, from four series of independent samples` + (slope === null ? '.' : `: it falls as samples to the power ${slope.toFixed(3)} (plain random numbers: -0.5).`)));
   const rows = () => samples.map((n, k) => ({ x: n, y: errors[k], series: 'measured', says: `${n} samples: ${number(errors[k])}` })).concat(samples.map((n) => ({ x: n, y: errors[0] * Math.sqrt(samples[0] / n), series: 'power -0.5', says: `${n} samples` }))).filter((row) => row.y > 0);
   plot(part, 'Root mean square error of the reference over its samples per pixel, both logarithmic', () => lines(rows(), { x: 'samples per pixel', y: 'root mean square error, linear light', series: '', log: true, even: true }));
 }

@@ -268,7 +268,7 @@ struct Drawn {
   SamplingCounters counters;
 };
 
-// A whole picture as one tile, with 16 samples a pixel.
+// A whole image as one tile, with 16 samples a pixel.
 Drawn draw(const scene::FrameGeometry& frame, const ProcedureSettings& settings) {
   const SamplePattern pattern({16, 1, 0});
   const binner::TileGrid grid(96, 64, 96, 64);
@@ -285,7 +285,7 @@ Drawn draw(const scene::FrameGeometry& frame, const ProcedureSettings& settings)
   return out;
 }
 
-// Covered samples inside the picture that have an uncovered one between two covered ones of their pixel row.
+// Covered samples inside the image that have an uncovered one between two covered ones of their pixel row.
 std::size_t seen(const TileState& state) {
   return static_cast<std::size_t>(
       std::count_if(state.patch.begin(), state.patch.end(), [](std::uint32_t p) { return p != TileState::kNoPatch; }));
@@ -427,7 +427,7 @@ TEST(HardProcedures, ARateOfZeroOrWithoutBoundStaysWithinTheStepsOfACell) {
   for (const ParameterMaps* m : {&far, &close})
     for (const ParameterCell& cell : m->cells()) {
       ASSERT_GE(std::min(cell.steps_u, cell.steps_v), 1);
-      ASSERT_LE(std::max(cell.steps_u, cell.steps_v), ParameterMaps::kMostSteps);
+      ASSERT_LE(std::max(cell.steps_u, cell.steps_v), ParameterMaps::kMaxSteps);
     }
   EXPECT_LE(far.cells().size(), 1u);
   EXPECT_EQ(far.counters().rates_clamped, 0u);
@@ -460,7 +460,7 @@ TEST(HardProcedures, BehindTheCameraCostsNoSamples) {
   EXPECT_EQ(drawn.counters.cells, 0u);
 }
 
-TEST(HardProcedures, AFloorThatStraddlesTheCameraReachesTheFrontOfThePicture) {
+TEST(HardProcedures, AFloorThatStraddlesTheCameraReachesTheFrontOfTheImage) {
   shaders::ShapeInput in;  // y = -1 from far before the camera to far behind it
   in.p = {-20, -1, 20, 20, -1, 20, -20, -1, -20, 20, -1, -20};
   const TestFrame scene = one(ShapeId::kBilinearPatch, in, DVec3(0, 0, 0), true, 0);

@@ -262,7 +262,7 @@ TEST(Advection, DepthsAgreeWithinAShareOfThePixelsOwn) {
 
 constexpr double kMiddle = 11.5;
 
-// How far from where it was one frame ago a pixel of a plane that turns by `angle` is looked for. The picture is a
+// How far from where it was one frame ago a pixel of a plane that turns by `angle` is looked for. The image is a
 // ramp, so the colour is the place.
 double miss(bool bfecc, double angle, const std::function<Vec2(double, double)>& velocity) {
   double worst = 0;

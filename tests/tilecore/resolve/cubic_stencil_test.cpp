@@ -227,7 +227,7 @@ TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
 RC_GTEST_PROP(PackedStencil, UnpacksToItselfAtAnyBit, (std::uint32_t seed)) {
   Random random(seed);
   Stencil s;
-  s.count = static_cast<std::size_t>(1 + test::below(random, kMostTaps));
+  s.count = static_cast<std::size_t>(1 + test::below(random, kMaxTaps));
   for (std::size_t i = 0; i < s.count; ++i)
     s.taps[i] = {static_cast<std::int8_t>(test::below(random, 8) - 4),
                  static_cast<std::int8_t>(test::below(random, 8) - 4),
@@ -323,7 +323,7 @@ RC_GTEST_PROP(CubicStencil, PackedWeightsAreTheTablesWhereSurroundingsAreRegular
   RC_ASSERT(worst_error(Reconstruction::kCubic, window, missing, holed) < 2e-6);
 }
 
-// Mirrored pictures under mirrored patterns give mirrored results, but for the order of sums.
+// Mirrored images under mirrored patterns give mirrored results, but for the order of sums.
 RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t seed)) {
   Random random(seed);
   Window window, mirrored;

@@ -214,7 +214,7 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
   RateSettings settings;
   for (const int most : {4, 8, 16, 32}) {
     BlockEvidence b = moving(0);
-    b.most_samples = most;
+    b.max_samples = most;
     EXPECT_EQ(select_rate(settings, b).samples, std::min(16, most));
     b.edge = true;
     settings.supersampling = true;
@@ -226,11 +226,11 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
 
 TEST(Foveation, StepsAtTheTwoRadii) {
   const Foveation f{true, {100, 50}, 10, 20};
-  EXPECT_EQ(f.most_samples({110, 50}), 16);
-  EXPECT_EQ(f.most_samples({110.1f, 50}), 8);
-  EXPECT_EQ(f.most_samples({100, 70}), 8);
-  EXPECT_EQ(f.most_samples({100, 70.1f}), 4);
-  EXPECT_EQ(Foveation{}.most_samples({1e9f, 0}), 32);
+  EXPECT_EQ(f.max_samples({110, 50}), 16);
+  EXPECT_EQ(f.max_samples({110.1f, 50}), 8);
+  EXPECT_EQ(f.max_samples({100, 70}), 8);
+  EXPECT_EQ(f.max_samples({100, 70.1f}), 4);
+  EXPECT_EQ(Foveation{}.max_samples({1e9f, 0}), 32);
 }
 
 TEST(Discrepancy, DifferencesAreRelativeSymmetricAndSurviveNonsense) {

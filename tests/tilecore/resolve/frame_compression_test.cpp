@@ -123,7 +123,7 @@ TEST(FrameCompression, AcrossZeroValuesAreNeighbours) {
   EXPECT_LE(round_trip(make_block(shape, around_zero), shape), 48u);
 }
 
-TEST(FrameCompression, AWrongBitIsAnotherPicture) {
+TEST(FrameCompression, AWrongBitIsAnotherImage) {
   const Shape shape{4, 16};
   const Halves halves =
       make_block(shape, [](int x, int y, int c) { return half_bits(static_cast<float>(1 + x * y + c)); });

@@ -226,7 +226,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
 
 TEST(Blending, LayersThatAreHiddenTakeNoRoomAndTooManyVisibleOnesAreAnError) {
   TileState state;
-  state.most_layers = 100;
+  state.max_layers = 100;
   state.start(8);
   for (auto& z : state.z) z = 5;
   const auto put = [&](float z) { state.add_layer({3, 0, 0, z, 0, 0, 0, 0}); };

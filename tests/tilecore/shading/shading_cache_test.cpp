@@ -132,7 +132,7 @@ ShadingCell numbered(std::uint32_t n) {
   return cell;
 }
 
-// Hits of a stream of look-ups in a list that is searched from the front; `refresh` moves what is found to the front.
+// Hits of a stream of lookups in a list that is searched from the front; `refresh` moves what is found to the front.
 std::vector<bool> hits_in_list(const std::vector<std::uint32_t>& stream, std::size_t capacity, bool refresh) {
   std::deque<std::uint32_t> list;
   std::vector<bool> hits;
@@ -202,7 +202,7 @@ PixelScene busy_scene() {
   return scene;
 }
 
-TEST(ShadingRateCache, ThePictureDependsNeitherOnTheCapacityNorOnTheTiles) {  // DS1
+TEST(ShadingRateCache, TheImageDependsNeitherOnTheCapacityNorOnTheTiles) {  // DS1
   PixelScene scene = busy_scene();
   const Rendering expected = render(scene);
   EXPECT_GT(expected.counters.blended_layers, 0u);
@@ -214,7 +214,7 @@ TEST(ShadingRateCache, ThePictureDependsNeitherOnTheCapacityNorOnTheTiles) {  //
       const Rendering r = render(scene);
       EXPECT_EQ(r.targets.color.values, expected.targets.color.values) << entries << " entries, tiles of " << side;
       EXPECT_EQ(r.targets.normal.values, expected.targets.normal.values) << entries << " entries, tiles of " << side;
-      // DS2, and every look-up is a hit or a run.
+      // DS2, and every lookup is a hit or a run.
       EXPECT_EQ(r.counters.pixel_shader_invocations + r.counters.pixel_shader_invocations_saved,
                 r.counters.samples_visible + r.counters.blended_layers);
       EXPECT_EQ(r.counters.shading_cache_misses, r.counters.pixel_shader_invocations);
@@ -237,8 +237,8 @@ TEST(ShadingRateCache, RunsAndRunsSavedAddUpAtEveryRate) {
   }
 }
 
-// Opaque picture of a scene of one tile, every sample coloured by `color`.
-Image picture_by(const PixelScene& scene, const std::function<Vec3(const SurfaceLocation&)>& color) {
+// Opaque image of a scene of one tile, every sample coloured by `color`.
+Image image_by(const PixelScene& scene, const std::function<Vec3(const SurfaceLocation&)>& color) {
   TileCore core;
   TileState state;
   core.render_entries(scene.job, 0, scene.entries(), state);
@@ -262,11 +262,11 @@ Image three_channels(const Image& color) {
 
 // Samples coloured from cells that are shaded once and kept in a map under `name`.
 template <class Name>
-Image picture_from_map(const PixelScene& scene, const Name& name) {
+Image image_from_map(const PixelScene& scene, const Name& name) {
   ShadingCells cells;
   cells.start(*scene.frame);
   std::map<decltype(name(ShadingCell())), Vec3> shaded;
-  return picture_by(scene, [&](const SurfaceLocation& at) {
+  return image_by(scene, [&](const SurfaceLocation& at) {
     const ShadingCell cell = cells.cell_of(at);
     const auto [found, fresh] = shaded.try_emplace(name(cell));
     if (fresh)
@@ -283,11 +283,9 @@ TEST(ShadingRateCache, IsShadingOfEveryCellAtItsCanonicalPoint) {
   scene.job.shading = ShadingRate::kCache;
   const Image expected = three_channels(render(scene).targets.color);
   const Image by_cell =
-      picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.part, c.i, c.j); });
-  const Image without_patch =
-      picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.part, c.i, c.j); });
-  const Image without_part =
-      picture_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.i, c.j); });
+      image_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.part, c.i, c.j); });
+  const Image without_patch = image_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.part, c.i, c.j); });
+  const Image without_part = image_from_map(scene, [](const ShadingCell& c) { return std::tuple(c.patch, c.i, c.j); });
   EXPECT_LT(max_difference(by_cell, expected), 1e-5);
   // Names that leave out a member mix up cells, and the check sees it.
   EXPECT_GT(max_difference(without_patch, expected), 0.1);
@@ -341,7 +339,7 @@ TEST(ShadingRateCache, ComesCloseToShadingPerPixelOnATexturedWall) {
     part.add_quad(0, 0, 128, 128, 0, waves(128), bezier);
     part.look();
     const Image fine = three_channels(render(part).targets.color);
-    EXPECT_LT(psnr(fine, picture_by(part, [&](const SurfaceLocation& at) { return coarse(at); })), least_psnr);
+    EXPECT_LT(psnr(fine, image_by(part, [&](const SurfaceLocation& at) { return coarse(at); })), least_psnr);
   }
 }
 

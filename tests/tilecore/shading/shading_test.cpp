@@ -43,7 +43,7 @@ struct SurfaceScene : TestFrame {
   // Pixel position of a world point at a time.
   Vec2 screen(const SurfaceLocation& at) const {
     const Surface s = evaluate_surface(*frame, at);
-    // Camera is still: the same view at both keys.
+    // Camera is still: the same view at both motion keys.
     const DVec4 r = frame->projection.matrix() * frame->views[0].world_to_camera * DVec4(DVec3(s.position), 1.0);
     return Vec2(r.x / r.w, r.y / r.w);
   }
@@ -283,7 +283,7 @@ Rendered render(const TileScene& scene, std::vector<binner::QueueEntry> entries,
   return out;
 }
 
-TEST(TileCore, ThePictureDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
+TEST(TileCore, TheImageDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
   for (const bool moving : {false, true}) {
     const TileScene scene(moving);
     const Rendered expected = render(scene, scene.entries, 1);

@@ -1,4 +1,4 @@
-// Which lines of the emulated memory look-ups in textures need.
+// Which lines of the emulated memory lookups in textures need.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -28,7 +28,7 @@ scene::Capture with_texture(std::shared_ptr<const Texture> texture) {
   return capture;
 }
 
-// Lines of one look-up with a cache that is empty.
+// Lines of one lookup with a cache that is empty.
 std::set<std::uint32_t> lines_of(const TextureMemory& memory, std::int64_t line_bytes, const Texture& texture,
                                  const Sampler& sampler, Vec2 uv, float lod, TextureCounters* counters = nullptr) {
   TextureUnit unit;

@@ -54,9 +54,9 @@ struct Machine {
   }
 };
 
-std::size_t unseen(const std::vector<TileState>& states) {
+std::size_t uncovered(const std::vector<TileState>& states) {
   std::size_t samples = 0;
-  for (const TileState& state : states) samples += state.unseen;
+  for (const TileState& state : states) samples += state.uncovered;
   return samples;
 }
 
@@ -107,10 +107,10 @@ TEST(ClosedSurface, MovingAndDefocusedItNeverShowsTheBackgroundWhateverTheMethod
   const std::vector<NamedMethod> methods = all_methods();
   for (std::uint32_t seed = 0; seed < 24; ++seed) {
     const auto machine = inside_a_ball(seed);
-    EXPECT_EQ(unseen(machine->render()), 0u) << "seed " << seed;
+    EXPECT_EQ(uncovered(machine->render()), 0u) << "seed " << seed;
     const NamedMethod& method = methods[seed % methods.size()];
     machine->job.visibility = method.settings;
-    EXPECT_EQ(unseen(machine->render()), 0u) << "seed " << seed << ", " << method.name;
+    EXPECT_EQ(uncovered(machine->render()), 0u) << "seed " << seed << ", " << method.name;
   }
 }
 
@@ -129,10 +129,10 @@ TEST(ClosedSurface, ACellLeftOutIsCaught) {
     machine->add_entry(patch, {0, j, i, after_j});
     machine->add_entry(patch, {after_i, j, grid.nu, after_j});
     machine->add_entry(patch, {0, after_j, grid.nu, grid.nv});
-    EXPECT_GT(unseen(machine->render()), 0u) << "seed " << seed;
+    EXPECT_GT(uncovered(machine->render()), 0u) << "seed " << seed;
     // With the cell it is closed again.
     machine->add_entry(patch, {i, j, after_i, after_j});
-    EXPECT_EQ(unseen(machine->render()), 0u) << "seed " << seed;
+    EXPECT_EQ(uncovered(machine->render()), 0u) << "seed " << seed;
   }
 }
 
@@ -303,7 +303,7 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
   for (std::uint32_t patch = 0; patch < test.assembly->patch_count(); ++patch)
     machine.add_entry(patch, whole_patch(*test.frame, patch));
   const TileState expected = machine.render()[0];
-  EXPECT_LT(expected.unseen, expected.z.size() / 2);
+  EXPECT_LT(expected.uncovered, expected.z.size() / 2);
   std::vector<binner::QueueEntry> whole = std::move(machine.entries);
   machine.entries.clear();
   for (const binner::QueueEntry& e : whole)

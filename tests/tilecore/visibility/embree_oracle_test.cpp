@@ -146,7 +146,7 @@ std::vector<std::uint32_t> all_patches(const scene::FrameGeometry& frame) {
 }
 
 // The triangle that most samples see.
-Claim most_seen(const std::vector<TileState>& tiles) {
+Claim max_seen(const std::vector<TileState>& tiles) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
   for (const TileState& tile : tiles)
     for (std::size_t s = 0; s < tile.patch.size(); ++s)
@@ -165,7 +165,7 @@ Agreement compare(const TestFrame& scene, std::uint32_t seed, test::EmbreeOption
   test::MachineVisibility machine(gpu, pattern, grid);
   const auto seen = machine.run(frame, pyramids, true);
   if (twin.hole) {
-    const Claim hole = most_seen(seen.tiles);
+    const Claim hole = max_seen(seen.tiles);
     options.missing_patch = hole.patch;
     options.missing_triangle = hole.triangle;
   }

@@ -6,8 +6,8 @@
 
 namespace tessera::test {
 
-// Everything that a picture consists of, as bytes: two pictures are the same bit by bit where these are equal.
-inline std::string picture_bytes(const tilecore::FrameTargets& t) {
+// Everything that an image consists of, as bytes: two images are the same bit by bit where these are equal.
+inline std::string image_bytes(const tilecore::FrameTargets& t) {
   std::string bytes;
   const auto add = [&](const auto& values) {
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);

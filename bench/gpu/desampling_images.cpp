@@ -1,4 +1,4 @@
-#include "bench/gpu/desampling_pictures.h"
+#include "bench/gpu/desampling_images.h"
 
 #include <algorithm>
 #include <functional>
@@ -103,7 +103,7 @@ void write_view(const std::filesystem::path& folder, const View& view) {
 
 }  // namespace
 
-void desampling_pictures(const std::filesystem::path& folder) {
+void desampling_images(const std::filesystem::path& folder) {
   for (const View& view :
        {View{"stroll", 10, {}}, View{"stroll", 36, {560, 300, 960, 540}, 640, 340}, View{"serpent", 20, {}}})
     write_view(folder, view);

@@ -1,4 +1,4 @@
-// Decoders of pictures, and of what one frame of a replay leaves to the next.
+// Decoders of images, and of what one frame of a replay leaves to the next.
 #include <zlib.h>
 
 #include <cmath>
@@ -18,35 +18,35 @@ namespace {
 
 // ---- PNG and JPEG -----------------------------------------------------------------------------------------------
 
-constexpr std::uint64_t kMostPixels = 1 << 20;
+constexpr std::uint64_t kMaxPixels = 1 << 20;
 
 void decode(Bytes input) {
   ImageLimits limits;
-  limits.max_pixels = kMostPixels;
+  limits.max_pixels = kMaxPixels;
   DecodedImage image;
   std::string fault;
   std::uint64_t charged = 0;
   const auto charge = [&](std::uint64_t bytes) {
     charged = bytes;
-    if (bytes > kMostBytes) throw LimitError("too much");
+    if (bytes > kMaxBytes) throw LimitError("too much");
   };
   expect_answer([&] {
     if (!decode_image(input, limits, image, fault, charge)) {
-      require(!fault.empty(), "a picture is refused without a word");
+      require(!fault.empty(), "an image is refused without a word");
       return;
     }
     const std::uint64_t values = static_cast<std::uint64_t>(image.width()) *
                                  static_cast<std::uint64_t>(image.height()) *
                                  static_cast<std::uint64_t>(image.channels());
     require(image.width() > 0 && image.height() > 0 && image.channels() >= 1 && image.channels() <= 4,
-            "a picture without pixels was accepted");
-    require(values <= charged, "a picture takes more than was charged");
+            "an image without pixels was accepted");
+    require(values <= charged, "an image takes more than was charged");
     const float last = image.unorm(image.width() - 1, image.height() - 1, image.channels() - 1);
     require(last >= 0 && last <= 1, "a channel lies outside of [0, 1]");
   });
 }
 
-std::vector<std::string> pictures() {
+std::vector<std::string> images() {
   std::vector<std::string> all;
   for (int channels = 1; channels <= 4; ++channels) {
     Image8 image(9, 5, channels);
@@ -98,7 +98,7 @@ void mutate_pixels(std::vector<std::uint8_t>& packed) {
 }
 
 // A PNG with one chunk changed, doubled or taken away, its lengths and checksums right; a JPEG as plain bytes.
-std::size_t mutate_picture(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
+std::size_t mutate_image(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
   std::vector<Chunk> chunks = size > 8 && data[0] == 0x89 ? chunks_of({data, size}) : std::vector<Chunk>{};
   if (chunks.empty()) return mutate_bytes(data, size, max_size);
   const std::size_t which = random() % chunks.size();
@@ -144,10 +144,10 @@ void read_exr_bytes(Bytes input) {
   static const std::filesystem::path kFile = scratch_folder() / "picture.exr";
   write_scratch(kFile, input);
   ImageLimits limits;
-  limits.max_pixels = kMostPixels;
+  limits.max_pixels = kMaxPixels;
   expect_answer([&] {
     const Image image = read_exr(kFile, limits);
-    require(image.width > 0 && image.height > 0 && image.values.size() <= 4 * kMostPixels,
+    require(image.width > 0 && image.height > 0 && image.values.size() <= 4 * kMaxPixels,
             "an EXR beyond the limits was accepted");
     // What `compare` does with it.
     if (image.values.size() < 4096) {
@@ -211,7 +211,7 @@ void restore(Bytes input) {
   static const std::filesystem::path kFile = scratch_folder() / "history.bin";
   write_scratch(kFile, input);
   expect_answer([&] {
-    const tilecore::History history = tilecore::History::restore(kFile, kMostPixels);
+    const tilecore::History history = tilecore::History::restore(kFile, kMaxPixels);
     const auto pixels =
         static_cast<std::size_t>(history.region.width()) * static_cast<std::size_t>(history.region.height());
     require(history.color.size() == pixels && history.depth.size() == pixels && history.surface.size() == pixels,
@@ -221,7 +221,7 @@ void restore(Bytes input) {
     for (int y = history.region.y0; y < history.region.y1; ++y)
       for (int x = history.region.x0; x < history.region.x1; ++x) {
         require(history.block(x, y) < history.memory.size(), "a pixel of a history has no block");
-        history.distrusted_around(x, y);
+        history.rejected_around(x, y);
       }
   });
 }
@@ -256,7 +256,7 @@ std::size_t mutate_history(std::uint8_t* data, std::size_t size, std::size_t max
 
 }  // namespace
 
-const Target kPictureTarget{"picture", "any bytes as a PNG or JPEG", 8 << 10, decode, pictures, mutate_picture};
+const Target kImageTarget{"image", "any bytes as a PNG or JPEG", 8 << 10, decode, images, mutate_image};
 const Target kExrTarget{"exr",     "any bytes as an EXR that `compare` reads", 8 << 10, read_exr_bytes, exr_files,
                         mutate_exr};
 const Target kHistoryTarget{"history", "any bytes as a history that `replay --history` goes on from",

@@ -17,8 +17,8 @@
 #include "base/simd_targets.h"
 
 namespace tessera::bench {
-#ifndef TESSERA_BENCH_CEILING
-#define TESSERA_BENCH_CEILING
+#ifndef TESSERA_BENCH_ROOFLINE
+#define TESSERA_BENCH_ROOFLINE
 
 constexpr std::size_t kPrimitives = 64, kSamples = 256;
 static_assert(kPrimitives <= kSamples);
@@ -50,7 +50,7 @@ using Masks = std::vector<std::uint8_t>;
 }  // namespace tessera::bench
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "bench/tilecore/ceiling_bench.cpp"
+#define HWY_TARGET_INCLUDE "bench/tilecore/roofline_bench.cpp"
 #include <hwy/foreach_target.h>
 
 #include "base/simd-inl.h"
