@@ -1,16 +1,18 @@
 #include "replay/report/report.h"
 
 #include <array>
-#include <cstdlib>
+#include <ranges>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/whole_file.h"
 #include "replay/describe.h"
 #include "replay/report/page_files.h"
+#include "replay/report/vega.h"
 
 namespace tessera::replay {
 namespace {
@@ -18,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// What the page's plots need of Vega 5, in the order in which they need each other. Debian ships Vega as these modules.
+// What the page's plots need of Vega 5, in the order in which they need each other. Distributions and npm ship Vega as these modules.
 constexpr std::array kVegaModules = {
     "vega-util",       "vega-time",       "vega-format",          "vega-loader",     "vega-dataflow",
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
@@ -37,19 +39,12 @@ constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", replay_r
                                                {"sweep", "sweep.json", sweep_report},
                                                {"tradeoff", "tradeoff.json", tradeoff_report}}};
 
-fs::path vega_folder() {
-  const char* folder = std::getenv("TESSERA_VEGA");
-  return folder != nullptr ? fs::path(folder) : fs::path("/usr/share/javascript/vega");
-}
-
-fs::path vega_module(const char* name) { return vega_folder() / (std::string(name) + ".min.js"); }
-
 // The modules as functions of (exports, require, module, define); page/plots.js calls them.
 std::string vega_script() {
   std::string text = "const vegaModules = {\n";
   for (const char* name : kVegaModules)
     text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name,
-                        read_whole_text(vega_module(name)));
+                        read_whole_text(find_vega_module(name)));
   return text + "};\n";
 }
 
@@ -90,12 +85,12 @@ json meanings(const std::vector<std::string>& topics, const char* name) {
 }  // namespace
 
 std::string missing_for_reports() {
-  std::error_code ignored;
   for (const char* name : kVegaModules)
-    if (!fs::is_regular_file(vega_module(name), ignored))
+    if (find_vega_module(name).empty())
       return fmt::format(
-          "{} is missing; install Debian's package libjs-vega (or say in TESSERA_VEGA where its files are)",
-          vega_module(name).string());
+          "{}.min.js is in none of {}; install Vega 5 (Debian's package libjs-vega) or say in TESSERA_VEGA where its "
+          "files are",
+          name, fmt::join(vega_folders() | std::views::transform([](const fs::path& p) { return p.string(); }), ", "));
   return "";
 }
 
