@@ -189,7 +189,7 @@ class ReplayCommand final : public Command {
       if (timeline_) timeline_->add(result.frame, *result.model);
       if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
     }
-    void commit(const Device& renderer) {
+    void commit(const gpu::Device& renderer) {
       if (timeline_) timeline_->commit();
       if (dram_) dram_->commit();
       if (!history_) return;
