@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 
 #include "base/atomic_file.h"
-#include "base/check.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
@@ -17,6 +16,7 @@
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/reproduction.h"
 #include "replay/tradeoff/tradeoff.h"
 
 namespace tessera::replay {
@@ -127,7 +127,7 @@ class TradeoffCommand final : public Command {
       throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCosts, ", ")));
     check_output_folder(
         out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
-    set_reproduction_command(fmt::format("tessera tradeoff {}", capture_));
+    repeat_failures_with(fmt::format("tessera tradeoff {}", capture_));
     install_stop_handler();
     json result = run_tradeoff(options);
     if (max_flip_ || min_psnr_)
