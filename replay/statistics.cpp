@@ -6,6 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/simd_targets.h"
+#include "gpu/counter_list.h"
 #include "replay/machine_report.h"
 
 namespace tessera::replay {
@@ -15,29 +16,11 @@ using nlohmann::json;
 
 json dram_json(const memory::Ledger& ledger) {
   json rows = json::array();
-  for (std::size_t u = 0; u < memory::kUnitCount; ++u)
-    for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
-      const auto unit = static_cast<memory::Unit>(u);
-      const auto purpose = static_cast<memory::Purpose>(p);
-      const memory::Traffic& t = ledger.traffic(unit, purpose);
-      if (t.read_bytes == 0 && t.written_bytes == 0) continue;
-      rows.push_back({{"unit", name(unit)},
-                      {"purpose", name(purpose)},
-                      {"read_bytes", t.read_bytes},
-                      {"written_bytes", t.written_bytes}});
-    }
-  return rows;
-}
-
-template <class S>
-json describe_fields() {
-  json rows = json::array();
-  for (const auto& field : kCounterFields<S>)
-    rows.push_back({{"name", field.name},
-                    {"unit", field.unit},
-                    {"over_frames", field.combine == Combine::kSum ? "sum" : "peak"},
-                    {"meaning", field.meaning},
-                    {"vendor", field.vendor}});
+  for (const gpu::TrafficRow& row : gpu::traffic_rows(ledger))
+    rows.push_back({{"unit", name(row.unit)},
+                    {"purpose", name(row.purpose)},
+                    {"read_bytes", row.traffic.read_bytes},
+                    {"written_bytes", row.traffic.written_bytes}});
   return rows;
 }
 
@@ -45,36 +28,21 @@ json describe_fields() {
 
 json counters_json(const gpu::FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
-  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
-    using S = std::decay_t<decltype(unit)>;
-    if (absent(unit)) return;
-    for (const auto& field : kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
-  });
-  const memory::Traffic total = counters.ledger.total();
-  out["dram.read_bytes"] = total.read_bytes;
-  out["dram.written_bytes"] = total.written_bytes;
+  for (const auto& [name, value] : gpu::counter_values(counters)) out[std::string(name)] = value;
   return out;
 }
 
 json describe_counters() {
+  std::vector<gpu::CounterInfo> infos = gpu::counter_infos();
+  gpu::append_counter_infos<baselines::BaselineCounters>(infos);
+  std::sort(infos.begin(), infos.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   json rows = json::array();
-  const gpu::FrameCounters counters;
-  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
-    for (json& row : describe_fields<std::decay_t<decltype(unit)>>()) rows.push_back(std::move(row));
-  });
-  for (json& row : describe_fields<baselines::BaselineCounters>()) rows.push_back(std::move(row));
-  rows.push_back({{"name", "dram.read_bytes"},
-                  {"unit", "bytes"},
-                  {"over_frames", "sum"},
-                  {"meaning", "Bytes read over the external memory interface, in whole bursts: the sum of the ledger."},
-                  {"vendor", "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total; Apple GPU read bandwidth"}});
-  rows.push_back(
-      {{"name", "dram.written_bytes"},
-       {"unit", "bytes"},
-       {"over_frames", "sum"},
-       {"meaning", "Bytes written over the external memory interface, in whole bursts: the sum of the ledger."},
-       {"vendor", "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total; Apple GPU write bandwidth"}});
-  std::sort(rows.begin(), rows.end(), [](const json& a, const json& b) { return a["name"] < b["name"]; });
+  for (const gpu::CounterInfo& info : infos)
+    rows.push_back({{"name", info.name},
+                    {"unit", info.unit},
+                    {"over_frames", info.over_frames == Combine::kSum ? "sum" : "peak"},
+                    {"meaning", info.meaning},
+                    {"vendor", info.vendor}});
   return rows;
 }
 
