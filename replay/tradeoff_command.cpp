@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
-#include "base/check.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
@@ -16,6 +15,7 @@
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/reproduction.h"
 #include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_files.h"
@@ -126,7 +126,7 @@ class TradeoffCommand final : public Command {
     const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
     check_output_folder(
         out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
-    set_reproduction_command(fmt::format("tessera tradeoff {}", capture_));
+    repeat_failures_with(fmt::format("tessera tradeoff {}", capture_));
     install_stop_handler();
     const TradeoffResult result = run_tradeoff(options);
     std::optional<CheapestAnswer> answer;
