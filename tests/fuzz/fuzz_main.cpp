@@ -61,8 +61,9 @@ void write_seeds(const fs::path& folder) {
 }  // namespace
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget, kStudyTarget, kMachineTarget,
-                                    kOptionTarget,  kResultTarget, kImageTarget,  kExrTarget,   kHistoryTarget};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget, kStudyTarget,
+                                    kMachineTarget, kOptionTarget, kResultTarget, kPointTarget,
+                                    kImageTarget,   kExrTarget,    kHistoryTarget};
   return kTargets;
 }
 
