@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <tuple>
 
 #include "replay/tradeoff/tradeoff_words.h"
@@ -13,7 +14,7 @@ Spread spread_of(std::vector<double> rounds) {
   if (rounds.empty()) return {};
   std::sort(rounds.begin(), rounds.end());
   const std::size_t n = rounds.size();
-  return {n % 2 == 1 ? rounds[n / 2] : 0.5 * (rounds[n / 2 - 1] + rounds[n / 2]), rounds.front(), rounds.back()};
+  return {n % 2 == 1 ? rounds[n / 2] : std::midpoint(rounds[n / 2 - 1], rounds[n / 2]), rounds.front(), rounds.back()};
 }
 
 std::optional<std::uint64_t> whole_figure(const TrialResult& trial, const std::string& name) {

@@ -11,6 +11,7 @@
 #include "base/thread_clock.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
+#include "reference/reference_store.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
 #include "replay/sweep/columns.h"
