@@ -90,7 +90,7 @@ class ReplayCommand final : public Command {
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
         "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
-        "stats.csv (one row per frame), report.html (all of it on one page; needs Debian's libjs-vega);\n"
+        "stats.csv (one row per frame), report.html (all of it on one page; needs Vega 5);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
         "--trace, --dram-trace and --save-history write a FIFO, a device or /dev/fd/N through as bytes come; a file\n"
         "appears whole, in a folder that must be there.\n"

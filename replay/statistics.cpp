@@ -1,7 +1,5 @@
 #include "replay/statistics.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
@@ -30,20 +28,6 @@ json counters_json(const gpu::FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
   for (const auto& [name, value] : gpu::counter_values(counters)) out[std::string(name)] = value;
   return out;
-}
-
-json describe_counters() {
-  std::vector<gpu::CounterInfo> infos = gpu::counter_infos();
-  gpu::append_counter_infos<baselines::BaselineCounters>(infos);
-  std::sort(infos.begin(), infos.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  json rows = json::array();
-  for (const gpu::CounterInfo& info : infos)
-    rows.push_back({{"name", info.name},
-                    {"unit", info.unit},
-                    {"over_frames", info.over_frames == Combine::kSum ? "sum" : "peak"},
-                    {"meaning", info.meaning},
-                    {"vendor", info.vendor}});
-  return rows;
 }
 
 Statistics::Statistics(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,

@@ -85,19 +85,6 @@ class LayerSink final : public HitSink {
   TileState& state_;
 };
 
-// The tile's far plane: infinity while a sample sees nothing.
-float farthest(const TileState& state) {
-  if (state.uncovered > 0) return std::numeric_limits<float>::infinity();
-  const std::vector<float>& z = state.z;
-  // Several running maxima, so that the loop is not one chain of dependent steps.
-  std::array<float, 16> most{};
-  std::size_t i = 0;
-  for (; i + most.size() <= z.size(); i += most.size())
-    for (std::size_t k = 0; k < most.size(); ++k) most[k] = z[i + k] > most[k] ? z[i + k] : most[k];
-  for (; i < z.size(); ++i) most[0] = std::max(most[0], z[i]);
-  return *std::max_element(most.begin(), most.end());
-}
-
 HitLimits hit_limits(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   HitLimits limits;
   limits.near = static_cast<float>(frame.projection.near);
@@ -184,7 +171,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
   for (std::size_t e = 0; e < entries.size(); ++e) {
-    if (job.cull_occlusion && entries[e].near_depth > farthest(state)) {
+    if (job.cull_occlusion && entries[e].near_depth > state.farthest()) {
       counters_.culled_occlusion += entries.size() - e;
       break;
     }
@@ -313,7 +300,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
                         targets.color, resolve_counters_, ledger_);
   }
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
-  if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = farthest(state);
+  if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = state.farthest();
 }
 
 }  // namespace tessera::tilecore

@@ -1,6 +1,7 @@
 #include "tilecore/tile_state.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include <fmt/format.h>
@@ -33,6 +34,17 @@ void TileState::make_room() {
                     max_layers));
   // Twice what is visible now: the work of looking stays in proportion to the layers that came.
   next_drop_ = std::min(max_layers, std::max<std::size_t>(2 * layers.size(), 4096));
+}
+
+float TileState::farthest() const {
+  if (uncovered > 0) return std::numeric_limits<float>::infinity();
+  // Several running maxima, so that the loop is not one chain of dependent steps.
+  std::array<float, 16> most{};
+  std::size_t i = 0;
+  for (; i + most.size() <= z.size(); i += most.size())
+    for (std::size_t k = 0; k < most.size(); ++k) most[k] = z[i + k] > most[k] ? z[i + k] : most[k];
+  for (; i < z.size(); ++i) most[0] = std::max(most[0], z[i]);
+  return *std::max_element(most.begin(), most.end());
 }
 
 std::uint64_t TileState::bytes(std::size_t capacity) const {

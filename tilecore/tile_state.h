@@ -41,6 +41,9 @@ struct TileState {
   // Forgets the layers that an opaque surface hides.
   void drop_hidden_layers();
 
+  // The tile's far plane: infinity while a sample sees nothing.
+  float farthest() const;
+
   // Bytes of the state of a machine that keeps at most `capacity` layers of a sample.
   std::uint64_t bytes(std::size_t capacity) const;
 

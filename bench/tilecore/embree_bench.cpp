@@ -106,13 +106,13 @@ void trace_packets(const EmbreeScene& scene, const tilecore::TileSamples& sample
 }
 
 // One of Embree's ways.
-struct Rival {
+struct EmbreeMode {
   const char* name;
   const char* configuration;
   test::EmbreeOptions::Geometry geometry;
   bool moving_only;
 };
-constexpr Rival kBaselines[] = {
+constexpr EmbreeMode kBaselines[] = {
     {"bvh", "threads=2", test::EmbreeOptions::Geometry::kTriangles, false},
     {"bvh8v", "threads=2,tri_accel_mb=bvh8.triangle4vmb", test::EmbreeOptions::Geometry::kTriangles, true},
     {"grid", "threads=2", test::EmbreeOptions::Geometry::kGrids, false},
@@ -136,7 +136,7 @@ struct Bench : PosedScene {
     });
   }
 
-  test::EmbreeOptions options(const Rival& baseline) const {
+  test::EmbreeOptions options(const EmbreeMode& baseline) const {
     test::EmbreeOptions o;
     o.geometry = baseline.geometry;
     o.robust = false;       // Embree's faster intersectors
@@ -179,7 +179,7 @@ struct Bench : PosedScene {
 };
 
 struct BaselineTimes {
-  const Rival* baseline = nullptr;
+  const EmbreeMode* baseline = nullptr;
   std::unique_ptr<test::EmbreeDevice> device;
   bool packets = false;
   test::Agreement agreement;
@@ -222,7 +222,7 @@ void run_round(const Bench& bench, BaselineTimes& r, std::vector<TileHits>& hits
 
 std::vector<BaselineTimes> baselines_of(Bench& bench, const Row& row, const std::vector<tilecore::TileState>& seen) {
   std::vector<BaselineTimes> baselines;
-  for (const Rival& baseline : kBaselines) {
+  for (const EmbreeMode& baseline : kBaselines) {
     if (baseline.moving_only && row.blur == 0) continue;
     baselines.emplace_back().baseline = &baseline;
     prepare(bench, seen, baselines.back());

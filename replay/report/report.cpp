@@ -1,17 +1,18 @@
 #include "replay/report/report.h"
 
 #include <array>
-#include <cstdlib>
+#include <ranges>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/atomic_file.h"
 #include "base/error.h"
-#include "base/json_text.h"
 #include "base/whole_file.h"
 #include "replay/describe.h"
 #include "replay/report/page_files.h"
+#include "replay/report/vega.h"
 
 namespace tessera::replay {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// What the page's plots need of Vega 5, in the order in which they need each other. Debian ships Vega as these modules.
+// What the page's plots need of Vega 5, in the order in which they need each other. Distributions and npm ship Vega as these modules.
 constexpr std::array kVegaModules = {
     "vega-util",       "vega-time",       "vega-format",          "vega-loader",     "vega-dataflow",
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
@@ -38,39 +39,13 @@ constexpr std::array<ReportKind, 3> kKinds = {{{"replay", "stats.json", replay_r
                                                {"sweep", "sweep.json", sweep_report},
                                                {"tradeoff", "tradeoff.json", tradeoff_report}}};
 
-fs::path vega_folder() {
-  const char* folder = std::getenv("TESSERA_VEGA");
-  return folder != nullptr ? fs::path(folder) : fs::path("/usr/share/javascript/vega");
-}
-
-fs::path vega_module(const char* name) { return vega_folder() / (std::string(name) + ".min.js"); }
-
 // The modules as functions of (exports, require, module, define); page/plots.js calls them.
 std::string vega_script() {
   std::string text = "const vegaModules = {\n";
   for (const char* name : kVegaModules)
     text += fmt::format("'{}': function (exports, require, module, define) {{\n{}\n}},\n", name,
-                        read_whole_text(vega_module(name)));
+                        read_whole_text(find_vega_module(name)));
   return text + "};\n";
-}
-
-std::string base64(std::string_view bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= bytes.size() - i ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
-
-std::uint32_t big_endian32(const std::string& bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
-  return value;
 }
 
 // Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
@@ -110,12 +85,12 @@ json meanings(const std::vector<std::string>& topics, const char* name) {
 }  // namespace
 
 std::string missing_for_reports() {
-  std::error_code ignored;
   for (const char* name : kVegaModules)
-    if (!fs::is_regular_file(vega_module(name), ignored))
+    if (find_vega_module(name).empty())
       return fmt::format(
-          "{} is missing; install Debian's package libjs-vega (or say in TESSERA_VEGA where its files are)",
-          vega_module(name).string());
+          "{}.min.js is in none of {}; install Vega 5 (Debian's package libjs-vega) or say in TESSERA_VEGA where its "
+          "files are",
+          name, fmt::join(vega_folders() | std::views::transform([](const fs::path& p) { return p.string(); }), ", "));
   return "";
 }
 
@@ -148,20 +123,5 @@ std::string write_report(const fs::path& folder) {
                        ? "holds none of stats.json of a replay, sweep.json of a sweep and tradeoff.json of a tradeoff"
                        : "no such folder");
 }
-
-json image_view(const std::string& label, const fs::path& image, const fs::path& tiles, int region_x, int region_y) {
-  std::error_code ignored;
-  if (!fs::is_regular_file(image, ignored)) return nullptr;
-  const std::string bytes = read_whole_text(image);
-  if (bytes.size() < 24) return nullptr;
-  json view = {{"label", label},
-               {"image", "data:image/png;base64," + base64(bytes)},
-               {"size", {big_endian32(bytes, 16), big_endian32(bytes, 20)}},
-               {"region", {region_x, region_y}}};
-  if (fs::is_regular_file(tiles, ignored)) view["tiles"] = parse_json(read_whole_text(tiles), tiles.string());
-  return view;
-}
-
-std::size_t image_stride(std::size_t count) { return count == 0 ? 1 : (count + kMaxImages - 1) / kMaxImages; }
 
 }  // namespace tessera::replay

@@ -11,8 +11,8 @@ namespace tessera::replay {
 // distribution's modules, built into the page), tables and the whole configuration. Writing it again from the same
 // folder gives the same bytes.
 
-// Why no report can be made here ("" when one can): the modules of Vega that pages need are not installed. They are
-// looked for in /usr/share/javascript/vega (Debian's libjs-vega), or where the environment variable TESSERA_VEGA says.
+// Why no report can be made here ("" when one can): the modules of Vega that pages need are in none of
+// vega_folders().
 std::string missing_for_reports();
 
 // Writes report.html into the folder of a replay (stats.json), a tradeoff (tradeoff.json) or a sweep (sweep.json),

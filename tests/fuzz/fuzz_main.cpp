@@ -1,4 +1,4 @@
-// One program for all fuzz targets: tessera_fuzz TARGET [--corpus FOLDER] [libFuzzer's options and files]. Writes the
+// The program of all fuzz targets, and that of the decoders alone: tessera_fuzz TARGET [--corpus FOLDER] [libFuzzer's options and files]. Writes the
 // target's seeds into the corpus folder and hands over to libFuzzer with the limits below, which options of the
 // caller's come after and replace. `tessera_fuzz --list` names the targets.
 #include <unistd.h>
@@ -59,12 +59,6 @@ void write_seeds(const fs::path& folder) {
 }
 
 }  // namespace
-
-std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget, kStudyTarget, kMachineTarget,
-                                    kOptionTarget,  kResultTarget, kImageTarget,  kExrTarget,   kHistoryTarget};
-  return kTargets;
-}
 
 const fs::path& scratch_folder() {
   static const Scratch kFolder;

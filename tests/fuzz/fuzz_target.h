@@ -29,6 +29,7 @@ struct Target {
   std::size_t (*mutate)(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random);
 };
 
+// Of the program: all_targets.cpp or decoder_targets.cpp.
 std::span<const Target> targets();
 
 // What one input may take, by the limits that the program has (--max-memory, ImageLimits).

@@ -232,27 +232,56 @@ TEST(Documents, TheStabilityPageIsCurrent) {
       << "run: build/release/tests/tessera_stability_page > docs/stability.md";
 }
 
-TEST(Documents, EveryTestOfTheStabilityPageExists) {
-  const test::ProcessResult listed =
-      test::run_process({"/usr/bin/env", "ctest", "--show-only", "--test-dir", TESSERA_BINARY_DIR});
-  ASSERT_EQ(listed.status, 0) << listed.errors;
+// Names of the tests that a gtest program would run, as ctest names them: "Suite.Law", parameters by their names.
+std::vector<std::string> listed_tests(std::vector<std::string> command) {
+  command.push_back("--gtest_list_tests");
   std::vector<std::string> names;
-  static const std::regex kTest("^ *Test +#[0-9]+: (.*)$");
-  for (const std::string& line : lines_of(listed.output)) {
-    std::smatch match;
-    if (!std::regex_match(line, match, kTest)) continue;
-    std::string name = match[1];
+  std::string suite;
+  for (const std::string& line : lines_of(test::run_process(command).output)) {
+    const std::string name = line.substr(0, line.find("  #"));
+    if (!name.starts_with("  "))
+      suite = name;
+    else
+      names.push_back(suite + name.substr(2));
+  }
+  return names;
+}
+
+// Names of all tests of ctest. An entry that runs several of a program's is all of these.
+std::vector<std::string> ctest_names() {
+  const test::ProcessResult listed =
+      test::run_process({"/usr/bin/env", "ctest", "--show-only=json-v1", "--test-dir", TESSERA_BINARY_DIR});
+  EXPECT_EQ(listed.status, 0) << listed.errors;
+  std::vector<std::string> names;
+  for (const nlohmann::json& entry : nlohmann::json::parse(listed.output)["tests"]) {
+    std::string name = entry["name"];
     // ctest drops the space between the folder and the suite.
     if (const std::size_t colon = name.find(':'); colon != std::string::npos && name[colon + 1] != ' ')
       name.insert(colon + 1, " ");
     names.push_back(name);
+    const std::vector<std::string> command = entry.value("command", std::vector<std::string>{});
+    const bool several = std::find(command.begin(), command.end(), "--gtest_brief=1") != command.end() &&
+                         !name.starts_with("sanitizers: ");
+    if (several)
+      for (const std::string& one : listed_tests(command)) names.push_back(name.substr(0, name.find(':') + 2) + one);
   }
+  return names;
+}
+
+TEST(Documents, EveryTestOfTheStabilityPageExists) {
+  const std::vector<std::string> names = ctest_names();
   ASSERT_GT(names.size(), 100u);
   std::vector<std::string> missing = missing_tests(stability_topics(), names);
   // Fuzz targets are tests of builds that have a sanitized one beside them, as ./tessera test makes it.
   if (std::none_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("fuzz: "); }))
     std::erase_if(missing, [](const std::string& text) { return text.find(": fuzz: ") != std::string::npos; });
   EXPECT_THAT(missing, testing::IsEmpty());
+}
+
+TEST(Documents, TestsThatRunTogetherAreEachThere) {
+  const std::vector<std::string> names = ctest_names();
+  EXPECT_THAT(names, testing::Contains("replay: TradeoffReport.AResultThatLacksWhatThePageShowsEndsWithStatus3"));
+  EXPECT_THAT(names, testing::Not(testing::Contains("replay: TradeoffReport.NoSuchTest")));
 }
 
 TEST(Documents, ATestThatIsNotThereIsCaught) {

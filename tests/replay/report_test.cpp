@@ -28,11 +28,14 @@ using test::run_tessera;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// Reports of every kind that a folder can give, made once.
+// Reports of every kind that a folder can give, made once: ctest runs all of these suites in one process.
 class Report : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new test::TemporaryFolder;
+    static const bool kMade = (make(), true);
+    ASSERT_TRUE(kMade && fs::exists(page("tradeoff"))) << "what all of these tests look at is not there";
+  }
+  static void make() {
     run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines",
          "--out", path("replay")});
     run({"replay", test::shipped_capture("eggs").string(), "--size", "96x54", "--region", "10,8,70,40", "--out",
@@ -72,17 +75,24 @@ class Report : public testing::Test {
          "--out",
          path("tradeoff")});
   }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
   static void run(std::vector<std::string> arguments) {
     if (arguments[0] != "report") arguments.push_back("--quiet");
     const ProcessResult r = run_tessera(arguments);
     ASSERT_EQ(r.status, 0) << r.errors;
   }
-  static std::string path(const std::string& name) { return (*folder_ / name).string(); }
-  static fs::path page(const std::string& name) { return *folder_ / name / "report.html"; }
+  static std::string path(const std::string& name) {
+    static const test::TemporaryFolder kFolder;
+    return (kFolder / name).string();
+  }
+  static fs::path page(const std::string& name) { return fs::path(path(name)) / "report.html"; }
+};
+
+// Pages as a browser shows them.
+class ReportInBrowser : public Report {
+ protected:
+  void SetUp() override {
+    if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+  }
   // The page of `name` with a further script at its end, whose findings are attributes of the body.
   static OpenedPage open_with(const std::string& name, const std::string& script, bool dark = false) {
     std::string text = test::read_text(page(name));
@@ -90,14 +100,11 @@ class Report : public testing::Test {
     test::write_text(path("with.html"), text);
     return test::open_page(path("with.html"), "", dark);
   }
-  static test::TemporaryFolder* folder_;
 };
-test::TemporaryFolder* Report::folder_ = nullptr;
 
 const std::vector<std::string> kPages = {"replay", "frame", "sweep", "shard", "tradeoff"};
 
-TEST_F(Report, OpensWithoutScriptErrors) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, OpensWithoutScriptErrors) {
   for (const std::string& name : kPages) {
     const OpenedPage opened = test::open_page(page(name));
     EXPECT_EQ(opened.console, "") << name;
@@ -107,8 +114,7 @@ TEST_F(Report, OpensWithoutScriptErrors) {
   }
 }
 
-TEST_F(Report, AScriptErrorIsNoticed) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, AScriptErrorIsNoticed) {
   const OpenedPage opened = open_with("replay", "noSuchFunction();");
   EXPECT_EQ(test::body_attribute(opened, "data-errors"), "1");
   EXPECT_THAT(opened.console, HasSubstr("noSuchFunction"));
@@ -123,7 +129,9 @@ TEST_F(Report, NeedsNoOtherFileAndNoNetwork) {
       markup.erase(at, markup.find("</script>", at) + 9 - at);
     EXPECT_FALSE(std::regex_search(markup, kFetched)) << name;
   }
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+}
+
+TEST_F(ReportInBrowser, FetchesNothing) {
   const OpenedPage opened =
       open_with("replay",
                 "document.body.dataset.fetched = performance.getEntriesByType('resource').filter((entry) => "
@@ -131,8 +139,7 @@ TEST_F(Report, NeedsNoOtherFileAndNoNetwork) {
   EXPECT_EQ(test::body_attribute(opened, "data-fetched"), "0");
 }
 
-TEST_F(Report, SectionsPlotsAndTablesAreThere) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, SectionsPlotsAndTablesAreThere) {
   const OpenedPage replay = test::open_page(page("replay")), sweep = test::open_page(page("sweep"));
   for (const char* id : {"frames", "memory", "queues", "baselines", "counters", "effects", "configuration"})
     EXPECT_THAT(replay.dom, HasSubstr("<section id=\"" + std::string(id) + "\"")) << id;
@@ -145,8 +152,7 @@ TEST_F(Report, SectionsPlotsAndTablesAreThere) {
   EXPECT_THAT(test::open_page(page("shard")).dom, HasSubstr("3 not done yet"));
 }
 
-TEST_F(Report, CyclesAndEnergyAreShownWhereTheModelRan) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, CyclesAndEnergyAreShownWhereTheModelRan) {
   const json frame = json::parse(test::read_text(path("replay/stats.json")))["frames"][2];
   std::string cycles = std::to_string(frame["timing"]["cycles"].get<std::uint64_t>());
   for (std::size_t at = cycles.size(); at > 3;) cycles.insert(at -= 3, "\u202f");  // narrow spaces between thousands
@@ -163,15 +169,13 @@ TEST_F(Report, CyclesAndEnergyAreShownWhereTheModelRan) {
     EXPECT_THAT(untimed.dom, testing::Not(HasSubstr(text)));
 }
 
-TEST_F(Report, TextsOfFilesNeverBecomeMarkup) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, TextsOfFilesNeverBecomeMarkup) {
   const OpenedPage opened = test::open_page(page("sweep"));
   EXPECT_EQ(test::body_attribute(opened, "data-errors"), "0");
   EXPECT_THAT(opened.dom, HasSubstr("A study &lt;/script&gt;&lt;script&gt;complain('escaped')&lt;/script&gt;</h1>"));
 }
 
-TEST_F(Report, TilesAndFramesAreChosenByKeys) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, TilesAndFramesAreChosenByKeys) {
   const json tiles = json::parse(test::read_text(path("replay/tiles_0001.json")));
   const int columns = tiles["grid"][0];
   // Page Down to frame 1, then to the tile in column 3, row 2.
@@ -195,8 +199,7 @@ TEST_F(Report, TilesAndFramesAreChosenByKeys) {
 }
 
 // What the plots show is what the table says: at the very first, when the address chooses what is held fixed.
-TEST_F(Report, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
   std::istringstream lines(test::read_text(path("sweep/sweep.csv")));
   std::vector<std::string> head, expected;
   for (std::string line; std::getline(lines, line);) {
@@ -225,9 +228,10 @@ TEST_F(Report, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
 
 // ---- A tradeoff -------------------------------------------------------------------------------------------------
 
-class TradeoffReport : public Report {
+template <class Base>
+class OfTradeoff : public Base {
  protected:
-  static json tradeoff() { return json::parse(test::read_text(path("tradeoff/tradeoff.json"))); }
+  static json tradeoff() { return json::parse(test::read_text(Base::path("tradeoff/tradeoff.json"))); }
   static json knob(const std::string& name) {
     const json result = tradeoff();
     return *std::find_if(result["knobs"].begin(), result["knobs"].end(),
@@ -240,9 +244,10 @@ class TradeoffReport : public Report {
     return text;
   }
 };
+using TradeoffReport = OfTradeoff<Report>;
+using TradeoffReportInBrowser = OfTradeoff<ReportInBrowser>;
 
-TEST_F(TradeoffReport, EveryKnobHasItsSectionWithItsSettingsOrTheReasonWhyItIsLeftOut) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(TradeoffReportInBrowser, EveryKnobHasItsSectionWithItsSettingsOrTheReasonWhyItIsLeftOut) {
   const json result = tradeoff();
   const std::string dom = test::open_page(page("tradeoff")).dom;
   for (const char* id : {"summary", "front", "convergence", "configuration"})
@@ -268,8 +273,7 @@ TEST_F(TradeoffReport, EveryKnobHasItsSectionWithItsSettingsOrTheReasonWhyItIsLe
 }
 
 // The page finds the front by itself; so did the program.
-TEST_F(TradeoffReport, ThePlottedFrontIsTheOneOfTheResult) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(TradeoffReportInBrowser, ThePlottedFrontIsTheOneOfTheResult) {
   const json rows = knob("joint")["settings"];
   std::set<std::string> expected, all;
   for (const json& row : rows) {
@@ -296,8 +300,7 @@ TEST_F(TradeoffReport, ThePlottedFrontIsTheOneOfTheResult) {
   EXPECT_EQ(labels("data-all"), all);
 }
 
-TEST_F(TradeoffReport, ASettingIsChosenByKeysAndShowsItsArguments) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(TradeoffReportInBrowser, ASettingIsChosenByKeysAndShowsItsArguments) {
   const json row = knob("samples")["settings"][1];
   const OpenedPage opened = open_with("tradeoff", R"(
     const line = [...document.querySelectorAll('#front tbody tr')][1];
@@ -313,8 +316,7 @@ TEST_F(TradeoffReport, ASettingIsChosenByKeysAndShowsItsArguments) {
   EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
 }
 
-TEST_F(TradeoffReport, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
   std::string text = test::read_text(page("tradeoff"));
   text.insert(text.rfind("</body>"),
               "<script>document.body.dataset.points = drawn.find((entry) => "
@@ -337,8 +339,7 @@ TEST_F(TradeoffReport, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
   EXPECT_EQ(test::body_attribute(test::open_page(path("with.html"), "front.knob=samples"), "data-points"), wrong);
 }
 
-TEST_F(TradeoffReport, AFileNameNeverBecomesMarkup) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(TradeoffReportInBrowser, AFileNameNeverBecomesMarkup) {
   const OpenedPage opened = test::open_page(page("tradeoff"));
   EXPECT_THAT(opened.dom, HasSubstr("What accuracy costs: a &lt;b onclick='complain()'&gt;&amp;amp;.glb</h1>"));
   EXPECT_THAT(opened.dom, testing::Not(HasSubstr("<b onclick")));
@@ -411,8 +412,7 @@ TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
 
 // ---- How pages look ---------------------------------------------------------------------------------------------
 
-TEST_F(Report, FollowsTheReadersWishForDarkOrLight) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, FollowsTheReadersWishForDarkOrLight) {
   const std::string script =
       "document.body.dataset.ground = getComputedStyle(document.body).backgroundColor; document.body.dataset.axis = "
       "plotTheme().axis.titleColor;";
@@ -459,8 +459,7 @@ TEST(ReportColors, TextIsReadableInDarkAndLight) {
 }
 
 // The image of a page: the map lies over the frame, plots have colours, nothing is blank.
-TEST_F(Report, ItsPhotographShowsImageMapAndPlots) {
-  if (!test::has_browser()) GTEST_SKIP() << "needs Debian's chromium";
+TEST_F(ReportInBrowser, ItsPhotographShowsImageMapAndPlots) {
   const auto colors = [&](const std::string& fragment) {
     const std::string bytes = test::photograph_page(page("replay"), 1000, 1400, fragment);
     DecodedImage image;
@@ -522,7 +521,7 @@ TEST_F(Report, WithoutVegaAReplaySaysSoAndIsDoneAndAReportFails) {
       without_vega({"replay", test::shipped_capture("vases").string(), "--size", "32x32", "--out", path("bare")});
   EXPECT_EQ(replay.status, 0);
   EXPECT_THAT(replay.errors, HasSubstr("note: no report.html: "));
-  EXPECT_THAT(replay.errors, HasSubstr("install Debian's package libjs-vega"));
+  EXPECT_THAT(replay.errors, HasSubstr("install Vega 5 (Debian's package libjs-vega)"));
   EXPECT_TRUE(fs::exists(path("bare/stats.json")));
   EXPECT_FALSE(fs::exists(page("bare")));
   const ProcessResult report = without_vega({"report", path("bare")});

@@ -93,9 +93,4 @@ ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLim
   return result;
 }
 
-ProcessResult run_tessera(std::vector<std::string> arguments, const ProcessLimits& limits) {
-  arguments.insert(arguments.begin(), TESSERA_PROGRAM);
-  return run_process(arguments, limits);
-}
-
 }  // namespace tessera::test

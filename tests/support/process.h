@@ -26,6 +26,9 @@ struct ProcessLimits {
 ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLimits& limits = {});
 
 // Runs the tessera program of this build.
-ProcessResult run_tessera(std::vector<std::string> arguments, const ProcessLimits& limits = {});
+inline ProcessResult run_tessera(std::vector<std::string> arguments, const ProcessLimits& limits = {}) {
+  arguments.insert(arguments.begin(), TESSERA_PROGRAM);
+  return run_process(arguments, limits);
+}
 
 }  // namespace tessera::test

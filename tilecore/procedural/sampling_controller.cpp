@@ -19,11 +19,6 @@ using scene::PosedDrawable;
 
 constexpr std::uint64_t kImagePointBytes = 12;  // three floats
 
-float farthest(const TileState& state) {
-  if (state.uncovered > 0) return std::numeric_limits<float>::infinity();
-  return *std::max_element(state.z.begin(), state.z.end());
-}
-
 }  // namespace
 
 SamplingController::SamplingController() : registers_(std::make_unique<SampleRegisters>()) {
@@ -92,7 +87,7 @@ void SamplingController::render(const FrameGeometry& frame, const ParameterMaps&
   read(memory::Purpose::kSamplingMaps, cells.size() * (ParameterMaps::kEntryBytes + ParameterMaps::kCellBytes));
   const Job job{frame, maps, samples, state};
   for (const Group& group : groups_) {
-    if (group.near_z > farthest(state)) {
+    if (group.near_z > state.farthest()) {
       counters_.cells_culled_occlusion += group.count;
       continue;
     }
@@ -148,7 +143,7 @@ void SamplingController::run_group(const Job& job, const Group& group) {
   begin_piece(job, job.maps.cells()[order_[group.first]]);
   std::uint64_t issued = 0;
   footprints_.clear();
-  const float limit = farthest(job.state);
+  const float limit = job.state.farthest();
   for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
     const ParameterCell& cell = job.maps.cells()[order_[k]];
     if (cell.near_z > limit) {

@@ -140,9 +140,9 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> =
         {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved,
          Combine::kSum, "invocations",
          "Visible samples and blended layers that took the result of another's pixel-shader invocation.", ""},
-        {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "look-ups",
+        {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "lookups",
          "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
-        {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "look-ups",
+        {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "lookups",
          "With shading.rate=cache: samples and layers whose cell had to be shaded, for the first time or again.", ""},
     });
 TESSERA_COUNTERS_COVER(tilecore::ShadingCounters);

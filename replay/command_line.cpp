@@ -1,0 +1,99 @@
+#include "replay/command_line.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace tessera::replay {
+namespace {
+
+int fail(ExitStatus status, const char* what) {
+  std::fprintf(stderr, "tessera: %s\n", what);
+  return static_cast<int>(status);
+}
+
+// Output that could not be written (a full disk behind a pipe or a redirection) is a failure.
+int finish_output() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return static_cast<int>(ExitStatus::kDone);
+  return fail(ExitStatus::kCannotWrite, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
+}
+
+// The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> extras = app.remaining(true);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) == nullptr || extras.empty() || app.get_subcommands().empty())
+    return error.what();
+  const auto option =
+      std::find_if(extras.begin(), extras.end(), [](const std::string& text) { return text.starts_with("-"); });
+  if (option == extras.end()) return "unexpected argument '" + escape_control(extras.front(), 80) + "'";
+  std::vector<std::string> known;
+  for (const CLI::Option* o : app.get_subcommands().front()->get_options())
+    for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+  const std::string nearest = nearest_name(option->substr(0, option->find('=')), known);
+  return "unknown option '" + escape_control(*option, 80) + "'" +
+         (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
+}
+
+std::string unknown_command(const std::vector<std::string>& known, const std::string& name) {
+  const std::string nearest = nearest_name(name, known);
+  return "unknown command '" + escape_control(name, 80) + "'" +
+         (nearest.empty() ? "; `tessera --help` lists them" : "; did you mean '" + nearest + "'?");
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {
+  CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");
+  app.require_subcommand(1);
+  app.footer(
+      "`tessera COMMAND --help` explains a command. Exit status: 0 done, 1 fault of the program, 2 wrong usage, 3 bad "
+      "input, 4 limit exceeded, 6 a result could not be written.");
+
+  std::vector<CLI::App*> subs;
+  std::vector<std::unique_ptr<Command>> made;
+  for (const CommandEntry& entry : entries) {
+    subs.push_back(app.add_subcommand(entry.name, entry.about));
+    made.push_back(entry.make(*subs.back()));
+  }
+
+  std::vector<std::string> names;
+  for (const CLI::App* sub : subs) names.push_back(sub->get_name());
+  if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end())
+    return fail(ExitStatus::kUsage, unknown_command(names, argv[1]).c_str());
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    app.exit(help);
+    return finish_output();
+  } catch (const CLI::ParseError& error) {
+    return fail(ExitStatus::kUsage, (complaint(app, error) + " (--help explains)").c_str());
+  }
+  try {
+    for (std::size_t i = 0; i < subs.size(); ++i)
+      if (subs[i]->parsed()) made[i]->run();
+    return finish_output();
+  } catch (const InputError& error) {
+    return fail(ExitStatus::kBadInput, error.what());
+  } catch (const UsageError& error) {
+    return fail(ExitStatus::kUsage, error.what());
+  } catch (const LimitError& error) {
+    return fail(ExitStatus::kLimit, error.what());
+  } catch (const WriteError& error) {
+    return fail(ExitStatus::kCannotWrite, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(ExitStatus::kLimit, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(std::ferror(stdout) != 0 ? ExitStatus::kCannotWrite : ExitStatus::kInternal, error.what());
+  }
+}
+
+}  // namespace tessera::replay

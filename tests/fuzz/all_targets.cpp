@@ -1,0 +1,12 @@
+// The targets of tessera_fuzz.
+#include "tests/fuzz/fuzz_target.h"
+
+namespace tessera::fuzz {
+
+std::span<const Target> targets() {
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kReplayTarget, kStudyTarget, kMachineTarget,
+                                    kOptionTarget,  kResultTarget, kImageTarget,  kExrTarget,   kHistoryTarget};
+  return kTargets;
+}
+
+}  // namespace tessera::fuzz
