@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "baselines/baseline_counters.h"
 #include "gpu/counter_list.h"
 #include "replay/statistics.h"
 

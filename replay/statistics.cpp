@@ -1,7 +1,5 @@
 #include "replay/statistics.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
