@@ -15,7 +15,7 @@ TriangleBuffer::TriangleBuffer(const hardware::GpuConfiguration& gpu, binner::Ti
     : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
       chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
-      memory_(round_up(tile_count * kListHeadBytes, burst_bytes_)),
+      memory_(round_up(tile_count * binner::kListHeadBytes, burst_bytes_)),
       combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {}
 
 std::uint64_t TriangleBuffer::store_block(std::span<const std::uint8_t> bytes) {
@@ -37,25 +37,25 @@ void TriangleBuffer::add_chunk(Head& head) {
     head.first_chunk = chunk;
   } else {
     std::memcpy(&memory_[chunk_address_[head.last_chunk]], &chunk, sizeof chunk);
-    combiner_.write(chunk_address_[head.last_chunk], kChunkLinkBytes);
-    bytes_written_ += kChunkLinkBytes;
+    combiner_.write(chunk_address_[head.last_chunk], binner::kChunkLinkBytes);
+    bytes_written_ += binner::kChunkLinkBytes;
   }
   head.last_chunk = chunk;
 }
 
 void TriangleBuffer::append(binner::TileIndex tile, std::span<const std::uint8_t> bytes) {
   Head head;
-  std::memcpy(&head, &memory_[tile * kListHeadBytes], sizeof head);
+  std::memcpy(&head, &memory_[tile * binner::kListHeadBytes], sizeof head);
   if (head.bytes > 0)
-    combiner_.read(tile * kListHeadBytes, kListHeadBytes);
+    combiner_.read(tile * binner::kListHeadBytes, binner::kListHeadBytes);
   else
-    bytes_written_ += kListHeadBytes;
+    bytes_written_ += binner::kListHeadBytes;
   bytes_written_ += bytes.size();
-  const std::uint64_t room = chunk_bytes_ - kChunkLinkBytes;
+  const std::uint64_t room = chunk_bytes_ - binner::kChunkLinkBytes;
   while (!bytes.empty()) {
     const std::uint64_t slot = head.bytes % room;
     if (slot == 0) add_chunk(head);
-    const std::uint64_t address = chunk_address_[head.last_chunk] + kChunkLinkBytes + slot,
+    const std::uint64_t address = chunk_address_[head.last_chunk] + binner::kChunkLinkBytes + slot,
                         here = std::min<std::uint64_t>(room - slot, bytes.size());
     std::memcpy(&memory_[address], bytes.data(), here);
     combiner_.write(address, here);
@@ -63,8 +63,8 @@ void TriangleBuffer::append(binner::TileIndex tile, std::span<const std::uint8_t
     head.bytes += static_cast<std::uint32_t>(here);
     bytes = bytes.subspan(here);
   }
-  std::memcpy(&memory_[tile * kListHeadBytes], &head, sizeof head);
-  combiner_.write(tile * kListHeadBytes, kListHeadBytes);
+  std::memcpy(&memory_[tile * binner::kListHeadBytes], &head, sizeof head);
+  combiner_.write(tile * binner::kListHeadBytes, binner::kListHeadBytes);
 }
 
 std::vector<std::uint8_t> TriangleBuffer::read_list(binner::TileIndex tile, memory::Ledger& ledger,
@@ -75,16 +75,17 @@ std::vector<std::uint8_t> TriangleBuffer::read_list(binner::TileIndex tile, memo
     bytes_read += bytes;
   };
   Head head;
-  std::memcpy(&head, &memory_[tile * kListHeadBytes], sizeof head);
-  charge(tile * kListHeadBytes, kListHeadBytes);
+  std::memcpy(&head, &memory_[tile * binner::kListHeadBytes], sizeof head);
+  charge(tile * binner::kListHeadBytes, binner::kListHeadBytes);
   std::vector<std::uint8_t> list;
   list.reserve(head.bytes);
   std::uint32_t chunk = head.first_chunk;
   while (list.size() < head.bytes) {
-    const std::uint64_t here = std::min<std::uint64_t>(chunk_bytes_ - kChunkLinkBytes, head.bytes - list.size()),
+    const std::uint64_t here =
+                            std::min<std::uint64_t>(chunk_bytes_ - binner::kChunkLinkBytes, head.bytes - list.size()),
                         address = chunk_address_[chunk];
-    charge(address, kChunkLinkBytes + here);
-    const auto* first = &memory_[address + kChunkLinkBytes];
+    charge(address, binner::kChunkLinkBytes + here);
+    const auto* first = &memory_[address + binner::kChunkLinkBytes];
     list.insert(list.end(), first, first + here);
     std::memcpy(&chunk, &memory_[address], sizeof chunk);
   }

@@ -83,7 +83,8 @@ memory::AddressMap address_map(const Device& renderer, const hardware::GpuConfig
                               static_cast<int>(gpu.tile_height), request.region);
   const auto pixels =
       static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height());
-  const auto samples = static_cast<std::uint64_t>(gpu.tile_width * gpu.tile_height * settings.samples_per_pixel);
+  const auto samples =
+      static_cast<std::uint64_t>(gpu.tile_width * gpu.tile_height * settings.sampling.samples_per_pixel);
   const std::uint64_t of_sample =
       tilecore::TileState::kBytesPerSample +
       static_cast<std::uint64_t>(gpu.tilecore_blend_layers) * tilecore::TileState::kBytesPerLayer;

@@ -77,7 +77,7 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   scheduler.render(front_end.sub_patches, {});
   second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
-    if (job.resolve->settings.reach_neighbours) scheduler.finish_across_tiles();
+    if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
     double resolve_seconds = 0;
     cores_.for_each([&](tilecore::TileCore& core) { resolve_seconds += core.take_resolve_seconds(); });
     result.stage_seconds["resolve_threads"] += resolve_seconds;

@@ -6,7 +6,6 @@
 #include "hardware/configuration.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/shading/pixel_shader.h"
-#include "tilecore/visibility/sample_pattern.h"
 
 namespace tessera::gpu {
 
@@ -18,9 +17,6 @@ scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSetting
 // How frame `frame` is posed and tessellated.
 scene::FrameRequest frame_request(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame);
-
-// Where its samples are.
-tilecore::SamplingSettings sampling_settings(const RunSettings& settings, int frame);
 
 // Its light, and what is behind everything: a colour, or nothing for the environment.
 tilecore::Lighting frame_lighting(const scene::Capture& capture);

@@ -111,7 +111,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.shader_invocations = counted.shading.pixel_shader_invocations;
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
-  const bool floats = job.resolve != nullptr && !job.resolve->settings.packed_weights;
+  const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
   work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected +
                             counted.desampling.stencil_taps * (floats ? 4 : 1);
   if (finished) {

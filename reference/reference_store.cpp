@@ -132,22 +132,23 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::G
 Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
                         const std::string& inputs) {
-  const json key = {{"inputs", inputs},
-                    {"width", wanted.width},
-                    {"height", wanted.height},
-                    {"frame", wanted.frame},
-                    {"samples", wanted.samples},
-                    {"edge", wanted.edge_pixels},
-                    {"grids", wanted.edge_pixels > 0 ? json()
-                                                     : json({settings.target_edge_pixels, settings.displacement_bias,
-                                                             gpu.tessellator_max_factor})},
-                    {"motion", settings.motion == "off"},
-                    {"defocus", settings.defocus == "off"},
-                    {"displacement", settings.displacement == "off"},
-                    {"alpha_test", settings.alpha_test == "off"},
-                    {"blending", settings.blending == "off"},
-                    {"procedures", settings.procedures == "off"},
-                    {"exposure", settings.exposure}};
+  const json key = {
+      {"inputs", inputs},
+      {"width", wanted.width},
+      {"height", wanted.height},
+      {"frame", wanted.frame},
+      {"samples", wanted.samples},
+      {"edge", wanted.edge_pixels},
+      {"grids", wanted.edge_pixels > 0 ? json()
+                                       : json({settings.tessellation.target_edge_pixels,
+                                               settings.tessellation.displacement_bias, gpu.tessellator_max_factor})},
+      {"motion", settings.effects.motion == gpu::EffectMode::kOff},
+      {"defocus", settings.effects.defocus == gpu::EffectMode::kOff},
+      {"displacement", settings.effects.displacement == gpu::EffectMode::kOff},
+      {"alpha_test", settings.effects.alpha_test == gpu::EffectMode::kOff},
+      {"blending", settings.effects.blending == gpu::EffectSwitch::kOff},
+      {"procedures", settings.effects.procedures == gpu::EffectSwitch::kOff},
+      {"exposure", settings.exposure}};
   const std::string hash = sha256_hex(key.dump()).substr(0, 32);
   const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;

@@ -168,7 +168,7 @@ class ReplayCommand final : public Command {
    public:
     NamedFiles(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                const gpu::RenderRequest& request, const gpu::Device& renderer) {
-      if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
+      if (!settings.output.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
         throw UsageError("--trace and --dram-trace need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
       gpu::Timeline::Limits tiles;
@@ -229,23 +229,24 @@ class ReplayCommand final : public Command {
     request.record_accesses = !dram_trace_.empty();
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
-    if (request.resolve_auxiliary && settings.desampling == "off")
+    if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
       throw UsageError(
           "--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or "
           "another than off");
-    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) && settings.desampling != "adaptive")
+    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) &&
+        settings.resolve.desampling != tilecore::Desampling::kAdaptive)
       throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
     if (warmup_ < 0) throw UsageError("--warmup must not be negative");
-    if (!save_history_.empty() && settings.eye_separation > 0)
+    if (!save_history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
-    if (!history_.empty() && settings.eye_separation > 0)
+    if (!history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
     // Colour, its encoded copies, auxiliary layers, two histories; once more for a right eye.
     const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) *
                                 static_cast<std::uint64_t>(request.region.height()) *
                                 ((request.auxiliary ? 64 : 32) + (request.resolve_auxiliary ? 28 : 0) +
-                                 (settings.desampling == "off" ? 0 : 50)) *
-                                (settings.eye_separation > 0 ? 2 : 1);
+                                 (settings.resolve.desampling == tilecore::Desampling::kOff ? 0 : 50)) *
+                                (settings.stereo.eye_separation > 0 ? 2 : 1);
     if (bytes > max_bytes)
       throw LimitError(fmt::format("images of {}x{} need {} bytes, --max-memory allows {}", request.region.width(),
                                    request.region.height(), bytes, max_bytes));

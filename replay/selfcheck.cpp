@@ -189,7 +189,7 @@ Tiling compare_tiling(const scene::Capture& capture, int side, int samples) {
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = side;
   gpu::RunSettings settings;
-  settings.samples_per_pixel = samples;
+  settings.sampling.samples_per_pixel = samples;
   const gpu::RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}};
   baselines::BaselineObserver schemes;
   gpu::Device device(capture, gpu, settings, request);

@@ -72,7 +72,7 @@ class Shot {
  public:
   Shot(const Capture& capture, int frame, int width, int height, const Sets& sets) : frame_(frame) {
     gpu::RunSettings settings;
-    settings.machine_model = false;
+    settings.output.machine_model = false;
     hardware::GpuConfiguration gpu;
     for (const std::string& text : sets) gpu::apply_setting(text, settings, gpu);
     renderer_ =
@@ -231,7 +231,7 @@ void draw_tiles(const std::string& name, const fs::path& file) {
   const Capture capture = scene::read_capture(fs::path(TESSERA_SOURCE_DIR) / "captures" / (name + ".glb"));
   constexpr int kWidth = 640, kHeight = 360;
   gpu::RunSettings settings;
-  settings.machine_model = false;
+  settings.output.machine_model = false;
   hardware::GpuConfiguration gpu;
   gpu.tile_width = gpu.tile_height = 16;
   gpu::Device renderer(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}});

@@ -49,7 +49,9 @@ class Runner {
 
   // The frame before the compared one is what a history is of.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) const {
-    if (trial.settings.desampling != "adaptive" || trial.in_double || place_.first_frame >= place_.frame) return;
+    if (trial.settings.resolve.desampling != tilecore::Desampling::kAdaptive || trial.in_double ||
+        place_.first_frame >= place_.frame)
+      return;
     gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
@@ -100,7 +102,7 @@ class Runner {
         prepared_->assembly, gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const reference::ReferenceScene scene(*frame);
-    const tilecore::SamplePattern pattern(gpu::sampling_settings(trial.settings, place_.frame));
+    const tilecore::SamplePattern pattern(sampling_settings(trial.settings.sampling, place_.frame));
     reference::ReferenceRequest wanted;
     wanted.lighting = gpu::frame_lighting(capture);
     wanted.background = gpu::frame_background(capture);
@@ -135,7 +137,7 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"in_double", trial.in_double},
                  {"gpu", hardware::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
-  if (trial.settings.desampling == "adaptive") inputs["first_frame"] = place.first_frame;
+  if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
   trial.hash = sha256_hex(inputs.dump()).substr(0, 32);
 }
 

@@ -18,14 +18,17 @@ Word choose(std::uint8_t byte, std::initializer_list<Word> words) {
 }
 
 gpu::RunSettings settings_of(Bytes choices) {
+  using tilecore::Desampling, tilecore::ShadingRate;
+  using Path = tilecore::ProcedureSettings::Path;
   gpu::RunSettings settings;
-  settings.samples_per_pixel = choose<std::int64_t>(choices[0], {1, 4});
-  settings.machine_model = (choices[0] & 4) != 0;
-  settings.motion = (choices[0] & 8) != 0 ? "on" : "auto";
-  settings.defocus = (choices[0] & 16) != 0 ? "on" : "auto";
-  settings.shading_rate = choose(choices[1], {"pixel", "sample", "cache"});
-  settings.desampling = choose(choices[1] / 4, {"off", "off", "adaptive", "checkerboard"});
-  settings.procedures_path = choose(choices[1] / 16, {"sampled", "tessellated"});
+  settings.sampling.samples_per_pixel = choose(choices[0], {1, 4});
+  settings.output.machine_model = (choices[0] & 4) != 0;
+  settings.effects.motion = (choices[0] & 8) != 0 ? gpu::EffectMode::kOn : gpu::EffectMode::kAuto;
+  settings.effects.defocus = (choices[0] & 16) != 0 ? gpu::EffectMode::kOn : gpu::EffectMode::kAuto;
+  settings.shading.rate = choose(choices[1], {ShadingRate::kPixel, ShadingRate::kSample, ShadingRate::kCache});
+  settings.resolve.desampling =
+      choose(choices[1] / 4, {Desampling::kOff, Desampling::kOff, Desampling::kAdaptive, Desampling::kCheckerboard});
+  settings.procedures.path = choose(choices[1] / 16, {Path::kSampled, Path::kTessellated});
   return settings;
 }
 

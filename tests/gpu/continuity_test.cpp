@@ -66,7 +66,7 @@ double largest(const std::vector<double>& values) { return *std::max_element(val
 
 RunSettings fine() {
   RunSettings settings;
-  settings.samples_per_pixel = 16;
+  settings.sampling.samples_per_pixel = 16;
   return settings;
 }
 
@@ -94,7 +94,7 @@ TEST(Continuity, NothingPopsAsTheCameraComesCloser) {
 // The failing twin: with edges of a quarter of the object each factor that changes is seen.
 TEST(Continuity, CoarseTessellationThatPopsIsCaught) {
   RunSettings settings = fine();
-  settings.target_edge_pixels = 24;
+  settings.tessellation.target_edge_pixels = 24;
   const std::vector<double> steps = approach(settings);
   EXPECT_GT(largest(steps), kPop * median(steps));
 }
@@ -118,7 +118,7 @@ TEST(Continuity, TheTargetEdgeChangesTheImageGradually) {
   const Capture capture = scene();
   const auto image = [&](double edge) {
     RunSettings settings = fine();
-    settings.target_edge_pixels = edge;
+    settings.tessellation.target_edge_pixels = edge;
     return render(capture, settings);
   };
   const Image finest = image(1);
@@ -173,10 +173,10 @@ TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   Capture capture = scene();
   const auto image = [&](double speed) {
     RunSettings settings;
-    settings.desampling = "adaptive";
-    settings.k_stat = 0;
-    settings.k_fast1 = speed;
-    settings.k_fast2 = 1000;
+    settings.resolve.desampling = tilecore::Desampling::kAdaptive;
+    settings.resolve.rates.thresholds.still = 0;
+    settings.resolve.rates.thresholds.fast1 = speed;
+    settings.resolve.rates.thresholds.fast2 = 1000;
     Device renderer(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false});
     renderer.render(3);
     return renderer.render(4).targets.color;

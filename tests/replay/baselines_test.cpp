@@ -200,7 +200,7 @@ scene::Capture crowd() {
 TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
   const scene::Capture capture = crowd();
   gpu::RunSettings settings;
-  settings.target_edge_pixels = 1;
+  settings.tessellation.target_edge_pixels = 1;
   hardware::GpuConfiguration gpu;  // the image is small, and so are tiles and pieces
   gpu.tile_width = gpu.tile_height = 16;
   gpu.frontend_split_pixels = 32;

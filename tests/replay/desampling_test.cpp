@@ -25,7 +25,7 @@ struct Machine {
   hardware::GpuConfiguration gpu;
   gpu::RenderRequest request{160, 90, {0, 0, 160, 90}};
 
-  Machine() { settings.desampling = "adaptive"; }
+  Machine() { settings.resolve.desampling = tilecore::Desampling::kAdaptive; }
   Machine& set(const std::string& text) {
     gpu::apply_setting(text, settings, gpu);
     return *this;

@@ -186,13 +186,13 @@ TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSameImage) {  // M2
   const gpu::RenderRequest request = whole(96, 54);
   const gpu::FrameResult expected = render(capture, {}, frame, request);
   for (Variant v : visibility_variants())
-    for (const char* forced : {"auto", "on"}) {
-      v.settings.motion = v.settings.defocus = forced;
+    for (const gpu::EffectMode forced : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn}) {
+      v.settings.effects.motion = v.settings.effects.defocus = forced;
       const gpu::FrameResult result = render(capture, v, frame, request);
-      EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name << " " << forced;
+      EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name << " " << word(forced);
       v.threads = 1;
       EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters))
-          << v.name << " " << forced;
+          << v.name << " " << word(forced);
       v.threads = 0;
     }
 }
@@ -237,12 +237,15 @@ TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherImageNorCounters) {
 // Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same image.
 TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSameImage) {  // M4
   const gpu::FrameResult expected = render(capture, {}, frame);
-  for (const auto& [motion, defocus] : {std::pair{"on", "auto"}, {"auto", "on"}, {"on", "on"}}) {
+  using gpu::EffectMode;
+  for (const auto& [motion, defocus] : {std::pair{EffectMode::kOn, EffectMode::kAuto},
+                                        {EffectMode::kAuto, EffectMode::kOn},
+                                        {EffectMode::kOn, EffectMode::kOn}}) {
     Variant v;
-    v.settings.motion = motion;
-    v.settings.defocus = defocus;
+    v.settings.effects.motion = motion;
+    v.settings.effects.defocus = defocus;
     EXPECT_EQ(image_bytes(render(capture, v, frame).targets), image_bytes(expected.targets))
-        << motion << " " << defocus;
+        << word(motion) << " " << word(defocus);
   }
 }
 
@@ -371,8 +374,8 @@ TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
   Random random(3);
   const Capture capture = closed_capture(GetParam(), random);
   Variant v;
-  v.settings.samples_per_pixel = 8;
-  v.settings.target_edge_pixels = 5;
+  v.settings.sampling.samples_per_pixel = 8;
+  v.settings.tessellation.target_edge_pixels = 5;
   const gpu::FrameResult result = render(capture, v, 0, whole(192, 128));
   std::size_t open = 0;
   for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4)
@@ -453,7 +456,7 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
   for (const auto& [moving, aperture] : {std::pair{false, 0.0f}, {true, 0.0f}, {true, 0.02f}}) {
     const Capture capture = crowd(moving, aperture);
     Variant culling, plain;
-    culling.settings.target_edge_pixels = plain.settings.target_edge_pixels = 1.5;
+    culling.settings.tessellation.target_edge_pixels = plain.settings.tessellation.target_edge_pixels = 1.5;
     plain.gpu.frontend_split_depth = 0;
     plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
     const gpu::FrameResult expected = render(capture, plain, 0, whole(320, 180)),
@@ -487,7 +490,7 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
     hardware::GpuConfiguration gpu;
     if (tiny_buffer) gpu.parameter_buffer_bytes = 4096;
     gpu::RunSettings settings;
-    settings.target_edge_pixels = 2;
+    settings.tessellation.target_edge_pixels = 2;
     hardware::GpuConfiguration guessing = gpu;
     guessing.frontend_previous_depth_culling = true;
     gpu::Device plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));

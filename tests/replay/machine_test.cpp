@@ -47,15 +47,15 @@ std::map<std::string, Way> ways() {
   all["partial renders"].gpu.parameter_buffer_bytes = 4096;
   all["spilling"].gpu.parameter_buffer_bytes = 4096;
   all["spilling"].gpu.parameter_buffer_full_policy = "spill";
-  all["shading cache"].settings.shading_rate = "cache";
+  all["shading cache"].settings.shading.rate = tilecore::ShadingRate::kCache;
   all["no L2"].gpu.l2_bytes = 0;
   all["long bursts"].gpu.memory_burst_bytes = 256;
   all["rays"].gpu.tilecore_traversal = "ray";
   all["segments"].gpu.tilecore_visibility_method = "segments";
-  all["published maps"].settings.procedures_maps = "published";
-  all["half the pixels"].settings.desampling = "fixed_8";
-  all["stencils across tiles"].settings.desampling = "fixed_8";
-  all["stencils across tiles"].settings.stencil_reach = "neighbours";
+  all["published maps"].settings.procedures.maps = tilecore::ProcedureSettings::Maps::kPublished;
+  all["half the pixels"].settings.resolve.desampling = tilecore::Desampling::kFixed8;
+  all["stencils across tiles"].settings.resolve.desampling = tilecore::Desampling::kFixed8;
+  all["stencils across tiles"].settings.resolve.reach = tilecore::StencilReach::kNeighbours;
   return all;
 }
 
@@ -304,7 +304,7 @@ TEST(Model, WithoutItTheImageIsTheSameAndItsMembersAreAbsent) {
   const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   Way run;
   const gpu::FrameResult with = render(capture, run);
-  run.settings.machine_model = false;
+  run.settings.output.machine_model = false;
   const gpu::FrameResult without = render(capture, run);
   EXPECT_EQ(with.targets.color.values, without.targets.color.values);
   EXPECT_FALSE(without.model);
