@@ -33,7 +33,7 @@ struct KeyInfo {
   std::string_view source;   // "[spec] ...", "[measured] ...", "[assumed] ..."; "" for plain choices of ours
   double min = 0;            // numbers: inclusive range
   double max = 0;
-  std::span<const std::string_view> choices;  // of an enum
+  std::vector<std::string_view> choices;  // texts: the allowed words
 };
 
 // The decimal number of the fewest digits that means this float: 0.02 for 0.02f.
@@ -41,7 +41,7 @@ double shortest_decimal(float value);
 
 template <class T>
 KeyValue to_key_value(const T& value) {
-  if constexpr (std::same_as<T, bool>)
+  if constexpr (std::same_as<T, bool> || std::same_as<T, std::string>)
     return value;
   else if constexpr (WordEnum<T>)
     return std::string(word(value));
@@ -55,8 +55,8 @@ KeyValue to_key_value(const T& value) {
 // Of a value that its row allows.
 template <class T>
 T from_key_value(const KeyValue& value) {
-  if constexpr (std::same_as<T, bool>)
-    return std::get<bool>(value);
+  if constexpr (std::same_as<T, bool> || std::same_as<T, std::string>)
+    return std::get<T>(value);
   else if constexpr (WordEnum<T>)
     return from_word<T>(std::get<std::string>(value)).value();
   else if constexpr (std::floating_point<T>)
@@ -71,15 +71,18 @@ struct Key : KeyInfo {
   std::function<KeyValue(const S&)> get;
   std::function<void(S&, const KeyValue&)> set;  // takes what parse_key_value gave for this row
 
-  template <KeyNumber T>
-  Key(std::string_view key, T S::*where, std::string_view unit_in, double low, double high, std::string_view means,
-      std::string_view from = "")
+  template <KeyNumber T, class Owner>
+  requires std::derived_from<S, Owner> Key(std::string_view key, T Owner::*where, std::string_view unit_in, double low,
+                                           double high, std::string_view means, std::string_view from = "")
       : Key(KeyInfo{key, unit_in, means, from, low, high, {}}, where) {}
   Key(std::string_view key, bool S::*where, std::string_view means, std::string_view from = "")
       : Key(KeyInfo{key, "", means, from, 0, 1, {}}, where) {}
   template <WordEnum E>
   Key(std::string_view key, E S::*where, std::string_view means, std::string_view from = "")
-      : Key(KeyInfo{key, "", means, from, 0, 0, kEnumWords<E>}, where) {}
+      : Key(KeyInfo{key, "", means, from, 0, 0, {kEnumWords<E>.begin(), kEnumWords<E>.end()}}, where) {}
+  Key(std::string_view key, std::string S::*where, std::vector<std::string_view> words, std::string_view means,
+      std::string_view from = "")
+      : Key(KeyInfo{key, "", means, from, 0, 0, std::move(words)}, where) {}
 
   // The row of a struct that is itself a member.
   template <class Unit>
@@ -89,9 +92,9 @@ struct Key : KeyInfo {
         set([part, key](S& object, const KeyValue& value) { key.set(object.*part, value); }) {}
 
  private:
-  template <class T>
-  Key(KeyInfo info, T S::*where)
-      : KeyInfo(info),
+  template <class T, class Owner>
+  Key(KeyInfo info, T Owner::*where)
+      : KeyInfo(std::move(info)),
         get([where](const S& object) { return to_key_value(object.*where); }),
         set([where](S& object, const KeyValue& value) { object.*where = from_key_value<T>(value); }) {}
 };

@@ -4,7 +4,7 @@ namespace tessera::hardware {
 namespace {
 
 using Gpu = GpuConfiguration;
-using Keys = std::vector<Key<Gpu>>;
+using Keys = tessera::Keys<Gpu>;
 
 Keys frontend_keys() {
   return {
@@ -175,11 +175,11 @@ Keys memory_interface_keys() {
 
 }  // namespace
 
-Keys behaviour_keys() {
+tessera::Keys<Gpu> behaviour_keys() {
   Keys all;
   for (const Keys& unit :
        {frontend_keys(), binner_keys(), tessellator_keys(), tile_core_keys(), memory_interface_keys()})
-    all.insert(all.end(), unit.begin(), unit.end());
+    all.add(unit);
   return all;
 }
 

@@ -7,6 +7,6 @@
 namespace tessera::hardware {
 
 // Rows of gpu_keys() for what the machine does; how fast and at what cost is in machine_keys().
-std::vector<Key<GpuConfiguration>> behaviour_keys();
+Keys<GpuConfiguration> behaviour_keys();
 
 }  // namespace tessera::hardware

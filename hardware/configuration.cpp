@@ -135,12 +135,7 @@ void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, s
 }  // namespace
 
 const KeyTable<GpuConfiguration>& gpu_keys() {
-  static const KeyTable<Gpu> table([] {
-    std::vector<Key<Gpu>> keys = behaviour_keys();
-    const std::vector<Key<Gpu>> numbers = machine_keys();
-    keys.insert(keys.end(), numbers.begin(), numbers.end());
-    return keys;
-  }());
+  static const KeyTable<Gpu> table(behaviour_keys().add(machine_keys()));
   return table;
 }
 

@@ -4,7 +4,7 @@ namespace tessera::hardware {
 namespace {
 
 using Gpu = GpuConfiguration;
-using Keys = std::vector<Key<Gpu>>;
+using Keys = tessera::Keys<Gpu>;
 
 constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // of a throughput
 
@@ -136,9 +136,9 @@ Keys energy_keys() {
 
 }  // namespace
 
-Keys machine_keys() {
+tessera::Keys<Gpu> machine_keys() {
   Keys all = speed_keys();
-  for (const Keys& more : {memory_keys(), energy_keys()}) all.insert(all.end(), more.begin(), more.end());
+  for (const Keys& more : {memory_keys(), energy_keys()}) all.add(more);
   return all;
 }
 

@@ -7,6 +7,6 @@
 namespace tessera::hardware {
 
 // Rows of gpu_keys() for the members of MachineNumbers.
-std::vector<Key<GpuConfiguration>> machine_keys();
+Keys<GpuConfiguration> machine_keys();
 
 }  // namespace tessera::hardware
