@@ -41,7 +41,7 @@ double shortest_decimal(float value);
 
 template <class T>
 KeyValue to_key_value(const T& value) {
-  if constexpr (std::same_as<T, bool> || std::same_as<T, std::string>)
+  if constexpr (std::same_as<T, bool>)
     return value;
   else if constexpr (WordEnum<T>)
     return std::string(word(value));
@@ -55,8 +55,8 @@ KeyValue to_key_value(const T& value) {
 // Of a value that its row allows.
 template <class T>
 T from_key_value(const KeyValue& value) {
-  if constexpr (std::same_as<T, bool> || std::same_as<T, std::string>)
-    return std::get<T>(value);
+  if constexpr (std::same_as<T, bool>)
+    return std::get<bool>(value);
   else if constexpr (WordEnum<T>)
     return from_word<T>(std::get<std::string>(value)).value();
   else if constexpr (std::floating_point<T>)
@@ -80,10 +80,11 @@ struct Key : KeyInfo {
   template <WordEnum E>
   Key(std::string_view key, E S::*where, std::string_view means, std::string_view from = "")
       : Key(KeyInfo{key, "", means, from, 0, 0, {kEnumWords<E>.begin(), kEnumWords<E>.end()}}, where) {}
-  Key(std::string_view key, std::string S::*where, std::vector<std::string_view> words, std::string_view means,
-      std::string_view from = "")
-      : Key(KeyInfo{key, "", means, from, 0, 0, std::move(words)}, where) {}
 
+  // The row of a struct that S is derived from.
+  template <class Base>
+  requires(std::derived_from<S, Base> && !std::same_as<S, Base>) explicit Key(const Key<Base>& key)
+      : KeyInfo(key), get(key.get), set(key.set) {}
   // The row of a struct that is itself a member.
   template <class Unit>
   Key(Unit S::*part, const Key<Unit>& key)
@@ -108,6 +109,11 @@ class Keys {
 
   Keys& add(const Keys& more) {
     rows_.insert(rows_.end(), more.begin(), more.end());
+    return *this;
+  }
+  template <class Base>
+  requires(std::derived_from<S, Base> && !std::same_as<S, Base>) Keys& add(const Keys<Base>& more) {
+    for (const Key<Base>& key : more) rows_.emplace_back(key);
     return *this;
   }
   template <class Unit>

@@ -11,12 +11,12 @@
 
 namespace tessera::baselines {
 
-TriangleBuffer::TriangleBuffer(const hardware::GpuConfiguration& gpu, binner::TileIndex tile_count)
-    : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
-      chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
-      burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
+TriangleBuffer::TriangleBuffer(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count)
+    : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer.bytes)),
+      chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer.chunk_bytes)),
+      burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
       memory_(round_up(tile_count * binner::kListHeadBytes, burst_bytes_)),
-      combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {}
+      combiner_(static_cast<std::uint64_t>(gpu.binner.combining_bursts), burst_bytes_, ledger_) {}
 
 std::uint64_t TriangleBuffer::store_block(std::span<const std::uint8_t> bytes) {
   const std::uint64_t address = round_up(memory_.size(), kBlockAlignment);

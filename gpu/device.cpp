@@ -11,7 +11,7 @@
 namespace tessera::gpu {
 namespace {
 
-MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord record) {
+MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record) {
   MachineModel model;
   model.record = std::move(record);
   model.schedule = timing::schedule_frame(gpu, model.record.work);
@@ -30,7 +30,7 @@ tilecore::ResolveSettings resolve_settings(const RunSettings& settings) {
 
 }  // namespace
 
-Device::Device(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
+Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu,
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       gpu_(gpu),
@@ -66,21 +66,21 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   job.shading = settings_.shading.rate;
   if (frame.request.draw_lines) job.shading = tilecore::ShadingRate::kSample;  // drawn lines are finer than pixels
   job.shading_cell_pixels = static_cast<float>(settings_.shading.cell_pixels);
-  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
-  job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
-  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);
+  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache.entries);
+  job.shading_cache_group = gpu_.shading_cache.group;
+  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore.blend_layers);
   const EffectSettings& effects = settings_.effects;
   job.force_motion = effects.motion == EffectMode::kOn && tilecore::kGeneralEffects;
   job.force_lens = effects.defocus == EffectMode::kOn && tilecore::kGeneralEffects;
   job.force_displacement = effects.displacement == EffectMode::kOn;
   job.force_alpha_test = effects.alpha_test == EffectMode::kOn;
-  job.cull_occlusion = gpu_.tilecore_occlusion_culling;
-  job.visibility = tilecore::visibility_method(gpu_);
-  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
-  job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
+  job.cull_occlusion = gpu_.tilecore.occlusion_culling;
+  job.visibility = gpu_.tilecore.visibility;
+  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  job.box_bits = gpu_.tilecore.box_bits;
   if (settings_.output.machine_model)
-    job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
-  job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
+    job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
+  job.charge_frame_buffer = gpu_.frame_buffer.compression == tilecore::FrameBufferCompression::kNone;
   return job;
 }
 
@@ -140,15 +140,14 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
     const StageTimer timer(result, "pose");
     geometry = scene::pose_frame(prepared_->assembly, eye.camera, frame_request(frame));
   }
-  const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
-                              static_cast<int>(gpu_.tile_height), request_.region);
+  const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
   const tilecore::SamplePattern pattern(sampling_settings(settings_.sampling, frame));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();
   if (resolve_.desampling != tilecore::Desampling::kOff)
     job.resolve = &begin_resolve(frame, eye, *geometry, left, result);
-  const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
+  const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr;
   std::optional<frontend::OcclusionGuess> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
@@ -199,9 +198,9 @@ FrameResult Device::render(int frame) {
   // Before the right eye, which reads the left one's finished frame as its history.
   if (desampled) eyes_[0].sequence.finish();
   if (eyes_.size() > 1) render_right_eye(frame, *left, result);
-  report_effects(
-      {*left, settings_, result.counters, result.maps, eyes_.size() > 1, gpu_.frame_buffer_compression != "none"},
-      result.effects, result.effect_reasons, result.effect_places);
+  report_effects({*left, settings_, result.counters, result.maps, eyes_.size() > 1,
+                  gpu_.frame_buffer.compression != tilecore::FrameBufferCompression::kNone},
+                 result.effects, result.effect_reasons, result.effect_places);
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -75,23 +75,22 @@ const std::vector<std::string>& known_keys() {
   static const std::vector<std::string> kKnown = [] {
     std::vector<std::string> known;
     for (const auto& k : settings_keys().keys()) known.emplace_back(k.name);
-    for (const auto& k : hardware::gpu_keys().keys()) known.emplace_back(k.name);
+    for (const auto& k : gpu_keys().keys()) known.emplace_back(k.name);
     return known;
   }();
   return kKnown;
 }
 
-void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings,
-             hardware::GpuConfiguration& gpu) {
+void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu) {
   if (const auto* key = settings_keys().find(name))
     settings_keys().set(settings, *key, value);
-  else if (const auto* gpu_key = hardware::gpu_keys().find(name))
-    hardware::gpu_keys().set(gpu, *gpu_key, value);
+  else if (const auto* gpu_key = gpu_keys().find(name))
+    gpu_keys().set(gpu, *gpu_key, value);
   else
     throw UsageError(unknown_key_message(name, known_keys()));
 }
 
-void apply_setting(const std::string& text, RunSettings& settings, hardware::GpuConfiguration& gpu) {
+void apply_setting(const std::string& text, RunSettings& settings, GpuConfiguration& gpu) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0)
     throw UsageError(fmt::format("--set {}: expected KEY=VALUE", escape_control(text, 80)));

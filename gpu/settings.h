@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "base/key_table.h"
-#include "hardware/configuration.h"
+#include "gpu/configuration.h"
 #include "scene/tessellation_settings.h"
 #include "tilecore/procedural/procedure_settings.h"
 #include "tilecore/resolve/resolve_settings.h"
@@ -60,15 +60,14 @@ nlohmann::json settings_json(const RunSettings& settings);
 
 // Sets whichever of the two has the key. Throws UsageError for an unknown key (naming the nearest known one) or a value
 // out of range.
-void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings,
-             hardware::GpuConfiguration& gpu);
+void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu);
 
 // All keys that set_key knows.
 const std::vector<std::string>& known_keys();
 
 // Applies "KEY=VALUE" to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
 // (naming the nearest known one) or a value out of range.
-void apply_setting(const std::string& text, RunSettings& settings, hardware::GpuConfiguration& gpu);
+void apply_setting(const std::string& text, RunSettings& settings, GpuConfiguration& gpu);
 
 }  // namespace tessera::gpu
 

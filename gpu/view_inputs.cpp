@@ -12,7 +12,7 @@ scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSetting
   return choice;
 }
 
-scene::FrameRequest frame_request(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
+scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame) {
   const scene::CaptureSettings& own = capture.settings;
   scene::FrameRequest request;
@@ -23,8 +23,8 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const hardware:
                            ? request.open_time
                            : (frame + own.shutter_close) / own.frame_rate;
   request.tessellation = settings.tessellation;
-  request.max_factor = static_cast<int>(gpu.tessellator_max_factor);
-  request.subpixel_bits = static_cast<int>(gpu.tessellator_subpixel_bits);
+  request.max_factor = gpu.tessellator.max_factor;
+  request.subpixel_bits = gpu.tessellator.subpixel_bits;
   request.half_attributes = settings.shading.attributes == tilecore::AttributePrecision::kHalf;
   request.draw_lines = settings.procedures.style == tilecore::ProcedureSettings::Style::kLines;
   request.sample_procedures = settings.procedures.path == tilecore::ProcedureSettings::Path::kSampled;

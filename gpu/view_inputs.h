@@ -2,8 +2,8 @@
 
 #include <optional>
 
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/shading/pixel_shader.h"
 
@@ -15,7 +15,7 @@ namespace tessera::gpu {
 scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height);
 
 // How frame `frame` is posed and tessellated.
-scene::FrameRequest frame_request(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
+scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame);
 
 // Its light, and what is behind everything: a colour, or nothing for the environment.

@@ -29,7 +29,7 @@ constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77;
 
 // A frame posed as finely as the reference is wanted.
 struct PosedReference {
-  PosedReference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+  PosedReference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                  const gpu::RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
     scene::FrameRequest request = gpu::frame_request(prepared.capture, gpu, settings, width, height, wanted.frame);
     request.half_attributes = false;
@@ -56,7 +56,7 @@ ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, s
 
 // The error of an image of n samples: the spread of images of n samples that share none. Each of four series of
 // independent seeds gives two, its first n and its next n.
-json measure_convergence(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+json measure_convergence(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                          const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
   const int width = std::max(1, wanted.width / 4), height = std::max(1, wanted.height / 4);
   const PosedReference posed(prepared, gpu, settings, wanted, width, height);
@@ -88,7 +88,7 @@ json measure_convergence(const gpu::PreparedCapture& prepared, const hardware::G
   return out;
 }
 
-Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                          const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
   const auto start = std::chrono::steady_clock::now();
   const double processor = process_seconds();
@@ -129,7 +129,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::G
 
 }  // namespace
 
-Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
                         const std::string& inputs) {
   const json key = {
@@ -141,7 +141,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::Gp
       {"edge", wanted.edge_pixels},
       {"grids", wanted.edge_pixels > 0 ? json()
                                        : json({settings.tessellation.target_edge_pixels,
-                                               settings.tessellation.displacement_bias, gpu.tessellator_max_factor})},
+                                               settings.tessellation.displacement_bias, gpu.tessellator.max_factor})},
       {"motion", settings.effects.motion == gpu::EffectMode::kOff},
       {"defocus", settings.effects.defocus == gpu::EffectMode::kOff},
       {"displacement", settings.effects.displacement == gpu::EffectMode::kOff},

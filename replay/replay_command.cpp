@@ -42,7 +42,7 @@ class ReplayCommand final : public Command {
     app.add_option("--size", size_, "Size of the image (default: the capture's, else 1280x720)")->type_name("WxH");
     app.add_option("--spp", spp_, "Visibility samples per pixel, 1 to 64 (default 4)")->type_name("N");
     app.add_option("--gpu", gpu_,
-                   fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))
+                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
         ->type_name("PRESET|FILE")
         ->capture_default_str();
     app.add_option("--set", sets_,
@@ -103,11 +103,11 @@ class ReplayCommand final : public Command {
     for (const std::string& file : {trace_, dram_trace_, save_history_})
       if (!file.empty()) check_output_file(file, out_);
     gpu::RunSettings settings;
-    hardware::GpuConfiguration gpu = hardware::load_gpu(gpu_);
+    gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
-    hardware::check_gpu(gpu);
+    gpu::check_gpu(gpu);
     for (const std::string& layer : aux_)
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(fmt::format("--aux {}: layers are {}", layer, fmt::join(auxiliary_layers(), ", ")));
@@ -166,7 +166,7 @@ class ReplayCommand final : public Command {
   // The files of --trace, --dram-trace and --save-history.
   class NamedFiles {
    public:
-    NamedFiles(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+    NamedFiles(const ReplayCommand& command, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                const gpu::RenderRequest& request, const gpu::Device& renderer) {
       if (!settings.output.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
         throw UsageError("--trace and --dram-trace need output.machine_model=true");
@@ -181,7 +181,7 @@ class ReplayCommand final : public Command {
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
       if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_);
       map_ = address_map(renderer, gpu, settings, request);
-      burst_bytes_ = static_cast<std::uint64_t>(gpu.memory_burst_bytes);
+      burst_bytes_ = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
       if (!command.save_history_.empty()) history_.emplace(command.save_history_);
     }
     void add(const gpu::FrameResult& result) {

@@ -39,8 +39,8 @@ struct Compared : FrameResult {
 Compared render(const scene::Capture& capture, int width, int height, int spp, Procedures::Path path,
                 Procedures::Maps maps, double edge, bool observed, int tile = 64,
                 tilecore::ShadingRate rate = tilecore::ShadingRate::kPixel) {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = tile;  // the published tile buffer
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = tile;  // the published tile buffer
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = spp;
   settings.procedures.path = path;

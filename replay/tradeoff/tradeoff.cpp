@@ -84,7 +84,7 @@ class Tradeoff {
                 {"rounds", options_.rounds},
                 {"arguments", as_arguments(options_.base)},
                 {"settings", gpu::settings_json(options_.settings)},
-                {"gpu", hardware::gpu_json(options_.gpu)},
+                {"gpu", gpu::gpu_json(options_.gpu)},
                 {"gpu_name", options_.gpu_name},
                 {"reference", reference.info},
                 {"knobs", json::array()},

@@ -135,7 +135,7 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"frame", place.frame},
                  {"rounds", place.rounds},
                  {"in_double", trial.in_double},
-                 {"gpu", hardware::gpu_json(trial.gpu)},
+                 {"gpu", gpu::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
   trial.hash = sha256_hex(inputs.dump()).substr(0, 32);
@@ -145,7 +145,7 @@ std::vector<json> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& 
                              const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear) {
   std::vector<json> results(trials.size());
   if (trials.empty()) return results;
-  for (const Trial& trial : trials) hardware::check_gpu(trial.gpu);
+  for (const Trial& trial : trials) gpu::check_gpu(trial.gpu);
   Runner runner(prepared, place, reference_linear, trials.front().settings);
   std::vector<std::optional<tilecore::History>> histories(trials.size());
   for (std::size_t t = 0; t < trials.size(); ++t) runner.prepare(trials[t], histories[t]);

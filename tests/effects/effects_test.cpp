@@ -15,14 +15,14 @@ namespace {
 using scene::Capture;
 using test::image_bytes;
 
-hardware::GpuConfiguration small_tiles() {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = 16;
+gpu::GpuConfiguration small_tiles() {
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = 16;
   return gpu;
 }
 
 gpu::FrameResult render(const Capture& capture, const gpu::RunSettings& settings, int frame = 0,
-                        const hardware::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
+                        const gpu::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
   gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
   return renderer.render(frame);
 }
@@ -48,7 +48,7 @@ TEST(Effects, ForcedOnEverywhereTheyGiveTheSameImage) {
     EXPECT_EQ(image_bytes(render(capture, forced(gpu::EffectMode::kOn), frame).targets), expected) << name;
     for (const char* key : {"effects.motion", "effects.defocus", "effects.displacement", "effects.alpha_test"}) {
       gpu::RunSettings one;
-      hardware::GpuConfiguration gpu;
+      gpu::GpuConfiguration gpu;
       gpu::apply_setting(std::string(key) + "=on", one, gpu);
       EXPECT_EQ(image_bytes(render(capture, one, frame).targets), expected) << name << " " << key;
     }
@@ -69,16 +69,18 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
   for (std::uint32_t seed = 2; seed <= 6; seed += 2) {
     const auto capture = test::slow_scene(seed);
     const std::string expected = image_bytes(render(*capture, {}).targets);
-    for (const char* method : {"brute", "segments", "partition", "clusters"}) {
-      hardware::GpuConfiguration gpu = small_tiles();
-      gpu.tilecore_visibility_method = method;
-      for (const char* force : {"auto", "on"})
+    using tilecore::VisibilityMethod;
+    for (const VisibilityMethod method : {VisibilityMethod::kBrute, VisibilityMethod::kSegments,
+                                          VisibilityMethod::kPartition, VisibilityMethod::kClusters}) {
+      gpu::GpuConfiguration gpu = small_tiles();
+      gpu.tilecore.visibility.method = method;
+      for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})
         EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected)
-            << seed << " " << method << " " << force;
+            << seed << " " << word(method) << " " << word(force);
     }
-    hardware::GpuConfiguration gpu = small_tiles();
-    gpu.tilecore_traversal = "ray";
-    for (const char* force : {"auto", "on"})
+    gpu::GpuConfiguration gpu = small_tiles();
+    gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
+    for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})
       EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
   }
 }
@@ -86,7 +88,7 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
 TEST(Effects, ForcedOffTheyGiveTheImageOfTheCaptureWithoutThem) {
   const auto same = [](const Capture& with, const char* key, const Capture& without) {
     gpu::RunSettings off;
-    hardware::GpuConfiguration gpu;
+    gpu::GpuConfiguration gpu;
     gpu::apply_setting(std::string(key) + "=off", off, gpu);
     const gpu::FrameResult plain = render(without, {}), result = render(with, off);
     EXPECT_EQ(image_bytes(result.targets), image_bytes(plain.targets)) << key;
@@ -170,10 +172,10 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   job.frame = frame.get();
   job.grid = &grid;
   job.pattern = &pattern;
-  const hardware::GpuConfiguration gpu = small_tiles();
-  binner::Binner binner(gpu, grid);
+  const gpu::GpuConfiguration gpu = small_tiles();
+  binner::Binner binner(gpu.binner_spec(), grid);
   binner::Binner::Cursor cursor;
-  ASSERT_TRUE(binner.run(*frame, frontend::run_front_end(*frame, pyramids, gpu).sub_patches, cursor));
+  ASSERT_TRUE(binner.run(*frame, frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches, cursor));
   const auto patches_seen = [&](bool forced_on, bool cleared) {
     tilecore::TileCore core;
     job.force_motion = forced_on;

@@ -32,14 +32,18 @@ gpu::RunSettings settings_of(Bytes choices) {
   return settings;
 }
 
-hardware::GpuConfiguration machine_of(Bytes choices) {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = choose<std::int64_t>(choices[2], {8, 16, 32});
-  gpu.tilecore_visibility_method =
-      choose(choices[2] / 4, {"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"});
-  gpu.frontend_bound_method = choose(choices[3], {"npatch", "tpatch", "aabb", "interval"});
-  gpu.tessellator_max_factor = choose<std::int64_t>(choices[3] / 4, {8, 16});
-  gpu.binner_time_segments = choose<std::int64_t>(choices[3] / 8, {0, 1, 3});
+gpu::GpuConfiguration machine_of(Bytes choices) {
+  using frontend::BoundMethod;
+  using tilecore::VisibilityMethod;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = choose(choices[2], {8, 16, 32});
+  gpu.tilecore.visibility.method = choose(
+      choices[2] / 4, {VisibilityMethod::kPatchBvh, VisibilityMethod::kBrute, VisibilityMethod::kSegments,
+                       VisibilityMethod::kPartition, VisibilityMethod::kClusters, VisibilityMethod::kInterleaved});
+  gpu.frontend.bound_method =
+      choose(choices[3], {BoundMethod::kNpatch, BoundMethod::kTpatch, BoundMethod::kAabb, BoundMethod::kInterval});
+  gpu.tessellator.max_factor = choose(choices[3] / 4, {8, 16});
+  gpu.binner.time_segments = choose(choices[3] / 8, {0, 1, 3});
   return gpu;
 }
 

@@ -35,7 +35,7 @@ Capture scene() {
   return capture;
 }
 
-Image render(const Capture& capture, const RunSettings& settings, const hardware::GpuConfiguration& gpu = {},
+Image render(const Capture& capture, const RunSettings& settings, const gpu::GpuConfiguration& gpu = {},
              int frame = 0) {
   return Device(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false}).render(frame).targets.color;
 }
@@ -75,7 +75,7 @@ constexpr double kPop = 2.0;
 
 // The camera comes closer, so that factors and splits change on the way; a step moves the outline by about a tenth of a
 // pixel.
-std::vector<double> approach(const RunSettings& settings, const hardware::GpuConfiguration& gpu = {}) {
+std::vector<double> approach(const RunSettings& settings, const gpu::GpuConfiguration& gpu = {}) {
   return steps_of(32, [&](double s) {
     Capture capture = scene();
     for (scene::Node& node : capture.nodes)
@@ -102,12 +102,12 @@ TEST(Continuity, CoarseTessellationThatPopsIsCaught) {
 // Splits decide how work is cut, never what is seen: the image does not change at all.
 TEST(Continuity, SplitLevelsDoNotShow) {
   const Capture capture = scene();
-  hardware::GpuConfiguration whole;
-  whole.frontend_split_depth = 0;
+  gpu::GpuConfiguration whole;
+  whole.frontend.split_depth = 0;
   const Image expected = render(capture, fine(), whole);
   for (const double pixels : {200.0, 64.0, 63.0, 31.9, 16.0, 8.0}) {
-    hardware::GpuConfiguration gpu;
-    gpu.frontend_split_pixels = pixels;
+    gpu::GpuConfiguration gpu;
+    gpu.frontend.split_pixels = pixels;
     EXPECT_EQ(render(capture, fine(), gpu).values, expected.values) << pixels;
   }
 }

@@ -32,8 +32,8 @@ struct Ways {
 FrameResult render(const scene::Capture& capture, const Ways& ways, int width = 160, int height = 90) {
   const ThreadLimit threads(ways.threads);
   force_simd_target(ways.simd);
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = ways.tile;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = ways.tile;
   RunSettings settings;
   settings.procedures.path = ways.path;
   settings.procedures.style = ways.style;

@@ -44,7 +44,7 @@ struct Posed {
   }
   const Capture& capture;
   gpu::RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   scene::Assembly assembly;
   std::unique_ptr<scene::FrameGeometry> frame;
 };

@@ -19,7 +19,7 @@ gpu::RenderRequest whole(int width, int height) { return {width, height, {0, 0, 
 
 struct Variant {
   std::string name;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   gpu::RunSettings settings;
   std::size_t threads = 0;
   std::string simd;
@@ -37,43 +37,46 @@ gpu::FrameResult render(const Capture& capture, const Variant& variant, int fram
 
 // Rectangles, no times, one queue per tile: what every other way of binning is compared with.
 Variant plainest_binning(Variant v) {
-  v.gpu.binner_coverage = "rectangle";
-  v.gpu.binner_time_intervals = false;
-  v.gpu.binner_time_segments = 1;
-  v.gpu.binner_queue_levels = 1;
-  v.gpu.tilecore_occlusion_culling = false;  // hits must be the same
+  v.gpu.binner.coverage = binner::CoverageMethod::kRectangle;
+  v.gpu.binner.time_intervals = false;
+  v.gpu.binner.time_segments = 1;
+  v.gpu.binner.queue_levels = 1;
+  v.gpu.tilecore.occlusion_culling = false;  // hits must be the same
   return v;
 }
 
 // Each way alone and all together, on two sizes of tiles and with a buffer that runs full.
 std::vector<Variant> binning_variants() {
   struct Way {
-    const char *name, *coverage;
+    const char* name;
+    binner::CoverageMethod coverage;
     bool intervals;
     int segments, levels, tile;
     std::int64_t buffer;
-    const char* policy;
+    binner::FullPolicy policy;
   };
+  using enum binner::CoverageMethod;
+  using enum binner::FullPolicy;
   constexpr std::int64_t kRoom = 10 << 20;
   std::vector<Variant> variants;
-  for (const Way& w : {Way{"exact", "exact", false, 1, 1, 32, kRoom, "spill"},
-                       Way{"exact, 8x8 tiles", "exact", false, 1, 1, 8, kRoom, "spill"},
-                       Way{"intervals, 8x8 tiles", "rectangle", true, 1, 1, 8, kRoom, "spill"},
-                       Way{"3 segments, 8x8 tiles", "rectangle", false, 3, 1, 8, kRoom, "spill"},
-                       Way{"chosen segments", "rectangle", false, 0, 1, 8, kRoom, "spill"},
-                       Way{"2 levels", "rectangle", false, 1, 2, 16, kRoom, "spill"},
-                       Way{"everything", "exact", true, 16, 5, 8, kRoom, "spill"},
-                       Way{"everything, partial renders", "exact", true, 16, 5, 16, 6144, "partial_render"},
-                       Way{"everything, spilling", "exact", true, 0, 3, 16, 6144, "spill"}}) {
+  for (const Way& w : {Way{"exact", kExact, false, 1, 1, 32, kRoom, kSpill},
+                       Way{"exact, 8x8 tiles", kExact, false, 1, 1, 8, kRoom, kSpill},
+                       Way{"intervals, 8x8 tiles", kRectangle, true, 1, 1, 8, kRoom, kSpill},
+                       Way{"3 segments, 8x8 tiles", kRectangle, false, 3, 1, 8, kRoom, kSpill},
+                       Way{"chosen segments", kRectangle, false, 0, 1, 8, kRoom, kSpill},
+                       Way{"2 levels", kRectangle, false, 1, 2, 16, kRoom, kSpill},
+                       Way{"everything", kExact, true, 16, 5, 8, kRoom, kSpill},
+                       Way{"everything, partial renders", kExact, true, 16, 5, 16, 6144, kPartialRender},
+                       Way{"everything, spilling", kExact, true, 0, 3, 16, 6144, kSpill}}) {
     Variant v{w.name, {}, {}, 0, ""};
-    v.gpu.binner_coverage = w.coverage;
-    v.gpu.binner_time_intervals = w.intervals;
-    v.gpu.binner_time_segments = w.segments;
-    v.gpu.binner_queue_levels = w.levels;
-    v.gpu.tilecore_occlusion_culling = false;
-    v.gpu.tile_width = v.gpu.tile_height = w.tile;
-    v.gpu.parameter_buffer_bytes = w.buffer;
-    v.gpu.parameter_buffer_full_policy = w.policy;
+    v.gpu.binner.coverage = w.coverage;
+    v.gpu.binner.time_intervals = w.intervals;
+    v.gpu.binner.time_segments = w.segments;
+    v.gpu.binner.queue_levels = w.levels;
+    v.gpu.tilecore.occlusion_culling = false;
+    v.gpu.tile.width = v.gpu.tile.height = w.tile;
+    v.gpu.parameter_buffer.bytes = w.buffer;
+    v.gpu.parameter_buffer.full_policy = w.policy;
     variants.push_back(v);
   }
   return variants;
@@ -82,8 +85,8 @@ std::vector<Variant> binning_variants() {
 // Pairs of a sub-patch and a tile of its bounding rectangle, with the variant's tiles.
 std::uint64_t overlaps_of_rectangles(const Capture& capture, const Variant& variant, int frame) {
   Variant plain = plainest_binning({});
-  plain.gpu.tile_width = variant.gpu.tile_width;
-  plain.gpu.tile_height = variant.gpu.tile_height;
+  plain.gpu.tile.width = variant.gpu.tile.width;
+  plain.gpu.tile.height = variant.gpu.tile.height;
   return render(capture, plain, frame).counters.binner.tile_overlaps;
 }
 
@@ -99,19 +102,19 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
   std::vector<Variant> variants;
   for (const int side : {8, 16, 64, 256}) {
     Variant v{"tiles of " + std::to_string(side), {}, {}, 0, ""};
-    v.gpu.tile_width = side;
-    v.gpu.tile_height = side == 64 ? 24 : side;
+    v.gpu.tile.width = side;
+    v.gpu.tile.height = side == 64 ? 24 : side;
     variants.push_back(v);
   }
   for (const int cells : {4, 9, 64}) {
     Variant v{"sub-patches of " + std::to_string(cells), {}, {}, 0, ""};
-    v.gpu.tessellator_sub_patch_cells = cells;
+    v.gpu.tessellator.sub_patch_cells = cells;
     variants.push_back(v);
   }
-  for (const char* policy : {"partial_render", "spill"}) {
-    Variant v{std::string("a tiny buffer, ") + policy, {}, {}, 0, ""};
-    v.gpu.parameter_buffer_bytes = 4096;
-    v.gpu.parameter_buffer_full_policy = policy;
+  for (const binner::FullPolicy policy : {binner::FullPolicy::kPartialRender, binner::FullPolicy::kSpill}) {
+    Variant v{"a tiny buffer, " + std::string(word(policy)), {}, {}, 0, ""};
+    v.gpu.parameter_buffer.bytes = 4096;
+    v.gpu.parameter_buffer.full_policy = policy;
     variants.push_back(v);
   }
   for (const Variant& v : variants)
@@ -137,29 +140,29 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
 // Every bounding method, split criterion, depth and budget, and each way of culling.
 std::vector<Variant> front_end_variants() {
   std::vector<Variant> variants;
-  const auto add = [&](std::string name) -> hardware::GpuConfiguration& {
+  const auto add = [&](std::string name) -> gpu::GpuConfiguration& {
     return variants.emplace_back(Variant{std::move(name), {}, {}, 0, ""}).gpu;
   };
-  for (const std::string_view method : frontend::kBoundMethodNames)
-    add("bounded by " + std::string(method)).frontend_bound_method = method;
-  for (const std::string_view criterion : frontend::kSplitCriterionNames) {
-    hardware::GpuConfiguration& gpu = add("split by " + std::string(criterion));
-    gpu.frontend_split_criterion = criterion;
-    gpu.frontend_split_pixels = 4;
+  for (const std::string_view method : kEnumWords<frontend::BoundMethod>)
+    add("bounded by " + std::string(method)).frontend.bound_method = *from_word<frontend::BoundMethod>(method);
+  for (const std::string_view criterion : kEnumWords<frontend::SplitCriterion>) {
+    gpu::GpuConfiguration& gpu = add("split by " + std::string(criterion));
+    gpu.frontend.split_criterion = *from_word<frontend::SplitCriterion>(criterion);
+    gpu.frontend.split_pixels = 4;
   }
-  add("no split").frontend_split_depth = 0;
-  add("a budget of three").frontend_split_budget = 3;
-  add("back faces kept").frontend_backface_culling = false;
-  add("hidden entries kept").tilecore_occlusion_culling = false;
+  add("no split").frontend.split_depth = 0;
+  add("a budget of three").frontend.split_budget = 3;
+  add("back faces kept").frontend.backface_culling = false;
+  add("hidden entries kept").tilecore.occlusion_culling = false;
   return variants;
 }
 
 // Also invariant 1, and zero false culls: what is dropped could not have been seen.
 TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeTheImage) {  // M1
   Variant plain;
-  plain.gpu.frontend_bound_method = "obb";
-  plain.gpu.frontend_split_depth = 0;
-  plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
+  plain.gpu.frontend.bound_method = frontend::BoundMethod::kObb;
+  plain.gpu.frontend.split_depth = 0;
+  plain.gpu.frontend.backface_culling = plain.gpu.tilecore.occlusion_culling = false;
   const gpu::FrameResult expected = render(capture, plain, frame);
   for (const Variant& v : front_end_variants())
     EXPECT_EQ(image_bytes(render(capture, v, frame).targets), image_bytes(expected.targets)) << v.name;
@@ -170,12 +173,12 @@ std::vector<Variant> visibility_variants() {
   std::vector<Variant> variants;
   for (const char* method : {"brute", "segments", "partition", "clusters", "interleaved"}) {
     variants.push_back({method, {}, {}, 0, ""});
-    variants.back().gpu.tilecore_visibility_method = method;
+    variants.back().gpu.tilecore.visibility.method = *from_word<tilecore::VisibilityMethod>(method);
   }
   for (const char* node : {"root", "both_children", "leaf_mask"}) {
     variants.push_back({std::string("rays from ") + node, {}, {}, 0, ""});
-    variants.back().gpu.tilecore_traversal = "ray";
-    variants.back().gpu.tilecore_branch_node = node;
+    variants.back().gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
+    variants.back().gpu.tilecore.visibility.branch_node = *from_word<tilecore::BranchNode>(node);
   }
   return variants;
 }
@@ -205,7 +208,7 @@ TEST_P(ShippedCapture, MethodsTileSizesThreadsAndInstructionSetsTogetherGiveTheS
   methods.push_back({"default", {}, {}, 0, ""});
   for (Variant v : methods)
     for (const int side : {16, 32, 64}) {
-      v.gpu.tile_width = v.gpu.tile_height = side;
+      v.gpu.tile.width = v.gpu.tile.height = side;
       nlohmann::json counters;
       for (const std::size_t threads : {1u, 2u})
         for (const std::string& target : simd_target_names()) {
@@ -273,7 +276,7 @@ INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture, testing::Values("eggs", "vase
 TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   Variant tiny;
-  tiny.gpu.parameter_buffer_bytes = 4096;
+  tiny.gpu.parameter_buffer.bytes = 4096;
   const gpu::FrameResult partial = render(capture, tiny, 14), whole_frame = render(capture, {}, 14);
   EXPECT_GT(partial.counters.binner.partial_renders, 2u);
   EXPECT_LE(partial.counters.binner.queue_bytes_peak, 4096u);
@@ -282,7 +285,7 @@ TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   const auto& state = partial.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileState);
   EXPECT_GT(state.written_bytes, 0u);
   EXPECT_EQ(state.written_bytes, state.read_bytes);  // what was stored was loaded again
-  tiny.gpu.parameter_buffer_full_policy = "spill";
+  tiny.gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   const gpu::FrameResult spilled = render(capture, tiny, 14);
   EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
   EXPECT_GT(spilled.counters.binner.spilled_chunks, 0u);
@@ -457,8 +460,8 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
     const Capture capture = crowd(moving, aperture);
     Variant culling, plain;
     culling.settings.tessellation.target_edge_pixels = plain.settings.tessellation.target_edge_pixels = 1.5;
-    plain.gpu.frontend_split_depth = 0;
-    plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
+    plain.gpu.frontend.split_depth = 0;
+    plain.gpu.frontend.backface_culling = plain.gpu.tilecore.occlusion_culling = false;
     const gpu::FrameResult expected = render(capture, plain, 0, whole(320, 180)),
                            result = render(capture, culling, 0, whole(320, 180));
     EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets));
@@ -487,12 +490,12 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
     capture.roots.push_back(node);
     test::add_motion(capture, node, DVec3(3, 0, 0));
     capture.settings.frame_rate = 8;
-    hardware::GpuConfiguration gpu;
-    if (tiny_buffer) gpu.parameter_buffer_bytes = 4096;
+    gpu::GpuConfiguration gpu;
+    if (tiny_buffer) gpu.parameter_buffer.bytes = 4096;
     gpu::RunSettings settings;
     settings.tessellation.target_edge_pixels = 2;
-    hardware::GpuConfiguration guessing = gpu;
-    guessing.frontend_previous_depth_culling = true;
+    gpu::GpuConfiguration guessing = gpu;
+    guessing.frontend.previous_depth_culling = true;
     gpu::Device plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));
     std::uint64_t culled = 0, second_pass = 0, entries = 0, plain_entries = 0;
     for (int frame = 0; frame < 6; ++frame) {

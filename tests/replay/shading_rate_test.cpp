@@ -22,10 +22,10 @@ gpu::FrameResult render(const scene::Capture& capture, const Machine& machine, i
                         int height = 135) {
   const ThreadLimit threads(machine.threads);
   force_simd_target(machine.plainest_simd ? simd_target_names().back() : "");
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = machine.tile;
-  gpu.shading_cache_entries = machine.entries;
-  gpu.shading_cache_group = machine.group;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = machine.tile;
+  gpu.shading_cache.entries = machine.entries;
+  gpu.shading_cache.group = machine.group;
   gpu::RunSettings settings;
   settings.shading.rate = machine.rate;
   gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
