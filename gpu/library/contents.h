@@ -10,10 +10,10 @@
 
 #include <tessera/tessera.h>
 
+#include "gpu/configuration.h"
 #include "gpu/device.h"
 #include "gpu/prepared_capture.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "scene/capture.h"
 
 // What the public classes of include/tessera hold.
@@ -35,7 +35,7 @@ struct Scene::Content {
 };
 
 struct Gpu::Content {
-  hardware::GpuConfiguration configuration;
+  gpu::GpuConfiguration configuration;
 };
 
 struct Settings::Content {
