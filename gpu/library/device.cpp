@@ -44,7 +44,7 @@ gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunS
 
 }  // namespace
 
-struct Device::Content {
+struct TESSERA_LOCAL Device::Content {
   Content(const Scene& drawn, const gpu::GpuConfiguration& configuration, const gpu::RunSettings& settings,
           const RenderOptions& options)
       : scene(drawn),
