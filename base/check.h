@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 namespace tessera {
 
@@ -14,8 +13,10 @@ struct WorkPlace {
 
 WorkPlace& current_work_place();
 
-// The command line that repeats this run, without --frames and --region; set once by the program.
-void set_reproduction_command(std::string command);
+// Called on the thread whose check failed, before it aborts, to say on stderr what only the program knows: the command
+// that repeats it. The program sets it; null, as it starts: nobody has more to say.
+using FailureHook = void (*)(const WorkPlace& place);
+void set_failure_hook(FailureHook hook);
 
 [[noreturn]] void check_failed(const char* condition, const char* file, int line, const char* meaning);
 

@@ -1,5 +1,6 @@
 #include "base/error.h"
 
+#include <string_view>
 #include <utility>
 
 #include "base/text.h"
@@ -16,9 +17,6 @@ std::string one_line(const std::string& file, const std::string& place, const st
 }  // namespace
 
 InputError::InputError(std::string file, std::string place, std::string fault)
-    : std::runtime_error(one_line(file, place, fault)),
-      file_(std::move(file)),
-      place_(std::move(place)),
-      fault_(std::move(fault)) {}
+    : Error(one_line(file, place, fault)), file_(std::move(file)), place_(std::move(place)), fault_(std::move(fault)) {}
 
 }  // namespace tessera

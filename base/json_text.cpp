@@ -60,4 +60,17 @@ int whole_number(const nlohmann::json& value) {
   return static_cast<int>(value.get<std::int64_t>());
 }
 
+std::string pointer_step(std::string_view key) {
+  std::string step = "/";
+  for (const char c : key) {
+    if (c == '~')
+      step += "~0";
+    else if (c == '/')
+      step += "~1";
+    else
+      step += c;
+  }
+  return step;
+}
+
 }  // namespace tessera

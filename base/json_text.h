@@ -15,4 +15,7 @@ nlohmann::json parse_json(std::string_view text, const std::string& file, int ma
 // or true somehow.
 int whole_number(const nlohmann::json& value);
 
+// One step of a JSON pointer (RFC 6901): "/" and the key, its own '~' and '/' escaped.
+std::string pointer_step(std::string_view key);
+
 }  // namespace tessera

@@ -82,4 +82,6 @@ std::string sha256_hex(std::string_view text) {
   return hash.finish();
 }
 
+std::string sha256_name(std::string_view text) { return sha256_hex(text).substr(0, 32); }
+
 }  // namespace tessera

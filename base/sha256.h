@@ -28,4 +28,7 @@ class Sha256 {
 
 std::string sha256_hex(std::string_view text);
 
+// The first 32 of these digits: names a file of what `text` says it follows from.
+std::string sha256_name(std::string_view text);
+
 }  // namespace tessera

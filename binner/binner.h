@@ -11,9 +11,9 @@
 
 namespace tessera::binner {
 
-// Sorts bounded sub-patches into the queues of tiles and groups of tiles. When the parameter buffer runs full it stops;
-// the caller renders all tiles, calls reset() and continues at the same cursor. Nothing is lost and nothing is binned
-// twice.
+// The list builder: sorts bounded sub-patches into the queues of tiles and groups of tiles. When the parameter buffer
+// runs full it stops; the caller renders all tiles, calls reset() and continues at the same cursor. Nothing is lost and
+// nothing is binned twice.
 class Binner {
  public:
   Binner(const hardware::GpuConfiguration& gpu, const TileGrid& grid)

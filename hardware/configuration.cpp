@@ -154,10 +154,14 @@ GpuConfiguration load_gpu(const std::string& preset_or_file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(preset_or_file, ignored)) return preset(preset_or_file);
   constexpr std::uint64_t kMaxBytes = 16u << 20;
+  return parse_gpu(read_whole_text(preset_or_file, kMaxBytes), preset_or_file);
+}
+
+GpuConfiguration parse_gpu(std::string_view text, const std::string& name) {
   try {
-    return from_json(preset_or_file, parse_json(read_whole_text(preset_or_file, kMaxBytes), preset_or_file));
+    return from_json(name, parse_json(text, name));
   } catch (const UsageError& error) {
-    throw InputError(preset_or_file, "", error.what());
+    throw InputError(name, "", error.what());
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -77,6 +78,9 @@ std::vector<std::string> preset_names();
 // file leaves out keep the value of its "preset" member (default "middle"). Throws UsageError for an unknown preset,
 // InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);
+
+// The same from the text of such a file; `name` stands for it in messages. Throws InputError.
+GpuConfiguration parse_gpu(std::string_view text, const std::string& name);
 
 // Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, ...).
 // Throws UsageError naming the keys.

@@ -5,16 +5,15 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "base/atomic_file.h"
 #include "base/color.h"
 #include "base/error.h"
 #include "base/exr_file.h"
 #include "base/image_metrics.h"
-#include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
-#include "base/whole_file.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
 #include "shaders_cpp/tone_map.h"
@@ -56,16 +55,16 @@ ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, s
 
 // The error of an image of n samples: the spread of images of n samples that share none. Each of four series of
 // independent seeds gives two, its first n and its next n.
-json measure_convergence(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
-                         const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
-  const int width = std::max(1, wanted.width / 4), height = std::max(1, wanted.height / 4);
-  const PosedReference posed(prepared, gpu, settings, wanted, width, height);
-  std::vector<int> samples;
+Convergence measure_convergence(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+                                const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
+  Convergence out{std::max(1, wanted.width / 4), std::max(1, wanted.height / 4), {}, {}, {}};
+  const PosedReference posed(prepared, gpu, settings, wanted, out.width, out.height);
+  std::vector<int>& samples = out.samples;
   for (int n = std::min(16, wanted.samples); n <= wanted.samples; n *= 2) samples.push_back(n);
   std::vector<std::vector<Image>> series;
   for (std::uint64_t k = 0; k < 4; ++k)
     series.push_back(render_reference(*posed.scene, request_of(prepared.capture, kOtherSeed + k, samples)));
-  std::vector<double> errors;
+  std::vector<double>& errors = out.rms_error;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     double squares = 0;
     std::vector<double> of(series.size() * 2);
@@ -83,8 +82,7 @@ json measure_convergence(const gpu::PreparedCapture& prepared, const hardware::G
     }
     errors.push_back(std::sqrt(squares / static_cast<double>(series[0][n].values.size())));
   }
-  json out = {{"size", {width, height}}, {"samples", samples}, {"rms_error", errors}, {"slope", nullptr}};
-  if (samples.size() > 1 && errors.back() > 0) out["slope"] = convergence_slope(samples, errors);
+  if (samples.size() > 1 && errors.back() > 0) out.slope = convergence_slope(samples, errors);
   return out;
 }
 
@@ -100,30 +98,26 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::G
                  half < wanted.samples ? std::vector<int>{half, wanted.samples} : std::vector<int>{wanted.samples}));
   Reference reference;
   reference.color = std::move(images.back());
-  reference.info = {{"samples", wanted.samples},
-                    {"edge_pixels", wanted.edge_pixels},
-                    {"triangles", posed.scene->triangles.size()},
-                    {"rms_error", nullptr},
-                    {"psnr_db", nullptr}};
+  reference.info.samples = wanted.samples;
+  reference.info.edge_pixels = wanted.edge_pixels;
+  reference.info.triangles = posed.scene->triangles.size();
   if (images.size() > 1) {
     Image second = images.front();
     const float all = static_cast<float>(wanted.samples), first = static_cast<float>(half);
     for (std::size_t i = 0; i < second.values.size(); ++i)
       second.values[i] = (reference.color.values[i] * all - second.values[i] * first) / (all - first);
     // The mean of two halves errs by half of their difference.
-    reference.info["rms_error"] = 0.5 * rms_difference(images.front(), second);
+    reference.info.rms_error = 0.5 * rms_difference(images.front(), second);
     const float exposure =
         settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared.capture.settings.exposure;
     const double db =
         psnr(display_values(images.front(), exposure), display_values(second, exposure)) + 20 * std::log10(2.0);
-    if (std::isfinite(db)) reference.info["psnr_db"] = db;
+    if (std::isfinite(db)) reference.info.psnr_db = db;
   }
   const double own = process_seconds() - processor,
                seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  reference.info["convergence"] = measure_convergence(prepared, gpu, settings, wanted);
-  reference.info["host"] = {{"seconds", seconds},
-                            {"processor_seconds", own},
-                            {"convergence_processor_seconds", process_seconds() - processor - own}};
+  reference.info.convergence = measure_convergence(prepared, gpu, settings, wanted);
+  reference.info.host = {seconds, own, process_seconds() - processor - own};
   return reference;
 }
 
@@ -148,12 +142,12 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::Gp
                     {"blending", settings.blending == "off"},
                     {"procedures", settings.procedures == "off"},
                     {"exposure", settings.exposure}};
-  const std::string hash = sha256_hex(key.dump()).substr(0, 32);
+  const std::string hash = sha256_name(key.dump());
   const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;
   Reference reference;
   if (fs::is_regular_file(info, ignored) && fs::is_regular_file(image, ignored)) {
-    reference.info = parse_json(read_whole_text(info), info.string());
+    reference.info = read_reference_info(info);
     reference.color = read_exr(image);
     if (reference.color.width != wanted.width || reference.color.height != wanted.height)
       throw InputError(image.string(), "", "is not the image that its name stands for");
@@ -165,7 +159,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::Gp
     channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kFloat, reference.color.values.data() + c,
                         static_cast<std::size_t>(reference.color.channels)});
   write_exr(image, wanted.width, wanted.height, channels);
-  write_file_atomically(info, reference.info.dump(1) + "\n");  // last: what is there is complete
+  write_file_atomically(info, reference_info_json(reference.info).dump(1) + "\n");  // last: what is there is complete
   return reference;
 }
 

@@ -3,10 +3,9 @@
 #include <filesystem>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "base/image.h"
 #include "gpu/device.h"
+#include "reference/reference_info.h"
 
 namespace tessera::reference {
 
@@ -19,10 +18,7 @@ struct ReferenceSettings {
 
 struct Reference {
   Image color;  // linear light
-  // {"samples", "edge_pixels", "triangles", "rms_error", "psnr_db", "convergence": {"size", "samples", "rms_error",
-  // "slope"}, "host"}: rms_error and psnr_db are what is left of its own noise, from the difference of its two halves;
-  // convergence is that of a smaller image of the same frame, from four series of independent seeds.
-  nlohmann::json info;
+  ReferenceInfo info;
 };
 
 // Finest grids that a reference has, in cells along an edge.

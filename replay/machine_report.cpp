@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
+#include "gpu/counter_list.h"
+
 namespace tessera::replay {
 namespace {
 
 using nlohmann::json;
-using timing::kStageCount;
-using timing::Stage;
 
 std::uint64_t whole(double cycles) { return static_cast<std::uint64_t>(std::ceil(cycles)); }
 
@@ -35,9 +35,7 @@ std::vector<std::string> energy_names() {
 
 json timing_json(const timing::FrameTiming& timing) {
   json units = json::object();
-  for (std::size_t s = 0; s < kStageCount; ++s)
-    units[std::string(name(static_cast<Stage>(s)))] = unit_json(timing.busy[s], timing.cycles);
-  units["tilecores"] = unit_json(timing.cores_busy, timing.cycles);
+  for (const auto& [unit, busy] : gpu::busy_cycles(timing)) units[std::string(unit)] = unit_json(busy, timing.cycles);
   return {{"cycles", whole(timing.cycles)},
           {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""},
           {"bound_by_cycles", whole(timing.bound_cycles)},

@@ -8,19 +8,20 @@
 #include <CLI/CLI.hpp>
 
 #include "base/atomic_file.h"
-#include "base/check.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "gpu/dram_bursts.h"
+#include "gpu/image_bytes.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
 #include "replay/frame_files.h"
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/reproduction.h"
 #include "replay/statistics.h"
 #include "replay/tile_map_files.h"
 #include "scene/capture_reader.h"
@@ -119,7 +120,7 @@ class ReplayCommand final : public Command {
     const scene::Capture capture = scene::read_capture(capture_, limits);
     const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
-    set_reproduction_command(fmt::format("tessera replay {}", capture_));
+    repeat_failures_with(fmt::format("tessera replay {}", capture_));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
 
@@ -240,12 +241,7 @@ class ReplayCommand final : public Command {
       throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
     if (!history_.empty() && settings.eye_separation > 0)
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
-    // Colour, its encoded copies, auxiliary layers, two histories; once more for a right eye.
-    const std::uint64_t bytes = static_cast<std::uint64_t>(request.region.width()) *
-                                static_cast<std::uint64_t>(request.region.height()) *
-                                ((request.auxiliary ? 64 : 32) + (request.resolve_auxiliary ? 28 : 0) +
-                                 (settings.desampling == "off" ? 0 : 50)) *
-                                (settings.eye_separation > 0 ? 2 : 1);
+    const std::uint64_t bytes = gpu::image_bytes(request, settings);
     if (bytes > max_bytes)
       throw LimitError(fmt::format("images of {}x{} need {} bytes, --max-memory allows {}", request.region.width(),
                                    request.region.height(), bytes, max_bytes));

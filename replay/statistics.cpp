@@ -1,11 +1,10 @@
 #include "replay/statistics.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
 #include "base/simd_targets.h"
+#include "gpu/counter_list.h"
 #include "replay/machine_report.h"
 
 namespace tessera::replay {
@@ -15,17 +14,11 @@ using nlohmann::json;
 
 json dram_json(const memory::Ledger& ledger) {
   json rows = json::array();
-  for (std::size_t u = 0; u < memory::kUnitCount; ++u)
-    for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
-      const auto unit = static_cast<memory::Unit>(u);
-      const auto purpose = static_cast<memory::Purpose>(p);
-      const memory::Traffic& t = ledger.traffic(unit, purpose);
-      if (t.read_bytes == 0 && t.written_bytes == 0) continue;
-      rows.push_back({{"unit", name(unit)},
-                      {"purpose", name(purpose)},
-                      {"read_bytes", t.read_bytes},
-                      {"written_bytes", t.written_bytes}});
-    }
+  for (const gpu::TrafficRow& row : gpu::traffic_rows(ledger))
+    rows.push_back({{"unit", name(row.unit)},
+                    {"purpose", name(row.purpose)},
+                    {"read_bytes", row.traffic.read_bytes},
+                    {"written_bytes", row.traffic.written_bytes}});
   return rows;
 }
 
@@ -33,14 +26,7 @@ json dram_json(const memory::Ledger& ledger) {
 
 json counters_json(const gpu::FrameCounters& counters) {
   json out = json::object();  // nlohmann sorts the keys
-  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
-    using S = std::decay_t<decltype(unit)>;
-    if (absent(unit)) return;
-    for (const auto& field : kCounterFields<S>) out[std::string(field.name)] = unit.*field.member;
-  });
-  const memory::Traffic total = counters.ledger.total();
-  out["dram.read_bytes"] = total.read_bytes;
-  out["dram.written_bytes"] = total.written_bytes;
+  for (const auto& [name, value] : gpu::counter_values(counters)) out[std::string(name)] = value;
   return out;
 }
 

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 
 #include "base/atomic_file.h"
-#include "base/check.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
@@ -14,6 +13,7 @@
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/reproduction.h"
 #include "replay/sweep/sweep_runner.h"
 
 namespace tessera::replay {
@@ -62,7 +62,7 @@ class SweepCommand final : public Command {
     const Study study = read_study(study_, max_points_);
     check_output_folder(out_,
                         {"sweep.json", "sweep.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
-    set_reproduction_command(fmt::format("tessera sweep {}", study_));
+    repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
     const std::vector<SweepPoint> points = expand_points(study, program_fingerprint());
     const SweepFolder folder(out_);

@@ -7,8 +7,6 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
-#include "base/atomic_file.h"
-#include "base/check.h"
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
@@ -17,13 +15,16 @@
 #include "replay/option_numbers.h"
 #include "replay/progress.h"
 #include "replay/report/report.h"
+#include "replay/reproduction.h"
+#include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
+#include "replay/tradeoff/tradeoff_files.h"
+#include "replay/tradeoff/tradeoff_words.h"
 
 namespace tessera::replay {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 // Where --joint is given without knobs: those that trade most.
 constexpr const char* kUsualJoint = "samples,edge,shading";
@@ -83,7 +84,7 @@ class TradeoffCommand final : public Command {
     app.add_option("--max-flip", max_flip_, "Print the cheapest setting whose mean FLIP error is at most this")
         ->type_name("X");
     app.add_option("--min-psnr", min_psnr_, "Print the cheapest setting whose PSNR is at least this")->type_name("DB");
-    app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCosts, ", ")))
+    app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCostNames, ", ")))
         ->type_name("COST")
         ->capture_default_str();
     app.add_option("--rounds", rounds_, "Times that everything is run; host times are medians")
@@ -122,32 +123,32 @@ class TradeoffCommand final : public Command {
   void run() override {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
     TradeoffOptions options = read_options();
-    if (std::find_if(std::begin(kCosts), std::end(kCosts), [&](const char* c) { return cost_ == c; }) ==
-        std::end(kCosts))
-      throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCosts, ", ")));
+    const CheapestWanted wanted{read_cost(), max_flip_, min_psnr_};
     check_output_folder(
         out_, {"tradeoff.json", "tradeoff.csv", "report.html", "reference/*.json", "reference/*.exr", "points/*.json"});
-    set_reproduction_command(fmt::format("tessera tradeoff {}", capture_));
+    repeat_failures_with(fmt::format("tessera tradeoff {}", capture_));
     install_stop_handler();
-    json result = run_tradeoff(options);
-    if (max_flip_ || min_psnr_)
-      result["cheapest"] = {{"cost", cost_},
-                            {"max_flip", max_flip_ ? json(*max_flip_) : json()},
-                            {"min_psnr", min_psnr_ ? json(*min_psnr_) : json()},
-                            {"setting", cheapest(result, cost_, max_flip_, min_psnr_)}};
-    write_file_atomically(fs::path(out_) / "tradeoff.csv", tradeoff_csv(result));
-    write_file_atomically(fs::path(out_) / "tradeoff.json", result.dump(1) + "\n");
+    const TradeoffResult result = run_tradeoff(options);
+    std::optional<CheapestAnswer> answer;
+    if (max_flip_ || min_psnr_) answer = {wanted, cheapest(result.knobs, wanted)};
+    write_tradeoff(out_, result, answer);
     if (const std::string missing = missing_for_reports(); missing.empty())
       write_report(out_);
     else if (!quiet_)
       std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
-    if (!quiet_)
-      say(result);
-    else if (result.contains("cheapest"))
-      say_cheapest(result);
+    if (!quiet_) say(result);
+    if (answer) say_cheapest(*answer);
+    if (!quiet_) fmt::print("results are in {}\n", (fs::path(out_) / "tradeoff.csv").string());
   }
 
  private:
+  Cost read_cost() const {
+    const auto found = std::find(kCostNames.begin(), kCostNames.end(), cost_);
+    if (found == kCostNames.end())
+      throw UsageError(fmt::format("--cost {}: expected {}", escape_control(cost_, 80), fmt::join(kCostNames, ", ")));
+    return kCosts[static_cast<std::size_t>(found - kCostNames.begin())];
+  }
+
   TradeoffOptions read_options() const {
     TradeoffOptions options;
     options.capture = capture_;
@@ -176,39 +177,28 @@ class TradeoffCommand final : public Command {
     return options;
   }
 
-  void say(const json& result) const {
-    const json& reference = result.at("reference");
-    const json& slope = reference.at("convergence").at("slope");
-    fmt::print("{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles",
-               result.at("capture").get<std::string>(), result.at("frame").get<int>(), options_width(result),
-               options_height(result), reference.at("samples").get<int>(),
-               reference.at("edge_pixels") == 0.0
-                   ? "the machine's own grids"
-                   : fmt::format("cells of {} px", reference.at("edge_pixels").get<double>()),
-               reference.at("triangles").get<std::size_t>());
-    if (!reference.at("psnr_db").is_null())
-      fmt::print(", its own noise {:.1f} dB", reference.at("psnr_db").get<double>());
-    if (!slope.is_null()) fmt::print(", error falls as samples^{:.3f}", slope.get<double>());
+  static void say(const TradeoffResult& result) {
+    const reference::ReferenceInfo& reference = result.reference;
+    fmt::print(
+        "{} frame {}, {}x{}; reference: {} samples per pixel, {}, {} triangles", result.capture, result.frame,
+        result.width, result.height, reference.samples,
+        reference.edge_pixels == 0 ? "the machine's own grids" : fmt::format("cells of {} px", reference.edge_pixels),
+        reference.triangles);
+    if (reference.psnr_db) fmt::print(", its own noise {:.1f} dB", *reference.psnr_db);
+    if (reference.convergence.slope) fmt::print(", error falls as samples^{:.3f}", *reference.convergence.slope);
     fmt::print("\n{}", tradeoff_table(result));
-    if (result.at("stopped").get<bool>()) fmt::print("\nstopped; the same command goes on from here\n");
-    if (result.contains("cheapest")) say_cheapest(result);
-    fmt::print("results are in {}\n", (fs::path(out_) / "tradeoff.csv").string());
+    if (result.stopped) fmt::print("\nstopped; the same command goes on from here\n");
   }
 
-  static int options_width(const json& result) { return result.at("size")[0]; }
-  static int options_height(const json& result) { return result.at("size")[1]; }
-
-  void say_cheapest(const json& result) const {
-    const json& found = result.at("cheapest").at("setting");
-    if (found.is_null()) {
+  void say_cheapest(const CheapestAnswer& answer) const {
+    if (!answer.found) {
       fmt::print("\nno setting that was tried is as good as that; --joint tries combinations\n");
       return;
     }
-    const json& db = found.at("error").at("psnr_db");
-    fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, found.at("label").get<std::string>(),
-               found.at("knob").get<std::string>(), found.at("error").at("flip").get<double>(),
-               db.is_null() ? "equal" : fmt::format("{:.2f} dB", db.get<double>()),
-               found.at("arguments").get<std::string>());
+    const SettingResult& setting = answer.found->setting;
+    const ImageError& error = setting.measured.error;
+    fmt::print("\ncheapest by {}: {} ({}), FLIP {:.5f}, PSNR {}\n  {}\n", cost_, setting.label, answer.found->knob,
+               error.flip, error.psnr_db ? fmt::format("{:.2f} dB", *error.psnr_db) : "equal", setting.arguments);
   }
 
   std::string capture_, out_, size_ = "640x360", gpu_ = "middle", knobs_, joint_, cost_ = "cycles";

@@ -1,10 +1,10 @@
-#include <initializer_list>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
-#include "base/error.h"
 #include "base/json_text.h"
+#include "base/json_value.h"
 #include "base/whole_file.h"
 #include "replay/report/report.h"
 
@@ -13,138 +13,69 @@ namespace {
 
 using nlohmann::json;
 
-enum class Kind { kText, kNumber, kNumberOrNull, kFlag, kObject, kArray, kNumbers };
+// Everything that page/tradeoff.js reads must be there, and of its type: without it the page would stop half way.
 
-struct Member {
-  const char* name;
-  Kind kind;
-};
-
-bool is(const json& value, Kind kind) {
-  switch (kind) {
-    case Kind::kText:
-      return value.is_string();
-    case Kind::kNumber:
-      return value.is_number();
-    case Kind::kNumberOrNull:
-      return value.is_number() || value.is_null();
-    case Kind::kFlag:
-      return value.is_boolean();
-    case Kind::kObject:
-      return value.is_object();
-    case Kind::kArray:
-      return value.is_array();
-    case Kind::kNumbers:
-      break;
-  }
-  if (!value.is_array()) return false;
-  for (const json& number : value)
-    if (!number.is_number()) return false;
-  return true;
+void expect_texts(const JsonValue& object, std::initializer_list<const char*> names) {
+  for (const char* name : names) object.member(name).text();
 }
 
-const char* in_words(Kind kind) {
-  static constexpr const char* kWords[] = {"a text",    "a number", "a number or null",   "true or false",
-                                           "an object", "an array", "an array of numbers"};
-  return kWords[static_cast<std::size_t>(kind)];
+void expect_numbers(const JsonValue& object, std::initializer_list<const char*> names) {
+  for (const char* name : names) object.member(name).number();
 }
 
-// Everything that page/tradeoff.js reads must be there: without it the page would stop half way.
-class Checker {
- public:
-  explicit Checker(std::string file) : file_(std::move(file)) {}
+void expect_numbers_or_nulls(const JsonValue& object, std::initializer_list<const char*> names) {
+  for (const char* name : names) object.member(name).number_or_null();
+}
 
-  void check(const json& root) const {
-    expect(root, "",
-           {{"schema", Kind::kText},
-            {"stopped", Kind::kFlag},
-            {"capture", Kind::kText},
-            {"size", Kind::kNumbers},
-            {"rounds", Kind::kNumber},
-            {"settings", Kind::kObject},
-            {"gpu", Kind::kObject},
-            {"reference", Kind::kObject},
-            {"knobs", Kind::kArray}});
-    if (root["schema"] != "tessera.tradeoff/1") throw InputError(file_, "/schema", "is not tessera.tradeoff/1");
-    check_reference(root["reference"]);
-    for (std::size_t k = 0; k < root["knobs"].size(); ++k) check_knob(root["knobs"][k], fmt::format("/knobs/{}", k));
-    if (!root.contains("cheapest")) return;
-    const json& cheapest = root["cheapest"];
-    expect(cheapest, "/cheapest",
-           {{"cost", Kind::kText}, {"max_flip", Kind::kNumberOrNull}, {"min_psnr", Kind::kNumberOrNull}});
-    if (!cheapest.at("setting").is_null())
-      expect(cheapest["setting"], "/cheapest/setting",
-             {{"label", Kind::kText}, {"knob", Kind::kText}, {"arguments", Kind::kText}});
-  }
+void expect_objects(const JsonValue& object, std::initializer_list<const char*> names) {
+  for (const char* name : names) object.member(name).members();
+}
 
- private:
-  void expect(const json& object, const std::string& place, std::initializer_list<Member> members) const {
-    if (!object.is_object()) throw InputError(file_, place, "is not an object");
-    for (const Member& member : members) {
-      const auto found = object.find(member.name);
-      if (found == object.end()) throw InputError(file_, fmt::format("{}/{}", place, member.name), "is missing");
-      if (!is(*found, member.kind))
-        throw InputError(file_, fmt::format("{}/{}", place, member.name),
-                         fmt::format("is not {}", in_words(member.kind)));
-    }
-  }
+void check_reference(const JsonValue& reference) {
+  expect_numbers(reference, {"samples", "edge_pixels"});
+  expect_numbers_or_nulls(reference, {"psnr_db"});
+  const JsonValue convergence = reference.member("convergence"), errors = convergence.member("rms_error");
+  expect_numbers_or_nulls(convergence, {"slope"});
+  convergence.member("size").numbers();
+  if (convergence.member("samples").numbers().size() != errors.numbers().size())
+    errors.refuse("has not one error for each number of samples");
+}
 
-  void check_reference(const json& reference) const {
-    expect(reference, "/reference",
-           {{"samples", Kind::kNumber},
-            {"edge_pixels", Kind::kNumber},
-            {"psnr_db", Kind::kNumberOrNull},
-            {"convergence", Kind::kObject}});
-    const json& convergence = reference["convergence"];
-    expect(convergence, "/reference/convergence",
-           {{"samples", Kind::kNumbers},
-            {"rms_error", Kind::kNumbers},
-            {"slope", Kind::kNumberOrNull},
-            {"size", Kind::kNumbers}});
-    if (convergence["samples"].size() != convergence["rms_error"].size())
-      throw InputError(file_, "/reference/convergence/rms_error", "has not one error for each number of samples");
-  }
+void check_setting(const JsonValue& setting) {
+  expect_texts(setting, {"label", "says", "arguments"});
+  setting.member("base").flag();
+  expect_numbers_or_nulls(setting, {"cycles", "dram_bytes", "energy_nj", "watched"});
+  expect_objects(setting, {"front"});
+  const JsonValue error = setting.member("error"), host = setting.member("host");
+  expect_numbers_or_nulls(error, {"psnr_db"});
+  expect_numbers(error, {"ssim", "flip", "max_error"});
+  for (const char* times : {"seconds", "processor_seconds"})
+    expect_numbers(host.member(times), {"median", "low", "high"});
+}
 
-  void check_knob(const json& knob, const std::string& place) const {
-    expect(knob, place,
-           {{"name", Kind::kText},
-            {"title", Kind::kText},
-            {"context", Kind::kText},
-            {"watched", Kind::kText},
-            {"watched_as", Kind::kText},
-            {"skipped", Kind::kText},
-            {"idle", Kind::kFlag},
-            {"settings", Kind::kArray}});
-    for (std::size_t s = 0; s < knob["settings"].size(); ++s)
-      check_setting(knob["settings"][s], fmt::format("{}/settings/{}", place, s));
-  }
+void check_knob(const JsonValue& knob) {
+  expect_texts(knob, {"name", "title", "context", "watched", "watched_as", "skipped"});
+  knob.member("idle").flag();
+  for (const JsonValue& setting : knob.member("settings").elements()) check_setting(setting);
+}
 
-  void check_setting(const json& row, const std::string& place) const {
-    expect(row, place,
-           {{"label", Kind::kText},
-            {"says", Kind::kText},
-            {"arguments", Kind::kText},
-            {"base", Kind::kFlag},
-            {"cycles", Kind::kNumberOrNull},
-            {"dram_bytes", Kind::kNumberOrNull},
-            {"energy_nj", Kind::kNumberOrNull},
-            {"watched", Kind::kNumberOrNull},
-            {"error", Kind::kObject},
-            {"front", Kind::kObject},
-            {"host", Kind::kObject}});
-    expect(row["error"], place + "/error",
-           {{"psnr_db", Kind::kNumberOrNull},
-            {"ssim", Kind::kNumber},
-            {"flip", Kind::kNumber},
-            {"max_error", Kind::kNumber}});
-    expect(row["host"], place + "/host", {{"seconds", Kind::kObject}, {"processor_seconds", Kind::kObject}});
-    for (const char* time : {"seconds", "processor_seconds"})
-      expect(row["host"][time], fmt::format("{}/host/{}", place, time),
-             {{"median", Kind::kNumber}, {"low", Kind::kNumber}, {"high", Kind::kNumber}});
-  }
-
-  std::string file_;
-};
+void check_tradeoff(const JsonValue& root) {
+  if (const JsonValue schema = root.member("schema"); schema.text() != "tessera.tradeoff/1")
+    schema.refuse("is not tessera.tradeoff/1");
+  root.member("stopped").flag();
+  expect_texts(root, {"capture"});
+  root.member("size").numbers();
+  expect_numbers(root, {"rounds"});
+  expect_objects(root, {"settings", "gpu"});
+  check_reference(root.member("reference"));
+  for (const JsonValue& knob : root.member("knobs").elements()) check_knob(knob);
+  const auto cheapest = root.find("cheapest");
+  if (!cheapest) return;
+  expect_texts(*cheapest, {"cost"});
+  expect_numbers_or_nulls(*cheapest, {"max_flip", "min_psnr"});
+  if (const JsonValue setting = cheapest->member("setting"); !setting.is_null())
+    expect_texts(setting, {"label", "knob", "arguments"});
+}
 
 }  // namespace
 
@@ -152,14 +83,15 @@ class Checker {
 json tradeoff_report(const std::filesystem::path& folder, std::string& note) {
   const std::filesystem::path file = folder / "tradeoff.json";
   json tradeoff = parse_json(read_whole_text(file), file.string());
-  Checker(file.string()).check(tradeoff);
-  if (tradeoff["stopped"].get<bool>()) note = "the tradeoff was stopped before its end";
-  const std::string capture = tradeoff["capture"];
-  const int frame = whole_number(tradeoff.at("frame")), width = whole_number(tradeoff["size"].at(0)),
-            height = whole_number(tradeoff["size"].at(1));
-  return {{"title", fmt::format("What accuracy costs: {}", capture)},
-          {"subtitle", fmt::format("Frame {}, {}x{}, {} knobs", frame, width, height, tradeoff["knobs"].size())},
-          {"tradeoff", std::move(tradeoff)}};
+  const JsonValue root(tradeoff, file.string());
+  check_tradeoff(root);
+  if (root.member("stopped").flag()) note = "the tradeoff was stopped before its end";
+  const std::vector<JsonValue> size = root.member("size").elements();
+  if (size.size() != 2) root.member("size").refuse("is not a width and a height");
+  const std::string title = fmt::format("What accuracy costs: {}", root.member("capture").text());
+  const std::string subtitle = fmt::format("Frame {}, {}x{}, {} knobs", root.member("frame").whole(), size[0].whole(),
+                                           size[1].whole(), tradeoff["knobs"].size());
+  return {{"title", title}, {"subtitle", subtitle}, {"tradeoff", std::move(tradeoff)}};
 }
 
 }  // namespace tessera::replay

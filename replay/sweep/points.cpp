@@ -12,8 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kHashDigits = 32;
-
 // Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
 json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
                   const std::string& program) {
@@ -51,7 +49,7 @@ std::vector<SweepPoint> expand_points(const Study& study, const std::string& pro
       } catch (const UsageError& error) {
         point.fault = error.what();
       }
-      point.hash = sha256_hex(point_inputs(study, configuration, capture_hash, program).dump()).substr(0, kHashDigits);
+      point.hash = sha256_name(point_inputs(study, configuration, capture_hash, program).dump());
       points.push_back(std::move(point));
     } while (next_steps(study, steps));
   }

@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
+#include "replay/csv_cell.h"
 #include "replay/sweep/columns.h"
 
 namespace tessera::replay {
@@ -39,16 +40,6 @@ json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
   return out;
 }
 
-// One value of a comma-separated file.
-std::string cell(const json& value) {
-  if (!value.is_string()) return value.is_null() ? "" : value.dump();
-  const std::string& text = value.get_ref<const std::string&>();
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
 void remove_unfinished(const fs::path& folder) {
   std::error_code error;
   for (const fs::path& place : {folder, folder / "points"})
@@ -61,15 +52,10 @@ void remove_unfinished(const fs::path& folder) {
 }  // namespace
 
 fs::path SweepFolder::image_file(const std::string& hash, int frame) const {
-  return folder_ / "points" / fmt::format("{}_{:04d}.png", hash, frame);
+  return points_.folder() / fmt::format("{}_{:04d}.png", hash, frame);
 }
 fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const {
-  return folder_ / "points" / fmt::format("{}_tiles_{:04d}.json", hash, frame);
-}
-
-bool SweepFolder::has_point(const std::string& hash) const {
-  std::error_code ignored;
-  return fs::is_regular_file(point_file(hash), ignored);
+  return points_.folder() / fmt::format("{}_tiles_{:04d}.json", hash, frame);
 }
 
 bool SweepFolder::write_manifest(const Study& study, const std::vector<SweepPoint>& points) const {
@@ -135,15 +121,16 @@ std::string sweep_csv(const JoinedSweep& sweep) {
   text += "\n";
   for (const SweepRow& row : sweep.rows) {
     const json& point = manifest.at("points").at(row.point);
-    text += fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(),
-                        cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
-    for (const json& value : point.at("values")) text += "," + cell(value);
-    text += fmt::format(",{},{}", row.frame.is_null() ? "" : row.frame.at("frame").dump(), cell(row.status));
+    text +=
+        fmt::format("{},{},{}", row.point, point.at("hash").get<std::string>(),
+                    csv_cell(manifest.at("captures").at(static_cast<std::size_t>(whole_number(point.at("capture"))))));
+    for (const json& value : point.at("values")) text += "," + csv_cell(value);
+    text += fmt::format(",{},{}", row.frame.is_null() ? "" : row.frame.at("frame").dump(), csv_cell(row.status));
     const std::map<std::string, json> values =
         row.frame.is_null() ? std::map<std::string, json>{} : frame_values(row.frame);
     for (const json& column : manifest.at("columns")) {
       const auto at = values.find(column.get<std::string>());
-      text += "," + (at == values.end() ? "" : cell(at->second));
+      text += "," + (at == values.end() ? "" : csv_cell(at->second));
     }
     text += "\n";
   }

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "replay/point_files.h"
 #include "replay/sweep/points.h"
 #include "replay/sweep/study.h"
 
@@ -25,19 +26,20 @@ namespace tessera::replay {
 //   SW3  A point whose result is there is not computed again.
 class SweepFolder {
  public:
-  explicit SweepFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit SweepFolder(std::filesystem::path folder) : folder_(std::move(folder)), points_(folder_) {}
 
   const std::filesystem::path& path() const { return folder_; }
-  std::filesystem::path point_file(const std::string& hash) const { return folder_ / "points" / (hash + ".json"); }
+  std::filesystem::path point_file(const std::string& hash) const { return points_.file(hash); }
   std::filesystem::path image_file(const std::string& hash, int frame) const;
   std::filesystem::path tiles_file(const std::string& hash, int frame) const;
-  bool has_point(const std::string& hash) const;
+  bool has_point(const std::string& hash) const { return points_.has(hash); }
 
   // Writes sweep.json; false: it was there already, with the same content.
   bool write_manifest(const Study& study, const std::vector<SweepPoint>& points) const;
 
  private:
   std::filesystem::path folder_;
+  PointFiles points_;
 };
 
 // Held while a sweep works in a folder: several shards may share it, a whole sweep has it alone. Who finds nobody else

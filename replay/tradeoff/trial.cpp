@@ -11,6 +11,7 @@
 #include "base/thread_clock.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_renderer.h"
+#include "reference/reference_store.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
 #include "replay/sweep/columns.h"
@@ -20,23 +21,36 @@ namespace {
 
 using nlohmann::json;
 
-// Adds a round to "host" when it ends.
+// Adds a round when it ends.
 class RoundTimer {
  public:
-  explicit RoundTimer(json& host)
+  explicit RoundTimer(RoundTimes& host)
       : host_(host), processor_(process_seconds()), start_(std::chrono::steady_clock::now()) {}
   ~RoundTimer() {
-    host_["seconds"].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
-    host_["processor_seconds"].push_back(process_seconds() - processor_);
+    host_.wall_seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
+    host_.processor_seconds.push_back(process_seconds() - processor_);
   }
   RoundTimer(const RoundTimer&) = delete;
   RoundTimer& operator=(const RoundTimer&) = delete;
 
  private:
-  json& host_;
+  RoundTimes& host_;
   double processor_;
   std::chrono::steady_clock::time_point start_;
 };
+
+// All figures of a frame but zeros.
+std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame) {
+  std::map<std::string, Figure> figures;
+  for (const auto& [name, value] : frame_values(frame_json(frame)))
+    if (value != 0) {
+      if (value.is_number_float())
+        figures[name] = value.get<double>();
+      else
+        figures[name] = value.get<std::uint64_t>();  // counts, bytes, cycles: never below 0
+    }
+  return figures;
+}
 
 class Runner {
  public:
@@ -55,19 +69,15 @@ class Runner {
     history = renderer.history();
   }
 
-  void run(const Trial& trial, const std::optional<tilecore::History>& history, json& result) {
-    if (result.is_null())
-      result = {{"schema", "tessera.trial/1"},
-                {"values", json::object()},
-                {"host", {{"seconds", json::array()}, {"processor_seconds", json::array()}}}};
-    const Image image = trial.in_double ? render_in_double(trial, result) : render(trial, history, result);
+  void run(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
+    const Image image = trial.in_double ? render_in_double(trial, result.host) : render(trial, history, result);
     Sha256 hash;
     hash.add({reinterpret_cast<const std::uint8_t*>(image.values.data()), image.values.size() * sizeof(float)});
     const std::string name = hash.finish();
-    TESSERA_CHECK(!result.contains("picture") || result["picture"] == name, "a frame rendered again is the same");
-    result["picture"] = name;
+    TESSERA_CHECK(result.image_sha256.empty() || result.image_sha256 == name, "a frame rendered again is the same");
+    result.image_sha256 = name;
     if (!errors_.contains(name)) errors_[name] = measure(image);
-    result["error"] = errors_[name];
+    result.error = errors_[name];
   }
 
  private:
@@ -79,23 +89,21 @@ class Runner {
     return out;
   }
 
-  Image render(const Trial& trial, const std::optional<tilecore::History>& history, json& result) const {
+  Image render(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) const {
     gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
     if (history) renderer.set_history(*history);
     std::optional<gpu::FrameResult> frame;
     {
-      const RoundTimer timer(result["host"]);
+      const RoundTimer timer(result.host);
       frame.emplace(renderer.render(place_.frame));
     }
-    if (result["values"].empty())
-      for (const auto& [name, value] : frame_values(frame_json(*frame)))
-        if (value != 0) result["values"][name] = value;
+    if (result.figures.empty()) result.figures = figures_of(*frame);
     return std::move(frame->targets.color);
   }
 
-  Image render_in_double(const Trial& trial, json& result) const {
+  Image render_in_double(const Trial& trial, RoundTimes& host) const {
     const scene::Capture& capture = prepared_->capture;
-    const RoundTimer timer(result["host"]);
+    const RoundTimer timer(host);
     const auto frame = scene::pose_frame(
         prepared_->assembly, gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
@@ -108,20 +116,18 @@ class Runner {
     return std::move(render_reference(scene, wanted).front());
   }
 
-  json measure(const Image& image) const {
+  ImageError measure(const Image& image) const {
     const Image shown = reference::display_values(image, exposure_);
     const double db = psnr(reference_, shown);
-    return {{"psnr_db", std::isinf(db) ? json() : json(db)},
-            {"ssim", mssim(reference_, shown)},
-            {"flip", mean_value(flip_map(reference_, shown))},
-            {"max_error", max_difference(reference_, shown)}};
+    return {std::isinf(db) ? std::nullopt : std::optional(db), mssim(reference_, shown),
+            mean_value(flip_map(reference_, shown)), max_difference(reference_, shown)};
   }
 
   std::shared_ptr<const gpu::PreparedCapture> prepared_;
   const TrialPlace& place_;
   float exposure_;
-  Image reference_;                     // as shown
-  std::map<std::string, json> errors_;  // of images that were measured
+  Image reference_;                           // as shown
+  std::map<std::string, ImageError> errors_;  // of images that were measured
 };
 
 }  // namespace
@@ -136,12 +142,13 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"gpu", hardware::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.desampling == "adaptive") inputs["first_frame"] = place.first_frame;
-  trial.hash = sha256_hex(inputs.dump()).substr(0, 32);
+  trial.hash = sha256_name(inputs.dump());
 }
 
-std::vector<json> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
-                             const std::vector<Trial>& trials, const TrialPlace& place, const Image& reference_linear) {
-  std::vector<json> results(trials.size());
+std::vector<TrialResult> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
+                                    const std::vector<Trial>& trials, const TrialPlace& place,
+                                    const Image& reference_linear) {
+  std::vector<TrialResult> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) hardware::check_gpu(trial.gpu);
   Runner runner(prepared, place, reference_linear, trials.front().settings);

@@ -4,10 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "gpu/device.h"
-#include "reference/reference_store.h"
+#include "replay/tradeoff/results.h"
 
 namespace tessera::replay {
 
@@ -31,16 +29,11 @@ struct TrialPlace {
 // Fills `hash`.
 void name_trial(Trial& trial, const TrialPlace& place);
 
-// Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order:
-//   {"schema": "tessera.trial/1",
-//    "error": {"psnr_db": null for an equal image, "ssim", "flip", "max_error"},   against the reference, as shown
-//    "image": SHA-256 of its linear values,
-//    "values": every counter, cycle and energy of the compared frame by its name ({} in double),
-//    "host": {"seconds": [one per round], "processor_seconds": [...]}}
+// Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order.
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
 // Empty when stop_requested() before the last of them.
-std::vector<nlohmann::json> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
-                                       const std::vector<Trial>& trials, const TrialPlace& place,
-                                       const Image& reference_linear);
+std::vector<TrialResult> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
+                                    const std::vector<Trial>& trials, const TrialPlace& place,
+                                    const Image& reference_linear);
 
 }  // namespace tessera::replay

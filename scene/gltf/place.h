@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/json_text.h"
 
 namespace tessera::scene::gltf {
 
@@ -17,18 +18,7 @@ class Place {
  public:
   explicit Place(std::string file, std::string pointer = "") : file_(std::move(file)), pointer_(std::move(pointer)) {}
 
-  Place at(std::string_view key) const {
-    std::string escaped;
-    for (const char c : key) {
-      if (c == '~')
-        escaped += "~0";
-      else if (c == '/')
-        escaped += "~1";
-      else
-        escaped += c;
-    }
-    return Place(file_, pointer_ + "/" + escaped);
-  }
+  Place at(std::string_view key) const { return Place(file_, pointer_ + pointer_step(key)); }
   Place at(std::size_t index) const { return Place(file_, pointer_ + "/" + std::to_string(index)); }
 
   const std::string& file() const { return file_; }

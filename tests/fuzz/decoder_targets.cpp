@@ -5,7 +5,7 @@ namespace tessera::fuzz {
 
 std::span<const Target> targets() {
   static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kStudyTarget, kMachineTarget, kOptionTarget,
-                                    kResultTarget,  kImageTarget, kExrTarget,   kHistoryTarget};
+                                    kResultTarget,  kPointTarget, kImageTarget, kExrTarget,     kHistoryTarget};
   return kTargets;
 }
 

@@ -1,5 +1,5 @@
 // Texts that people write: studies, machines, options. And results that other runs of the program wrote: sweeps,
-// statistics, tradeoffs.
+// statistics, tradeoffs, points.
 #include <algorithm>
 
 #include "base/json_text.h"
@@ -8,6 +8,8 @@
 #include "replay/option_numbers.h"
 #include "replay/report/report.h"
 #include "replay/sweep/study.h"
+#include "replay/tradeoff/decisions.h"
+#include "replay/tradeoff/trial_file.h"
 #include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/support/captures.h"
@@ -218,8 +220,8 @@ json tradeoff_seed() {
                     {"arguments", "--set a=4"},
                     {"base", true},
                     {"in_double", false},
-                    {"image", "p"},
-                    {"same_image", true},
+                    {"picture", "p"},
+                    {"same_picture", true},
                     {"cycles", 9},
                     {"dram_bytes", 8},
                     {"energy_nj", 1.5},
@@ -289,6 +291,42 @@ std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max
   return first + rest.size();
 }
 
+// ---- Points of a tradeoff ---------------------------------------------------------------------------------------
+
+void read_point(Bytes input) {
+  static const fs::path kFile = scratch_folder() / "point.json", kAgain = scratch_folder() / "point_again.json";
+  write_scratch(kFile, input);
+  expect_answer([&] {
+    const replay::TrialResult trial = replay::read_trial(kFile);
+    // What is read can be judged, and is kept as it is.
+    const replay::Measurement measured = replay::measurement_of(trial, "tilecore.triangles");
+    require(measured.wall_seconds.low <= measured.wall_seconds.median &&
+                measured.wall_seconds.median <= measured.wall_seconds.high,
+            "times that are not in order");
+    require(measured.cycles.has_value() == trial.figures.contains("timing.cycles"), "cycles out of nowhere");
+    replay::write_trial(kAgain, trial);
+    require(replay::read_trial(kAgain) == trial, "a point does not read back as itself");
+  });
+}
+
+std::vector<std::string> points() {
+  const json machine = {{"schema", "tessera.trial/1"},
+                        {"error", {{"psnr_db", 40.5}, {"ssim", 0.9}, {"flip", 0.1}, {"max_error", 0.2}}},
+                        {"picture", std::string(64, 'a')},
+                        {"values",
+                         {{"timing.cycles", 900},
+                          {"dram.read_bytes", 64},
+                          {"dram.written_bytes", 128},
+                          {"energy.total_nj", 1.5},
+                          {"timing.units.l2.utilisation", 0.25},
+                          {"tilecore.triangles", 7}}},
+                        {"host", {{"seconds", {0.1, 0.2}}, {"processor_seconds", {0.3, 0.4}}}}};
+  json in_double = machine;
+  in_double["values"] = json::object();
+  in_double["error"]["psnr_db"] = nullptr;
+  return {machine.dump(), in_double.dump(1)};
+}
+
 }  // namespace
 
 const Target kStudyTarget{"study", "any bytes as a study of `sweep`", 8 << 10, read_any_study, studies, mutate_json};
@@ -300,5 +338,7 @@ const Target kOptionTarget{"option", "any text as a number, range, size or KEY=V
 const Target kResultTarget{"result", "any bytes as results that `compare`, `report` and `sweep` read back",
                            8 << 10,  read_results,
                            results,  mutate_results};
+const Target kPointTarget{"point",    "any bytes as a result that `tradeoff` goes on from", 8 << 10, read_point, points,
+                          mutate_json};
 
 }  // namespace tessera::fuzz

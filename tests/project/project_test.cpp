@@ -86,6 +86,12 @@ TEST(Layout, AnIncludeAgainstTheDirectionIsCaught) {
   EXPECT_TRUE(may_include("baselines", "gpu"));
 }
 
+TEST(Layout, ThePublicHeadersAndPythonSeeNoRoom) {
+  for (const char* folder : {"include", "python"})
+    for (const fs::path& file : sources_in(kRoot / folder))
+      for (const std::string& other : included_folders(read_text(file))) EXPECT_EQ(other, "python") << file;
+}
+
 TEST(Layout, TopLevelHoldsWhatTheReadmeNames) {
   const std::set<std::string> allowed = {"CMakeLists.txt",
                                          "CMakePresets.json",
@@ -124,7 +130,7 @@ TEST(Layout, TopLevelHoldsWhatTheReadmeNames) {
 std::vector<fs::path> all_sources() {
   std::vector<fs::path> all;
   std::vector<std::string> folders = kFolders;
-  folders.insert(folders.end(), {"tests", "bench", "captures"});
+  folders.insert(folders.end(), {"include", "python", "tests", "bench", "captures"});
   for (const std::string& folder : folders)
     for (fs::path& file : sources_in(kRoot / folder)) all.push_back(std::move(file));
   return all;
@@ -200,8 +206,8 @@ TEST(Layout, ASourceThatIsNotFormattedIsCaught) {
 }
 
 TEST(Layout, EveryFolderHasAReadme) {
-  for (const char* folder :
-       {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "tests", "bench", "captures"})
+  for (const char* folder : {"base", "hardware", "shaders_cpp", "frontend", "binner", "tilecore", "replay", "python",
+                             "tests", "bench", "captures"})
     EXPECT_TRUE(fs::exists(kRoot / folder / "README.md")) << folder;
 }
 
@@ -310,7 +316,7 @@ TEST(Documents, PathsInCodeMarksExist) {
   // `folder/file.ext` and `folder/`: a document that names a file names one that is there.
   static const std::regex kPath(
       "`((base|shaders_cpp|scene|memory|hardware|timing|frontend|binner|tilecore|gpu|baselines|reference|replay|python|"
-      "tests|bench|captures|docs)/[A-Za-z0-9_./-]*)`");
+      "include|cmake|tests|bench|captures|docs)/[A-Za-z0-9_./-]*)`");
   for (const fs::path& file : documents()) {
     const std::string text = read_text(file);
     for (auto at = std::sregex_iterator(text.begin(), text.end(), kPath); at != std::sregex_iterator(); ++at)
@@ -366,6 +372,12 @@ TEST(Readme, ItsCommandsWork) {
     ++run;
   }
   EXPECT_GE(run, 3);
+}
+
+TEST(Readme, ItsProgramsAreThoseThatAreTested) {
+  const std::string page = read_text(kRoot / "README.md");
+  for (const char* program : {"consumer/main.cpp", "counters.py"})
+    EXPECT_THAT(page, testing::HasSubstr(read_text(kRoot / "tests" / "package" / program) + "```")) << program;
 }
 
 // "12 345" as a number.

@@ -343,7 +343,7 @@ TEST(ReferenceStore, AnEffectThatIsTurnedOffIsAnotherReference) {
         &gpu::RunSettings::alpha_test, &gpu::RunSettings::blending, &gpu::RunSettings::procedures}) {
     gpu::RunSettings settings;
     settings.*member = "off";
-    EXPECT_NE(stored(capture, settings, folder.path()).info["host"], all.info["host"]);
+    EXPECT_NE(stored(capture, settings, folder.path()).info.host, all.info.host);
     settings.*member = "on";  // draws the same image
     EXPECT_EQ(stored(capture, settings, folder.path()).info, all.info);
   }

@@ -1,4 +1,4 @@
-// `tessera tradeoff`: fronts, words, knobs, and the command as a whole.
+// `tessera tradeoff`: fronts, words, points, knobs, and the command as a whole.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,8 +13,10 @@
 #include "base/error.h"
 #include "gpu/view_inputs.h"
 #include "replay/sweep/columns.h"
+#include "replay/tradeoff/decisions.h"
 #include "replay/tradeoff/tradeoff.h"
 #include "replay/tradeoff/tradeoff_words.h"
+#include "replay/tradeoff/trial_file.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
@@ -56,45 +58,235 @@ TEST(ParetoFront, IsWhatNoOtherPointBeats) {  // TO2
   EXPECT_EQ(pareto_front({{1, 1}, {1, 1}}), (std::vector<bool>{true, true})) << "equal points do not beat each other";
 }
 
-json row(const char* label, double flip, double psnr, double cycles, bool in_double = false) {
-  return {{"label", label},
-          {"error", {{"flip", flip}, {"psnr_db", psnr}}},
-          {"cycles", cycles},
-          {"dram_bytes", 1},
-          {"energy_nj", 1.0},
-          {"watched", nullptr},
-          {"picture", label},
-          {"in_double", in_double},
-          {"host", {{"seconds", {{"median", 1.0}}}, {"processor_seconds", {{"median", 1.0}}}}}};
+SettingResult setting(const char* label, double flip, double psnr_db, std::uint64_t cycles, bool in_double = false) {
+  SettingResult out;
+  out.label = label;
+  out.in_double = in_double;
+  out.measured.error = {psnr_db, 0.9, flip, flip};
+  out.measured.image_sha256 = label;
+  out.measured.cycles = cycles;
+  out.measured.dram_bytes = 1;
+  out.measured.energy_nj = 1.0;
+  out.measured.wall_seconds = out.measured.processor_seconds = {1, 1, 1};
+  return out;
+}
+
+KnobResult random_knob(test::Random& random) {
+  KnobResult knob;
+  for (int s = 0; s < 9; ++s) {
+    const std::string label = std::to_string(s);
+    SettingResult& one = knob.settings.emplace_back(setting(label.c_str(), 0.1 * random.integer(0, 4), 30, 0));
+    const auto cost = [&] { return static_cast<std::uint64_t>(random.integer(0, 4)); };
+    one.measured.cycles = cost();
+    one.measured.dram_bytes = cost();
+    one.measured.energy_nj = static_cast<double>(cost());
+    one.measured.wall_seconds.median = static_cast<double>(cost());
+    one.measured.processor_seconds.median = static_cast<double>(cost());
+    if (random.integer(0, 5) == 0) one.measured.cycles.reset();
+  }
+  return knob;
+}
+
+// Settings whose member of a front is not what TO2 says of it: one that is beaten and on it, or beaten by none and off
+// it, or judged by a cost that it does not have.
+int front_violations(const KnobResult& knob) {
+  int violations = 0;
+  for (const Cost cost : kCosts)
+    for (const SettingResult& a : knob.settings) {
+      const auto cost_a = cost_of(a.measured, cost);
+      const bool beaten =
+          cost_a && std::any_of(knob.settings.begin(), knob.settings.end(), [&](const SettingResult& b) {
+            const auto cost_b = cost_of(b.measured, cost);
+            return cost_b && beats({b.measured.error.flip, *cost_b}, {a.measured.error.flip, *cost_a});
+          });
+      const std::optional<bool> expected = cost_a ? std::optional(!beaten) : std::nullopt;
+      violations += a.on_front(cost) != expected ? 1 : 0;
+    }
+  return violations;
+}
+
+TEST(Judge, PutsOnEveryFrontWhatNoOtherSettingBeats) {  // TO2
+  test::Random random(5);
+  int broken = 0;
+  for (int round = 0; round < 50; ++round) {
+    KnobResult knob = random_knob(random);
+    judge(knob);
+    EXPECT_EQ(front_violations(knob), 0) << round;
+    // The failing twin: what costs least is taken for the front, whatever it errs by.
+    for (const Cost cost : kCosts) {
+      std::optional<double> least;
+      for (const SettingResult& s : knob.settings)
+        if (const auto value = cost_of(s.measured, cost); value && (!least || *value < *least)) least = value;
+      for (SettingResult& s : knob.settings)
+        if (const auto value = cost_of(s.measured, cost)) s.front[static_cast<std::size_t>(cost)] = *value == *least;
+    }
+    broken += front_violations(knob) > 0 ? 1 : 0;
+  }
+  EXPECT_GT(broken, 40);
+}
+
+TEST(Judge, AKnobIsIdleWhenAllSettingsGiveTheSameImageForTheSameWork) {
+  KnobResult knob;
+  for (const char* label : {"a", "b", "c"}) {
+    SettingResult& one = knob.settings.emplace_back(setting(label, 0.1, 30, 100));
+    one.measured.image_sha256 = "image";
+    one.measured.watched = Figure{std::uint64_t{7}};
+  }
+  knob.settings[1].measured.wall_seconds.median = 5;  // hosts differ
+  judge(knob);
+  EXPECT_TRUE(knob.idle);
+  EXPECT_TRUE(knob.settings[2].same_image);
+  const auto differs = [&](const auto& change) {
+    KnobResult other = knob;
+    change(other.settings[2].measured);
+    judge(other);
+    return !other.idle;
+  };
+  EXPECT_TRUE(differs([](Measurement& m) { m.image_sha256 = "another"; }));
+  EXPECT_TRUE(differs([](Measurement& m) { m.cycles = 101; }));
+  EXPECT_TRUE(differs([](Measurement& m) { m.dram_bytes.reset(); }));
+  EXPECT_TRUE(differs([](Measurement& m) { m.energy_nj = 1.5; }));
+  EXPECT_TRUE(differs([](Measurement& m) { m.watched = Figure{std::uint64_t{8}}; }));
+  KnobResult skipped;
+  judge(skipped);
+  EXPECT_FALSE(skipped.idle) << "what was not turned is left out, not idle";
+}
+
+TEST(Measurement, TakesFromATrialWhatItHas) {
+  TrialResult trial;
+  trial.host = {{4, 1, 2}, {3, 1}};
+  Measurement none = measurement_of(trial, "tilecore.triangles");
+  EXPECT_FALSE(none.cycles || none.dram_bytes || none.energy_nj || none.watched) << "nothing was run on the machine";
+  EXPECT_EQ(none.wall_seconds.median, 2);
+  EXPECT_EQ(none.wall_seconds.low, 1);
+  EXPECT_EQ(none.wall_seconds.high, 4);
+  EXPECT_EQ(none.processor_seconds.median, 2) << "of two, their mean";
+  trial.figures = {{"timing.cycles", std::uint64_t{9}}, {"dram.written_bytes", std::uint64_t{64}}};
+  Measurement some = measurement_of(trial, "tilecore.triangles");
+  EXPECT_EQ(some.cycles, 9u);
+  EXPECT_EQ(some.dram_bytes, 64u) << "nothing was read";
+  EXPECT_EQ(some.watched, Figure{std::uint64_t{0}}) << "a figure that is 0 is left out of a trial";
+  EXPECT_FALSE(measurement_of(trial, "").watched);
 }
 
 TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
-  const json tradeoff = {
-      {"knobs",
-       {{{"name", "a"}, {"settings", {row("bad", 0.2, 20, 10), row("good", 0.04, 32, 50), row("best", 0.01, 40, 90)}}},
-        {{"name", "b"}, {"settings", {row("too good", 0.0, 99, 1, true)}}}}}};
-  EXPECT_EQ(cheapest(tradeoff, "cycles", 0.05, {})["label"], "good");
-  EXPECT_EQ(cheapest(tradeoff, "cycles", {}, 35)["label"], "best");
-  EXPECT_EQ(cheapest(tradeoff, "cycles", 0.05, 35)["label"], "best") << "both must hold";
-  EXPECT_EQ(cheapest(tradeoff, "cycles", {}, {})["label"], "bad");
-  EXPECT_TRUE(cheapest(tradeoff, "cycles", 0.001, {}).is_null()) << "what runs in double is no machine";
+  KnobResult a, b;
+  a.name = "a";
+  a.settings = {setting("bad", 0.2, 20, 10), setting("good", 0.04, 32, 50), setting("best", 0.01, 40, 90)};
+  b.name = "b";
+  b.settings = {setting("too good", 0.0, 99, 1, true)};
+  const auto label = [&](std::optional<double> max_flip, std::optional<double> min_psnr_db) -> std::string {
+    const auto found = cheapest({a, b}, {Cost::kCycles, max_flip, min_psnr_db});
+    return found ? found->knob + ": " + found->setting.label : "none";
+  };
+  EXPECT_EQ(label(0.05, {}), "a: good");
+  EXPECT_EQ(label({}, 35), "a: best");
+  EXPECT_EQ(label(0.05, 35), "a: best") << "both must hold";
+  EXPECT_EQ(label({}, {}), "a: bad");
+  EXPECT_EQ(label(0.001, {}), "none") << "what runs in double is no machine";
+  a.settings[2].measured.error.psnr_db.reset();
+  EXPECT_EQ(label({}, 99), "a: best") << "what equals the reference has any PSNR";
+  a.settings.push_back(setting("as cheap, better", 0.03, 33, 50));
+  EXPECT_EQ(label(0.05, {}), "a: as cheap, better");
 }
 
 TEST(Words, SayWhatASettingCostsAndSaves) {
-  json float_row = row("float", 0.1, 30.0, 1000), packed = row("packed", 0.1, 29.9, 1000);
-  const json knob = {{"watched_as", "resolve cycles"}};
-  float_row["watched"] = 200;
-  packed["watched"] = 176;
-  EXPECT_EQ(setting_in_words(packed, float_row, knob),
-            "packed: costs 0.10 dB against float; saves 12.0 % of resolve cycles");
-  packed["error"]["psnr_db"] = 30.25;
-  packed["cycles"] = 2500;
-  EXPECT_EQ(setting_in_words(packed, float_row, knob),
-            "packed: gains 0.25 dB over float; saves 12.0 % of resolve cycles, takes 2.50 times the cycles");
-  packed["picture"] = float_row["picture"];
-  packed["watched"] = 200;
-  packed["cycles"] = 1031;
-  EXPECT_EQ(setting_in_words(packed, float_row, knob), "packed: the same image as float; takes 3.1 % more cycles");
+  SettingResult exact = setting("float", 0.1, 30.0, 1000), packed = setting("packed", 0.1, 29.9, 1000);
+  exact.measured.watched = Figure{std::uint64_t{200}};
+  packed.measured.watched = Figure{std::uint64_t{176}};
+  const auto words = [&] { return setting_in_words(packed, exact, "resolve cycles"); };
+  EXPECT_EQ(words(), "packed: costs 0.10 dB against float; saves 12.0 % of resolve cycles");
+  packed.measured.error.psnr_db = 30.25;
+  packed.measured.cycles = 2500;
+  EXPECT_EQ(words(), "packed: gains 0.25 dB over float; saves 12.0 % of resolve cycles, takes 2.50 times the cycles");
+  packed.measured.image_sha256 = exact.measured.image_sha256;
+  packed.measured.watched = Figure{std::uint64_t{200}};
+  packed.measured.cycles = 1031;
+  EXPECT_EQ(words(), "packed: the same image as float; takes 3.1 % more cycles");
+  packed.measured.cycles.reset();
+  EXPECT_EQ(words(), "packed: the same image as float; no machine, no cycles");
+}
+
+// ---- Points -----------------------------------------------------------------------------------------------------
+
+class TrialFile : public testing::Test {
+ protected:
+  static TrialResult trial() {
+    return {.error = {40.5, 0.99, 0.01, 0.25},
+            .image_sha256 = std::string(64, 'a'),
+            .figures = {{"timing.cycles", std::uint64_t{1} << 60},
+                        {"dram.read_bytes", std::uint64_t{64}},
+                        {"energy.total_nj", 5.0},
+                        {"timing.units.l2.utilisation", 0.1 + 0.2},
+                        {"tilecore.triangles", std::uint64_t{3}}},
+            .host = {{0.1, 0.2}, {0.3, 0.4}}};
+  }
+  // What a file with this text is refused for; "" when it is read.
+  std::string refusal(const std::string& text) {
+    test::write_text(file_, text);
+    try {
+      read_trial(file_);
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.file(), file_.string());
+      return error.place() + " " + error.fault();
+    }
+    return "";
+  }
+  test::TemporaryFolder folder_;
+  fs::path file_ = folder_ / "0123456789abcdef0123456789abcdef.json";
+};
+
+TEST_F(TrialFile, GivesBackWhatWasWrittenToTheLastBit) {  // TF1
+  TrialResult in_double = trial();
+  in_double.error.psnr_db.reset();
+  in_double.figures.clear();
+  for (const TrialResult& one : {trial(), in_double}) {
+    write_trial(file_, one);
+    EXPECT_EQ(read_trial(file_), one);
+    const std::string text = test::read_text(file_);
+    write_trial(file_, read_trial(file_));
+    EXPECT_EQ(test::read_text(file_), text);
+  }
+}
+
+TEST_F(TrialFile, IsRefusedAtEveryTruncatedLength) {  // TF2
+  write_trial(file_, trial());
+  const std::string text = test::read_text(file_);
+  for (std::size_t length = 0; length + 1 < text.size(); ++length)  // the last byte ends the line
+    ASSERT_THAT(refusal(text.substr(0, length)), testing::StartsWith("byte ")) << length;
+  EXPECT_EQ(refusal(text), "");
+}
+
+// Every member taken away, made another type, and those with a range out of it.
+TEST_F(TrialFile, IsRefusedWithThePlaceOfWhatIsWrong) {  // TF2
+  write_trial(file_, trial());
+  const json sound = json::parse(test::read_text(file_));
+  for (const char* place : {"/schema", "/error", "/error/psnr_db", "/error/ssim", "/error/flip", "/error/max_error",
+                            "/picture", "/values", "/host", "/host/seconds", "/host/processor_seconds"}) {
+    const json::json_pointer at(place);
+    json lacking = sound, other = sound;
+    lacking[at.parent_pointer()].erase(at.back());
+    EXPECT_EQ(refusal(lacking.dump()), std::string(place) + " is missing");
+    other[at] = true;
+    EXPECT_THAT(refusal(other.dump()), testing::StartsWith(std::string(place) + " is not ")) << place;
+  }
+  const auto with = [&](const char* place, const json& value) {
+    json changed = sound;
+    changed[json::json_pointer(place)] = value;
+    return refusal(changed.dump());
+  };
+  EXPECT_EQ(with("/schema", "tessera.point/1"), "/schema is not tessera.trial/1") << "a point of a sweep";
+  EXPECT_EQ(with("/picture", "abc"), "/picture is not 64 lower-case hexadecimal digits");
+  EXPECT_EQ(with("/values/timing.cycles", 1.5), "/values/timing.cycles is not a whole number of at least 0");
+  EXPECT_EQ(with("/values/dram.read_bytes", -1), "/values/dram.read_bytes is not a whole number of at least 0");
+  EXPECT_EQ(with("/values/energy.total_nj", -1.5), "/values/energy.total_nj is below 0");
+  EXPECT_EQ(with("/values/a~1b", "x"), "/values/a~1b is not a number");
+  EXPECT_EQ(with("/error/flip", -0.5), "/error/flip is below 0");
+  EXPECT_EQ(with("/host/seconds", json::array()), "/host/seconds has no round");
+  EXPECT_EQ(with("/host/seconds", {0.1, -0.1}), "/host/seconds has a time below 0");
+  EXPECT_EQ(with("/host/seconds", {0.1}), "/host/processor_seconds has not one time for each of \"seconds\"");
+  EXPECT_EQ(with("/values/energy.total_nj", 5), "") << "5 is 5.0";
+  EXPECT_THAT(refusal("[]"), HasSubstr("is not an object"));
 }
 
 // ---- Knobs ------------------------------------------------------------------------------------------------------
@@ -218,6 +410,18 @@ TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {  // TO3
   again[gone->first] = gone->second;
   EXPECT_EQ(again, first);
   EXPECT_EQ(timeless(result("a")), timeless(before));
+}
+
+TEST_F(TradeoffCommand, ADamagedPointEndsWithStatus3AndItsName) {
+  const std::vector<std::string> one = {"--knobs", "box_bits", "--quiet"};
+  ASSERT_EQ(run("a", one).status, 0);
+  const fs::path point = fs::directory_iterator(folder_ / "a" / "points")->path();
+  json damaged = json::parse(test::read_text(point));
+  damaged["values"]["timing.cycles"] = "many";
+  test::write_text(point, damaged.dump());
+  const ProcessResult r = run("a", one);
+  EXPECT_EQ(r.status, 3);
+  EXPECT_THAT(r.errors, HasSubstr(point.filename().string() + ": /values/timing.cycles: is not a whole number"));
 }
 
 TEST_F(TradeoffCommand, ErrorFallsWithSamplesAndTheDoubleOneIsNearTheSingleOne) {

@@ -8,8 +8,9 @@
 
 namespace tessera::tilecore {
 
-// Takes a pixel's colour from the previous frame along its motion (US 2015/0379692). Positions count pixels, a pixel's
-// own place is its integer coordinate; a velocity says by how much a point moved from the previous frame to this one.
+// Temporal reprojection, called advection by its patent (US 2015/0379692): takes a pixel's colour from the previous
+// frame along its motion. Positions count pixels, a pixel's own place is its integer coordinate; a velocity says by how
+// much a point moved from the previous frame to this one.
 
 // The previous frame. Pointers are to the pixel (region.x0, region.y0).
 struct HistoryView {

@@ -39,7 +39,7 @@ class TextureMemory {
   std::unordered_map<const shaders::Texture*, Layout> layouts_;
 };
 
-// What the texture unit of a core and its cache (L1) did.
+// What the texture unit of a core and its texture cache (L1) did.
 struct TextureCounters {
   std::uint64_t texels = 0;
   std::uint64_t cache_requests = 0;

@@ -1,0 +1,51 @@
+#include "gpu/counter_list.h"
+
+namespace tessera::gpu {
+
+std::vector<CounterInfo> counter_infos() {
+  std::vector<CounterInfo> infos;
+  const FrameCounters counters;
+  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
+    append_counter_infos<std::decay_t<decltype(unit)>>(infos);
+  });
+  infos.push_back({"dram.read_bytes", "bytes", Combine::kSum,
+                   "Bytes read over the external memory interface, in whole bursts: the sum of the ledger.",
+                   "MaliExtBusRdBy; V3D AXI-read-bytes-seen; Adreno Read Total; Apple GPU read bandwidth"});
+  infos.push_back({"dram.written_bytes", "bytes", Combine::kSum,
+                   "Bytes written over the external memory interface, in whole bursts: the sum of the ledger.",
+                   "MaliExtBusWrBy; V3D AXI-write-bytes-seen; Adreno Write Total; Apple GPU write bandwidth"});
+  return infos;
+}
+
+std::map<std::string_view, std::uint64_t> counter_values(const FrameCounters& counters) {
+  std::map<std::string_view, std::uint64_t> values;
+  for_each_counter_struct(counters, counters, [&](const auto& unit, const auto&) {
+    if (absent(unit)) return;
+    for (const auto& field : kCounterFields<std::decay_t<decltype(unit)>>) values[field.name] = unit.*field.member;
+  });
+  const memory::Traffic total = counters.ledger.total();
+  values["dram.read_bytes"] = total.read_bytes;
+  values["dram.written_bytes"] = total.written_bytes;
+  return values;
+}
+
+std::vector<TrafficRow> traffic_rows(const memory::Ledger& ledger) {
+  std::vector<TrafficRow> rows;
+  for (std::size_t u = 0; u < memory::kUnitCount; ++u)
+    for (std::size_t p = 0; p < memory::kPurposeCount; ++p) {
+      const auto unit = static_cast<memory::Unit>(u);
+      const auto purpose = static_cast<memory::Purpose>(p);
+      const memory::Traffic& traffic = ledger.traffic(unit, purpose);
+      if (traffic.read_bytes != 0 || traffic.written_bytes != 0) rows.push_back({unit, purpose, traffic});
+    }
+  return rows;
+}
+
+std::map<std::string_view, double> busy_cycles(const timing::FrameTiming& timing) {
+  std::map<std::string_view, double> cycles;
+  for (std::size_t s = 0; s < timing::kStageCount; ++s) cycles[name(static_cast<timing::Stage>(s))] = timing.busy[s];
+  cycles["tilecores"] = timing.cores_busy;
+  return cycles;
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstdint>
+
+#include "gpu/device.h"
+
+namespace tessera::gpu {
+
+// Host memory that the images of a request may take: colour, its encoded copies, auxiliary layers, two histories; once
+// more for a right eye.
+std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings);
+
+}  // namespace tessera::gpu

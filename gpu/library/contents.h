@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tessera/tessera.h>
+
+#include "gpu/device.h"
+#include "gpu/prepared_capture.h"
+#include "gpu/settings.h"
+#include "hardware/configuration.h"
+#include "scene/capture.h"
+
+// What the public classes of include/tessera hold.
+namespace tessera {
+
+struct Scene::Content {
+  explicit Content(scene::Capture read) : capture(std::move(read)) {}
+
+  const scene::Capture capture;
+  // What all devices share; made for the first.
+  std::shared_ptr<const gpu::PreparedCapture> prepared() const {
+    std::call_once(once_, [&] { prepared_ = std::make_shared<const gpu::PreparedCapture>(capture); });
+    return prepared_;
+  }
+
+ private:
+  mutable std::once_flag once_;
+  mutable std::shared_ptr<const gpu::PreparedCapture> prepared_;
+};
+
+struct Gpu::Content {
+  hardware::GpuConfiguration configuration;
+};
+
+struct Settings::Content {
+  gpu::RunSettings settings;
+};
+
+struct Frame::Content {
+  Content(gpu::FrameResult rendered, float display_exposure);
+
+  gpu::FrameResult result;
+  const float exposure;
+  std::map<std::string, std::uint64_t> counters;
+  std::vector<TrafficRow> traffic;
+  std::optional<FrameTiming> timing;
+  std::optional<FrameEnergy> energy;
+  std::vector<TileMap> maps;
+
+  const tilecore::FrameTargets& targets(Eye eye) const;
+  const Image8& display(Eye eye) const;
+
+ private:
+  // Made when first asked for, of each eye.
+  mutable std::array<std::once_flag, 2> once_;
+  mutable std::array<Image8, 2> display_;
+};
+
+}  // namespace tessera

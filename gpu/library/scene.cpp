@@ -1,0 +1,31 @@
+#include <tessera/scene.h>
+
+#include <utility>
+
+#include "gpu/library/contents.h"
+#include "scene/capture_reader.h"
+
+namespace tessera {
+namespace {
+
+scene::CaptureLimits reader_limits(const ReadLimits& limits) {
+  scene::CaptureLimits out;
+  out.max_bytes = limits.max_bytes;
+  out.max_file_bytes = limits.max_file_bytes;
+  return out;
+}
+
+}  // namespace
+
+Scene::Scene(const std::filesystem::path& file, const ReadLimits& limits)
+    : content_(std::make_shared<const Content>(scene::read_capture(file, reader_limits(limits)))) {}
+
+const std::filesystem::path& Scene::file() const { return content_->capture.file; }
+int Scene::width() const { return content_->capture.settings.width; }
+int Scene::height() const { return content_->capture.settings.height; }
+int Scene::first_frame() const { return content_->capture.settings.first_frame; }
+int Scene::frame_count() const { return content_->capture.settings.frame_count; }
+double Scene::frame_rate() const { return content_->capture.settings.frame_rate; }
+const std::vector<std::string>& Scene::notices() const { return content_->capture.notices; }
+
+}  // namespace tessera

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <tessera/error.h>
+#include <tessera/frame.h>
+#include <tessera/keys.h>
+#include <tessera/scene.h>
+
+namespace tessera {
+
+// Pixels of the frame, from the top left.
+struct Region {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+struct RenderOptions {
+  int width = 0, height = 0;       // of the frame, in pixels; 0: the scene's
+  std::optional<Region> region;    // renders only these pixels
+  bool auxiliary = false;          // further layers of the frame
+  bool resolve_auxiliary = false;  // those of the resolve unit, with its error: needs resolve.desampling
+  std::uint64_t max_image_bytes = 4ull << 30;
+};
+
+// The described machine with a scene in it. Images and counters do not depend on the number of threads, on the
+// instruction set or on other devices. One thread at a time may use a device; different devices may render at once.
+//
+//   tessera::Device device(tessera::Scene("eggs.glb"), tessera::Gpu("small").set("tile.width", 32));
+//   tessera::Frame frame = device.render(14);
+class TESSERA_API Device {
+ public:
+  // Throws UsageError when keys do not fit each other or the region is not inside the frame, LimitError when images
+  // would take more than RenderOptions::max_image_bytes.
+  explicit Device(const Scene& scene, const Gpu& gpu = Gpu(), const Settings& settings = Settings(),
+                  const RenderOptions& options = {});
+  Device(Device&& other) noexcept;
+  Device& operator=(Device&& other) noexcept;
+  ~Device();
+
+  // Frames count from 0. With frontend.previous_depth_culling or resolve.desampling=adaptive a frame looks at the one
+  // rendered before, when that was the one before.
+  Frame render(int frame);
+
+  // Whether the camera was made up because the scene has none.
+  bool automatic_camera() const;
+
+ private:
+  struct Content;
+  std::unique_ptr<Content> content_;
+};
+
+// Of this library, "0.1.0".
+TESSERA_API std::string version();
+// The instruction set that kernels use, "AVX3" (AVX-512), "AVX2", "EMU128" or "SCALAR"; chosen once per process.
+TESSERA_API std::string simd_target();
+
+}  // namespace tessera

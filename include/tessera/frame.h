@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tessera/error.h>
+
+namespace tessera {
+
+// Pixels of a frame: channels interleaved, row by row from the top left. Valid while the frame or a copy of it lives.
+template <class T>
+struct ImageView {
+  int width = 0, height = 0, channels = 0;
+  std::span<const T> values;  // height * width * channels
+
+  std::span<const T> at(int x, int y) const {
+    const std::size_t pixel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    return values.subspan(pixel * static_cast<std::size_t>(channels), static_cast<std::size_t>(channels));
+  }
+};
+
+// The work of every tile of a frame, of one kind. Valid while the frame or a copy of it lives.
+struct TileMap {
+  std::string name, unit, meaning;
+  std::string counter;  // the counter of the frame that the tiles add up to; "" when there is none
+  int columns = 0, rows = 0;
+  int x0 = 0, y0 = 0;                    // pixel of the frame at which the first tile begins
+  int tile_width = 0, tile_height = 0;   // pixels
+  const std::uint64_t* first = nullptr;  // of the tile at the top left
+  std::size_t stride = 0;                // values from a tile to the next; row by row
+
+  std::uint64_t at(int column, int row) const {
+    const auto tile =
+        static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+    return first[tile * stride];
+  }
+};
+
+// Bytes that a unit moved over the external memory interface for one purpose.
+struct TrafficRow {
+  std::string unit, purpose;
+  std::uint64_t read_bytes = 0, written_bytes = 0;
+};
+
+// Cycles of a frame on the described machine.
+struct FrameTiming {
+  double cycles = 0;
+  std::map<std::string, double> busy_cycles;  // per unit; of a unit that each core has, the mean over the cores
+  std::string bound_by;        // the unit without which the frame would be shortest; "" where nothing was done
+  double bound_by_cycles = 0;  // by how much
+};
+
+// Energy of a frame on the described machine.
+struct FrameEnergy {
+  double total_nj = 0;
+  std::map<std::string, double> by_unit_nj;
+};
+
+// What there is to know of a counter; `tessera describe counters` prints the same.
+struct CounterDescription {
+  std::string name;  // "unit.event"
+  std::string unit;
+  std::string over_frames;  // "sum" or "peak": how values of several frames become one
+  std::string meaning;
+  std::string vendor;  // the counters of vendors' tools that it is like; "" when there is none
+};
+
+// All counters that a frame can have, by name.
+TESSERA_API const std::vector<CounterDescription>& counter_descriptions();
+
+// With stereo.eye_separation a frame has two images.
+enum class Eye { kLeft, kRight };
+
+// A rendered frame. Immutable; copies share one content, which outlives the device. Any thread may read it.
+class TESSERA_API Frame {
+ public:
+  int number() const;
+  bool has_right_eye() const;
+
+  // Names for image(): "color", with RenderOptions::auxiliary also "depth", "normal" and "invocations", with
+  // RenderOptions::resolve_auxiliary "rate", "velocity", "edges", "discrepancy", "origin" and "error".
+  std::vector<std::string> layers() const;
+  // "color" is linear light and coverage (RGBA). Throws UsageError for a layer or an eye that the frame does not have.
+  ImageView<float> image(std::string_view layer = "color", Eye eye = Eye::kLeft) const;
+  // The frame as a screen shows it, 8-bit sRGB: exposure, tone map and transfer function of output.exposure.
+  ImageView<std::uint8_t> display(Eye eye = Eye::kLeft) const;
+  // Base patch + 1 of each pixel's first sample, 0 where nothing is seen; with RenderOptions::auxiliary.
+  ImageView<std::uint32_t> patches(Eye eye = Eye::kLeft) const;
+
+  // "unit.event" -> count, both eyes together. A counter whose unit did not run is absent.
+  const std::map<std::string, std::uint64_t>& counters() const;
+  const std::vector<TrafficRow>& traffic() const;
+  // Empty with output.machine_model=false.
+  const std::optional<FrameTiming>& timing() const;
+  const std::optional<FrameEnergy>& energy() const;
+  const std::vector<TileMap>& tile_maps() const;
+  // Effects of docs/effects.md and whether they ran.
+  const std::map<std::string, bool>& effects() const;
+
+  // Time on the host; of its stages, too. "tile_threads" and "resolve_threads" are summed over threads.
+  double host_seconds() const;
+  const std::map<std::string, double>& stage_seconds() const;
+
+  struct Content;
+
+ private:
+  friend class Device;
+  explicit Frame(std::shared_ptr<const Content> content);
+  std::shared_ptr<const Content> content_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,141 @@
+#include "python/bindings.h"
+
+namespace tessera::python {
+namespace {
+
+Eye eye_of(const std::string& name) {
+  if (name == "left") return Eye::kLeft;
+  if (name == "right") return Eye::kRight;
+  throw UsageError("eye: left or right");
+}
+
+// A read-only array over memory that `owner` keeps alive.
+template <class T>
+py::array array_over(const T* values, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
+                     const py::object& owner) {
+  py::array array(py::dtype::of<T>(), std::move(shape), std::move(strides), values, owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+// (height, width, channels); one channel: (height, width).
+template <class T>
+py::array image_array(const ImageView<T>& image, const py::object& owner) {
+  constexpr py::ssize_t kBytes = sizeof(T);
+  std::vector<py::ssize_t> shape = {image.height, image.width};
+  std::vector<py::ssize_t> strides = {image.width * image.channels * kBytes, image.channels * kBytes};
+  if (image.channels > 1) {
+    shape.push_back(image.channels);
+    strides.push_back(kBytes);
+  }
+  return array_over(image.values.data(), shape, strides, owner);
+}
+
+py::dict tile_maps(const py::object& self) {
+  constexpr py::ssize_t kBytes = sizeof(std::uint64_t);
+  py::dict maps;
+  for (const TileMap& map : self.cast<const Frame&>().tile_maps()) {
+    const auto tile = static_cast<py::ssize_t>(map.stride) * kBytes;
+    maps[py::str(map.name)] = array_over(map.first, {map.rows, map.columns}, {map.columns * tile, tile}, self);
+  }
+  return maps;
+}
+
+// A row for each tile: its place and all its counts.
+py::list tiles(const Frame& frame) {
+  const std::vector<TileMap>& maps = frame.tile_maps();
+  py::list rows;
+  for (int y = 0; y < maps.front().rows; ++y)
+    for (int x = 0; x < maps.front().columns; ++x) {
+      py::dict row;
+      row["x"] = maps.front().x0 + x * maps.front().tile_width;
+      row["y"] = maps.front().y0 + y * maps.front().tile_height;
+      for (const TileMap& map : maps) row[py::str(map.name)] = map.at(x, y);
+      rows.append(row);
+    }
+  return rows;
+}
+
+py::list tile_map_rows(const Frame& frame) {
+  py::list rows;
+  for (const TileMap& map : frame.tile_maps()) {
+    py::dict row;
+    row["name"] = map.name;
+    row["unit"] = map.unit;
+    row["meaning"] = map.meaning;
+    row["counter"] = map.counter;
+    rows.append(row);
+  }
+  return rows;
+}
+
+py::list traffic(const Frame& frame) {
+  py::list rows;
+  for (const TrafficRow& moved : frame.traffic()) {
+    py::dict row;
+    row["unit"] = moved.unit;
+    row["purpose"] = moved.purpose;
+    row["read_bytes"] = moved.read_bytes;
+    row["written_bytes"] = moved.written_bytes;
+    rows.append(row);
+  }
+  return rows;
+}
+
+py::object timing(const Frame& frame) {
+  if (!frame.timing()) return py::none();
+  py::dict row;
+  row["cycles"] = frame.timing()->cycles;
+  row["busy_cycles"] = frame.timing()->busy_cycles;
+  row["bound_by"] = frame.timing()->bound_by;
+  row["bound_by_cycles"] = frame.timing()->bound_by_cycles;
+  return row;
+}
+
+py::object energy(const Frame& frame) {
+  if (!frame.energy()) return py::none();
+  py::dict row;
+  row["total_nj"] = frame.energy()->total_nj;
+  row["by_unit_nj"] = frame.energy()->by_unit_nj;
+  return row;
+}
+
+}  // namespace
+
+void add_frame(py::module_& module) {
+  py::class_<Frame>(module, "Frame", "A rendered frame. Arrays are read-only views of it, not copies.")
+      .def_property_readonly("number", &Frame::number)
+      .def_property_readonly("has_right_eye", &Frame::has_right_eye)
+      .def_property_readonly("layers", &Frame::layers, "Names that image() takes.")
+      .def(
+          "image",
+          [](const py::object& self, const std::string& layer, const std::string& eye) {
+            return image_array(self.cast<const Frame&>().image(layer, eye_of(eye)), self);
+          },
+          py::arg("layer") = "color", py::arg("eye") = "left",
+          "(height, width, channels) or (height, width) of float32; \"color\" is linear RGB and coverage.")
+      .def(
+          "display",
+          [](const py::object& self, const std::string& eye) {
+            return image_array(self.cast<const Frame&>().display(eye_of(eye)), self);
+          },
+          py::arg("eye") = "left", "(height, width, 3) of uint8: the frame as a screen shows it.")
+      .def(
+          "patches",
+          [](const py::object& self, const std::string& eye) {
+            return image_array(self.cast<const Frame&>().patches(eye_of(eye)), self);
+          },
+          py::arg("eye") = "left", "(height, width) of uint32: base patch + 1; with auxiliary=True.")
+      .def_property_readonly("counters", &Frame::counters, "\"unit.event\" -> count.")
+      .def_property_readonly("traffic", &traffic, "Bytes over the memory interface: a dict per unit and purpose.")
+      .def_property_readonly("timing", &timing, "cycles, busy_cycles, bound_by, bound_by_cycles; or None.")
+      .def_property_readonly("energy", &energy, "total_nj, by_unit_nj; or None.")
+      .def_property_readonly("tile_maps", &tile_maps, "Name -> (rows, columns) of uint64: the work of every tile.")
+      .def_property_readonly("tile_map_descriptions", &tile_map_rows, "A dict per map: name, unit, meaning, counter.")
+      .def_property_readonly("tiles", &tiles, "A dict per tile: x, y in pixels and all its counts.")
+      .def_property_readonly("effects", &Frame::effects, "Effect -> whether it ran.")
+      .def_property_readonly("host_seconds", &Frame::host_seconds)
+      .def_property_readonly("stage_seconds", &Frame::stage_seconds);
+}
+
+}  // namespace tessera::python

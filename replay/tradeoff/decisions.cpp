@@ -1,0 +1,120 @@
+#include "replay/tradeoff/decisions.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+#include "replay/tradeoff/tradeoff_words.h"
+
+namespace tessera::replay {
+namespace {
+
+Spread spread_of(std::vector<double> rounds) {
+  if (rounds.empty()) return {};
+  std::sort(rounds.begin(), rounds.end());
+  const std::size_t n = rounds.size();
+  return {n % 2 == 1 ? rounds[n / 2] : std::midpoint(rounds[n / 2 - 1], rounds[n / 2]), rounds.front(), rounds.back()};
+}
+
+std::optional<std::uint64_t> whole_figure(const TrialResult& trial, const std::string& name) {
+  const auto found = trial.figures.find(name);
+  return found == trial.figures.end() ? std::nullopt : std::optional(std::get<std::uint64_t>(found->second));
+}
+
+// The same image for the same work: what a knob without effect leaves alike. Host times differ always.
+auto image_and_work(const Measurement& m) {
+  return std::tie(m.image_sha256, m.cycles, m.dram_bytes, m.energy_nj, m.watched);
+}
+
+}  // namespace
+
+Measurement measurement_of(const TrialResult& trial, const std::string& watched) {
+  Measurement out;
+  out.error = trial.error;
+  out.image_sha256 = trial.image_sha256;
+  out.cycles = whole_figure(trial, "timing.cycles");
+  const auto read_bytes = whole_figure(trial, "dram.read_bytes"), written = whole_figure(trial, "dram.written_bytes");
+  if (read_bytes || written) out.dram_bytes = read_bytes.value_or(0) + written.value_or(0);
+  if (const auto energy = trial.figures.find("energy.total_nj"); energy != trial.figures.end())
+    out.energy_nj = std::get<double>(energy->second);
+  if (!watched.empty() && !trial.figures.empty()) {
+    const auto found = trial.figures.find(watched);
+    out.watched = found == trial.figures.end() ? Figure{std::uint64_t{0}} : found->second;
+  }
+  out.wall_seconds = spread_of(trial.host.wall_seconds);
+  out.processor_seconds = spread_of(trial.host.processor_seconds);
+  return out;
+}
+
+std::optional<double> cost_of(const Measurement& measured, Cost cost) {
+  switch (cost) {
+    case Cost::kCycles:
+      return measured.cycles;
+    case Cost::kDramBytes:
+      return measured.dram_bytes;
+    case Cost::kEnergyNj:
+      return measured.energy_nj;
+    case Cost::kWallSeconds:
+      return measured.wall_seconds.median;
+    case Cost::kProcessorSeconds:
+      break;
+  }
+  return measured.processor_seconds.median;
+}
+
+std::vector<bool> pareto_front(const std::vector<ErrorAndCost>& points) {
+  std::vector<bool> front(points.size(), true);
+  for (std::size_t a = 0; a < points.size(); ++a)
+    for (const ErrorAndCost& b : points)
+      if (b.error <= points[a].error && b.cost <= points[a].cost &&
+          (b.error < points[a].error || b.cost < points[a].cost))
+        front[a] = false;
+  return front;
+}
+
+void judge(KnobResult& knob) {
+  knob.idle = false;
+  if (knob.settings.empty()) return;
+  const SettingResult against = knob.settings[knob.against];
+  for (SettingResult& setting : knob.settings) {
+    setting.same_image = setting.measured.image_sha256 == against.measured.image_sha256;
+    setting.says = setting_in_words(setting, against, knob.watched_as);
+  }
+  knob.idle = std::all_of(knob.settings.begin(), knob.settings.end(), [&](const SettingResult& setting) {
+    return image_and_work(setting.measured) == image_and_work(against.measured);
+  });
+  for (const Cost cost : kCosts) {
+    std::vector<ErrorAndCost> points;
+    std::vector<SettingResult*> of;
+    for (SettingResult& setting : knob.settings) {
+      setting.front[static_cast<std::size_t>(cost)].reset();
+      const auto value = cost_of(setting.measured, cost);
+      if (!value) continue;
+      points.push_back({setting.measured.error.flip, *value});
+      of.push_back(&setting);
+    }
+    const std::vector<bool> front = pareto_front(points);
+    for (std::size_t k = 0; k < of.size(); ++k) of[k]->front[static_cast<std::size_t>(cost)] = front[k];
+  }
+}
+
+std::optional<CheapestSetting> cheapest(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted) {
+  std::optional<CheapestSetting> best;
+  double least = std::numeric_limits<double>::infinity(), error = least;
+  for (const KnobResult& knob : knobs)
+    for (const SettingResult& setting : knob.settings) {
+      const auto cost = cost_of(setting.measured, wanted.cost);
+      if (!cost || setting.in_double) continue;
+      const ImageError& of = setting.measured.error;
+      if (wanted.max_flip && of.flip > *wanted.max_flip) continue;
+      if (wanted.min_psnr_db && of.psnr_db && *of.psnr_db < *wanted.min_psnr_db) continue;
+      if (*cost > least || (*cost == least && of.flip >= error)) continue;
+      best = {knob.name, setting};
+      least = *cost;
+      error = of.flip;
+    }
+  return best;
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "replay/tradeoff/results.h"
+
+namespace tessera::replay {
+
+// The question of --max-flip and --min-psnr with its answer.
+struct CheapestAnswer {
+  CheapestWanted wanted;
+  std::optional<CheapestSetting> found;
+};
+
+// {"schema": "tessera.tradeoff/1", "capture", "frame", "first_frame", "size", "rounds", "arguments", "settings", "gpu",
+//  "gpu_name", "reference": reference_info_json(),
+//  "knobs": [{"name", "title", "context", "against", "visual", "watched", "watched_as", "skipped": reason or "",
+//     "idle": whether all settings gave the same image at the same cost, "settings": [
+//     {"label", "arguments", "base": whether this is the configuration that was asked for, "in_double", "error",
+//      "picture", "cycles", "dram_bytes", "energy_nj", "watched", "same_picture": as `against`, "front": {"cycles",
+//      "dram_bytes", "energy_nj"}, "says": one line, "host": {"seconds": {"median", "low", "high"},
+//      "processor_seconds": {...}, "front_seconds", "front_processor_seconds"}}]}],
+//  "stopped": whether a signal ended it early,
+//  "cheapest": {"cost", "max_flip", "min_psnr", "setting": as above with its "knob", or null}}   where it was asked for
+// The last knob is "joint" where knobs were turned together.
+nlohmann::json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestAnswer>& cheapest);
+
+// For spreadsheets: a row per knob and setting.
+std::string tradeoff_csv(const TradeoffResult& tradeoff);
+
+// tradeoff.csv and tradeoff.json, each whole or not at all. Throws WriteError.
+void write_tradeoff(const std::filesystem::path& folder, const TradeoffResult& tradeoff,
+                    const std::optional<CheapestAnswer>& cheapest);
+
+}  // namespace tessera::replay

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+
+#include "replay/tradeoff/results.h"
+
+namespace tessera::replay {
+
+// A trial's result as points/HASH.json keeps it:
+//   {"schema": "tessera.trial/1",
+//    "error": {"psnr_db": null for an equal image, "ssim", "flip", "max_error"},   against the reference, as shown
+//    "picture": SHA-256 of its linear values,
+//    "values": every counter, cycle and energy of the compared frame that is not 0, by its name ({} in double),
+//    "host": {"seconds": [one per round], "processor_seconds": [...]}}
+//
+// Invariants (cited by the tests):
+//   TF1  read_trial() of what write_trial() wrote is what was written, to the last bit.
+//   TF2  A file that is cut short, lacks a member, or has one of another type or beyond its range is refused:
+//        InputError with the file and the byte or the JSON pointer. What is read, judge() can work with.
+
+// Throws WriteError. The file is there whole or not at all.
+void write_trial(const std::filesystem::path& file, const TrialResult& trial);
+
+TrialResult read_trial(const std::filesystem::path& file);
+
+}  // namespace tessera::replay

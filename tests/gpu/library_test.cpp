@@ -1,0 +1,157 @@
+// The public interface of include/tessera.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tessera/tessera.h>
+
+#include <functional>
+#include <set>
+
+namespace {
+
+using testing::HasSubstr;
+
+const char* const kCapture = TESSERA_SOURCE_DIR "/captures/eggs.glb";
+
+tessera::RenderOptions small_frame() {
+  tessera::RenderOptions options;
+  options.width = 96;
+  options.height = 54;
+  return options;
+}
+
+std::string message_of(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const tessera::Error& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(Library, EveryKeyTakesAndGivesItsDefault) {
+  const auto check = [](auto machine) {
+    const std::string before = machine.json();
+    for (const tessera::KeyDescription& key : machine.keys()) {
+      EXPECT_EQ(machine.get(key.name), key.default_value) << key.name;
+      machine.set(key.name, key.default_value);
+      EXPECT_FALSE(key.meaning.empty()) << key.name;
+    }
+    EXPECT_EQ(machine.json(), before);
+  };
+  check(tessera::Gpu());
+  check(tessera::Settings());
+}
+
+TEST(Library, AMachineSurvivesItsJson) {
+  for (const std::string& preset : tessera::Gpu::presets()) {
+    tessera::Gpu gpu(preset);
+    gpu.set("tile.width", 48);
+    EXPECT_EQ(tessera::Gpu::from_json(gpu.json()).json(), gpu.json()) << preset;
+  }
+}
+
+TEST(Library, CopiesOfMachinesAreTheirOwn) {
+  const tessera::Gpu gpu("small");
+  tessera::Gpu copy = gpu;
+  copy.set("tile.width", 64);
+  EXPECT_EQ(gpu.get("tile.width"), tessera::Value(std::int64_t{16}));
+  EXPECT_EQ(copy.get("tile.width"), tessera::Value(std::int64_t{64}));
+}
+
+TEST(Library, RefusalsAreExceptionsOfOneHierarchy) {
+  EXPECT_THAT(message_of([] { tessera::Gpu().set("tile.widht", 16); }), HasSubstr("did you mean 'tile.width'"));
+  EXPECT_THROW(tessera::Gpu().set("tile.width", 1 << 20), tessera::UsageError);
+  EXPECT_THROW(tessera::Settings().set("shading.rate", "often"), tessera::UsageError);
+  EXPECT_THROW(tessera::Gpu("huge"), tessera::UsageError);
+  EXPECT_THROW(tessera::Gpu::from_json("{\"tile\": 3}"), tessera::InputError);
+  EXPECT_THROW(tessera::Gpu::from_json("{"), tessera::InputError);
+  EXPECT_THROW(tessera::Scene("/missing.glb"), tessera::Error);
+  EXPECT_THROW(tessera::Scene(kCapture, {.max_bytes = 1000}), tessera::LimitError);
+  const tessera::Scene scene(kCapture);
+  tessera::RenderOptions options = small_frame();
+  options.region = tessera::Region{90, 0, 10, 10};
+  EXPECT_THROW(tessera::Device(scene, tessera::Gpu(), {}, options), tessera::UsageError);
+  options.region.reset();
+  options.max_image_bytes = 1000;
+  EXPECT_THROW(tessera::Device(scene, tessera::Gpu(), {}, options), tessera::LimitError);
+  EXPECT_THROW(tessera::Device(scene, tessera::Gpu().set("tile.width", 20), {}, small_frame()), tessera::UsageError);
+  tessera::Device device(scene, tessera::Gpu(), {}, small_frame());
+  EXPECT_THROW(device.render(-1), tessera::UsageError);
+  const tessera::Frame frame = device.render(0);
+  EXPECT_THAT(message_of([&] { frame.image("depth"); }), HasSubstr("no layer 'depth'; it has color"));
+  EXPECT_THROW(frame.image("color", tessera::Eye::kRight), tessera::UsageError);
+  EXPECT_THROW(frame.patches(), tessera::UsageError);
+}
+
+TEST(Library, AFrameOutlivesItsDeviceAndScene) {
+  const tessera::Frame frame =
+      tessera::Device(tessera::Scene(kCapture), tessera::Gpu("small"), {}, small_frame()).render(14);
+  const tessera::ImageView<float> image = frame.image();
+  EXPECT_EQ(image.values.size(), 96u * 54u * 4u);
+  EXPECT_EQ(frame.display().values.size(), 96u * 54u * 3u);
+  EXPECT_GT(frame.counters().at("tilecore.samples_visible"), 1000u);
+}
+
+TEST(Library, TrafficEnergyAndMapsAddUp) {
+  const tessera::Frame frame =
+      tessera::Device(tessera::Scene(kCapture), tessera::Gpu("small"), {}, small_frame()).render(14);
+  std::uint64_t read = 0, written = 0;
+  for (const tessera::TrafficRow& row : frame.traffic()) {
+    read += row.read_bytes;
+    written += row.written_bytes;
+  }
+  EXPECT_EQ(read, frame.counters().at("dram.read_bytes"));
+  EXPECT_EQ(written, frame.counters().at("dram.written_bytes"));
+  double energy = 0;
+  for (const auto& [unit, nj] : frame.energy()->by_unit_nj) energy += nj;
+  EXPECT_EQ(energy, frame.energy()->total_nj);
+  EXPECT_TRUE(frame.timing()->busy_cycles.contains(frame.timing()->bound_by));
+  int maps_of_counters = 0;
+  for (const tessera::TileMap& map : frame.tile_maps()) {
+    std::uint64_t sum = 0;
+    for (int y = 0; y < map.rows; ++y)
+      for (int x = 0; x < map.columns; ++x) sum += map.at(x, y);
+    if (!frame.counters().contains(map.counter)) continue;
+    EXPECT_EQ(sum, frame.counters().at(map.counter)) << map.name;
+    ++maps_of_counters;
+  }
+  EXPECT_GT(maps_of_counters, 5);
+}
+
+TEST(Library, ARegionIsThatPartOfTheFrame) {
+  const tessera::Scene scene(kCapture);
+  tessera::RenderOptions options = small_frame();
+  const tessera::Frame whole = tessera::Device(scene, tessera::Gpu(), {}, options).render(14);
+  options.region = tessera::Region{40, 16, 24, 20};
+  const tessera::Frame part = tessera::Device(scene, tessera::Gpu(), {}, options).render(14);
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 24; ++x)
+      for (std::size_t c = 0; c < 4; ++c)
+        ASSERT_EQ(part.image().at(x, y)[c], whole.image().at(x + 40, y + 16)[c]) << x << " " << y;
+}
+
+TEST(Library, ARightEyeHasImagesOfItsOwn) {
+  const tessera::Frame frame = tessera::Device(tessera::Scene(kCapture), tessera::Gpu(),
+                                               tessera::Settings().set("stereo.eye_separation", 0.1), small_frame())
+                                   .render(14);
+  ASSERT_TRUE(frame.has_right_eye());
+  const auto left = frame.display().values, right = frame.display(tessera::Eye::kRight).values;
+  EXPECT_FALSE(std::equal(left.begin(), left.end(), right.begin()));
+}
+
+TEST(Library, EveryCounterOfAFrameIsDescribed) {
+  std::set<std::string> known;
+  for (const tessera::CounterDescription& counter : tessera::counter_descriptions()) known.insert(counter.name);
+  tessera::Settings settings;
+  settings.set("resolve.desampling", "adaptive").set("shading.rate", "cache");
+  tessera::Device device(tessera::Scene(kCapture), tessera::Gpu(), settings, small_frame());
+  for (const auto& [name, value] : device.render(14).counters()) EXPECT_TRUE(known.contains(name)) << name;
+}
+
+TEST(Library, SaysWhatItIs) {
+  EXPECT_EQ(tessera::version().substr(0, 2), "0.");
+  EXPECT_FALSE(tessera::simd_target().empty());
+}
+
+}  // namespace

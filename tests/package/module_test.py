@@ -1,0 +1,157 @@
+"""What the Python module promises beyond the library: arrays without copies, tables, exceptions, threads."""
+
+import ast
+import inspect
+import pathlib
+import sys
+import threading
+import time
+import unittest
+
+import numpy as np
+import tessera
+
+CAPTURE = sys.argv.pop(1)
+
+
+def device(**keys):
+    return tessera.Device(tessera.Scene(CAPTURE), "small", width=96, height=54, **keys)
+
+
+class Keys(unittest.TestCase):
+    def test_dots_underscores_groups_and_presets_are_the_same(self):
+        expected = tessera.Gpu("small")
+        expected["tile.width"] = 64
+        for gpu in (
+            tessera.Gpu("small", tile__width=64),
+            tessera.Gpu("small", **{"tile.width": np.int64(64)}),
+            tessera.Gpu({"preset": "small", "tile": {"width": 64}}),
+            tessera.Gpu({"preset": "small", "tile.width": "64"}),
+            tessera.Gpu.from_json('{"preset": "small", "tile": {"width": 64}}'),
+            tessera.Gpu(expected),
+        ):
+            self.assertEqual(gpu.json(), expected.json())
+            self.assertEqual(gpu["tile.width"], 64)
+
+    def test_every_key_takes_its_default(self):
+        for rows, machine in ((tessera.gpu_keys(), tessera.Gpu()), (tessera.settings_keys(), tessera.Settings())):
+            before = machine.json()
+            for row in rows:
+                self.assertEqual(machine[row["key"]], row["default"], row["key"])
+                machine[row["key"]] = row["default"]
+            self.assertEqual(machine.json(), before)
+
+    def test_documentation_names_every_key(self):
+        for rows, kind in ((tessera.gpu_keys(), tessera.Gpu), (tessera.settings_keys(), tessera.Settings)):
+            for row in rows:
+                self.assertIn(f"  {row['key']}: {row['meaning']}\n", kind.__doc__)
+
+
+class Errors(unittest.TestCase):
+    def test_have_the_names_of_the_library(self):
+        self.assertTrue(issubclass(tessera.WriteError, tessera.SystemError))
+        for kind in (tessera.InputError, tessera.LimitError, tessera.UsageError, tessera.SystemError):
+            self.assertTrue(issubclass(kind, tessera.Error))
+        self.assertEqual(f"{tessera.InputError.__module__}.{tessera.InputError.__name__}", "tessera.InputError")
+
+    def test_say_what_is_wrong(self):
+        with self.assertRaisesRegex(tessera.UsageError, "did you mean 'tile.width'"):
+            tessera.Gpu(tile__widht=16)
+        with self.assertRaises(tessera.UsageError):
+            tessera.Gpu("huge")
+        with self.assertRaises(tessera.InputError):
+            tessera.Gpu.from_json("{")
+        with self.assertRaises(tessera.Error):
+            tessera.Scene("missing.glb")
+        with self.assertRaises(tessera.LimitError):
+            tessera.Scene(CAPTURE, max_bytes=1000)
+        with self.assertRaises(tessera.UsageError):
+            device(region=(0, 0, 97, 1))
+        with self.assertRaises(TypeError):
+            tessera.Gpu(tile__width=[16])
+
+
+class Frames(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.frame = device(auxiliary=True).render(14)
+
+    def test_arrays_are_views_that_keep_the_frame(self):
+        for make in (lambda f: f.image(), lambda f: f.display(), lambda f: f.tile_maps["entries"], lambda f: f.patches()):
+            frame = device(auxiliary=True).render(14)
+            array, again = make(frame), make(frame)
+            self.assertTrue(np.shares_memory(array, again))
+            self.assertFalse(array.flags.writeable or array.flags.owndata)
+            expected = array.copy()
+            del frame, again
+            np.testing.assert_array_equal(array, expected)
+
+    def test_images_have_the_shape_of_the_frame(self):
+        frame = self.frame
+        self.assertEqual((frame.image().shape, frame.image().dtype), ((54, 96, 4), np.float32))
+        self.assertEqual((frame.display().shape, frame.display().dtype), ((54, 96, 3), np.uint8))
+        self.assertEqual((frame.image("depth").shape, frame.patches().dtype), ((54, 96), np.uint32))
+        self.assertEqual(frame.layers, ["color", "depth", "normal", "invocations"])
+        self.assertGreater(int(frame.display().max()), 100)
+
+    def test_tile_maps_add_up_to_their_counters(self):
+        sums = 0
+        for row in self.frame.tile_map_descriptions:
+            if row["counter"] in self.frame.counters:
+                self.assertEqual(int(self.frame.tile_maps[row["name"]].sum()), self.frame.counters[row["counter"]], row)
+                sums += 1
+        self.assertGreater(sums, 5)
+        tiles = self.frame.tiles
+        self.assertEqual(sum(tile["triangles"] for tile in tiles), int(self.frame.tile_maps["triangles"].sum()))
+        self.assertEqual([tile["y"] for tile in tiles], sorted(tile["y"] for tile in tiles))
+
+    def test_traffic_timing_and_energy_add_up(self):
+        frame = self.frame
+        self.assertEqual(sum(row["read_bytes"] for row in frame.traffic), frame.counters["dram.read_bytes"])
+        self.assertAlmostEqual(sum(frame.energy["by_unit_nj"].values()) / frame.energy["total_nj"], 1)
+        self.assertIn(frame.timing["bound_by"], frame.timing["busy_cycles"])
+        self.assertIsNone(device(output__machine_model=False).render(14).timing)
+
+    def test_counters_are_described(self):
+        self.assertLessEqual(set(self.frame.counters), {row["name"] for row in tessera.counter_descriptions()})
+
+
+class Threads(unittest.TestCase):
+    def test_python_goes_on_while_a_frame_renders(self):
+        large = tessera.Device(tessera.Scene(CAPTURE), width=1280, height=720)
+        done = threading.Event()
+        thread = threading.Thread(target=lambda: (large.render(14), done.set()))
+        thread.start()
+        turns = 0
+        while not done.is_set():
+            turns += 1
+            time.sleep(0.001)
+        thread.join()
+        self.assertGreater(turns, 3)
+
+    def test_calls_on_one_device_wait_for_each_other(self):
+        shared, frames = device(), []
+        threads = [threading.Thread(target=lambda: frames.append(shared.render(14).counters)) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(frames, [device().render(14).counters] * 4)
+
+
+class Stubs(unittest.TestCase):
+    def test_name_every_member(self):
+        tree = ast.parse((pathlib.Path(tessera.__file__).parent / "__init__.pyi").read_text())
+        stubs = {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+        for name, member in vars(tessera).items():
+            if name.startswith("_"):
+                continue
+            self.assertIn(name, stubs)
+            if inspect.isclass(member) and not issubclass(member, Exception):
+                declared = {node.name for node in stubs[name].body if isinstance(node, ast.FunctionDef)}
+                there = {key for key in vars(member) if not key.startswith("_")} | {"__init__"}
+                self.assertEqual({key for key in declared if key not in ("__getitem__", "__setitem__")}, there, name)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# tests/package/run.sh STEP BUILD SOURCE   checks what `cmake --install` and `cpack` of a build give; ctest runs the steps.
+set -euo pipefail
+
+step=$1 build=$2 source=$3
+work=$build/package_test
+prefix=$work/prefix
+python_path=$prefix/lib/python3/dist-packages
+capture=$work/eggs.glb
+
+fail() {
+  echo "$step: $*" >&2
+  exit 1
+}
+
+# Counters of the same frame by the program, as "name value" lines.
+program_counters() { # PROGRAM
+  "$1" replay "$capture" --size 160x90 --gpu small --set tile.width=32 --set shading.rate=sample --quiet --no-report --out "$work/out"
+  python3 -c 'import json, sys
+for name, value in json.load(open(sys.argv[1]))["frames"][0]["counters"].items(): print(name, value)' "$work/out/stats.json"
+}
+
+# Nothing below a folder names the source tree.
+check_no_source_path() { # FOLDER
+  ! grep -rlF "$source/" "$1" >&2 || fail "these files name the source tree"
+}
+
+case $step in
+install)
+  rm -rf "$work"
+  mkdir -p "$work"
+  cp "$source/captures/eggs.glb" "$capture"
+  cmake --install "$build" --prefix "$prefix" >"$work/install.log"
+  check_no_source_path "$prefix"
+  program_counters "$prefix/bin/tessera" >"$work/expected.txt"
+  [ "$(wc -l <"$work/expected.txt")" -gt 50 ] || fail "few counters"
+  ;;
+consumer)
+  rm -rf "$work/consumer"
+  mkdir -p "$work/consumer"
+  cp "$source"/tests/package/consumer/* "$work/consumer"
+  [ "$(wc -l <"$work/consumer/main.cpp")" -le 25 ] || fail "the example is long"
+  cmake -S "$work/consumer" -B "$work/consumer/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" >"$work/consumer.log"
+  cmake --build "$work/consumer/build" >>"$work/consumer.log"
+  "$work/consumer/build/consumer" "$capture" | diff - "$work/expected.txt" || fail "other counters than the program's"
+  if "$work/consumer/build/consumer" "$work/missing.glb" 2>"$work/errors.txt"; then fail "a missing file is read"; fi
+  grep -q 'missing.glb' "$work/errors.txt" || fail "the message does not name the missing file"
+  ;;
+interface)
+  # Public names only, in namespace tessera itself: rooms have names in lower case.
+  library=$(find "$prefix/lib" -name 'libtessera.so')
+  symbols=$(nm -DC --defined-only "$library" | cut -d' ' -f3-)
+  grep -q '^tessera::Device::render' <<<"$symbols" || fail "the library shows no Device"
+  ! grep -vE "^((typeinfo (name )?|vtable )for )?tessera::([A-Z][A-Za-z]*(::|$)|version|simd_target|counter_descriptions)" <<<"$symbols" ||
+    fail "the library shows these, too"
+  # The standard library's headers and our own.
+  ! grep -rhE '^ *#include' "$prefix/include" | grep -vE '<(tessera/[a-z]+\.h|[a-z]+)>' || fail "public headers include these, too"
+  ;;
+python)
+  [ "$(wc -l <"$source/tests/package/counters.py")" -le 20 ] || fail "the example is long"
+  PYTHONPATH=$python_path python3 "$source/tests/package/counters.py" "$capture" | diff - "$work/expected.txt" || fail "other counters than the program's"
+  ;;
+module) PYTHONPATH=$python_path python3 "$source/tests/package/module_test.py" "$capture" ;;
+stubs)
+  PYTHONPATH=$python_path python3 "$source/python/make_stubs.py" | diff - "$source/python/tessera/__init__.pyi" ||
+    fail "run: PYTHONPATH=build/release/python python3 python/make_stubs.py > python/tessera/__init__.pyi"
+  ;;
+debian)
+  rm -rf "$work/debian"
+  mkdir -p "$work/debian"
+  (cd "$work/debian" && cpack -G DEB --config "$build/CPackConfig.cmake" -B "$work/debian" >cpack.log) || { cat "$work/debian/cpack.log"; fail "cpack"; }
+  package=$(find "$work/debian" -maxdepth 1 -name '*.deb')
+  dpkg-deb -f "$package" Depends | grep -q libtbb12 || fail "no dependency on TBB"
+  dpkg-deb -x "$package" "$work/debian/root"
+  check_no_source_path "$work/debian/root"
+  PATH=/usr/bin:/bin program_counters "$work/debian/root/usr/bin/tessera" | diff - "$work/expected.txt"
+  "$work/debian/root/usr/bin/tessera" replay "$capture" --size 160x90 --quiet --out "$work/debian/out"
+  [ ! -e /usr/share/javascript/vega ] || grep -q '<html' "$work/debian/out/report.html" || fail "no report"
+  for file in usr/include/tessera/device.h usr/lib/*/libtessera.so usr/lib/*/cmake/tessera/tesseraConfig.cmake; do
+    compgen -G "$work/debian/root/$file" >/dev/null || fail "the package lacks $file"
+  done
+  ;;
+*) fail "unknown step" ;;
+esac
