@@ -15,8 +15,8 @@ Made by `build/release/tests/tessera_stability_page`; a test checks that this pa
 
 ```sh
 ./tessera test -R 'HardCase|HardCases|Traps'   # by name
-./tessera test -L sanitizers                   # address and undefined-behaviour sanitizers: base, frontend, binner, tilecore
-./tessera test -L fuzz                         # every fuzz target for ten seconds
+./tessera test --all -L sanitizers             # address and undefined-behaviour sanitizers; without --all what decodes
+./tessera test --all -L fuzz                   # every fuzz target for a minute; without --all decoders for seconds
 ./tessera fuzz draco 3600                      # one target for an hour; without arguments all, a minute each
 ```
 )";
