@@ -276,7 +276,10 @@ TEST_F(TrialFile, IsRefusedWithThePlaceOfWhatIsWrong) {  // TF2
     return refusal(changed.dump());
   };
   EXPECT_EQ(with("/schema", "tessera.point/1"), "/schema is not tessera.trial/1") << "a point of a sweep";
-  EXPECT_EQ(with("/picture", "abc"), "/picture is not 64 lower-case hexadecimal digits");
+  EXPECT_EQ(with("/picture", "abc"),
+            "/"
+            "picture"
+            " is not 64 lower-case hexadecimal digits");
   EXPECT_EQ(with("/values/timing.cycles", 1.5), "/values/timing.cycles is not a whole number of at least 0");
   EXPECT_EQ(with("/values/dram.read_bytes", -1), "/values/dram.read_bytes is not a whole number of at least 0");
   EXPECT_EQ(with("/values/energy.total_nj", -1.5), "/values/energy.total_nj is below 0");
