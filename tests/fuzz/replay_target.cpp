@@ -75,7 +75,7 @@ void render(Bytes input) {
     const int frame = capture.settings.first_frame;
     const gpu::FrameResult result = renderer.render(frame);
     require(result.targets.color.values.size() >= 20 * 12 * 3, "a frame without all of its pixels");
-    if (settings_of(input).desampling == "adaptive") renderer.render(frame + 1);
+    if (settings_of(input).resolve.desampling == tilecore::Desampling::kAdaptive) renderer.render(frame + 1);
   });
 }
 
