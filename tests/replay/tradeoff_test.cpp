@@ -99,8 +99,9 @@ int front_violations(const KnobResult& knob) {
             const auto cost_b = cost_of(b.measured, cost);
             return cost_b && beats({b.measured.error.flip, *cost_b}, {a.measured.error.flip, *cost_a});
           });
-      const std::optional<bool> expected = cost_a ? std::optional(!beaten) : std::nullopt;
-      violations += a.on_front(cost) != expected ? 1 : 0;
+      const std::optional<bool> on_front = a.on_front(cost);
+      const bool right = cost_a ? on_front.has_value() && *on_front != beaten : !on_front.has_value();
+      violations += right ? 0 : 1;
     }
   return violations;
 }
