@@ -2,7 +2,9 @@
 
 import ast
 import inspect
+import os
 import pathlib
+import signal
 import sys
 import threading
 import time
@@ -139,6 +141,16 @@ class Threads(unittest.TestCase):
         self.assertEqual(frames, [device().render(14).counters] * 4)
 
 
+    def test_an_interrupt_is_raised_when_the_frame_is_done(self):
+        large = tessera.Device(tessera.Scene(CAPTURE), width=1280, height=720)
+        timer = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
+        with self.assertRaises(KeyboardInterrupt):
+            timer.start()
+            while True:
+                large.render(14)
+        self.assertEqual(large.render(14).number, 14)
+
+
 class Stubs(unittest.TestCase):
     def test_name_every_member(self):
         tree = ast.parse((pathlib.Path(tessera.__file__).parent / "__init__.pyi").read_text())
@@ -149,8 +161,8 @@ class Stubs(unittest.TestCase):
             self.assertIn(name, stubs)
             if inspect.isclass(member) and not issubclass(member, Exception):
                 declared = {node.name for node in stubs[name].body if isinstance(node, ast.FunctionDef)}
-                there = {key for key in vars(member) if not key.startswith("_")} | {"__init__"}
-                self.assertEqual({key for key in declared if key not in ("__getitem__", "__setitem__")}, there, name)
+                there = {key for key in vars(member) if not key.startswith("_")}
+                self.assertEqual({key for key in declared if not key.startswith("_")}, there, name)
 
 
 if __name__ == "__main__":
