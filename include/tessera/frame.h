@@ -79,7 +79,8 @@ TESSERA_API const std::vector<CounterDescription>& counter_descriptions();
 // With stereo.eye_separation a frame has two images.
 enum class Eye { kLeft, kRight };
 
-// A rendered frame. Immutable; copies share one content, which outlives the device. Any thread may read it.
+// A rendered frame. Immutable; copies share one content, which outlives the device. Any thread may read it. What it
+// gives by reference lives as long as the frame or a copy of it: name the frame before looping over its counters.
 class TESSERA_API Frame {
  public:
   int number() const;

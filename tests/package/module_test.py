@@ -2,7 +2,9 @@
 
 import ast
 import inspect
+import os
 import pathlib
+import signal
 import sys
 import threading
 import time
@@ -137,6 +139,16 @@ class Threads(unittest.TestCase):
         for thread in threads:
             thread.join()
         self.assertEqual(frames, [device().render(14).counters] * 4)
+
+
+    def test_an_interrupt_is_raised_when_the_frame_is_done(self):
+        large = tessera.Device(tessera.Scene(CAPTURE), width=1280, height=720)
+        timer = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
+        with self.assertRaises(KeyboardInterrupt):
+            timer.start()
+            while True:
+                large.render(14)
+        self.assertEqual(large.render(14).number, 14)
 
 
 class Stubs(unittest.TestCase):
