@@ -25,10 +25,12 @@ struct ProcessLimits {
 // Runs a program (argv[0] is its path) and waits for it.
 ProcessResult run_process(const std::vector<std::string>& argv, const ProcessLimits& limits = {});
 
-// Runs the tessera program of this build.
+#ifdef TESSERA_PROGRAM
+// Runs the tessera program of this build; in test programs that say that they do.
 inline ProcessResult run_tessera(std::vector<std::string> arguments, const ProcessLimits& limits = {}) {
   arguments.insert(arguments.begin(), TESSERA_PROGRAM);
   return run_process(arguments, limits);
 }
+#endif
 
 }  // namespace tessera::test
