@@ -1,5 +1,6 @@
 #include "base/key_table.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -86,6 +87,14 @@ KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const json& v
     default:
       return parse_choice(key, value);
   }
+}
+
+double shortest_decimal(float value) {
+  std::array<char, 64> text;
+  const char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double number = 0;
+  std::from_chars(text.data(), end, number);
+  return number;
 }
 
 json key_value_json(const KeyValue& value) {

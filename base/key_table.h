@@ -1,15 +1,28 @@
 #pragma once
 
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "base/enum_words.h"
+
 namespace tessera {
+
+template <class T>
+concept KeyNumber = std::floating_point<T> ||(std::integral<T> && !std::same_as<T, bool>);
+
+// A value on its way between a text and a member; the text is that of an enum.
+using KeyValue = std::variant<std::int64_t, double, bool, std::string>;
 
 // What a user may set by name: one row per key, declared once beside the struct it fills. Parsing, validation,
 // printing and the generated documentation all walk the same rows.
@@ -23,22 +36,100 @@ struct KeyInfo {
   std::vector<std::string_view> choices;  // texts: the allowed words
 };
 
+// The decimal number of the fewest digits that means this float: 0.02 for 0.02f.
+double shortest_decimal(float value);
+
+template <class T>
+KeyValue to_key_value(const T& value) {
+  if constexpr (std::same_as<T, bool>)
+    return value;
+  else if constexpr (WordEnum<T>)
+    return std::string(word(value));
+  else if constexpr (std::same_as<T, float>)
+    return shortest_decimal(value);
+  else if constexpr (std::floating_point<T>)
+    return value;
+  else
+    return static_cast<std::int64_t>(value);
+}
+// Of a value that its row allows.
+template <class T>
+T from_key_value(const KeyValue& value) {
+  if constexpr (std::same_as<T, bool>)
+    return std::get<bool>(value);
+  else if constexpr (WordEnum<T>)
+    return from_word<T>(std::get<std::string>(value)).value();
+  else if constexpr (std::floating_point<T>)
+    return static_cast<T>(std::get<double>(value));
+  else
+    return static_cast<T>(std::get<std::int64_t>(value));
+}
+
+// A row and the member of S that it fills.
 template <class S>
 struct Key : KeyInfo {
-  using Member = std::variant<std::int64_t S::*, double S::*, bool S::*, std::string S::*>;
-  Member member;
+  std::function<KeyValue(const S&)> get;
+  std::function<void(S&, const KeyValue&)> set;  // takes what parse_key_value gave for this row
 
-  Key(std::string_view key, Member where, std::string_view unit_in, double low, double high, std::string_view means,
-      std::string_view from = "")
-      : KeyInfo{key, unit_in, means, from, low, high, {}}, member(where) {}
+  template <KeyNumber T, class Owner>
+  requires std::derived_from<S, Owner> Key(std::string_view key, T Owner::*where, std::string_view unit_in, double low,
+                                           double high, std::string_view means, std::string_view from = "")
+      : Key(KeyInfo{key, unit_in, means, from, low, high, {}}, where) {}
   Key(std::string_view key, bool S::*where, std::string_view means, std::string_view from = "")
-      : KeyInfo{key, "", means, from, 0, 1, {}}, member(where) {}
-  Key(std::string_view key, std::string S::*where, std::vector<std::string_view> words, std::string_view means,
-      std::string_view from = "")
-      : KeyInfo{key, "", means, from, 0, 0, std::move(words)}, member(where) {}
+      : Key(KeyInfo{key, "", means, from, 0, 1, {}}, where) {}
+  template <WordEnum E>
+  Key(std::string_view key, E S::*where, std::string_view means, std::string_view from = "")
+      : Key(KeyInfo{key, "", means, from, 0, 0, {kEnumWords<E>.begin(), kEnumWords<E>.end()}}, where) {}
+
+  // The row of a struct that S is derived from.
+  template <class Base>
+  requires(std::derived_from<S, Base> && !std::same_as<S, Base>) explicit Key(const Key<Base>& key)
+      : KeyInfo(key), get(key.get), set(key.set) {}
+  // The row of a struct that is itself a member.
+  template <class Unit>
+  Key(Unit S::*part, const Key<Unit>& key)
+      : KeyInfo(key),
+        get([part, key](const S& object) { return key.get(object.*part); }),
+        set([part, key](S& object, const KeyValue& value) { key.set(object.*part, value); }) {}
+
+ private:
+  template <class T, class Owner>
+  Key(KeyInfo info, T Owner::*where)
+      : KeyInfo(std::move(info)),
+        get([where](const S& object) { return to_key_value(object.*where); }),
+        set([where](S& object, const KeyValue& value) { object.*where = from_key_value<T>(value); }) {}
 };
 
-using KeyValue = std::variant<std::int64_t, double, bool, std::string>;
+// Rows of a struct, some of them those of its members: in the order in which they are added.
+template <class S>
+class Keys {
+ public:
+  Keys() = default;
+  Keys(std::initializer_list<Key<S>> rows) : rows_(rows) {}
+
+  Keys& add(const Keys& more) {
+    rows_.insert(rows_.end(), more.begin(), more.end());
+    return *this;
+  }
+  template <class Base>
+  requires(std::derived_from<S, Base> && !std::same_as<S, Base>) Keys& add(const Keys<Base>& more) {
+    for (const Key<Base>& key : more) rows_.emplace_back(key);
+    return *this;
+  }
+  template <class Unit>
+  Keys& add(Unit S::*part, const Keys<Unit>& more) {
+    for (const Key<Unit>& key : more) rows_.emplace_back(part, key);
+    return *this;
+  }
+
+  auto begin() const { return rows_.begin(); }
+  auto end() const { return rows_.end(); }
+  std::size_t size() const { return rows_.size(); }
+  const Key<S>& operator[](std::size_t k) const { return rows_[k]; }
+
+ private:
+  std::vector<Key<S>> rows_;
+};
 
 // Checks `value` (a JSON scalar, or a text as given on the command line) against the row and converts it to the
 // type of `like`. Throws UsageError saying what was found and what is allowed.
@@ -55,27 +146,23 @@ std::string unknown_key_message(std::string_view key, std::span<const std::strin
 template <class S>
 class KeyTable {
  public:
-  explicit KeyTable(std::vector<Key<S>> keys) : keys_(std::move(keys)) {}
+  explicit KeyTable(Keys<S> keys) : keys_(std::move(keys)) {}
 
-  const std::vector<Key<S>>& keys() const { return keys_; }
+  const Keys<S>& keys() const { return keys_; }
   const Key<S>* find(std::string_view name) const {
     for (const Key<S>& key : keys_)
       if (key.name == name) return &key;
     return nullptr;
   }
-  KeyValue value(const S& object, const Key<S>& key) const {
-    return std::visit([&](auto member) -> KeyValue { return object.*member; }, key.member);
-  }
+  KeyValue value(const S& object, const Key<S>& key) const { return key.get(object); }
   KeyValue default_value(const Key<S>& key) const { return value(S{}, key); }
 
   void set(S& object, const Key<S>& key, const nlohmann::json& text_or_scalar) const {
-    const KeyValue parsed = parse_key_value(key, value(object, key), text_or_scalar);
-    std::visit([&](auto member) { object.*member = std::get<std::decay_t<decltype(object.*member)>>(parsed); },
-               key.member);
+    key.set(object, parse_key_value(key, value(object, key), text_or_scalar));
   }
 
  private:
-  std::vector<Key<S>> keys_;
+  Keys<S> keys_;
 };
 
 }  // namespace tessera

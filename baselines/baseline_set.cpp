@@ -77,7 +77,7 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
 }
 
 // Batches of patches in parallel, joined in order.
-BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const hardware::GpuConfiguration& gpu,
+BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                                        std::uint64_t frame_bytes) {
   constexpr std::size_t kBatch = 64;
   struct Prepared {
@@ -120,11 +120,11 @@ void BaselineSet::accumulate(const BaselineSet& frame) {
   for (std::size_t s = 0; s < schemes.size(); ++s) tessera::accumulate(schemes[s], frame.schemes[s]);
 }
 
-hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu) {
-  gpu.frontend_split_depth = 0;
-  gpu.frontend_split_budget = 1;
-  gpu.tessellator_sub_patch_cells = 64;
-  gpu.frontend_previous_depth_culling = false;
+gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
+  gpu.frontend.split_depth = 0;
+  gpu.frontend.split_budget = 1;
+  gpu.tessellator.sub_patch_cells = 64;
+  gpu.frontend.previous_depth_culling = false;
   return gpu;
 }
 
@@ -165,7 +165,7 @@ BaselineCounters measure_patch_machine(const gpu::FrameCounters& counters, const
 }
 
 TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                           const memory::Ledger& frame_ledger, const hardware::GpuConfiguration& gpu) {
+                                           const memory::Ledger& frame_ledger, const gpu::GpuConfiguration& gpu) {
   const std::uint64_t frame_bytes = frame_ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes;
   TriangleMachines out;
   out.post_tessellation = run_post_tessellation(job, gpu, frame_bytes);
@@ -193,7 +193,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   job.resolve = nullptr;  // every scheme shades all pixels
   last_ = {};
   last_[Scheme::kPreTessellation] = measure_patch_machine(view.result.counters, view.record);
-  const hardware::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
+  const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
   gpu::WorkRecorder whole_work(whole_gpu, nullptr, false);
   gpu::MachineRecord whole_record;
@@ -201,7 +201,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   last_[Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
   // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
   const TriangleMachines machines =
-      measure_triangle_machines(job, view.gpu.frontend_previous_depth_culling ? whole_record : view.record,
+      measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record,
                                 view.result.counters.ledger, view.gpu);
   last_[Scheme::kPostTessellation] = machines.post_tessellation;
   last_[Scheme::kImmediate] = machines.immediate;

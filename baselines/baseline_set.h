@@ -4,9 +4,9 @@
 
 #include "baselines/baseline_counters.h"
 #include "binner/tile_grid.h"
+#include "gpu/configuration.h"
 #include "gpu/machine_record.h"
 #include "gpu/view_observer.h"
-#include "hardware/configuration.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/tile_core.h"
@@ -23,7 +23,7 @@ struct BaselineSet {
 
 // The machine of `gpu` without splits: one queue entry per base patch, tessellated as a whole by every tile that it may
 // touch. Every frame by itself.
-hardware::GpuConfiguration patch_whole_machine(hardware::GpuConfiguration gpu);
+gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu);
 
 // Counters of a machine that bins patches, from those of its run. The cache of tessellator.cache_bytes holds, per
 // sub-patch, 12 bytes for each vertex and key; tiles use it in the order in which they were rendered.
@@ -36,7 +36,7 @@ struct TriangleMachines {
   BaselineCounters post_tessellation, immediate;
 };
 TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                           const memory::Ledger& frame_ledger, const hardware::GpuConfiguration& gpu);
+                                           const memory::Ledger& frame_ledger, const gpu::GpuConfiguration& gpu);
 
 // Runs every scheme on the frames of the device that it observes.
 class BaselineObserver final : public gpu::ViewObserver {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/rect.h"
-#include "hardware/configuration.h"
+#include "gpu/configuration.h"
 #include "memory/lru_cache.h"
 
 namespace tessera::baselines {

@@ -90,7 +90,7 @@ TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vec
 }  // namespace
 
 ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                  const hardware::GpuConfiguration& gpu) {
+                                  const gpu::GpuConfiguration& gpu) {
   const baselines::SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes);
   std::vector<TileDrawing> tiles(record.entries.size());
   PerThread<tilecore::TileCore> cores;
@@ -102,7 +102,7 @@ ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const gpu::Machi
   for (const TileDrawing& tile : tiles) order.insert(order.end(), tile.drawn.begin(), tile.drawn.end());
   std::sort(order.begin(), order.end(),
             [](const Drawn& a, const Drawn& b) { return std::tie(a.patch, a.tile) < std::tie(b.patch, b.tile); });
-  baselines::ImmediateMemory cached(static_cast<std::uint64_t>(gpu.immediate_cache_bytes), job.burst_bytes,
+  baselines::ImmediateMemory cached(static_cast<std::uint64_t>(gpu.baselines.immediate_cache_bytes), job.burst_bytes,
                                     layout.line_count());
   baselines::ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());
   for (const Drawn& drawn : order)

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
+#include "gpu/configuration.h"
 #include "gpu/machine_record.h"
-#include "hardware/configuration.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::baselines {
@@ -18,6 +18,6 @@ struct ImmediateTraffic {
 // A triangle touches the lines that hold samples inside it, also where motion and defocus scatter them: exact, not
 // bounded. How patches were split and binned for `record` does not matter.
 ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                  const hardware::GpuConfiguration& gpu);
+                                  const gpu::GpuConfiguration& gpu);
 
 }  // namespace tessera::baselines

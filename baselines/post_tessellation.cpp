@@ -28,13 +28,13 @@ BlockHead head_at(std::span<const std::uint8_t> memory, std::uint64_t address) {
 
 }  // namespace
 
-PostTessellationBinner::PostTessellationBinner(const hardware::GpuConfiguration& gpu, const binner::TileGrid& grid,
+PostTessellationBinner::PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
                                                const scene::Projection& projection)
     : grid_(grid),
       setup_(grid_, projection),
       buffer_(gpu, grid.tile_count()),
-      burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
-      cache_bytes_(static_cast<std::uint64_t>(gpu.post_tessellation_cache_bytes)),
+      burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
+      cache_bytes_(static_cast<std::uint64_t>(gpu.baselines.post_tessellation_cache_bytes)),
       last_address_(grid.tile_count(), 0) {}
 
 void PostTessellationBinner::begin_numbering(std::size_t vertices) { number_.assign(vertices, kNoNumber); }

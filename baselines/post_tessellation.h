@@ -32,7 +32,7 @@ inline constexpr std::uint64_t kBlockHeadBytes = 8;
 //   PT3  What tile cores read was written.
 class PostTessellationBinner {
  public:
-  PostTessellationBinner(const hardware::GpuConfiguration& gpu, const binner::TileGrid& grid,
+  PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
                          const scene::Projection& projection);
 
   const TriangleSetup& setup() const { return setup_; }

@@ -11,12 +11,12 @@
 
 namespace tessera::baselines {
 
-TriangleBuffer::TriangleBuffer(const hardware::GpuConfiguration& gpu, binner::TileIndex tile_count)
-    : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
-      chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
-      burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
+TriangleBuffer::TriangleBuffer(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count)
+    : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer.bytes)),
+      chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer.chunk_bytes)),
+      burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
       memory_(round_up(tile_count * binner::kListHeadBytes, burst_bytes_)),
-      combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {}
+      combiner_(static_cast<std::uint64_t>(gpu.binner.combining_bursts), burst_bytes_, ledger_) {}
 
 std::uint64_t TriangleBuffer::store_block(std::span<const std::uint8_t> bytes) {
   const std::uint64_t address = round_up(memory_.size(), kBlockAlignment);
@@ -81,7 +81,8 @@ std::vector<std::uint8_t> TriangleBuffer::read_list(binner::TileIndex tile, memo
   list.reserve(head.bytes);
   std::uint32_t chunk = head.first_chunk;
   while (list.size() < head.bytes) {
-    const std::uint64_t here = std::min<std::uint64_t>(chunk_bytes_ - binner::kChunkLinkBytes, head.bytes - list.size()),
+    const std::uint64_t here =
+                            std::min<std::uint64_t>(chunk_bytes_ - binner::kChunkLinkBytes, head.bytes - list.size()),
                         address = chunk_address_[chunk];
     charge(address, binner::kChunkLinkBytes + here);
     const auto* first = &memory_[address + binner::kChunkLinkBytes];

@@ -6,7 +6,7 @@
 
 #include "binner/tile_grid.h"
 #include "binner/write_combiner.h"
-#include "hardware/configuration.h"
+#include "gpu/configuration.h"
 #include "memory/ledger.h"
 
 namespace tessera::baselines {
@@ -24,7 +24,7 @@ namespace tessera::baselines {
 //   TB2  Every burst that moves is in the ledger once, under tile_queue.
 class TriangleBuffer {
  public:
-  TriangleBuffer(const hardware::GpuConfiguration& gpu, binner::TileIndex tile_count);
+  TriangleBuffer(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count);
 
   // Writes a block and returns its address.
   std::uint64_t store_block(std::span<const std::uint8_t> bytes);

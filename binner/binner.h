@@ -16,11 +16,11 @@ namespace tessera::binner {
 // nothing is binned twice.
 class Binner {
  public:
-  Binner(const hardware::GpuConfiguration& gpu, const TileGrid& grid)
+  Binner(const BinnerSpec& spec, const TileGrid& grid)
       : grid_(grid),
-        hierarchy_(grid, static_cast<int>(gpu.binner_queue_levels)),
-        coverage_(gpu),
-        buffer_(gpu, hierarchy_.queue_count()) {}
+        hierarchy_(grid, spec.binner.queue_levels),
+        coverage_(spec.binner),
+        buffer_(spec, hierarchy_.queue_count()) {}
 
   // Where binning stands: the next sub-patch, and how many of its entries are written.
   struct Cursor {

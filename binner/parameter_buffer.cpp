@@ -12,14 +12,14 @@
 
 namespace tessera::binner {
 
-ParameterBuffer::ParameterBuffer(const hardware::GpuConfiguration& gpu, QueueIndex queue_count)
-    : capacity_(static_cast<std::uint64_t>(gpu.parameter_buffer_bytes)),
-      chunk_bytes_(static_cast<std::uint64_t>(gpu.parameter_buffer_chunk_bytes)),
-      burst_bytes_(static_cast<std::uint64_t>(gpu.memory_burst_bytes)),
+ParameterBuffer::ParameterBuffer(const BinnerSpec& spec, QueueIndex queue_count)
+    : capacity_(static_cast<std::uint64_t>(spec.parameter_buffer.bytes)),
+      chunk_bytes_(static_cast<std::uint64_t>(spec.parameter_buffer.chunk_bytes)),
+      burst_bytes_(static_cast<std::uint64_t>(spec.burst_bytes)),
       entries_per_chunk_((chunk_bytes_ - kChunkLinkBytes) / kQueueEntryBytes),
       heads_bytes_(round_up(queue_count * kListHeadBytes, burst_bytes_)),
-      spill_(gpu.parameter_buffer_full_policy == "spill"),
-      combiner_(static_cast<std::uint64_t>(gpu.binner_combining_bursts), burst_bytes_, ledger_) {
+      spill_(spec.parameter_buffer.full_policy == FullPolicy::kSpill),
+      combiner_(static_cast<std::uint64_t>(spec.binner.combining_bursts), burst_bytes_, ledger_) {
   if (heads_bytes_ + chunk_bytes_ > capacity_)
     throw UsageError(fmt::format(
         "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} queues ({} bytes) and one chunk of {} bytes",

@@ -6,8 +6,8 @@
 #include "base/counter.h"
 #include "binner/queue_entry.h"
 #include "binner/queue_hierarchy.h"
+#include "binner/settings.h"
 #include "binner/write_combiner.h"
-#include "hardware/configuration.h"
 #include "memory/ledger.h"
 
 namespace tessera::binner {
@@ -43,7 +43,7 @@ inline constexpr std::uint64_t kListHeadBytes = 16, kChunkLinkBytes = 8;
 class ParameterBuffer {
  public:
   // Throws UsageError when not even the list heads and one chunk fit.
-  ParameterBuffer(const hardware::GpuConfiguration& gpu, QueueIndex queue_count);
+  ParameterBuffer(const BinnerSpec& spec, QueueIndex queue_count);
 
   // False: full, nothing was written; the caller renders what is there and calls reset().
   [[nodiscard]] bool append(QueueIndex queue, const QueueEntry& entry);

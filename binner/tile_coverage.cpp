@@ -6,10 +6,10 @@
 
 namespace tessera::binner {
 
-TileCoverageUnit::TileCoverageUnit(const hardware::GpuConfiguration& gpu)
-    : exact_(gpu.binner_coverage == "exact"),
-      time_intervals_(gpu.binner_time_intervals),
-      time_segments_(static_cast<int>(gpu.binner_time_segments)) {}
+TileCoverageUnit::TileCoverageUnit(const Settings& settings)
+    : exact_(settings.coverage == CoverageMethod::kExact),
+      time_intervals_(settings.time_intervals),
+      time_segments_(settings.time_segments) {}
 
 const TileCoverage& TileCoverageUnit::cover(const frontend::BoundedSubPatch& sub_patch, bool moving,
                                             const TileGrid& grid) {

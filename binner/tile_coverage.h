@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "binner/settings.h"
 #include "binner/tile_grid.h"
 #include "binner/time_interval.h"
 #include "frontend/front_end.h"
-#include "hardware/configuration.h"
 
 namespace tessera::binner {
 
@@ -28,7 +28,7 @@ struct TileCoverage {
 // neither the invalid nor the divide-by-zero flag for finite corners.
 class TileCoverageUnit {
  public:
-  explicit TileCoverageUnit(const hardware::GpuConfiguration& gpu);
+  explicit TileCoverageUnit(const Settings& settings);
 
   const TileCoverage& cover(const frontend::BoundedSubPatch& sub_patch, bool moving, const TileGrid& grid);
 

@@ -24,23 +24,21 @@ std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_
 }
 
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const hardware::GpuConfiguration& gpu, const OcclusionGuess* guess) {
+                             const FrontEndSpec& spec, const OcclusionGuess* guess) {
   // Blocks of patches in parallel, joined in order.
   constexpr std::size_t kBlock = 64;
   const std::size_t patch_count = frame.assembly->patch_count(), block_count = (patch_count + kBlock - 1) / kBlock;
   std::vector<FrontEndResult> blocks(block_count);
-  const SplitSettings settings = split_settings(gpu);
   parallel_for(block_count, [&](std::size_t b) {
     FrontEndResult& result = blocks[b];
-    PatchSplitter splitter(frame, pyramids, settings, guess);
+    PatchSplitter splitter(frame, pyramids, spec, guess);
     for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
       if ((frame.request.sample_procedures || !frame.request.procedures) &&
           frame.drawable_of(patch).procedure != nullptr)
         continue;
-      result.ledger.read(
-          memory::Unit::kFrontend, memory::Purpose::kPatchData,
-          memory::burst_bytes(0, patch_record_bytes(frame, patch), static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+      result.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                         memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
       splitter.split(patch, result.sub_patches, result.deferred, result.counters);
     }
   });
@@ -55,15 +53,14 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
 }
 
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                                                 const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
+                                                 const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end) {
   std::vector<BoundedSubPatch> visible;
-  PatchSplitter splitter(frame, pyramids, split_settings(gpu));
+  PatchSplitter splitter(frame, pyramids, spec);
   for (const BoundedSubPatch& piece : front_end.deferred) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                          memory::burst_bytes(0, patch_record_bytes(frame, piece.base_patch),
-                                              static_cast<std::uint64_t>(gpu.memory_burst_bytes)));
+                          memory::burst_bytes(0, patch_record_bytes(frame, piece.base_patch), spec.burst_bytes));
     splitter.split_deferred(piece, visible, front_end.counters);
   }
   return visible;

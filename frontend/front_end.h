@@ -5,7 +5,6 @@
 
 #include "base/counter.h"
 #include "frontend/patch_splitter.h"
-#include "hardware/configuration.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
 
@@ -16,7 +15,7 @@ namespace tessera::frontend {
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 
 // The front end's work on one frame after posing: split every base patch, bound the pieces, drop what cannot be seen.
-// Configured by frontend.* and tessellator.sub_patch_cells. Sub-patches come out in the order of their base patches.
+// Sub-patches come out in the order of their base patches.
 // What `guess` hides, if there is one, is deferred.
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches, deferred;
@@ -24,12 +23,12 @@ struct FrontEndResult {
   memory::Ledger ledger;
 };
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const hardware::GpuConfiguration& gpu, const OcclusionGuess* guess = nullptr);
+                             const FrontEndSpec& spec, const OcclusionGuess* guess = nullptr);
 
 // Sub-patches of what was deferred and, now that the frame's own depth is known, is not hidden by it. Counts into
 // `front_end` and charges the records that are fetched again.
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                                                 const hardware::GpuConfiguration& gpu, const CoarseDepth& depth,
+                                                 const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end);
 
 }  // namespace tessera::frontend

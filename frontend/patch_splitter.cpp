@@ -4,11 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include "base/error.h"
-
 namespace tessera::frontend {
 namespace {
 
@@ -78,22 +73,6 @@ double box_area(const MovingCorners& corners) {
 
 }  // namespace
 
-SplitCriterion split_criterion(std::string_view name) {
-  for (std::size_t c = 0; c < kSplitCriterionNames.size(); ++c)
-    if (kSplitCriterionNames[c] == name) return static_cast<SplitCriterion>(c);
-  throw UsageError(fmt::format("unknown split criterion '{}'; known: {}", name, fmt::join(kSplitCriterionNames, ", ")));
-}
-
-SplitSettings split_settings(const hardware::GpuConfiguration& gpu) {
-  return {bound_method(gpu.frontend_bound_method),
-          split_criterion(gpu.frontend_split_criterion),
-          static_cast<int>(gpu.tessellator_sub_patch_cells),
-          gpu.frontend_split_pixels,
-          static_cast<int>(gpu.frontend_split_depth),
-          static_cast<int>(gpu.frontend_split_budget),
-          gpu.frontend_backface_culling};
-}
-
 std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along_u) {
   scene::CellRange first = range, second = range;
   if (along_u)
@@ -106,12 +85,12 @@ std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along
 double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
   const int width = piece.range.i1 - piece.range.i0, height = piece.range.j1 - piece.range.j0;
   if (std::max(width, height) > settings_.max_cells) return kMandatory;
-  if (depth >= settings_.depth || std::max(width, height) < 2 * kSmallestSide) return 0;
+  if (depth >= settings_.split_depth || std::max(width, height) < 2 * kSmallestSide) return 0;
   const ScreenBounds& b = piece.bounds;
   const double extent =
       std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(piece.corners));
-  if (!(extent > settings_.pixels)) return 0;
-  switch (settings_.criterion) {
+  if (!(extent > settings_.split_pixels)) return 0;
+  switch (settings_.split_criterion) {
     case SplitCriterion::kScreenExtent:
       return extent;
     case SplitCriterion::kFrustum: {
@@ -147,7 +126,7 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_frustum += cell_count(range);
     return std::nullopt;
   }
-  if (settings_.cull_backface && back_face_.culls(bounder_, pyramids_, range, body.corners)) {
+  if (settings_.backface_culling && back_face_.culls(bounder_, pyramids_, range, body.corners)) {
     ++counters.culled_backface;
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
@@ -208,7 +187,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
     heap_.pop_back();
     const std::size_t pieces = out.size() - first + heap_.size() + 1;
     const bool mandatory = node.priority == kMandatory;
-    if (!mandatory && pieces >= static_cast<std::size_t>(settings_.budget)) {
+    if (!mandatory && pieces >= static_cast<std::size_t>(settings_.split_budget)) {
       out.push_back(node.piece);
       continue;
     }

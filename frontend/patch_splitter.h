@@ -3,42 +3,16 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "frontend/bounds/back_face.h"
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/settings.h"
 #include "frontend/sub_patch_effects.h"
-#include "hardware/configuration.h"
 
 namespace tessera::frontend {
-
-// Which sub-patches are worth a further split, and in which order.
-enum class SplitCriterion : std::uint8_t {
-  kScreenExtent,  // the widest on screen first: for binning
-  kFrustum,       // those that straddle a side of the view or the near plane: for view culling
-  kNearest,       // the nearest first: for occlusion
-  kNormalSpread,  // those whose tangents turn most, single-sided ones only: for back-face culling
-  kSurfaceArea,   // the largest box first: for ray tracing
-};
-inline constexpr std::array<std::string_view, 5> kSplitCriterionNames = {"screen_extent", "frustum", "nearest",
-                                                                         "normal_spread", "surface_area"};
-// Throws UsageError for another name.
-SplitCriterion split_criterion(std::string_view name);
-
-// How the front end bounds and splits; from the keys frontend.* of the described machine.
-struct SplitSettings {
-  BoundMethod method;
-  SplitCriterion criterion;
-  int max_cells;  // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
-  double pixels;  // a sub-patch that is no wider on screen than this, at shutter open and close, is not split further
-  int depth;      // most splits on the way from a base patch to a sub-patch, not counting those for max_cells
-  int budget;     // most sub-patches that the criterion may make of one base patch
-  bool cull_backface;
-};
-SplitSettings split_settings(const hardware::GpuConfiguration& gpu);
 
 // What became of the cells of the base patches. Cells count as the domain evaluations that a vertex per cell takes.
 struct FrontendCounters {
@@ -82,13 +56,13 @@ struct BoundedSubPatch {
 class PatchSplitter {
  public:
   // With a guess, sub-patches that it hides are deferred, unsplit.
-  PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const SplitSettings& settings,
+  PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
                 const OcclusionGuess* guess = nullptr)
       : frame_(frame),
         pyramids_(pyramids),
         settings_(settings),
         guess_(guess),
-        bounder_(frame, pyramids, settings.method),
+        bounder_(frame, pyramids, settings.bound_method),
         back_face_(frame),
         effects_(frame, pyramids) {}
 
@@ -115,7 +89,7 @@ class PatchSplitter {
 
   const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
-  SplitSettings settings_;
+  FrontEndSpec settings_;
   const OcclusionGuess* guess_;
   SubPatchBounder bounder_;
   BackFaceTest back_face_;

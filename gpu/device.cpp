@@ -5,14 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "gpu/resolve_options.h"
 #include "gpu/view_inputs.h"
 #include "tilecore/procedural/sampling_controller.h"
 
 namespace tessera::gpu {
 namespace {
 
-MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord record) {
+MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record) {
   MachineModel model;
   model.record = std::move(record);
   model.schedule = timing::schedule_frame(gpu, model.record.work);
@@ -21,9 +20,17 @@ MachineModel model_machine(const hardware::GpuConfiguration& gpu, FrameRecord re
   return model;
 }
 
+// The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
+tilecore::ResolveSettings resolve_settings(const RunSettings& settings) {
+  tilecore::ResolveSettings resolve = settings.resolve;
+  resolve.dither.seed = settings.sampling.seed;
+  check_resolve(resolve);
+  return resolve;
+}
+
 }  // namespace
 
-Device::Device(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
+Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu,
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       gpu_(gpu),
@@ -32,9 +39,9 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const hardware::
       texture_memory_(prepared_->capture, gpu.line_bytes()),
       displacement_memory_(prepared_->capture, gpu.line_bytes(), texture_memory_.lines()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
-      resolve_(resolve_settings(settings, request.width, request.height)),
+      resolve_(resolve_settings(settings)),
       pipeline_(gpu_, prepared_->pyramids) {
-  for (const double offset : {0.0, settings.eye_separation}) {
+  for (const double offset : {0.0, settings.stereo.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
     eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
     eyes_.back().camera.eye_offset = offset;
@@ -56,26 +63,24 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   const std::optional<Vec3> background = frame_background(prepared_->capture);
   job.has_background = background.has_value();
   if (background) job.background = *background;
-  using tilecore::ShadingRate;
-  job.shading = settings_.shading_rate == "sample"  ? ShadingRate::kSample
-                : settings_.shading_rate == "cache" ? ShadingRate::kCache
-                                                    : ShadingRate::kPixel;
-  if (frame.request.draw_lines) job.shading = ShadingRate::kSample;  // drawn lines are finer than pixels
-  job.shading_cell_pixels = static_cast<float>(settings_.shading_cell_pixels);
-  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache_entries);
-  job.shading_cache_group = static_cast<int>(gpu_.shading_cache_group);
-  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore_blend_layers);
-  job.force_motion = settings_.motion == "on" && tilecore::kGeneralEffects;
-  job.force_lens = settings_.defocus == "on" && tilecore::kGeneralEffects;
-  job.force_displacement = settings_.displacement == "on";
-  job.force_alpha_test = settings_.alpha_test == "on";
-  job.cull_occlusion = gpu_.tilecore_occlusion_culling;
-  job.visibility = tilecore::visibility_method(gpu_);
-  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
-  job.box_bits = static_cast<int>(gpu_.tilecore_box_bits);
-  if (settings_.machine_model)
-    job.textures = {&texture_memory_, gpu_.texture_cache_bytes, gpu_.texture_cache_ways, gpu_.line_bytes()};
-  job.charge_frame_buffer = gpu_.frame_buffer_compression == "none";
+  job.shading = settings_.shading.rate;
+  if (frame.request.draw_lines) job.shading = tilecore::ShadingRate::kSample;  // drawn lines are finer than pixels
+  job.shading_cell_pixels = static_cast<float>(settings_.shading.cell_pixels);
+  job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache.entries);
+  job.shading_cache_group = gpu_.shading_cache.group;
+  job.blend_layers = static_cast<std::size_t>(gpu_.tilecore.blend_layers);
+  const EffectSettings& effects = settings_.effects;
+  job.force_motion = effects.motion == EffectMode::kOn && tilecore::kGeneralEffects;
+  job.force_lens = effects.defocus == EffectMode::kOn && tilecore::kGeneralEffects;
+  job.force_displacement = effects.displacement == EffectMode::kOn;
+  job.force_alpha_test = effects.alpha_test == EffectMode::kOn;
+  job.cull_occlusion = gpu_.tilecore.occlusion_culling;
+  job.visibility = gpu_.tilecore.visibility;
+  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  job.box_bits = gpu_.tilecore.box_bits;
+  if (settings_.output.machine_model)
+    job.textures = {&texture_memory_, gpu_.caches.texture_bytes, gpu_.caches.texture_ways, gpu_.line_bytes()};
+  job.charge_frame_buffer = gpu_.frame_buffer.compression == tilecore::FrameBufferCompression::kNone;
   return job;
 }
 
@@ -87,7 +92,7 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
     return nullptr;
   const StageTimer timer(result, "sparse");
   auto maps = std::make_unique<tilecore::ParameterMaps>(
-      *job.frame, *job.grid, procedure_settings(settings_),
+      *job.frame, *job.grid, settings_.procedures,
       tilecore::SamplingController::sub_pixels(job.pattern->samples_per_pixel()), job.burst_bytes);
   tessera::merge(result.counters.sampling, maps->counters());
   result.counters.ledger += maps->ledger();
@@ -117,14 +122,14 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   tilecore::ResolveFrame& resolve = eye.sequence.begin(frame, geometry, std::move(previous), result.effect_reasons);
   if (left != nullptr)
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
-                                       static_cast<float>(settings_.far_depth));
+                                       static_cast<float>(settings_.stereo.far_depth));
   resolve.all_velocities = resolve_.advection.bfecc;
   resolve.auxiliary = request_.resolve_auxiliary;
   result.effects["desampling"] = true;
   if (resolve.previous.history != nullptr && tilecore::advects(resolve_) && resolve.previous.motion->same_lights())
     result.effects["advection"] = true;
   if (resolve.other_eye.history != nullptr) result.effects["advection"] = true;
-  result.effects["foveation"] = resolve_.foveation.on && resolve_.desampling == tilecore::Desampling::kAdaptive;
+  result.effects["foveation"] = resolve_.foveation.on() && resolve_.desampling == tilecore::Desampling::kAdaptive;
   return resolve;
 }
 
@@ -135,23 +140,23 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
     const StageTimer timer(result, "pose");
     geometry = scene::pose_frame(prepared_->assembly, eye.camera, frame_request(frame));
   }
-  const binner::TileGrid grid(request_.width, request_.height, static_cast<int>(gpu_.tile_width),
-                              static_cast<int>(gpu_.tile_height), request_.region);
-  const tilecore::SamplePattern pattern(sampling_settings(settings_, frame));
+  const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
+  const tilecore::SamplePattern pattern(sampling_settings(settings_.sampling, frame));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();
   if (resolve_.desampling != tilecore::Desampling::kOff)
     job.resolve = &begin_resolve(frame, eye, *geometry, left, result);
-  const bool guesses = gpu_.frontend_previous_depth_culling && left == nullptr;
+  const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr;
   std::optional<frontend::OcclusionGuess> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
-  WorkRecorder recorder(gpu_, settings_.machine_model ? &displacement_memory_ : nullptr, request_.record_accesses);
+  WorkRecorder recorder(gpu_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
+                        request_.record_accesses);
   pipeline_.render({job, recorder, result, observed ? &record : nullptr}, guess ? &*guess : nullptr);
-  if (settings_.machine_model) {
+  if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));
   }
@@ -193,9 +198,9 @@ FrameResult Device::render(int frame) {
   // Before the right eye, which reads the left one's finished frame as its history.
   if (desampled) eyes_[0].sequence.finish();
   if (eyes_.size() > 1) render_right_eye(frame, *left, result);
-  report_effects(
-      {*left, settings_, result.counters, result.maps, eyes_.size() > 1, gpu_.frame_buffer_compression != "none"},
-      result.effects, result.effect_reasons, result.effect_places);
+  report_effects({*left, settings_, result.counters, result.maps, eyes_.size() > 1,
+                  gpu_.frame_buffer.compression != tilecore::FrameBufferCompression::kNone},
+                 result.effects, result.effect_reasons, result.effect_places);
   if (desampled) eyes_[0].sequence.keep_pose(std::move(left));
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/rect.h"
+#include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_result.h"
 #include "gpu/pipeline.h"
@@ -13,7 +14,6 @@
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
 #include "gpu/view_observer.h"
-#include "hardware/configuration.h"
 
 namespace tessera::gpu {
 
@@ -34,11 +34,11 @@ struct RenderRequest {
 class Device {
  public:
   // `capture` must outlive the device.
-  Device(const scene::Capture& capture, const hardware::GpuConfiguration& gpu, const RunSettings& settings,
+  Device(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
          const RenderRequest& request)
       : Device(std::make_shared<const PreparedCapture>(capture), gpu, settings, request) {}
-  Device(std::shared_ptr<const PreparedCapture> prepared, const hardware::GpuConfiguration& gpu,
-         const RunSettings& settings, const RenderRequest& request);
+  Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu, const RunSettings& settings,
+         const RenderRequest& request);
 
   FrameResult render(int frame);
 
@@ -79,7 +79,7 @@ class Device {
   void measure_error(const tilecore::TileJob& job, FrameResult& result);
 
   std::shared_ptr<const PreparedCapture> prepared_;
-  hardware::GpuConfiguration gpu_;
+  GpuConfiguration gpu_;
   RunSettings settings_;
   RenderRequest request_;
   tilecore::TextureMemory texture_memory_;

@@ -77,16 +77,16 @@ std::vector<Burst> frame_bursts(const MachineModel& model, const memory::Address
   return bursts;
 }
 
-memory::AddressMap address_map(const Device& renderer, const hardware::GpuConfiguration& gpu,
-                               const RunSettings& settings, const RenderRequest& request) {
-  const binner::TileGrid grid(request.width, request.height, static_cast<int>(gpu.tile_width),
-                              static_cast<int>(gpu.tile_height), request.region);
+memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& gpu, const RunSettings& settings,
+                               const RenderRequest& request) {
+  const binner::TileGrid grid(request.width, request.height, gpu.tile.width, gpu.tile.height, request.region);
   const auto pixels =
       static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height());
-  const auto samples = static_cast<std::uint64_t>(gpu.tile_width * gpu.tile_height * settings.samples_per_pixel);
+  const auto samples =
+      static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height * settings.sampling.samples_per_pixel);
   const std::uint64_t of_sample =
       tilecore::TileState::kBytesPerSample +
-      static_cast<std::uint64_t>(gpu.tilecore_blend_layers) * tilecore::TileState::kBytesPerLayer;
+      static_cast<std::uint64_t>(gpu.tilecore.blend_layers) * tilecore::TileState::kBytesPerLayer;
   return memory::AddressMap({renderer.assembly().patch_count() * kMaxRecordBytes,
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});

@@ -19,7 +19,7 @@ std::vector<memory::Burst> frame_bursts(const MachineModel& model, const memory:
                                         std::uint64_t burst_bytes);
 
 // Where a frame's buffers lie.
-memory::AddressMap address_map(const Device& renderer, const hardware::GpuConfiguration& gpu,
-                               const RunSettings& settings, const RenderRequest& request);
+memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& gpu, const RunSettings& settings,
+                               const RenderRequest& request);
 
 }  // namespace tessera::gpu

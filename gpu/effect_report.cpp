@@ -23,10 +23,10 @@ std::uint64_t tiles_with(const TileMaps& maps, std::uint64_t TileCounts::*member
 }
 
 // Why code for an effect of sub-patches ran, or did not. `asked`: what of the scene asks for it; "" when nothing does.
-std::string sub_patch_reason(const std::string& setting, const std::string& value, const std::string& asked,
+std::string sub_patch_reason(const std::string& setting, EffectMode value, const std::string& asked,
                              const std::string& none, const EffectPlaces& places, const char* spared) {
-  if (value == "off") return setting + "=off";
-  if (value == "on") return setting + "=on: everywhere" + (asked.empty() ? "; " + none : "; " + asked);
+  if (value == EffectMode::kOff) return setting + "=off";
+  if (value == EffectMode::kOn) return setting + "=on: everywhere" + (asked.empty() ? "; " + none : "; " + asked);
   if (asked.empty()) return none;
   if (places.sub_patches_elided == 0) return asked;
   if (places.sub_patches == 0) return fmt::format("{}, but {}", asked, spared);
@@ -51,10 +51,11 @@ std::string who_has(std::size_t drawables, const scene::FrameGeometry& frame, co
 void report_effects(const EffectSources& from, FrameEffects& effects, EffectReasons& reasons,
                     FrameEffectPlaces& places) {
   const scene::FrameGeometry& frame = from.frame;
-  const RunSettings& settings = from.settings;
+  const EffectSettings& settings = from.settings.effects;
+  const tilecore::ResolveSettings& resolve = from.settings.resolve;
   const frontend::FrontendCounters& counted = from.counters.frontend;
   const auto sub_patches = [&](const char* name, std::uint64_t with, std::uint64_t without,
-                               std::uint64_t TileCounts::*map, const std::string& reason_none, const std::string& value,
+                               std::uint64_t TileCounts::*map, const std::string& reason_none, EffectMode value,
                                const std::string& asked, const char* spared) {
     const EffectPlaces at{with, without, tiles_with(from.maps, map)};
     places[name] = at;
@@ -81,7 +82,8 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
   const std::size_t blending =
       count_drawables(frame, [](const PosedDrawable& d) { return d.material->alpha_mode == AlphaMode::kBlend; });
   sub_patches("blending", counted.sub_patches_blended, 0, &TileCounts::blended_sub_patches, "no material blends",
-              settings.blending, who_has(blending, frame, "have a material that blends"), "");
+              settings.blending == EffectSwitch::kOff ? EffectMode::kOff : EffectMode::kAuto,
+              who_has(blending, frame, "have a material that blends"), "");
 
   const std::size_t procedures = count_drawables(frame, [](const PosedDrawable& d) { return d.procedure != nullptr; });
   const bool sampled = procedures > 0 && frame.request.procedures;
@@ -109,9 +111,9 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
   resolved("desampling", &TileCounts::desampled_blocks, "resolve.desampling=off");
   resolved("advection", &TileCounts::advected_pixels, "resolve.desampling=off");
   resolved("foveation", &TileCounts::foveated_blocks,
-           settings.desampling == "adaptive"
-               ? (settings.foveation_r0 > 0 ? "blocks farther than resolve.foveation_r0 from the focus"
-                                            : "resolve.foveation_r0 is 0")
+           resolve.desampling == tilecore::Desampling::kAdaptive
+               ? (resolve.foveation.on() ? "blocks farther than resolve.foveation_r0 from the focus"
+                                         : "resolve.foveation_r0 is 0")
                : "resolve.desampling is not adaptive");
 }
 

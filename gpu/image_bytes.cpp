@@ -1,13 +1,10 @@
 #include "gpu/image_bytes.h"
 
-#include <nlohmann/json.hpp>
-
 namespace tessera::gpu {
 
 std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings) {
-  const nlohmann::json values = settings_json(settings);
-  const bool desampling = values.at("resolve.desampling") != "off";
-  const bool stereo = values.at("stereo.eye_separation").get<double>() > 0;
+  const bool desampling = settings.resolve.desampling != tilecore::Desampling::kOff;
+  const bool stereo = settings.stereo.eye_separation > 0;
   const std::uint64_t per_pixel =
       (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u);
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *

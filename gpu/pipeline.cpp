@@ -8,8 +8,8 @@ namespace tessera::gpu {
 
 frontend::CoarseDepth Pipeline::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
   frontend::CoarseDepth depth;
-  depth.block_width = static_cast<int>(gpu_.tile_width);
-  depth.block_height = static_cast<int>(gpu_.tile_height);
+  depth.block_width = gpu_.tile.width;
+  depth.block_height = gpu_.tile.height;
   const IntRect& region = job.grid->region();
   depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height,
                   (region.x1 + depth.block_width - 1) / depth.block_width,
@@ -23,8 +23,8 @@ frontend::CoarseDepth Pipeline::coarse_depth(const tilecore::TileJob& job, const
 void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
                            frontend::FrontEndResult& front_end) {
   if (front_end.deferred.empty()) return;
-  std::vector<frontend::BoundedSubPatch> visible =
-      frontend::second_pass_visible(*run.job.frame, pyramids_, gpu_, coarse_depth(run.job, run.result), front_end);
+  std::vector<frontend::BoundedSubPatch> visible = frontend::second_pass_visible(
+      *run.job.frame, pyramids_, gpu_.front_end_spec(), coarse_depth(run.job, run.result), front_end);
   run.recorder.front_end(*run.job.frame, front_end);
   if (visible.empty()) return;
   std::vector<bool> again(binner.grid().tile_count(), false);
@@ -64,20 +64,20 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
-    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu_, guess);
+    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu_.front_end_spec(), guess);
   }
   run.recorder.front_end(*job.frame, front_end);
   if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
-  binner::Binner binner(gpu_, *job.grid);
+  binner::Binner binner(gpu_.binner_spec(), *job.grid);
   binner.buffer().record_accesses(run.recorder.binner_log());
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   result.maps = TileMaps(*job.grid);
-  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator_cache_bytes));
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));
   TileScheduler scheduler(run, cores_, binner, cache);
   scheduler.render(front_end.sub_patches, {});
   second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
-    if (job.resolve->settings.reach_neighbours) scheduler.finish_across_tiles();
+    if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
     double resolve_seconds = 0;
     cores_.for_each([&](tilecore::TileCore& core) { resolve_seconds += core.take_resolve_seconds(); });
     result.stage_seconds["resolve_threads"] += resolve_seconds;

@@ -4,8 +4,8 @@
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "gpu/tile_scheduler.h"
-#include "hardware/configuration.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::gpu {
@@ -15,8 +15,7 @@ namespace tessera::gpu {
 class Pipeline {
  public:
   // Both must outlive it.
-  Pipeline(const hardware::GpuConfiguration& gpu, const frontend::PyramidLibrary& pyramids)
-      : gpu_(gpu), pyramids_(pyramids) {}
+  Pipeline(const GpuConfiguration& gpu, const frontend::PyramidLibrary& pyramids) : gpu_(gpu), pyramids_(pyramids) {}
 
   // Renders a view into `run.result`, whose counters grow. `guess`: what the previous frame hides, or null.
   void render(const ViewRun& run, const frontend::OcclusionGuess* guess);
@@ -30,7 +29,7 @@ class Pipeline {
                    frontend::FrontEndResult& front_end);
   void collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache);
 
-  const hardware::GpuConfiguration& gpu_;
+  const GpuConfiguration& gpu_;
   const frontend::PyramidLibrary& pyramids_;
   PerThread<tilecore::TileCore> cores_;
 };

@@ -36,6 +36,7 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
   History& next = histories_[1 - last_];
   if (next.region != region_) next = History(region_);
   next.frame = number;
+  frame_.foveation = {settings_.foveation, geometry.request.width, geometry.request.height};
   frame_.number = static_cast<std::uint32_t>(number);
   frame_.next = &next;
   frame_.previous = frame_.other_eye = {};

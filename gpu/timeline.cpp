@@ -19,7 +19,7 @@ constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstCoreTr
 constexpr std::size_t kWindows = 256;  // of a frame, for what is shown over time
 
 // When the last item of the tile left each stage of a phase, with the phase as long as it was.
-std::vector<double> stage_ends(const hardware::GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile,
+std::vector<double> stage_ends(const GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile,
                                Phase phase) {
   const timing::PhaseCycles stages = timing::phase_cycles(gpu, work, phase);
   std::vector<double> ends = timing::pipeline_ends(stages.cycles, stages.items);
@@ -36,7 +36,7 @@ struct Stop {
 };
 
 // The stages of a tile, each from the end of the one before.
-std::vector<Stop> stops(const hardware::GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile) {
+std::vector<Stop> stops(const GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile) {
   const std::vector<double> visibility = stage_ends(gpu, work, tile, Phase::kVisibility),
                             store = stage_ends(gpu, work, tile, Phase::kStore);
   const TileSchedule::Span& shading = tile.phases[static_cast<std::size_t>(Phase::kShading)];
@@ -74,14 +74,14 @@ class Windows {
 
 }  // namespace
 
-Timeline::Timeline(const std::filesystem::path& file, const hardware::GpuConfiguration& gpu, Limits limits)
+Timeline::Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits)
     : file_(file), gpu_(gpu), limits_(limits) {
   file_.write("{\"displayTimeUnit\": \"ns\", \"traceEvents\": [");
   event(R"json({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "GPU (model time)"}})json");
   track(kFrontEndTrack, "front end");
   track(kBinnerTrack, "binner");
   track(kDramTrack, "DRAM");
-  for (int c = 0; c < static_cast<int>(gpu.tilecore_count); ++c) track(kFirstCoreTrack + c, fmt::format("core {}", c));
+  for (int c = 0; c < static_cast<int>(gpu.cores.count); ++c) track(kFirstCoreTrack + c, fmt::format("core {}", c));
 }
 
 void Timeline::add(int frame, const MachineModel& model) {
@@ -118,9 +118,9 @@ void Timeline::add_geometry(int frame, const MachineModel& model) {
 }
 
 void Timeline::add_cores(int frame, const MachineModel& model) {
-  for (int c = 0; c < static_cast<int>(gpu_.tilecore_count); ++c)
+  for (int c = 0; c < static_cast<int>(gpu_.cores.count); ++c)
     slice(kFirstCoreTrack + c, fmt::format("frame {}", frame), 0, model.schedule.cycles);
-  std::vector<double> until(static_cast<std::size_t>(gpu_.tilecore_count), 0.0);
+  std::vector<double> until(static_cast<std::size_t>(gpu_.cores.count), 0.0);
   for (const TileSchedule& tile : model.schedule.tiles) {
     const double from = std::max(until[tile.core], tile.phases.front().begin);
     until[tile.core] = tile.phases.back().end;

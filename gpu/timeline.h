@@ -29,7 +29,7 @@ class Timeline {
     std::uint32_t first_tile = 0,
                   last_tile = ~std::uint32_t{0};  // numbers of the tiles that get slices; last is not shown
   };
-  Timeline(const std::filesystem::path& file, const hardware::GpuConfiguration& gpu, Limits limits);
+  Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits);
 
   void add(int frame, const MachineModel& model);
   // Finishes the file. Throws WriteError, as add() does.
@@ -49,7 +49,7 @@ class Timeline {
   double microseconds(double cycle) const;
 
   OutputFile file_;
-  hardware::GpuConfiguration gpu_;
+  GpuConfiguration gpu_;
   Limits limits_;
   double start_ = 0;  // cycle at which the frame in hand begins
   bool first_ = true;

@@ -2,11 +2,10 @@
 
 #include <optional>
 
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/shading/pixel_shader.h"
-#include "tilecore/visibility/sample_pattern.h"
 
 namespace tessera::gpu {
 
@@ -16,11 +15,8 @@ namespace tessera::gpu {
 scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height);
 
 // How frame `frame` is posed and tessellated.
-scene::FrameRequest frame_request(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
+scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame);
-
-// Where its samples are.
-tilecore::SamplingSettings sampling_settings(const RunSettings& settings, int frame);
 
 // Its light, and what is behind everything: a colour, or nothing for the environment.
 tilecore::Lighting frame_lighting(const scene::Capture& capture);

@@ -1,16 +1,16 @@
 #pragma once
 
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "gpu/configuration.h"
 #include "gpu/frame_result.h"
 #include "gpu/machine_record.h"
-#include "hardware/configuration.h"
 #include "tilecore/tile_job.h"
 
 namespace tessera::gpu {
 
 // A view that was rendered, while what it was rendered from still exists.
 struct RenderedView {
-  const hardware::GpuConfiguration& gpu;
+  const GpuConfiguration& gpu;
   const frontend::PyramidLibrary& pyramids;
   const tilecore::TileJob& job;
   const MachineRecord& record;

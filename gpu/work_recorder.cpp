@@ -14,12 +14,11 @@ constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility)
 
 }  // namespace
 
-WorkRecorder::WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights,
-                           bool record_accesses)
+WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses)
     : gpu_(gpu),
       heights_(heights),
       record_accesses_(record_accesses),
-      l2_({gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes()}) {}
+      l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {}
 
 std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic& seen) {
   const memory::Traffic now = ledger.total(),
@@ -37,7 +36,7 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
     for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
       patch_offsets_.push_back(next);
       next += memory::burst_bytes(0, frontend::patch_record_bytes(frame, p),
-                                  static_cast<std::uint64_t>(gpu_.memory_burst_bytes));
+                                  static_cast<std::uint64_t>(gpu_.memory.burst_bytes));
     }
   }
   const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
@@ -111,7 +110,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.shader_invocations = counted.shading.pixel_shader_invocations;
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
-  const bool floats = job.resolve != nullptr && !job.resolve->settings.packed_weights;
+  const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;
   work.resolve_operations = counted.desampling.velocity_evaluations + counted.desampling.pixels_advected +
                             counted.desampling.stencil_taps * (floats ? 4 : 1);
   if (finished) {

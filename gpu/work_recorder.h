@@ -38,7 +38,7 @@ class WorkRecorder {
   class Tile;
 
   // `heights`: null where textures are not modelled.
-  WorkRecorder(const hardware::GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses);
+  WorkRecorder(const GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses);
 
   // Events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
@@ -77,7 +77,7 @@ class WorkRecorder {
   // Adds what a ledger moved since `seen` to rounds_; bytes of it.
   std::uint64_t since(const memory::Ledger& ledger, memory::Traffic& seen);
 
-  const hardware::GpuConfiguration& gpu_;
+  const GpuConfiguration& gpu_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
   std::vector<std::uint32_t> height_lines_;

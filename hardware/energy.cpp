@@ -14,7 +14,7 @@ void FrameEnergy::accumulate(const FrameEnergy& frame) {
   for (const auto& [unit, nj] : frame.by_unit_nj) by_unit_nj[unit] += nj;
 }
 
-FrameEnergy frame_energy(const GpuConfiguration& gpu, const EnergyEvents& events, double cycles) {
+FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles) {
   FrameEnergy energy;
   const auto add = [&](std::string_view unit, double count, double pj) {
     energy.by_unit_nj[std::string(unit)] += count * pj * 1e-3;
@@ -22,26 +22,26 @@ FrameEnergy frame_energy(const GpuConfiguration& gpu, const EnergyEvents& events
   const auto count = [&](Stage stage, std::uint64_t number, double pj) {
     add(name(stage), static_cast<double>(number), pj);
   };
-  count(Stage::kFrontend, events.bounds, gpu.energy_bound_pj);
-  count(Stage::kBinner, events.binned_entries, gpu.energy_binned_entry_pj);
-  count(Stage::kFetch, events.fetched_entries, gpu.energy_fetched_entry_pj);
-  count(Stage::kTessellator, events.vertices, gpu.energy_vertex_pj);
-  count(Stage::kBoxes, events.boxes, gpu.energy_box_pj);
-  count(Stage::kBoxTests, events.box_tests, gpu.energy_box_test_pj);
-  count(Stage::kStencil, events.stencil_tests, gpu.energy_stencil_test_pj);
-  count(Stage::kSampling, events.sampling_operations, gpu.energy_sampling_operation_pj);
-  count(Stage::kTriangleTests, events.triangle_tests, gpu.energy_triangle_test_pj);
-  count(Stage::kTriangleTests, events.hits, gpu.energy_hit_pj);
-  count(Stage::kAlphaTests, events.alpha_tests, gpu.energy_alpha_test_pj);
-  count(Stage::kShader, events.shader_invocations, gpu.energy_shader_operation_pj * gpu.shader_operations);
-  count(Stage::kTexture, events.texels, gpu.energy_texel_pj);
-  add("l2", static_cast<double>(events.l2_lines), gpu.energy_l2_line_pj);
-  count(Stage::kBlend, events.blended_layers, gpu.energy_blend_pj);
-  count(Stage::kResolve, events.pixels, gpu.energy_resolved_pixel_pj);
-  count(Stage::kResolve, events.resolve_operations, gpu.energy_resolve_operation_pj);
-  count(Stage::kDram, events.dram_bytes * 8, gpu.memory_pj_per_bit);
+  count(Stage::kFrontend, events.bounds, gpu.energy.bound_pj);
+  count(Stage::kBinner, events.binned_entries, gpu.energy.binned_entry_pj);
+  count(Stage::kFetch, events.fetched_entries, gpu.energy.fetched_entry_pj);
+  count(Stage::kTessellator, events.vertices, gpu.energy.vertex_pj);
+  count(Stage::kBoxes, events.boxes, gpu.energy.box_pj);
+  count(Stage::kBoxTests, events.box_tests, gpu.energy.box_test_pj);
+  count(Stage::kStencil, events.stencil_tests, gpu.energy.stencil_test_pj);
+  count(Stage::kSampling, events.sampling_operations, gpu.energy.sampling_operation_pj);
+  count(Stage::kTriangleTests, events.triangle_tests, gpu.energy.triangle_test_pj);
+  count(Stage::kTriangleTests, events.hits, gpu.energy.hit_pj);
+  count(Stage::kAlphaTests, events.alpha_tests, gpu.energy.alpha_test_pj);
+  count(Stage::kShader, events.shader_invocations, gpu.energy.shader_operation_pj * gpu.shader.operations);
+  count(Stage::kTexture, events.texels, gpu.energy.texel_pj);
+  add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj);
+  count(Stage::kBlend, events.blended_layers, gpu.energy.blend_pj);
+  count(Stage::kResolve, events.pixels, gpu.energy.resolved_pixel_pj);
+  count(Stage::kResolve, events.resolve_operations, gpu.energy.resolve_operation_pj);
+  count(Stage::kDram, events.dram_bytes * 8, gpu.memory.pj_per_bit);
   // 1 mW for 1 us is 1 nJ.
-  energy.by_unit_nj["leakage"] = gpu.energy_leakage_mw * cycles / gpu.clock_mhz;
+  energy.by_unit_nj["leakage"] = gpu.energy.leakage_mw * cycles / gpu.clock_mhz;
   return energy;
 }
 

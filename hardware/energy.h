@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "hardware/configuration.h"
+#include "hardware/machine.h"
 
 namespace tessera::hardware {
 
@@ -32,6 +32,6 @@ struct FrameEnergy {
   double total_nj() const;
   void accumulate(const FrameEnergy& frame);
 };
-FrameEnergy frame_energy(const GpuConfiguration& gpu, const EnergyEvents& events, double cycles);
+FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double cycles);
 
 }  // namespace tessera::hardware

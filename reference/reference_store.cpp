@@ -28,7 +28,7 @@ constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77;
 
 // A frame posed as finely as the reference is wanted.
 struct PosedReference {
-  PosedReference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+  PosedReference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                  const gpu::RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
     scene::FrameRequest request = gpu::frame_request(prepared.capture, gpu, settings, width, height, wanted.frame);
     request.half_attributes = false;
@@ -55,7 +55,7 @@ ReferenceRequest request_of(const scene::Capture& capture, std::uint64_t seed, s
 
 // The error of an image of n samples: the spread of images of n samples that share none. Each of four series of
 // independent seeds gives two, its first n and its next n.
-Convergence measure_convergence(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+Convergence measure_convergence(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                                 const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
   Convergence out{std::max(1, wanted.width / 4), std::max(1, wanted.height / 4), {}, {}, {}};
   const PosedReference posed(prepared, gpu, settings, wanted, out.width, out.height);
@@ -86,7 +86,7 @@ Convergence measure_convergence(const gpu::PreparedCapture& prepared, const hard
   return out;
 }
 
-Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                          const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
   const auto start = std::chrono::steady_clock::now();
   const double processor = process_seconds();
@@ -108,8 +108,8 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::G
       second.values[i] = (reference.color.values[i] * all - second.values[i] * first) / (all - first);
     // The mean of two halves errs by half of their difference.
     reference.info.rms_error = 0.5 * rms_difference(images.front(), second);
-    const float exposure =
-        settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared.capture.settings.exposure;
+    const float exposure = settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
+                                                        : prepared.capture.settings.exposure;
     const double db =
         psnr(display_values(images.front(), exposure), display_values(second, exposure)) + 20 * std::log10(2.0);
     if (std::isfinite(db)) reference.info.psnr_db = db;
@@ -123,25 +123,26 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const hardware::G
 
 }  // namespace
 
-Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted, const fs::path& folder,
                         const std::string& inputs) {
-  const json key = {{"inputs", inputs},
-                    {"width", wanted.width},
-                    {"height", wanted.height},
-                    {"frame", wanted.frame},
-                    {"samples", wanted.samples},
-                    {"edge", wanted.edge_pixels},
-                    {"grids", wanted.edge_pixels > 0 ? json()
-                                                     : json({settings.target_edge_pixels, settings.displacement_bias,
-                                                             gpu.tessellator_max_factor})},
-                    {"motion", settings.motion == "off"},
-                    {"defocus", settings.defocus == "off"},
-                    {"displacement", settings.displacement == "off"},
-                    {"alpha_test", settings.alpha_test == "off"},
-                    {"blending", settings.blending == "off"},
-                    {"procedures", settings.procedures == "off"},
-                    {"exposure", settings.exposure}};
+  const json key = {
+      {"inputs", inputs},
+      {"width", wanted.width},
+      {"height", wanted.height},
+      {"frame", wanted.frame},
+      {"samples", wanted.samples},
+      {"edge", wanted.edge_pixels},
+      {"grids", wanted.edge_pixels > 0 ? json()
+                                       : json({settings.tessellation.target_edge_pixels,
+                                               settings.tessellation.displacement_bias, gpu.tessellator.max_factor})},
+      {"motion", settings.effects.motion == gpu::EffectMode::kOff},
+      {"defocus", settings.effects.defocus == gpu::EffectMode::kOff},
+      {"displacement", settings.effects.displacement == gpu::EffectMode::kOff},
+      {"alpha_test", settings.effects.alpha_test == gpu::EffectMode::kOff},
+      {"blending", settings.effects.blending == gpu::EffectSwitch::kOff},
+      {"procedures", settings.effects.procedures == gpu::EffectSwitch::kOff},
+      {"exposure", settings.output.exposure}};
   const std::string hash = sha256_name(key.dump());
   const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;

@@ -26,7 +26,7 @@ inline constexpr int kReferenceMaxFactor = 255;
 
 // The reference of a frame: from DIR/reference/HASH.exr (single precision) and .json where they are, else rendered and
 // written there. `inputs` is what else it follows from (the capture's and the program's fingerprints).
-Reference get_reference(const gpu::PreparedCapture& prepared, const hardware::GpuConfiguration& gpu,
+Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                         const gpu::RunSettings& settings, const ReferenceSettings& wanted,
                         const std::filesystem::path& folder, const std::string& inputs);
 

@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "base/key_table.h"
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "replay/statistics.h"
 #include "scene/extensions.h"
 #include "shaders_cpp/procedures/declarations.h"
@@ -121,11 +121,11 @@ json describe_keys(const KeyTable<S>& table) {
 
 // The rows of gpu_keys() with the values of the presets that differ from the default.
 json describe_gpu() {
-  json rows = describe_keys(hardware::gpu_keys());
-  for (const std::string& preset : hardware::preset_names()) {
-    const hardware::GpuConfiguration gpu = hardware::load_gpu(preset);
+  json rows = describe_keys(gpu::gpu_keys());
+  for (const std::string& preset : gpu::preset_names()) {
+    const gpu::GpuConfiguration gpu = gpu::load_gpu(preset);
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const json value = key_value_json(hardware::gpu_keys().value(gpu, hardware::gpu_keys().keys()[k]));
+      const json value = key_value_json(gpu::gpu_keys().value(gpu, gpu::gpu_keys().keys()[k]));
       if (value != rows[k]["default"]) rows[k]["presets"][preset] = value;
     }
   }

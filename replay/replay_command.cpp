@@ -43,7 +43,7 @@ class ReplayCommand final : public Command {
     app.add_option("--size", size_, "Size of the image (default: the capture's, else 1280x720)")->type_name("WxH");
     app.add_option("--spp", spp_, "Visibility samples per pixel, 1 to 64 (default 4)")->type_name("N");
     app.add_option("--gpu", gpu_,
-                   fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))
+                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
         ->type_name("PRESET|FILE")
         ->capture_default_str();
     app.add_option("--set", sets_,
@@ -104,11 +104,11 @@ class ReplayCommand final : public Command {
     for (const std::string& file : {trace_, dram_trace_, save_history_})
       if (!file.empty()) check_output_file(file, out_);
     gpu::RunSettings settings;
-    hardware::GpuConfiguration gpu = hardware::load_gpu(gpu_);
+    gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) gpu::apply_setting(text, settings, gpu);
     if (spp_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.samples_per_pixel"), *spp_);
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
-    hardware::check_gpu(gpu);
+    gpu::check_gpu(gpu);
     for (const std::string& layer : aux_)
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(fmt::format("--aux {}: layers are {}", layer, fmt::join(auxiliary_layers(), ", ")));
@@ -133,7 +133,8 @@ class ReplayCommand final : public Command {
     if (!history_.empty())
       renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
-    const float exposure = settings.exposure > 0 ? static_cast<float>(settings.exposure) : capture.settings.exposure;
+    const float exposure =
+        settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
     NamedFiles files(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const int begin = std::max(0, first - warmup_);
@@ -167,9 +168,9 @@ class ReplayCommand final : public Command {
   // The files of --trace, --dram-trace and --save-history.
   class NamedFiles {
    public:
-    NamedFiles(const ReplayCommand& command, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+    NamedFiles(const ReplayCommand& command, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                const gpu::RenderRequest& request, const gpu::Device& renderer) {
-      if (!settings.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
+      if (!settings.output.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
         throw UsageError("--trace and --dram-trace need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
       gpu::Timeline::Limits tiles;
@@ -182,7 +183,7 @@ class ReplayCommand final : public Command {
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
       if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_);
       map_ = address_map(renderer, gpu, settings, request);
-      burst_bytes_ = static_cast<std::uint64_t>(gpu.memory_burst_bytes);
+      burst_bytes_ = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
       if (!command.save_history_.empty()) history_.emplace(command.save_history_);
     }
     void add(const gpu::FrameResult& result) {
@@ -230,16 +231,17 @@ class ReplayCommand final : public Command {
     request.record_accesses = !dram_trace_.empty();
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
-    if (request.resolve_auxiliary && settings.desampling == "off")
+    if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
       throw UsageError(
           "--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or "
           "another than off");
-    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) && settings.desampling != "adaptive")
+    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) &&
+        settings.resolve.desampling != tilecore::Desampling::kAdaptive)
       throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
     if (warmup_ < 0) throw UsageError("--warmup must not be negative");
-    if (!save_history_.empty() && settings.eye_separation > 0)
+    if (!save_history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
-    if (!history_.empty() && settings.eye_separation > 0)
+    if (!history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
     const std::uint64_t bytes = gpu::image_bytes(request, settings);
     if (bytes > max_bytes)

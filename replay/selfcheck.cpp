@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "gpu/device.h"
 #include "gpu/dram_bursts.h"
-#include "hardware/configuration.h"
 #include "scene/capture_reader.h"
 #include "tilecore/resolve/multisample_resolve.h"
 #include "tilecore/tessellation/tessellator.h"
@@ -136,8 +136,8 @@ void check_record_ratios(std::vector<SelfCheck>& checks) {
 
 void check_memory_figures(std::vector<SelfCheck>& checks) {
   const auto rate = [](const char* preset) {
-    const hardware::GpuConfiguration gpu = hardware::load_gpu(preset);
-    return gpu.memory_bytes_per_clk * gpu.clock_mhz * 1e-3;
+    const gpu::GpuConfiguration gpu = gpu::load_gpu(preset);
+    return gpu.memory.bytes_per_clk * gpu.clock_mhz * 1e-3;
   };
   checks.push_back(near("peak memory rate of preset small", 12.8, rate("small"), 0.05, "GB/s", "LPDDR4-3200 x32"));
   checks.push_back(near("peak memory rate of preset middle", 34.1, rate("middle"), 0.05, "GB/s", "LPDDR4X-4266 x64"));
@@ -146,7 +146,7 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
   timing::FrameWork work;
   work.other_bytes = 1000000000;
   const double nj =
-      hardware::frame_energy(hardware::load_gpu("middle"), timing::energy_events(work), 0).by_unit_nj.at("dram");
+      hardware::frame_energy(gpu::load_gpu("middle"), timing::energy_events(work), 0).by_unit_nj.at("dram");
   checks.push_back(
       near("power of 1 GB/s of traffic, preset middle", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
 }
@@ -154,7 +154,7 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
 // What has to add up in one frame, whatever it shows.
 void check_sums(std::vector<SelfCheck>& checks) {
   const scene::Capture capture = small_scene();
-  const hardware::GpuConfiguration gpu;
+  const gpu::GpuConfiguration gpu;
   const gpu::RunSettings settings;
   const gpu::RenderRequest request{.width = 320, .height = 180, .region = {0, 0, 320, 180}, .record_accesses = true};
   gpu::Device renderer(capture, gpu, settings, request);
@@ -164,7 +164,7 @@ void check_sums(std::vector<SelfCheck>& checks) {
   const std::uint64_t bytes = total.read_bytes + total.written_bytes;
   checks.push_back(equal("bytes of the ledger in the phases of the timing model", bytes, model.record.work.dram_bytes(),
                          "bytes", "none lost, none twice"));
-  const auto burst = static_cast<std::uint64_t>(gpu.memory_burst_bytes);
+  const auto burst = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
   checks.push_back(equal("bursts of the DRAM trace", bytes / burst,
                          frame_bursts(model, address_map(renderer, gpu, settings, request), burst).size(), "bursts",
                          "the ledger's bytes over the burst"));
@@ -186,10 +186,10 @@ struct Tiling {
   double ratio;  // immediate over tiled
 };
 Tiling compare_tiling(const scene::Capture& capture, int side, int samples) {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = side;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = side;
   gpu::RunSettings settings;
-  settings.samples_per_pixel = samples;
+  settings.sampling.samples_per_pixel = samples;
   const gpu::RenderRequest request{.width = 640, .height = 360, .region = {0, 0, 640, 360}};
   baselines::BaselineObserver schemes;
   gpu::Device device(capture, gpu, settings, request);

@@ -30,12 +30,12 @@ json counters_json(const gpu::FrameCounters& counters) {
   return out;
 }
 
-Statistics::Statistics(const scene::Capture& capture, const hardware::GpuConfiguration& gpu,
+Statistics::Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu,
                        const gpu::RunSettings& settings, const gpu::RenderRequest& request) {
   head_["schema"] = "tessera.stats/1";
   head_["capture"] = {
       {"file", capture.file.filename().string()}, {"bytes", capture.file_bytes}, {"notices", capture.notices}};
-  head_["gpu"] = hardware::gpu_json(gpu);
+  head_["gpu"] = gpu::gpu_json(gpu);
   head_["settings"] = settings_json(settings);
   head_["settings"]["width"] = request.width;
   head_["settings"]["height"] = request.height;

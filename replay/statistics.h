@@ -17,7 +17,7 @@ namespace tessera::replay {
 // counter whose unit did not run is absent, not zero.
 class Statistics {
  public:
-  Statistics(const scene::Capture& capture, const hardware::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+  Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
              const gpu::RenderRequest& request);
 
   // `schemes`: the baselines of the same frame, or null.

@@ -63,7 +63,7 @@ class TradeoffCommand final : public Command {
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     app.add_option("--gpu", gpu_,
-                   fmt::format("The described machine: {} or a JSON file", fmt::join(hardware::preset_names(), ", ")))
+                   fmt::format("The described machine: {} or a JSON file", fmt::join(gpu::preset_names(), ", ")))
         ->type_name("PRESET|FILE")
         ->capture_default_str();
     app.add_option("--set", sets_, "Change what all settings are varied from; repeatable")
@@ -154,12 +154,12 @@ class TradeoffCommand final : public Command {
     options.capture = capture_;
     options.folder = out_;
     options.gpu_name = gpu_;
-    options.gpu = hardware::load_gpu(gpu_);
+    options.gpu = gpu::load_gpu(gpu_);
     for (const std::string& text : sets_) {
       apply_setting(text, options.settings, options.gpu);
       options.base.emplace_back(text.substr(0, text.find('=')), text.substr(text.find('=') + 1));
     }
-    hardware::check_gpu(options.gpu);
+    gpu::check_gpu(options.gpu);
     const ImageSize size = parse_size("--size", size_);
     options.width = size.width;
     options.height = size.height;

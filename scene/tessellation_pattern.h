@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "base/vec.h"
+#include "scene/tessellation_settings.h"
 
 namespace tessera::scene {
 
@@ -50,11 +51,6 @@ struct ParameterRange {
   float u0, v0, u1, v1;
 };
 ParameterRange parameter_range(const TessellationPattern& pattern, const CellRange& range);
-
-struct TessellationSettings {
-  double target_edge_pixels = 3.0;  // accuracy knob: wanted length of a cell's side on screen
-  double displacement_bias = 0.0;   // accuracy knob: added to the level of detail at which heights are read
-};
 
 // Factor of a curve with these four control points in raster space (xh, yh, depth, w), at both motion keys: the length of its
 // control polygon on screen, the larger of the keys, over the target. Depends on nothing but the curve, is the same

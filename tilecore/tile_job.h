@@ -7,6 +7,7 @@
 #include "binner/tile_grid.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/shading/pixel_shader.h"
+#include "tilecore/shading/shading_settings.h"
 #include "tilecore/shading/texture_unit.h"
 #include "tilecore/visibility/sample_pattern.h"
 #include "tilecore/visibility/visibility_method.h"
@@ -14,13 +15,6 @@
 namespace tessera::tilecore {
 
 class ParameterMaps;
-
-// When samples of a pixel share one pixel-shader invocation.
-enum class ShadingRate {
-  kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
-  kSample,  // one run per visible sample
-  kCache,   // one run per shading cell, shared by all samples that see it while the shading cache holds it
-};
 
 struct ResolveFrame;
 

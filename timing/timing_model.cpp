@@ -125,13 +125,13 @@ double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, 
 // One frame on its way through the machine.
 class FrameSimulation {
  public:
-  FrameSimulation(const hardware::GpuConfiguration& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast)
+  FrameSimulation(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast)
       : gpu_(gpu),
         work_(work),
         fast_(infinitely_fast),
         time_(memory_rate(gpu)),
-        cores_(static_cast<std::size_t>(gpu.tilecore_count)) {
-    const auto memory_bytes = static_cast<std::uint64_t>(gpu.tilecore_memory_bytes);
+        cores_(static_cast<std::size_t>(gpu.cores.count)) {
+    const auto memory_bytes = static_cast<std::uint64_t>(gpu.cores.memory_bytes);
     in_flight_ = work.tile_state_bytes == 0
                      ? 1
                      : std::clamp<std::uint64_t>(memory_bytes / work.tile_state_bytes, 1, kMaxInFlight);
@@ -163,7 +163,7 @@ class FrameSimulation {
     PhaseCycles stages{{}, work.patches};
     for (const Stage stage : kGeometryStages)
       stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
-    return {gpu_.memory_latency_clk, length_of(stages), bytes};
+    return {gpu_.memory.latency_clk, length_of(stages), bytes};
   }
 
   Job tile_job(const TileWork& work, Phase phase) const {
@@ -172,8 +172,8 @@ class FrameSimulation {
     // The queue, then the records of the patches that it names; texels that were asked for first. Stores are not waited
     // for.
     if (phase == Phase::kVisibility)
-      job.latency = gpu_.memory_latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
-    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory_latency_clk;
+      job.latency = gpu_.memory.latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
+    if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory.latency_clk;
     job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
     job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);
     return job;
@@ -269,7 +269,7 @@ class FrameSimulation {
       --core.in_flight;
   }
 
-  const hardware::GpuConfiguration& gpu_;
+  const hardware::Machine& gpu_;
   const FrameWork& work_;
   std::optional<Stage> fast_;
   SharedTime time_;
@@ -280,8 +280,8 @@ class FrameSimulation {
 };
 
 // Cycles in which a core had a tile in work, all cores together.
-double cores_busy(const hardware::GpuConfiguration& gpu, const Schedule& schedule) {
-  std::vector<double> until(static_cast<std::size_t>(gpu.tilecore_count), 0.0);
+double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
+  std::vector<double> until(static_cast<std::size_t>(gpu.cores.count), 0.0);
   double busy = 0;
   for (const TileSchedule& tile : schedule.tiles) {
     const double begin = std::max(until[tile.core], tile.phases.front().begin), end = tile.phases.back().end;
@@ -315,7 +315,7 @@ std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t 
   return ends;
 }
 
-PhaseCycles phase_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work, Phase phase,
+PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase,
                          std::optional<Stage> infinitely_fast) {
   const StageCycles all = stage_cycles(gpu, work);
   PhaseCycles out;
@@ -324,7 +324,7 @@ PhaseCycles phase_cycles(const hardware::GpuConfiguration& gpu, const TileWork& 
   if (phase == Phase::kVisibility) {
     out.items = work.sub_patches;
   } else if (phase == Phase::kShading) {
-    out.items = work.shader_invocations / static_cast<std::uint64_t>(gpu.shader_lanes);
+    out.items = work.shader_invocations / static_cast<std::uint64_t>(gpu.shader.lanes);
   } else {
     out.items = work.pixels / kStoredBlock;
     out.cycles.push_back(
@@ -333,12 +333,11 @@ PhaseCycles phase_cycles(const hardware::GpuConfiguration& gpu, const TileWork& 
   return out;
 }
 
-Schedule schedule_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work,
-                        std::optional<Stage> infinitely_fast) {
+Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast) {
   return FrameSimulation(gpu, work, infinitely_fast).run();
 }
 
-FrameTiming time_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work, const Schedule& schedule) {
+FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule) {
   FrameTiming timing;
   timing.cycles = schedule.cycles;
   for (const WorkRound& round : work.rounds) {
@@ -352,7 +351,7 @@ FrameTiming time_frame(const hardware::GpuConfiguration& gpu, const FrameWork& w
           timing.busy[static_cast<std::size_t>(stage)] += cycles[static_cast<std::size_t>(stage)];
     }
   }
-  const auto cores = static_cast<double>(gpu.tilecore_count);
+  const auto cores = static_cast<double>(gpu.cores.count);
   for (std::size_t p = 0; p < kPhaseCount; ++p)
     for (const Stage stage : phase_stages(static_cast<Phase>(p))) timing.busy[static_cast<std::size_t>(stage)] /= cores;
   timing.busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);

@@ -46,7 +46,7 @@ struct Schedule {
 //        is busy for longer than the frame.
 //   TM2  Together the phases never move more than memory_rate() bytes a clock.
 //   TM3  Every tile passes every phase once, in order, on one core.
-Schedule schedule_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work,
+Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work,
                         std::optional<Stage> infinitely_fast = std::nullopt);
 
 // Cycles from the start of a phase's flow to the moment at which each of its units has done its last item, for a memory
@@ -63,7 +63,7 @@ struct PhaseCycles {
   std::vector<double> cycles;
   std::uint64_t items = 1;
 };
-PhaseCycles phase_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work, Phase phase,
+PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase,
                          std::optional<Stage> infinitely_fast = std::nullopt);
 
 struct FrameTiming {
@@ -79,6 +79,6 @@ struct FrameTiming {
 
   StageCycles bound_total{};  // bound_cycles by unit, over frames
 };
-FrameTiming time_frame(const hardware::GpuConfiguration& gpu, const FrameWork& work, const Schedule& schedule);
+FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule);
 
 }  // namespace tessera::timing

@@ -65,35 +65,35 @@ std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger)
   return bytes;
 }
 
-StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const GeometryWork& work) {
+StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work) {
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
-  at(Stage::kFrontend) = share(work.bounds, gpu.frontend_bounds_per_clk) +
-                         share(work.sampling_operations, gpu.sampling_operations_per_clk);
+  at(Stage::kFrontend) = share(work.bounds, gpu.rates.bounds_per_clk) +
+                         share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
   // Appending and testing are two parts of the binner that work side by side.
-  at(Stage::kBinner) =
-      std::max(share(work.entries, gpu.binner_entries_per_clk), share(work.tiles_tested, gpu.binner_tiles_per_clk));
+  at(Stage::kBinner) = std::max(share(work.entries, gpu.rates.binned_entries_per_clk),
+                                share(work.tiles_tested, gpu.rates.binned_tiles_per_clk));
   at(Stage::kDram) = share(work.dram_bytes, memory_rate(gpu));
   return cycles;
 }
 
-StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work) {
+StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
-  at(Stage::kFetch) = share(work.entries, gpu.tilecore_entries_per_clk);
-  at(Stage::kTessellator) = share(work.vertices, gpu.tessellator_vertices_per_clk);
-  at(Stage::kBoxes) = share(work.boxes, gpu.tilecore_boxes_per_clk);
-  at(Stage::kBoxTests) = share(work.box_tests, gpu.tilecore_box_tests_per_clk);
-  at(Stage::kStencil) = share(work.stencil_tests, gpu.tilecore_stencil_tests_per_clk);
-  at(Stage::kSampling) = share(work.sampling_operations, gpu.sampling_operations_per_clk);
-  at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.tilecore_triangle_tests_per_clk);
-  at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.tilecore_alpha_tests_per_clk);
+  at(Stage::kFetch) = share(work.entries, gpu.rates.fetched_entries_per_clk);
+  at(Stage::kTessellator) = share(work.vertices, gpu.rates.vertices_per_clk);
+  at(Stage::kBoxes) = share(work.boxes, gpu.rates.boxes_per_clk);
+  at(Stage::kBoxTests) = share(work.box_tests, gpu.rates.box_tests_per_clk);
+  at(Stage::kStencil) = share(work.stencil_tests, gpu.rates.stencil_tests_per_clk);
+  at(Stage::kSampling) = share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
+  at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.rates.triangle_tests_per_clk);
+  at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.rates.alpha_tests_per_clk);
   at(Stage::kShader) =
-      static_cast<double>(work.shader_invocations) * gpu.shader_operations / static_cast<double>(gpu.shader_lanes);
-  at(Stage::kTexture) = share(work.texels, gpu.texture_texels_per_clk);
-  at(Stage::kBlend) = share(work.blended_layers, gpu.tilecore_blends_per_clk);
-  at(Stage::kResolve) =
-      share(work.pixels, gpu.resolve_pixels_per_clk) + share(work.resolve_operations, gpu.resolve_operations_per_clk);
+      static_cast<double>(work.shader_invocations) * gpu.shader.operations / static_cast<double>(gpu.shader.lanes);
+  at(Stage::kTexture) = share(work.texels, gpu.rates.texels_per_clk);
+  at(Stage::kBlend) = share(work.blended_layers, gpu.rates.blends_per_clk);
+  at(Stage::kResolve) = share(work.pixels, gpu.rates.resolved_pixels_per_clk) +
+                        share(work.resolve_operations, gpu.rates.resolve_operations_per_clk);
   at(Stage::kDram) = share(work.dram_bytes[0] + work.dram_bytes[1] + work.dram_bytes[2], memory_rate(gpu));
   return cycles;
 }

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "hardware/configuration.h"
 #include "hardware/energy.h"
+#include "hardware/machine.h"
 #include "hardware/stage.h"
 #include "memory/ledger.h"
 
@@ -77,12 +77,10 @@ Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write);
 
 // Cycles that each unit needs for an amount of work, all else being infinitely fast.
 using StageCycles = std::array<double, kStageCount>;
-StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const GeometryWork& work);
-StageCycles stage_cycles(const hardware::GpuConfiguration& gpu, const TileWork& work);
+StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work);
+StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work);
 
 // Bytes per clock that the GPU gets of the external memory.
-inline double memory_rate(const hardware::GpuConfiguration& gpu) {
-  return gpu.memory_bytes_per_clk * gpu.memory_gpu_share;
-}
+inline double memory_rate(const hardware::Machine& gpu) { return gpu.memory.bytes_per_clk * gpu.memory.gpu_share; }
 
 }  // namespace tessera::timing

@@ -29,13 +29,13 @@ const Scene& scene() {
   return kScene;
 }
 
-void CoverSubPatch(benchmark::State& state, const char* coverage, bool intervals, int segments) {
-  hardware::GpuConfiguration gpu;
-  gpu.binner_coverage = coverage;
-  gpu.binner_time_intervals = intervals;
-  gpu.binner_time_segments = segments;
+void CoverSubPatch(benchmark::State& state, CoverageMethod coverage, bool intervals, int segments) {
+  gpu::GpuConfiguration gpu;
+  gpu.binner.coverage = coverage;
+  gpu.binner.time_intervals = intervals;
+  gpu.binner.time_segments = segments;
   const TileGrid grid(1280, 720, 32, 32);
-  TileCoverageUnit unit(gpu);
+  TileCoverageUnit unit(gpu.binner);
   const auto& work = scene().sub_patches;
   // Verify: covered and dropped tiles are those of the rectangle.
   for (const frontend::BoundedSubPatch& s : work) {
@@ -46,12 +46,12 @@ void CoverSubPatch(benchmark::State& state, const char* coverage, bool intervals
   for (auto _ : state) benchmark::DoNotOptimize(unit.cover(work[next++ % work.size()], true, grid).covered);
   state.SetItemsProcessed(state.iterations());
 }
-BENCHMARK_CAPTURE(CoverSubPatch, Rectangle, "rectangle", false, 1);
-BENCHMARK_CAPTURE(CoverSubPatch, Exact, "exact", false, 1);
-BENCHMARK_CAPTURE(CoverSubPatch, Intervals, "rectangle", true, 1);
-BENCHMARK_CAPTURE(CoverSubPatch, Segments4, "rectangle", false, 4);
-BENCHMARK_CAPTURE(CoverSubPatch, Segments16, "rectangle", false, 16);
-BENCHMARK_CAPTURE(CoverSubPatch, All, "exact", true, 16);
+BENCHMARK_CAPTURE(CoverSubPatch, Rectangle, CoverageMethod::kRectangle, false, 1);
+BENCHMARK_CAPTURE(CoverSubPatch, Exact, CoverageMethod::kExact, false, 1);
+BENCHMARK_CAPTURE(CoverSubPatch, Intervals, CoverageMethod::kRectangle, true, 1);
+BENCHMARK_CAPTURE(CoverSubPatch, Segments4, CoverageMethod::kRectangle, false, 4);
+BENCHMARK_CAPTURE(CoverSubPatch, Segments16, CoverageMethod::kRectangle, false, 16);
+BENCHMARK_CAPTURE(CoverSubPatch, All, CoverageMethod::kExact, true, 16);
 
 }  // namespace
 }  // namespace tessera::binner

@@ -36,9 +36,9 @@ struct Work {
   std::vector<scene::CellRange> ranges;
 };
 std::vector<Work> split_work(const Scene& s) {
-  hardware::GpuConfiguration gpu;
-  gpu.frontend_split_pixels = 32;  // many sub-patches a base patch, so that what they share does not hide them
-  const FrontEndResult split = run_front_end(*s.frame, s.pyramids, gpu);
+  gpu::GpuConfiguration gpu;
+  gpu.frontend.split_pixels = 32;  // many sub-patches a base patch, so that what they share does not hide them
+  const FrontEndResult split = run_front_end(*s.frame, s.pyramids, gpu.front_end_spec());
   std::vector<Work> work;
   for (const BoundedSubPatch& p : split.sub_patches) {
     if (s.frame->drawable_of(p.base_patch).drawable->kind != scene::Primitive::Kind::kBezierPatches) continue;
@@ -53,8 +53,7 @@ void BoundSubPatch(benchmark::State& state) {
   const Scene& s = scene();
   const auto method = static_cast<BoundMethod>(state.range(0));
   const bool on_screen = state.range(1) != 0;
-  state.SetLabel(std::string(kBoundMethodNames[static_cast<std::size_t>(method)]) + (on_screen ? ", on screen" : "") +
-                 ", " + simd_target_name());
+  state.SetLabel(std::string(word(method)) + (on_screen ? ", on screen" : "") + ", " + simd_target_name());
   SubPatchBounder bounder(*s.frame, s.pyramids, method);
   const std::vector<Work> work = split_work(s);
   // Verify: what the front end kept is in sight with this method too.

@@ -142,17 +142,16 @@ void measure_overlap(const scene::FrameGeometry& frame, const PyramidLibrary& py
   std::string csv = "split_pixels,coverage,sub_patches,overlaps,touched,ratio\n";
   std::vector<bench::Series> series = {{"rectangle", {}, {}}, {"exact", {}, {}}};
   for (const double pixels : {16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0})
-    for (const char* coverage : {"rectangle", "exact"}) {
-      hardware::GpuConfiguration gpu;
-      gpu.frontend_split_pixels = pixels;
-      gpu.frontend_split_budget = 4096;
-      gpu.frontend_split_depth = 12;
-      gpu.binner_coverage = coverage;
-      const binner::TileGrid grid(frame.request.width, frame.request.height, static_cast<int>(gpu.tile_width),
-                                  static_cast<int>(gpu.tile_height));
-      binner::TileCoverageUnit unit(gpu);
+    for (const binner::CoverageMethod coverage : {binner::CoverageMethod::kRectangle, binner::CoverageMethod::kExact}) {
+      gpu::GpuConfiguration gpu;
+      gpu.frontend.split_pixels = pixels;
+      gpu.frontend.split_budget = 4096;
+      gpu.frontend.split_depth = 12;
+      gpu.binner.coverage = coverage;
+      const binner::TileGrid grid(frame.request.width, frame.request.height, gpu.tile.width, gpu.tile.height);
+      binner::TileCoverageUnit unit(gpu.binner);
       std::uint64_t overlaps = 0, touched = 0, pieces = 0;
-      for (const BoundedSubPatch& piece : run_front_end(frame, pyramids, gpu).sub_patches) {
+      for (const BoundedSubPatch& piece : run_front_end(frame, pyramids, gpu.front_end_spec()).sub_patches) {
         const scene::PosedDrawable& drawable = frame.drawable_of(piece.base_patch);
         if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches) continue;
         ++pieces;
@@ -160,8 +159,8 @@ void measure_overlap(const scene::FrameGeometry& frame, const PyramidLibrary& py
         touched += touched_tiles(frame, piece, grid);
       }
       const double ratio = static_cast<double>(overlaps) / static_cast<double>(touched);
-      csv += fmt::format("{},{},{},{},{},{:.4f}\n", pixels, coverage, pieces, overlaps, touched, ratio);
-      bench::Series& s = series[std::string_view(coverage) == "exact" ? 1 : 0];
+      csv += fmt::format("{},{},{},{},{},{:.4f}\n", pixels, word(coverage), pieces, overlaps, touched, ratio);
+      bench::Series& s = series[coverage == binner::CoverageMethod::kExact ? 1 : 0];
       s.x.push_back(pixels);
       s.y.push_back(ratio);
     }
@@ -183,8 +182,8 @@ void run(const std::string& capture_file, const std::filesystem::path& folder) {
 
   std::string csv = "method,level,sub_patches,extent_ratio,area_ratio,volume_ratio\n";
   std::vector<bench::Series> extent, area, volume;
-  for (std::size_t m = 0; m < kBoundMethodNames.size(); ++m) {
-    const std::string name(kBoundMethodNames[m]);
+  for (std::size_t m = 0; m < kEnumWords<BoundMethod>.size(); ++m) {
+    const std::string name(kEnumWords<BoundMethod>[m]);
     extent.push_back({name, {}, {}}), area.push_back({name, {}, {}}), volume.push_back({name, {}, {}});
     for (int level = 0; level < kLevels; ++level) {
       Ratios r;

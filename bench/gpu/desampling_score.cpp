@@ -29,7 +29,7 @@ scene::Capture read_shipped(const std::string& name) {
 
 Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool images) {
   gpu::RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   for (const std::string& text : sets) gpu::apply_setting(text, settings, gpu);
   gpu::RenderRequest request;
   request.width = shot.width, request.height = shot.height;

@@ -72,8 +72,8 @@ class Shot {
  public:
   Shot(const Capture& capture, int frame, int width, int height, const Sets& sets) : frame_(frame) {
     gpu::RunSettings settings;
-    settings.machine_model = false;
-    hardware::GpuConfiguration gpu;
+    settings.output.machine_model = false;
+    gpu::GpuConfiguration gpu;
     for (const std::string& text : sets) gpu::apply_setting(text, settings, gpu);
     renderer_ =
         std::make_unique<gpu::Device>(capture, gpu, settings, gpu::RenderRequest{width, height, {0, 0, width, height}});
@@ -231,9 +231,9 @@ void draw_tiles(const std::string& name, const fs::path& file) {
   const Capture capture = scene::read_capture(fs::path(TESSERA_SOURCE_DIR) / "captures" / (name + ".glb"));
   constexpr int kWidth = 640, kHeight = 360;
   gpu::RunSettings settings;
-  settings.machine_model = false;
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = 16;
+  settings.output.machine_model = false;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = 16;
   gpu::Device renderer(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
   const gpu::FrameResult result = renderer.render(capture.settings.first_frame);
   const Image8 shown = shaders::to_display(result.targets.color, capture.settings.exposure);

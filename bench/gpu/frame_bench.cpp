@@ -19,8 +19,8 @@ void Load(benchmark::State& state, const std::string& name) {
 void Frame(benchmark::State& state, const std::string& name) {
   const scene::Capture capture = scene::read_capture(capture_file(name));
   RunSettings settings;
-  settings.samples_per_pixel = state.range(0);
-  settings.machine_model = state.range(1) != 0;
+  settings.sampling.samples_per_pixel = state.range(0);
+  settings.output.machine_model = state.range(1) != 0;
   Device renderer(capture, {}, settings, {640, 360, {0, 0, 640, 360}, false});
   const FrameResult first = renderer.render(capture.settings.first_frame);
   if (first.counters.shading.samples_visible == 0) state.SkipWithError("the frame is empty");

@@ -100,7 +100,7 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
       assembly(scene::assemble(capture)),
       pyramids(assembly),
       pattern({settings.samples_per_pixel, 0, 0}),
-      grid(width, height, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height)),
+      grid(width, height, gpu.tile.width, gpu.tile.height),
       machine(gpu, pattern, grid) {
   scene::FrameRequest request;
   request.width = width;
@@ -112,7 +112,8 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
     if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(settings.area / mean_area);
     frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, width, height), request);
     std::set<std::uint32_t> kept;
-    for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu).sub_patches) kept.insert(piece.base_patch);
+    for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches)
+      kept.insert(piece.base_patch);
     patches.assign(kept.begin(), kept.end());
     mean_area = list_triangles(*frame, patches).mean_area();
   }

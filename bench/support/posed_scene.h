@@ -30,7 +30,7 @@ struct PosedScene {
   scene::Capture capture;
   scene::Assembly assembly;
   frontend::PyramidLibrary pyramids;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   tilecore::SamplePattern pattern;
   binner::TileGrid grid;
   test::MachineVisibility machine;

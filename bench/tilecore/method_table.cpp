@@ -156,7 +156,7 @@ struct NamedMethod {
 std::vector<NamedMethod> methods() {
   using M = VisibilityMethod;
   return {{"patch-bvh", {}},
-          {"patch-bvh-rays", {M::kPatchBvh, 0, 16, true}},
+          {"patch-bvh-rays", {M::kPatchBvh, 0, 16, Traversal::kRay}},
           {"brute", {M::kBrute}},
           {"segments", {M::kSegments}},
           {"partition", {M::kPartition}},
@@ -256,7 +256,8 @@ void write_branch_nodes(const std::filesystem::path& folder) {
                                                  {"both_children", BranchNode::kBothChildren, 1},
                                                  {"leaf_mask", BranchNode::kLeafMask, 1},
                                                  {"leaf_mask in 16 segments", BranchNode::kLeafMask, 16}}) {
-        const Result r = checked(*scene, {VisibilityMethod::kPatchBvh, 0, 16, true, node, segments}, expected, name);
+        const Result r =
+            checked(*scene, {VisibilityMethod::kPatchBvh, 0, 16, Traversal::kRay, node, segments}, expected, name);
         if (node == BranchNode::kRoot) root = r;
         const double saved = 100 * (1 - ratio(r.rays.node_visits, root.rays.node_visits));
         const double both = 100 * (1 - ratio(r.rays.node_visits + r.rays.frustum_node_tests,
@@ -313,17 +314,17 @@ void write_captures(const std::filesystem::path& folder) {
   for (const auto& [name, number] : {std::pair{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
     const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
     std::vector<NamedMethod> all = methods();
-    all.push_back(
-        {"patch-bvh-rays-16-segments", {VisibilityMethod::kPatchBvh, 0, 16, true, BranchNode::kLeafMask, 16}});
+    all.push_back({"patch-bvh-rays-16-segments",
+                   {VisibilityMethod::kPatchBvh, 0, 16, Traversal::kRay, BranchNode::kLeafMask, 16}});
     std::vector<float> image;
     for (const NamedMethod& method : all) {
-      hardware::GpuConfiguration gpu;
+      gpu::GpuConfiguration gpu;
       const std::string key = method.name;
       if (key.starts_with("patch-bvh-rays"))
-        gpu.tilecore_traversal = "ray";
+        gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
       else
-        gpu.tilecore_visibility_method = key;
-      gpu.tilecore_ray_segments = method.settings.ray_segments;
+        gpu.tilecore.visibility.method = method.settings.method;
+      gpu.tilecore.visibility.ray_segments = method.settings.ray_segments;
       gpu::Device renderer(capture, gpu, {}, {640, 360, {0, 0, 640, 360}});
       const gpu::FrameResult frame = renderer.render(number);
       if (image.empty()) image = frame.targets.color.values;

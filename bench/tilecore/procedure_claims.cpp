@@ -29,21 +29,24 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+using Procedures = tilecore::ProcedureSettings;
+
 // A frame and, when it was observed, the schemes beside it.
 struct Compared : FrameResult {
   baselines::BaselineSet schemes;
 };
 
-Compared render(const scene::Capture& capture, int width, int height, int spp, const std::string& path,
-                const std::string& maps, double edge, bool observed, int tile = 64, const std::string& rate = "pixel") {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = tile;  // the published tile buffer
+Compared render(const scene::Capture& capture, int width, int height, int spp, Procedures::Path path,
+                Procedures::Maps maps, double edge, bool observed, int tile = 64,
+                tilecore::ShadingRate rate = tilecore::ShadingRate::kPixel) {
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = tile;  // the published tile buffer
   gpu::RunSettings settings;
-  settings.samples_per_pixel = spp;
-  settings.procedures_path = path;
-  settings.procedures_maps = maps;
-  settings.target_edge_pixels = edge;
-  settings.shading_rate = rate;
+  settings.sampling.samples_per_pixel = spp;
+  settings.procedures.path = path;
+  settings.procedures.maps = maps;
+  settings.tessellation.target_edge_pixels = edge;
+  settings.shading.rate = rate;
   gpu::Device device(capture, gpu, settings, {width, height, {0, 0, width, height}});
   baselines::BaselineObserver schemes;
   if (observed) device.set_observer(&schemes);
@@ -168,10 +171,14 @@ std::uint64_t missed_tiles(const scene::FrameGeometry& frame, const binner::Tile
 void print_claims(const scene::Capture& capture, int width, int height, int spp) {
   const Posed posed(capture, width, height);
   const binner::TileGrid grid(width, height, 64, 64);
-  const Compared sampled = render(capture, width, height, spp, "sampled", "interval", 1.0, true);
-  const FrameResult published = render(capture, width, height, spp, "sampled", "published", 1.0, false);
-  const FrameResult tessellated = render(capture, width, height, spp, "tessellated", "interval", 1.0, false);
-  const Compared coarse = render(capture, width, height, spp, "tessellated", "interval", 3.0, true);
+  const Compared sampled =
+      render(capture, width, height, spp, Procedures::Path::kSampled, Procedures::Maps::kInterval, 1.0, true);
+  const FrameResult published =
+      render(capture, width, height, spp, Procedures::Path::kSampled, Procedures::Maps::kPublished, 1.0, false);
+  const FrameResult tessellated =
+      render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Maps::kInterval, 1.0, false);
+  const Compared coarse =
+      render(capture, width, height, spp, Procedures::Path::kTessellated, Procedures::Maps::kInterval, 3.0, true);
   const auto& s = sampled.counters.sampling;
   const auto& post = sampled.schemes[baselines::Scheme::kPostTessellation];
   const auto& post3 = coarse.schemes[baselines::Scheme::kPostTessellation];
@@ -300,9 +307,10 @@ void print_costs(const std::string& folder) {
   fmt::print("| objects | samples | sparse pass ms | whole ms |\n|---:|---:|---:|---:|\n");
   for (const int n : {1, 2, 4, 8, 16, 32}) {
     const scene::Capture capture = spheres(n);
-    FrameResult best = render(capture, 512, 512, 16, "sampled", "interval", 3, false);
+    FrameResult best = render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false);
     for (int repeat = 0; repeat < 2; ++repeat)
-      if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false);
+      if (FrameResult again =
+              render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false);
           again.seconds < best.seconds)
         best = std::move(again);
     objects.x.push_back(n * n), objects.y.push_back(best.seconds * 1e3);
@@ -313,9 +321,11 @@ void print_costs(const std::string& folder) {
   fmt::print("\n| tiles (side) | samples | outside their tile | whole ms |\n|---:|---:|---:|---:|\n");
   const scene::Capture capture = spheres(4);
   for (const int tile : {128, 64, 32, 16, 8}) {
-    FrameResult best = render(capture, 512, 512, 16, "sampled", "interval", 3, false, tile);
+    FrameResult best =
+        render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false, tile);
     for (int repeat = 0; repeat < 2; ++repeat)
-      if (FrameResult again = render(capture, 512, 512, 16, "sampled", "interval", 3, false, tile);
+      if (FrameResult again =
+              render(capture, 512, 512, 16, Procedures::Path::kSampled, Procedures::Maps::kInterval, 3, false, tile);
           again.seconds < best.seconds)
         best = std::move(again);
     const auto& s = best.counters.sampling;

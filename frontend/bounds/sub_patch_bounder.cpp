@@ -4,10 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include "base/error.h"
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
 #include "scene/domain_shader.h"
@@ -110,12 +106,6 @@ double largest_coordinate(const PatchNet& net) {
 }
 
 }  // namespace
-
-BoundMethod bound_method(std::string_view name) {
-  for (std::size_t m = 0; m < kBoundMethodNames.size(); ++m)
-    if (kBoundMethodNames[m] == name) return static_cast<BoundMethod>(m);
-  throw UsageError(fmt::format("unknown bounding method '{}'; known: {}", name, fmt::join(kBoundMethodNames, ", ")));
-}
 
 PyramidLibrary::PyramidLibrary(const scene::Assembly& assembly) {
   for (const scene::Material& material : assembly.materials) {

@@ -5,30 +5,18 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "frontend/bounds/minmax_pyramid.h"
 #include "frontend/bounds/normal_bounds.h"
 #include "frontend/bounds/oriented_box.h"
 #include "frontend/bounds/patch_net.h"
+#include "frontend/settings.h"
 #include "scene/frame_geometry.h"
 #include "scene/patch_displacement.h"
 #include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
-
-// How a sub-patch's displaced surface is boxed. All are conservative; they differ in tightness and cost.
-enum class BoundMethod : std::uint8_t {
-  kAabb,      // object axes, displacement in every direction
-  kObb,       // axes from the corners, displacement in every direction
-  kTpatch,    // axes from the corners, displacement along the normals that two tangent cones allow
-  kNpatch,    // the same with the normal's own control vectors
-  kInterval,  // object axes, the domain shader instantiated with Enclosure
-};
-inline constexpr std::array<std::string_view, 5> kBoundMethodNames = {"aabb", "obb", "tpatch", "npatch", "interval"};
-// Throws UsageError for another name.
-BoundMethod bound_method(std::string_view name);
 
 // Pyramids of every displacement texture of a capture, and of the alpha of the colour textures of masked materials;
 // built once.

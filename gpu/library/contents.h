@@ -10,16 +10,22 @@
 
 #include <tessera/tessera.h>
 
+#include "gpu/configuration.h"
 #include "gpu/device.h"
 #include "gpu/prepared_capture.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "scene/capture.h"
+
+#if defined(__GNUC__)
+#define TESSERA_LOCAL __attribute__((visibility("hidden")))
+#else
+#define TESSERA_LOCAL
+#endif
 
 // What the public classes of include/tessera hold.
 namespace tessera {
 
-struct Scene::Content {
+struct TESSERA_LOCAL Scene::Content {
   explicit Content(scene::Capture read) : capture(std::move(read)) {}
 
   const scene::Capture capture;
@@ -34,15 +40,15 @@ struct Scene::Content {
   mutable std::shared_ptr<const gpu::PreparedCapture> prepared_;
 };
 
-struct Gpu::Content {
-  hardware::GpuConfiguration configuration;
+struct TESSERA_LOCAL Gpu::Content {
+  gpu::GpuConfiguration configuration;
 };
 
-struct Settings::Content {
+struct TESSERA_LOCAL Settings::Content {
   gpu::RunSettings settings;
 };
 
-struct Frame::Content {
+struct TESSERA_LOCAL Frame::Content {
   Content(gpu::FrameResult rendered, float display_exposure);
 
   gpu::FrameResult result;

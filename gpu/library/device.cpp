@@ -33,7 +33,7 @@ gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunS
   }
   request.auxiliary = options.auxiliary;
   request.resolve_auxiliary = request.error = options.resolve_auxiliary;
-  if (options.resolve_auxiliary && settings_json(settings).at("resolve.desampling") == "off")
+  if (options.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
     throw UsageError("resolve_auxiliary needs resolve.desampling to be another than off");
   const std::uint64_t bytes = gpu::image_bytes(request, settings);
   if (bytes > options.max_image_bytes)
@@ -44,13 +44,13 @@ gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunS
 
 }  // namespace
 
-struct Device::Content {
-  Content(const Scene& drawn, const hardware::GpuConfiguration& configuration, const gpu::RunSettings& settings,
+struct TESSERA_LOCAL Device::Content {
+  Content(const Scene& drawn, const gpu::GpuConfiguration& configuration, const gpu::RunSettings& settings,
           const RenderOptions& options)
       : scene(drawn),
         device(scene.content_->prepared(), configuration, settings,
                render_request(scene.content_->capture, settings, options)),
-        exposure(settings_json(settings).at("output.exposure").get<float>()) {
+        exposure(static_cast<float>(settings.output.exposure)) {
     if (!(exposure > 0)) exposure = scene.content_->capture.settings.exposure;
   }
 

@@ -63,9 +63,9 @@ Value get_value(const Table& table, const S& object, std::string_view key) {
 
 Gpu::Gpu(std::unique_ptr<Content> content) : content_(std::move(content)) {}
 Gpu::Gpu(const std::string& preset_or_file)
-    : content_(std::make_unique<Content>(Content{hardware::load_gpu(preset_or_file)})) {}
+    : content_(std::make_unique<Content>(Content{gpu::load_gpu(preset_or_file)})) {}
 Gpu Gpu::from_json(std::string_view text) {
-  return Gpu(std::make_unique<Content>(Content{hardware::parse_gpu(text, "JSON")}));
+  return Gpu(std::make_unique<Content>(Content{gpu::parse_gpu(text, "JSON")}));
 }
 Gpu::Gpu(const Gpu& other) : content_(std::make_unique<Content>(*other.content_)) {}
 Gpu::Gpu(Gpu&& other) noexcept = default;
@@ -77,15 +77,15 @@ Gpu& Gpu::operator=(Gpu&& other) noexcept = default;
 Gpu::~Gpu() = default;
 
 Gpu& Gpu::set(std::string_view key, const Value& value) {
-  const auto& table = hardware::gpu_keys();
+  const auto& table = gpu::gpu_keys();
   table.set(content_->configuration, row_of(table, key), json_of(value));
   return *this;
 }
-Value Gpu::get(std::string_view key) const { return get_value(hardware::gpu_keys(), content_->configuration, key); }
+Value Gpu::get(std::string_view key) const { return get_value(gpu::gpu_keys(), content_->configuration, key); }
 std::string Gpu::json() const { return gpu_json(content_->configuration).dump(1); }
-std::vector<std::string> Gpu::presets() { return hardware::preset_names(); }
+std::vector<std::string> Gpu::presets() { return gpu::preset_names(); }
 const std::vector<KeyDescription>& Gpu::keys() {
-  static const std::vector<KeyDescription> kKeys = describe(hardware::gpu_keys());
+  static const std::vector<KeyDescription> kKeys = describe(gpu::gpu_keys());
   return kKeys;
 }
 

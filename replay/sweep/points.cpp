@@ -20,7 +20,7 @@ json point_inputs(const Study& study, const PointConfiguration& configuration, c
                  {"pictures", study.images}};
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
-  inputs["gpu"] = hardware::gpu_json(configuration.gpu);
+  inputs["gpu"] = gpu::gpu_json(configuration.gpu);
   inputs["settings"] = gpu::settings_json(configuration.settings);
   return inputs;
 }
@@ -45,7 +45,7 @@ std::vector<SweepPoint> expand_points(const Study& study, const std::string& pro
       SweepPoint point{c, steps, "", ""};
       const PointConfiguration configuration = configure_point(study, steps);
       try {
-        hardware::check_gpu(configuration.gpu);
+        gpu::check_gpu(configuration.gpu);
       } catch (const UsageError& error) {
         point.fault = error.what();
       }

@@ -50,7 +50,7 @@ fs::path beside(const fs::path& study, const std::string& name) {
 
 // A preset's name stays; anything else is a file, found from the folder of the study.
 std::string find_gpu(const fs::path& study, const std::string& name) {
-  const std::vector<std::string> presets = hardware::preset_names();
+  const std::vector<std::string> presets = gpu::preset_names();
   return std::find(presets.begin(), presets.end(), name) != presets.end() ? name : beside(study, name).string();
 }
 
@@ -60,10 +60,10 @@ void check_value(const Study& study, const std::string& key, const json& value, 
     if (key == kSizeKey) {
       parse_size("size", text_of(value, place));
     } else if (key == kGpuKey) {
-      hardware::load_gpu(find_gpu(study.file, text_of(value, place)));
+      gpu::load_gpu(find_gpu(study.file, text_of(value, place)));
     } else {
       gpu::RunSettings settings;
-      hardware::GpuConfiguration gpu;
+      gpu::GpuConfiguration gpu;
       gpu::set_key(key, value, settings, gpu);
     }
     return 0;
@@ -186,7 +186,7 @@ PointConfiguration configure_point(const Study& study, const std::vector<std::ui
       else
         values.emplace_back(&key, &value);
     }
-  point.gpu = hardware::load_gpu(gpu);
+  point.gpu = gpu::load_gpu(gpu);
   for (const auto& [key, value] : values) gpu::set_key(*key, *value, point.settings, point.gpu);
   return point;
 }

@@ -9,8 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "replay/option_numbers.h"
 
 namespace tessera::replay {
@@ -51,7 +51,7 @@ Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
 
 // What one point runs with: the machine, then the fixed settings, then the steps of the axes in their order.
 struct PointConfiguration {
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   gpu::RunSettings settings;
   std::optional<ImageSize> size;
 };

@@ -163,8 +163,9 @@ class Run {
       seconds += seconds_since(start);
       frames.push_back(frame_json(result, study_.baselines ? &schemes.last() : nullptr));
       if (!study_.images) continue;
-      const float exposure =
-          configuration.settings.exposure > 0 ? static_cast<float>(configuration.settings.exposure) : own.exposure;
+      const float exposure = configuration.settings.output.exposure > 0
+                                 ? static_cast<float>(configuration.settings.output.exposure)
+                                 : own.exposure;
       write_png(folder_.image_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
       write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
     }

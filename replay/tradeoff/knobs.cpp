@@ -236,7 +236,7 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
   return "";
 }
 
-void apply(const KeyValues& values, gpu::RunSettings& settings, hardware::GpuConfiguration& gpu) {
+void apply(const KeyValues& values, gpu::RunSettings& settings, gpu::GpuConfiguration& gpu) {
   for (const auto& [key, value] : values) gpu::set_key(key, value, settings, gpu);
 }
 

@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "scene/frame_geometry.h"
 
 namespace tessera::replay {
@@ -48,7 +48,7 @@ const Knob& knob_named(const std::string& name);
 std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& frame, bool history);
 
 // Sets `values` in order. Throws UsageError as set_key does.
-void apply(const KeyValues& values, gpu::RunSettings& settings, hardware::GpuConfiguration& gpu);
+void apply(const KeyValues& values, gpu::RunSettings& settings, gpu::GpuConfiguration& gpu);
 
 // "--set a.b=1 --set c.d=x"; "" without values.
 std::string as_arguments(const KeyValues& values);

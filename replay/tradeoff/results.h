@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "reference/reference_info.h"
 
 namespace tessera::replay {
@@ -90,7 +90,7 @@ struct TradeoffResult {
   int frame = 0, first_frame = 0, width = 0, height = 0, rounds = 0;
   std::string arguments;  // of --set
   gpu::RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   std::string gpu_name;
   reference::ReferenceInfo reference;
   std::vector<KnobResult> knobs;  // the last one is "joint" where knobs were turned together

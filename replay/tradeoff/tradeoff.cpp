@@ -87,11 +87,11 @@ class Tradeoff {
 
  private:
   void check() const {
-    if (options_.settings.eye_separation > 0)
+    if (options_.settings.stereo.eye_separation > 0)
       throw UsageError("a tradeoff looks at one eye; stereo.eye_separation asks for two");
-    if (options_.settings.procedures_style == "lines")
+    if (options_.settings.procedures.style == tilecore::ProcedureSettings::Style::kLines)
       throw UsageError("the reference has no ink lines; procedures.style=lines cannot be compared with it");
-    if (!options_.settings.machine_model)
+    if (!options_.settings.output.machine_model)
       throw UsageError("a tradeoff needs cycles and energy: output.machine_model must stay true");
     for (const std::string& name : options_.knobs) knob_named(name);
     for (const std::string& name : options_.joint) knob_named(name);

@@ -15,7 +15,7 @@ struct TradeoffOptions {
   std::filesystem::path capture, folder;
   KeyValues base;             // what --set changed, for --set to print again
   gpu::RunSettings settings;  // base, applied
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   std::string gpu_name = "middle";
   int width = 640, height = 360;
   std::optional<int> frame;  // else the last of a run from the capture's first on

@@ -116,7 +116,7 @@ json tradeoff_json(const TradeoffResult& tradeoff, const std::optional<CheapestA
               {"rounds", tradeoff.rounds},
               {"arguments", tradeoff.arguments},
               {"settings", gpu::settings_json(tradeoff.settings)},
-              {"gpu", hardware::gpu_json(tradeoff.gpu)},
+              {"gpu", gpu::gpu_json(tradeoff.gpu)},
               {"gpu_name", tradeoff.gpu_name},
               {"reference", reference::reference_info_json(tradeoff.reference)},
               {"knobs", knobs},

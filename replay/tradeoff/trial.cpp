@@ -58,12 +58,15 @@ class Runner {
          const gpu::RunSettings& settings)
       : prepared_(std::move(prepared)),
         place_(place),
-        exposure_(settings.exposure > 0 ? static_cast<float>(settings.exposure) : prepared_->capture.settings.exposure),
+        exposure_(settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
+                                               : prepared_->capture.settings.exposure),
         reference_(reference::display_values(reference, exposure_)) {}
 
   // The frame before the compared one is what a history is of.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) const {
-    if (trial.settings.desampling != "adaptive" || trial.in_double || place_.first_frame >= place_.frame) return;
+    if (trial.settings.resolve.desampling != tilecore::Desampling::kAdaptive || trial.in_double ||
+        place_.first_frame >= place_.frame)
+      return;
     gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
@@ -108,7 +111,7 @@ class Runner {
         prepared_->assembly, gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const reference::ReferenceScene scene(*frame);
-    const tilecore::SamplePattern pattern(gpu::sampling_settings(trial.settings, place_.frame));
+    const tilecore::SamplePattern pattern(sampling_settings(trial.settings.sampling, place_.frame));
     reference::ReferenceRequest wanted;
     wanted.lighting = gpu::frame_lighting(capture);
     wanted.background = gpu::frame_background(capture);
@@ -139,9 +142,9 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"frame", place.frame},
                  {"rounds", place.rounds},
                  {"in_double", trial.in_double},
-                 {"gpu", hardware::gpu_json(trial.gpu)},
+                 {"gpu", gpu::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
-  if (trial.settings.desampling == "adaptive") inputs["first_frame"] = place.first_frame;
+  if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
   trial.hash = sha256_name(inputs.dump());
 }
 
@@ -150,7 +153,7 @@ std::vector<TrialResult> run_trials(const std::shared_ptr<const gpu::PreparedCap
                                     const Image& reference_linear) {
   std::vector<TrialResult> results(trials.size());
   if (trials.empty()) return results;
-  for (const Trial& trial : trials) hardware::check_gpu(trial.gpu);
+  for (const Trial& trial : trials) gpu::check_gpu(trial.gpu);
   Runner runner(prepared, place, reference_linear, trials.front().settings);
   std::vector<std::optional<tilecore::History>> histories(trials.size());
   for (std::size_t t = 0; t < trials.size(); ++t) runner.prepare(trials[t], histories[t]);

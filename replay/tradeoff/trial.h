@@ -12,7 +12,7 @@ namespace tessera::replay {
 // One complete configuration of the machine, and of how its last frame is come to.
 struct Trial {
   gpu::RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   bool in_double = false;
   std::string hash;  // 32 digits: of everything that the result follows from; equal configurations are one trial
 };

@@ -9,18 +9,39 @@
 namespace tessera {
 namespace {
 
-struct Thing {
+enum class Word { kOne, kTwo };
+
+struct Base {
+  std::int64_t inherited = 4;
+};
+struct Part {
+  std::uint32_t small = 2;
+  float single = 0.02f;
+};
+struct Thing : Base {
   std::int64_t whole = 3;
   double real = 0.5;
   bool flag = false;
-  std::string word = "one";
+  Word word = Word::kOne;
+  Part part;
 };
 
+}  // namespace
+
+template <>
+inline constexpr auto kEnumWords<Word> = std::to_array<std::string_view>({"one", "two"});
+
+namespace {
+
 const KeyTable<Thing>& table() {
-  static const KeyTable<Thing> kTable({{"a.whole", &Thing::whole, "pixels", 1, 10, "A whole number."},
-                                       {"a.real", &Thing::real, "", 0, 1, "A real number."},
-                                       {"a.flag", &Thing::flag, "A flag."},
-                                       {"a.word", &Thing::word, {"one", "two"}, "A word."}});
+  static const KeyTable<Thing> kTable(
+      Keys<Thing>{{"a.whole", &Thing::whole, "pixels", 1, 10, "A whole number."},
+                  {"a.real", &Thing::real, "", 0, 1, "A real number."},
+                  {"a.flag", &Thing::flag, "A flag."},
+                  {"a.word", &Thing::word, "A word."}}
+          .add(&Thing::part, Keys<Part>{{"part.small", &Part::small, "", 0, 4294967295.0, "A small number."},
+                                        {"part.single", &Part::single, "", 0, 1, "A number in single precision."}})
+          .add(Keys<Base>{{"base.inherited", &Base::inherited, "", 0, 10, "A number of the base."}}));
   return kTable;
 }
 
@@ -36,7 +57,7 @@ TEST(KeyTable, ValuesComeFromTextsAndFromJsonAlike) {
   EXPECT_EQ(b.whole, 7);
   EXPECT_EQ(a.real, b.real);
   EXPECT_TRUE(a.flag && b.flag);
-  EXPECT_EQ(a.word, "two");
+  EXPECT_TRUE(a.word == Word::kTwo && b.word == Word::kTwo);
 }
 
 TEST(KeyTable, ValuesOutsideTheDeclaredRangeOrFormAreRefused) {
@@ -61,6 +82,35 @@ TEST(KeyTable, MessagesSayWhatIsAllowed) {
   }
 }
 
+TEST(KeyTable, TablesOfPartsAreRowsOfTheWholeInTheOrderInWhichTheyAreAdded) {
+  std::vector<std::string_view> names;
+  for (const auto& key : table().keys()) names.push_back(key.name);
+  EXPECT_EQ(names, (std::vector<std::string_view>{"a.whole", "a.real", "a.flag", "a.word", "part.small", "part.single",
+                                                  "base.inherited"}));
+  Thing thing;
+  set(thing, "part.small", "4294967295");
+  set(thing, "part.single", 0.25);
+  set(thing, "base.inherited", 9);
+  EXPECT_EQ(thing.part.small, 4294967295u);
+  EXPECT_EQ(thing.part.single, 0.25f);
+  EXPECT_EQ(thing.inherited, 9);
+  EXPECT_EQ(std::get<std::int64_t>(table().value(thing, *table().find("part.small"))), 4294967295);
+  EXPECT_THROW(set(thing, "part.small", -1), UsageError);
+  EXPECT_THROW(set(thing, "part.small", "4294967296"), UsageError);
+}
+
+TEST(KeyTable, SinglePrecisionIsPrintedAsItWasWritten) {
+  EXPECT_EQ(key_value_json(table().default_value(*table().find("part.single"))).dump(), "0.02");
+  for (const float value : {0.0f, 0.05f, 1e-30f, 16777216.0f, 0.1f + 0.2f})
+    EXPECT_EQ(static_cast<float>(shortest_decimal(value)), value);
+}
+
+TEST(EnumWords, AreFoundByTheirValuesAndTheirValuesByThem) {
+  EXPECT_EQ(word(Word::kTwo), "two");
+  EXPECT_EQ(from_word<Word>("two"), Word::kTwo);
+  for (const char* unknown : {"", "three", "One", "one "}) EXPECT_FALSE(from_word<Word>(unknown)) << unknown;
+}
+
 TEST(KeyTable, UnknownKeysNameTheNearestKnownOne) {
   const std::vector<std::string> known = {"a.whole", "a.real"};
   EXPECT_EQ(unknown_key_message("a.whloe", known), "unknown key 'a.whloe'; did you mean 'a.whole'?");
@@ -73,6 +123,10 @@ TEST(KeyTable, DescriptionsCarryDefaultAndRange) {
   EXPECT_EQ(row["min"], 1);
   EXPECT_EQ(row["unit"], "pixels");
   EXPECT_EQ(row["type"], "integer");
+  const auto choice = describe_key(*table().find("a.word"), table().default_value(*table().find("a.word")));
+  EXPECT_EQ(choice["type"], "choice");
+  EXPECT_EQ(choice["default"], "one");
+  EXPECT_EQ(choice["choices"], nlohmann::json({"one", "two"}));
 }
 
 }  // namespace

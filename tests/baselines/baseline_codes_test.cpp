@@ -145,10 +145,10 @@ TEST(TileReference, EverySetOfTrianglesComesBackInTheSmallestForm) {
 
 // ---- Lists and blocks in memory ---------------------------------------------------------------------------------
 
-hardware::GpuConfiguration machine(std::int64_t lines) {
-  hardware::GpuConfiguration gpu;
-  gpu.binner_combining_bursts = lines;
-  gpu.parameter_buffer_chunk_bytes = 128;
+gpu::GpuConfiguration machine(std::int64_t lines) {
+  gpu::GpuConfiguration gpu;
+  gpu.binner.combining_bursts = lines;
+  gpu.parameter_buffer.chunk_bytes = 128;
   return gpu;
 }
 
@@ -204,8 +204,8 @@ TEST(TriangleBuffer, TB2WithRoomForAllBurstsEachLeavesOnceAndWithoutManyLeaveTwi
 }
 
 TEST(TriangleBuffer, AFullBufferIsTakenAgainAndCounted) {
-  hardware::GpuConfiguration gpu = machine(16);
-  gpu.parameter_buffer_bytes = 256;
+  gpu::GpuConfiguration gpu = machine(16);
+  gpu.parameter_buffer.bytes = 256;
   TriangleBuffer buffer(gpu, 4);
   const std::vector<std::uint8_t> block(64, 0);
   for (int n = 0; n < 3; ++n) buffer.store_block(block);

@@ -125,12 +125,12 @@ TEST(QueueEntry, ARangeThatDoesNotFitIsABrokenInvariantNotAWrap) {
 
 // ---- Parameter buffer -------------------------------------------------------------------------------------------
 
-hardware::GpuConfiguration small_gpu() {
-  hardware::GpuConfiguration gpu;
-  gpu.parameter_buffer_bytes = 2048;
-  gpu.parameter_buffer_chunk_bytes = 128;  // 7 entries
-  gpu.memory_burst_bytes = 64;
-  gpu.binner_combining_bursts = 4;
+gpu::GpuConfiguration small_gpu() {
+  gpu::GpuConfiguration gpu;
+  gpu.parameter_buffer.bytes = 2048;
+  gpu.parameter_buffer.chunk_bytes = 128;  // 7 entries
+  gpu.memory.burst_bytes = 64;
+  gpu.binner.combining_bursts = 4;
   return gpu;
 }
 
@@ -151,7 +151,7 @@ std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex que
 }
 
 TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
-  ParameterBuffer buffer(small_gpu(), 8);
+  ParameterBuffer buffer(small_gpu().binner_spec(), 8);
   Random random(1);
   std::map<TileIndex, std::vector<std::uint32_t>> accepted;
   int refused = 0;
@@ -177,9 +177,9 @@ TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
 }
 
 TEST(ParameterBuffer, PB2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
-  hardware::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer_bytes = 1 << 20;
-  ParameterBuffer buffer(gpu, 5);
+  gpu::GpuConfiguration gpu = small_gpu();
+  gpu.parameter_buffer.bytes = 1 << 20;
+  ParameterBuffer buffer(gpu.binner_spec(), 5);
   std::map<TileIndex, std::vector<std::uint32_t>> expected;
   for (std::uint32_t n = 0; n < 3000; ++n) {
     const TileIndex tile = (n * n + n / 3) % 5;
@@ -196,9 +196,9 @@ TEST(ParameterBuffer, PB2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
 }
 
 TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
-  hardware::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer_full_policy = "spill";
-  ParameterBuffer buffer(gpu, 4);
+  gpu::GpuConfiguration gpu = small_gpu();
+  gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
+  ParameterBuffer buffer(gpu.binner_spec(), 4);
   for (std::uint32_t n = 0; n < 1000; ++n) ASSERT_TRUE(buffer.append(n % 4, entry_number(n)));
   EXPECT_GT(buffer.counters().spilled_chunks, 0u);
   // 1000 entries over 4 tiles in chunks of 7: 36 chunks each; 2048 bytes hold the heads (64 bytes) and 15 chunks.
@@ -206,9 +206,9 @@ TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
 }
 
 TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
-  hardware::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer_bytes = 1 << 16;
-  ParameterBuffer buffer(gpu, 1);
+  gpu::GpuConfiguration gpu = small_gpu();
+  gpu.parameter_buffer.bytes = 1 << 16;
+  ParameterBuffer buffer(gpu.binner_spec(), 1);
   for (std::uint32_t n = 0; n < 7; ++n) ASSERT_TRUE(buffer.append(0, entry_number(n)));
   buffer.finish();
   // Head: one burst. Chunk: 8 + 7 * 16 = 120 bytes = two bursts. Nothing was evicted in between.
@@ -224,7 +224,7 @@ TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
 }
 
 TEST(ParameterBuffer, AnEmptyTileCostsItsHeadOnly) {
-  ParameterBuffer buffer(small_gpu(), 3);
+  ParameterBuffer buffer(small_gpu().binner_spec(), 3);
   buffer.finish();
   memory::Ledger ledger;
   std::uint64_t payload = 0;
@@ -233,21 +233,21 @@ TEST(ParameterBuffer, AnEmptyTileCostsItsHeadOnly) {
 }
 
 TEST(ParameterBuffer, ABufferOfExactlyTheNeededSizeSuffices) {
-  hardware::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer_bytes = 64 + 2 * 128;  // heads of 4 tiles, two chunks
-  ParameterBuffer buffer(gpu, 4);
+  gpu::GpuConfiguration gpu = small_gpu();
+  gpu.parameter_buffer.bytes = 64 + 2 * 128;  // heads of 4 tiles, two chunks
+  ParameterBuffer buffer(gpu.binner_spec(), 4);
   for (std::uint32_t n = 0; n < 14; ++n) EXPECT_TRUE(buffer.append(n < 7 ? 0 : 1, entry_number(n)));
   EXPECT_FALSE(buffer.append(2, entry_number(99)));
 }
 
 TEST(ParameterBuffer, OneThatCannotHoldAChunkIsRefusedWithTheNumbers) {
-  hardware::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer_chunk_bytes = 4096;
+  gpu::GpuConfiguration gpu = small_gpu();
+  gpu.parameter_buffer.chunk_bytes = 4096;
   EXPECT_THROW(ParameterBuffer(gpu, 4), UsageError);
 }
 
 TEST(ParameterBuffer, ResetEmptiesEveryQueue) {
-  ParameterBuffer buffer(small_gpu(), 2);
+  ParameterBuffer buffer(small_gpu().binner_spec(), 2);
   ASSERT_TRUE(buffer.append(1, entry_number(5)));
   buffer.finish();
   buffer.reset();
@@ -309,9 +309,9 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
   }
   // Every (sub-patch, tile) pair arrives once, in order, however small the buffer.
   const auto collect = [&](std::int64_t bytes, std::uint64_t& passes, std::uint64_t& overlaps) {
-    hardware::GpuConfiguration gpu = small_gpu();
-    gpu.parameter_buffer_bytes = bytes;
-    Binner binner(gpu, TileGrid(128, 128, 32, 32));
+    gpu::GpuConfiguration gpu = small_gpu();
+    gpu.parameter_buffer.bytes = bytes;
+    Binner binner(gpu.binner_spec(), TileGrid(128, 128, 32, 32));
     std::map<TileIndex, std::vector<int>> queues;
     Binner::Cursor cursor;
     bool done = false;
@@ -341,7 +341,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
 
 TEST(Binner, NoSubPatchesGiveEmptyQueues) {
   const PosedObject scene;
-  Binner binner(small_gpu(), TileGrid(128, 128, 32, 32));
+  Binner binner(small_gpu().binner_spec(), TileGrid(128, 128, 32, 32));
   Binner::Cursor cursor;
   EXPECT_TRUE(binner.run(*scene.frame, {}, cursor));
   EXPECT_EQ(binner.buffer().counters().entries, 0u);
@@ -349,9 +349,9 @@ TEST(Binner, NoSubPatchesGiveEmptyQueues) {
 
 TEST(Binner, ASubPatchOverTheWholeFrameIsInEveryTile) {
   const PosedObject scene;
-  hardware::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer_bytes = 1 << 16;
-  Binner binner(gpu, TileGrid(128, 128, 16, 16));
+  gpu::GpuConfiguration gpu = small_gpu();
+  gpu.parameter_buffer.bytes = 1 << 16;
+  Binner binner(gpu.binner_spec(), TileGrid(128, 128, 16, 16));
   const std::vector<frontend::BoundedSubPatch> one = {{0, {0, 0, 1, 1}, bounds_at(-1e6f, -1e6f, 1e6f, 1e6f), {}}};
   Binner::Cursor cursor;
   ASSERT_TRUE(binner.run(*scene.frame, one, cursor));

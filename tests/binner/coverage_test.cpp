@@ -107,11 +107,11 @@ Missed missed_by(const Method& method, std::uint32_t seed) {
   return missed;
 }
 
-hardware::GpuConfiguration methods(const char* coverage, bool intervals, int segments) {
-  hardware::GpuConfiguration gpu;
-  gpu.binner_coverage = coverage;
-  gpu.binner_time_intervals = intervals;
-  gpu.binner_time_segments = segments;
+gpu::GpuConfiguration methods(CoverageMethod coverage, bool intervals, int segments) {
+  gpu::GpuConfiguration gpu;
+  gpu.binner.coverage = coverage;
+  gpu.binner.time_intervals = intervals;
+  gpu.binner.time_segments = segments;
   return gpu;
 }
 
@@ -119,11 +119,11 @@ using Change = std::function<void(BoundedSubPatch&)>;
 
 // The binner's own coverage of a sub-patch that `change` has tampered with.
 Method binners(
-    const hardware::GpuConfiguration& gpu, const Change& change = [](BoundedSubPatch&) {}) {
+    const gpu::GpuConfiguration& gpu, const Change& change = [](BoundedSubPatch&) {}) {
   return [=](const BoundedSubPatch& sub_patch, const TileGrid& grid) {
     BoundedSubPatch changed = sub_patch;
     change(changed);
-    TileCoverageUnit unit(gpu);
+    TileCoverageUnit unit(gpu.binner);
     return [coverage = unit.cover(changed, true, grid)](int column, int row) {
       return coverage.tiles.contains(column, row) ? coverage.at(column, row) : kNoTime;
     };
@@ -133,25 +133,25 @@ Method binners(
 // ---- Nothing that is seen is left out ---------------------------------------------------------------------------
 
 TEST(ExactCoverage, NeverDropsATileThatTheMovingBoxTouches) {
-  EXPECT_EQ(missed_by(binners(methods("exact", false, 1)), 1).tiles, 0);
+  EXPECT_EQ(missed_by(binners(methods(CoverageMethod::kExact, false, 1)), 1).tiles, 0);
 }
 
 TEST(TimeIntervals, HoldEveryTimeAtWhichTheMovingBoxTouchesTheTile) {
-  const Missed missed = missed_by(binners(methods("rectangle", true, 1)), 2);
+  const Missed missed = missed_by(binners(methods(CoverageMethod::kRectangle, true, 1)), 2);
   EXPECT_EQ(missed.tiles, 0);
   EXPECT_EQ(missed.times, 0);
 }
 
 TEST(TimeSegments, HoldEveryTimeAtWhichTheMovingBoxTouchesTheTile) {
   for (const int count : {2, 3, 16, 0}) {
-    const Missed missed = missed_by(binners(methods("rectangle", false, count)), 3);
+    const Missed missed = missed_by(binners(methods(CoverageMethod::kRectangle, false, count)), 3);
     EXPECT_EQ(missed.tiles, 0) << count;
     EXPECT_EQ(missed.times, 0) << count;
   }
 }
 
 TEST(TileCoverage, AllMethodsTogetherLeaveOutNothingThatIsSeen) {  // M3
-  const Missed missed = missed_by(binners(methods("exact", true, 7)), 4);
+  const Missed missed = missed_by(binners(methods(CoverageMethod::kExact, true, 7)), 4);
   EXPECT_EQ(missed.tiles, 0);
   EXPECT_EQ(missed.times, 0);
 }
@@ -167,20 +167,20 @@ void project_first(BoundedSubPatch& s) {
 }
 
 TEST(ExactCoverageTwin, WithoutTheLensOrTheMotionItDropsTilesAndIsCaught) {
-  const hardware::GpuConfiguration exact = methods("exact", false, 1);
+  const gpu::GpuConfiguration exact = methods(CoverageMethod::kExact, false, 1);
   EXPECT_GT(missed_by(binners(exact, forget_grow), 1).tiles, 0);
   EXPECT_GT(missed_by(binners(exact, forget_motion), 1).tiles, 0);
 }
 
 TEST(TimeIntervalsTwin, LinearMotionOnScreenNoLensOrNoMotionIsCaught) {
-  const hardware::GpuConfiguration intervals = methods("rectangle", true, 1);
+  const gpu::GpuConfiguration intervals = methods(CoverageMethod::kRectangle, true, 1);
   EXPECT_GT(missed_by(binners(intervals, project_first), 2).times, 0);
   EXPECT_GT(missed_by(binners(intervals, forget_grow), 2).times, 0);
   EXPECT_GT(missed_by(binners(intervals, forget_motion), 2).tiles, 0);
 }
 
 TEST(TimeSegmentsTwin, LinearMotionOnScreenNoLensOrNoMotionIsCaught) {
-  const hardware::GpuConfiguration segments = methods("rectangle", false, 16);
+  const gpu::GpuConfiguration segments = methods(CoverageMethod::kRectangle, false, 16);
   EXPECT_GT(missed_by(binners(segments, project_first), 3).times, 0);
   EXPECT_GT(missed_by(binners(segments, forget_grow), 3).times, 0);
   EXPECT_GT(missed_by(binners(segments, forget_motion), 3).tiles, 0);
@@ -229,13 +229,14 @@ BoundedSubPatch segment_between(const std::array<std::array<double, 2>, 4>& ends
   return s;
 }
 
-TileCoverage cover(const BoundedSubPatch& sub_patch, const hardware::GpuConfiguration& gpu, bool moving = true) {
-  TileCoverageUnit unit(gpu);
+TileCoverage cover(const BoundedSubPatch& sub_patch, const gpu::GpuConfiguration& gpu, bool moving = true) {
+  TileCoverageUnit unit(gpu.binner);
   return unit.cover(sub_patch, moving, TileGrid(128, 128, 32, 32));
 }
 
 TEST(ExactCoverage, ADiagonalKeepsTheTilesAlongItOnly) {  // COV2
-  const TileCoverage c = cover(segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}}), methods("exact", false, 1));
+  const TileCoverage c =
+      cover(segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}}), methods(CoverageMethod::kExact, false, 1));
   // The way crosses the four tiles of the diagonal, and those below them where it is a pixel below the diagonal.
   EXPECT_EQ(c.covered, 7u);
   EXPECT_EQ(c.dropped_exact, 9u);
@@ -247,14 +248,15 @@ TEST(ExactCoverage, ATileTouchedInItsCornerOnlyIsCoveredAndOneAHairAwayIsNot) { 
   for (const auto& [shift, covered] : {std::pair{0.0, 4u}, {1.0 / 64, 3u}}) {
     const TileCoverage c =
         cover(segment_between({{{48 + shift, 16}, {16 + shift, 48}, {48 + shift, 16}, {16 + shift, 48}}}),
-              methods("exact", false, 1));
+              methods(CoverageMethod::kExact, false, 1));
     EXPECT_EQ(c.covered, covered);
     EXPECT_EQ(c.at(0, 0).empty(), shift > 0);
   }
 }
 
 TEST(ExactCoverage, BoundsThatEndOnATilesEdgeBelongToBothTiles) {
-  const TileCoverage c = cover(segment_between({{{32, 8}, {40, 20}, {32, 20}, {36, 9}}}), methods("exact", true, 4));
+  const TileCoverage c =
+      cover(segment_between({{{32, 8}, {40, 20}, {32, 20}, {36, 9}}}), methods(CoverageMethod::kExact, true, 4));
   EXPECT_EQ(c.tiles, (IntRect{0, 0, 2, 1}));
   EXPECT_EQ(c.covered, 2u);
 }
@@ -268,7 +270,7 @@ TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes
   BoundedSubPatch behind = odd;
   behind.corners[3].w = 0;
   for (const BoundedSubPatch& s : {crossing, odd, behind}) {
-    const TileCoverage c = cover(s, methods("exact", true, 5));
+    const TileCoverage c = cover(s, methods(CoverageMethod::kExact, true, 5));
     EXPECT_EQ(c.covered, 16u);
     for (const TimeInterval& times : c.times) EXPECT_EQ(times, TimeInterval{});
   }
@@ -277,8 +279,8 @@ TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes
 TEST(TimeIntervals, AreTightForMotionAlongOneAxis) {
   // A dot that crosses the four tiles of a row at constant speed: each for a quarter of the shutter.
   const BoundedSubPatch dot = segment_between({{{0, 10}, {0, 10}, {128, 10}, {128, 10}}});
-  const TileCoverage intervals = cover(dot, methods("rectangle", true, 1)),
-                     segments = cover(dot, methods("rectangle", false, 8));
+  const TileCoverage intervals = cover(dot, methods(CoverageMethod::kRectangle, true, 1)),
+                     segments = cover(dot, methods(CoverageMethod::kRectangle, false, 8));
   for (int column = 0; column < 4; ++column) {
     EXPECT_NEAR(intervals.at(column, 0).first, 64 * column, 2);
     EXPECT_NEAR(intervals.at(column, 0).last, 64 * column + 64, 2);
@@ -291,7 +293,8 @@ TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
   // A wide, flat box shoots down and to the right: its rectangle over the shutter covers the upper right and lower
   // left.
   const BoundedSubPatch s = segment_between({{{2, 2}, {20, 3}, {106, 120}, {124, 121}}});
-  for (const auto& gpu : {methods("rectangle", true, 1), methods("rectangle", false, 16)}) {
+  for (const auto& gpu :
+       {methods(CoverageMethod::kRectangle, true, 1), methods(CoverageMethod::kRectangle, false, 16)}) {
     const TileCoverage c = cover(s, gpu);
     EXPECT_TRUE(c.at(3, 0).empty());
     EXPECT_TRUE(c.at(0, 3).empty());
@@ -303,7 +306,7 @@ TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
 TEST(TimeIntervals, WhatDoesNotMoveHasAllTimes) {
   const BoundedSubPatch still = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   for (const bool moving : {false, true})
-    for (const TimeInterval& times : cover(still, methods("rectangle", true, 16), moving).times)
+    for (const TimeInterval& times : cover(still, methods(CoverageMethod::kRectangle, true, 16), moving).times)
       EXPECT_EQ(times, TimeInterval{});
 }
 

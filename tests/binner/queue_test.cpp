@@ -214,12 +214,12 @@ struct TrafficOracle {
 bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, std::int64_t lines,
                     std::int64_t oracle_lines) {
   Random random(seed);
-  hardware::GpuConfiguration gpu;
-  gpu.memory_burst_bytes = burst;
-  gpu.parameter_buffer_chunk_bytes = chunk;
-  gpu.binner_combining_bursts = lines;
+  gpu::GpuConfiguration gpu;
+  gpu.memory.burst_bytes = burst;
+  gpu.parameter_buffer.chunk_bytes = chunk;
+  gpu.binner.combining_bursts = lines;
   constexpr QueueIndex kQueues = 23;
-  ParameterBuffer buffer(gpu, kQueues);
+  ParameterBuffer buffer(gpu.binner_spec(), kQueues);
   const auto b = static_cast<std::uint64_t>(burst);
   TrafficOracle oracle{b,
                        static_cast<std::uint64_t>(oracle_lines),
@@ -285,11 +285,11 @@ std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObje
   return tiles;
 }
 
-hardware::GpuConfiguration gpu_with(std::int64_t bytes, int levels) {
-  hardware::GpuConfiguration gpu;
-  gpu.parameter_buffer_bytes = bytes;
-  gpu.parameter_buffer_chunk_bytes = 128;
-  gpu.binner_queue_levels = levels;
+gpu::GpuConfiguration gpu_with(std::int64_t bytes, int levels) {
+  gpu::GpuConfiguration gpu;
+  gpu.parameter_buffer.bytes = bytes;
+  gpu.parameter_buffer.chunk_bytes = 128;
+  gpu.binner.queue_levels = levels;
   return gpu;
 }
 
@@ -305,11 +305,11 @@ TEST(HardCases, LevelsOfQueuesAndPartialRendersGiveEveryTileItsSubPatchesOnce) {
   }
   const TileGrid grid(130, 125, 16, 16);
   int passes = 0;
-  Binner flat(gpu_with(1 << 20, 1), grid);
+  Binner flat(gpu_with(1 << 20, 1).binner_spec(), grid);
   const auto expected = read_all(flat, scene, sub_patches, passes);
   EXPECT_EQ(passes, 1);
   for (const int levels : {2, 3, 5}) {
-    Binner binner(gpu_with(4096, levels), grid);
+    Binner binner(gpu_with(4096, levels).binner_spec(), grid);
     passes = 0;
     auto tiles = read_all(binner, scene, sub_patches, passes);
     EXPECT_GT(passes, 1);
@@ -325,7 +325,7 @@ TEST(HardCases, APatchInEveryTileOfMoreThan65535) {
   const PosedObject scene;
   const std::vector<BoundedSubPatch> one = {rectangle(0, -1e9f, -1e9f, 1e9f, 1e9f)};
   for (const auto& [levels, entries] : {std::pair{1, 512u * 512u}, {3, 128u * 128u}, {5, 32u * 32u}}) {
-    Binner binner(gpu_with(64 << 20, levels), TileGrid(16384, 16384, 32, 32));
+    Binner binner(gpu_with(64 << 20, levels).binner_spec(), TileGrid(16384, 16384, 32, 32));
     Binner::Cursor cursor;
     ASSERT_TRUE(binner.run(*scene.frame, one, cursor));
     EXPECT_EQ(binner.buffer().counters().entries, entries);
@@ -342,7 +342,7 @@ TEST(HardCases, FramesOfOnePixelAndOfNoMultipleOfATile) {
   const PosedObject scene;
   for (const auto& [width, height] : {std::pair{1, 1}, {33, 1}, {1, 65}, {97, 31}})
     for (const int levels : {1, 5}) {
-      Binner binner(gpu_with(1 << 16, levels), TileGrid(width, height, 32, 32));
+      Binner binner(gpu_with(1 << 16, levels).binner_spec(), TileGrid(width, height, 32, 32));
       const std::vector<BoundedSubPatch> all = {
           rectangle(0, 0, 0, static_cast<float>(width), static_cast<float>(height)),
           rectangle(1, 0.25f, 0.25f, 0.5f, 0.5f)};
@@ -358,7 +358,7 @@ TEST(HardCases, OffScreenOnAnySideGivesNoEntryAtAnyLevel) {
   const std::vector<BoundedSubPatch> outside = {rectangle(0, -90, 10, -1, 20), rectangle(0, 129, 10, 300, 20),
                                                 rectangle(0, 10, -90, 20, -1), rectangle(0, 10, 129, 20, 300)};
   for (const int levels : {1, 4}) {
-    Binner binner(gpu_with(1 << 16, levels), TileGrid(128, 128, 32, 32));
+    Binner binner(gpu_with(1 << 16, levels).binner_spec(), TileGrid(128, 128, 32, 32));
     Binner::Cursor cursor;
     EXPECT_TRUE(binner.run(*scene.frame, outside, cursor));
     EXPECT_EQ(binner.buffer().counters().entries, 0u);
@@ -368,10 +368,10 @@ TEST(HardCases, OffScreenOnAnySideGivesNoEntryAtAnyLevel) {
 
 TEST(HardCases, ListHeadsOfAllLevelsMustFitAndExactlyEnoughSuffices) {
   const TileGrid grid(128, 128, 32, 32);  // 16 + 4 + 1 queues: 336 bytes of heads, 384 in bursts of 64
-  EXPECT_NO_THROW(Binner(gpu_with(256 + 128, 1), grid));
-  EXPECT_NO_THROW(Binner(gpu_with(384 + 128, 3), grid));
+  EXPECT_NO_THROW(Binner(gpu_with(256 + 128, 1).binner_spec(), grid));
+  EXPECT_NO_THROW(Binner(gpu_with(384 + 128, 3).binner_spec(), grid));
   try {
-    Binner(gpu_with(384 + 127, 3), grid);
+    Binner(gpu_with(384 + 127, 3).binner_spec(), grid);
     FAIL() << "accepted a buffer that cannot hold one chunk";
   } catch (const UsageError& error) {
     EXPECT_NE(std::string(error.what()).find("21 queues (384 bytes)"), std::string::npos) << error.what();

@@ -15,21 +15,22 @@ namespace {
 using scene::Capture;
 using test::image_bytes;
 
-hardware::GpuConfiguration small_tiles() {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = 16;
+gpu::GpuConfiguration small_tiles() {
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = 16;
   return gpu;
 }
 
 gpu::FrameResult render(const Capture& capture, const gpu::RunSettings& settings, int frame = 0,
-                        const hardware::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
+                        const gpu::GpuConfiguration& gpu = small_tiles(), int width = 192, int height = 112) {
   gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
   return renderer.render(frame);
 }
 
-gpu::RunSettings forced(const std::string& value) {
+gpu::RunSettings forced(gpu::EffectMode value) {
   gpu::RunSettings settings;
-  settings.motion = settings.defocus = settings.displacement = settings.alpha_test = value;
+  settings.effects.motion = settings.effects.defocus = settings.effects.displacement = settings.effects.alpha_test =
+      value;
   return settings;
 }
 
@@ -44,10 +45,10 @@ std::uint64_t sum(const gpu::TileMaps& maps, std::uint64_t gpu::TileCounts::*mem
 TEST(Effects, ForcedOnEverywhereTheyGiveTheSameImage) {
   const auto compare = [](const Capture& capture, int frame, const std::string& name) {
     const std::string expected = image_bytes(render(capture, {}, frame).targets);
-    EXPECT_EQ(image_bytes(render(capture, forced("on"), frame).targets), expected) << name;
+    EXPECT_EQ(image_bytes(render(capture, forced(gpu::EffectMode::kOn), frame).targets), expected) << name;
     for (const char* key : {"effects.motion", "effects.defocus", "effects.displacement", "effects.alpha_test"}) {
       gpu::RunSettings one;
-      hardware::GpuConfiguration gpu;
+      gpu::GpuConfiguration gpu;
       gpu::apply_setting(std::string(key) + "=on", one, gpu);
       EXPECT_EQ(image_bytes(render(capture, one, frame).targets), expected) << name << " " << key;
     }
@@ -68,16 +69,18 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
   for (std::uint32_t seed = 2; seed <= 6; seed += 2) {
     const auto capture = test::slow_scene(seed);
     const std::string expected = image_bytes(render(*capture, {}).targets);
-    for (const char* method : {"brute", "segments", "partition", "clusters"}) {
-      hardware::GpuConfiguration gpu = small_tiles();
-      gpu.tilecore_visibility_method = method;
-      for (const char* force : {"auto", "on"})
+    using tilecore::VisibilityMethod;
+    for (const VisibilityMethod method : {VisibilityMethod::kBrute, VisibilityMethod::kSegments,
+                                          VisibilityMethod::kPartition, VisibilityMethod::kClusters}) {
+      gpu::GpuConfiguration gpu = small_tiles();
+      gpu.tilecore.visibility.method = method;
+      for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})
         EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected)
-            << seed << " " << method << " " << force;
+            << seed << " " << word(method) << " " << word(force);
     }
-    hardware::GpuConfiguration gpu = small_tiles();
-    gpu.tilecore_traversal = "ray";
-    for (const char* force : {"auto", "on"})
+    gpu::GpuConfiguration gpu = small_tiles();
+    gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
+    for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})
       EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
   }
 }
@@ -85,7 +88,7 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
 TEST(Effects, ForcedOffTheyGiveTheImageOfTheCaptureWithoutThem) {
   const auto same = [](const Capture& with, const char* key, const Capture& without) {
     gpu::RunSettings off;
-    hardware::GpuConfiguration gpu;
+    gpu::GpuConfiguration gpu;
     gpu::apply_setting(std::string(key) + "=off", off, gpu);
     const gpu::FrameResult plain = render(without, {}), result = render(with, off);
     EXPECT_EQ(image_bytes(result.targets), image_bytes(plain.targets)) << key;
@@ -169,10 +172,10 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   job.frame = frame.get();
   job.grid = &grid;
   job.pattern = &pattern;
-  const hardware::GpuConfiguration gpu = small_tiles();
-  binner::Binner binner(gpu, grid);
+  const gpu::GpuConfiguration gpu = small_tiles();
+  binner::Binner binner(gpu.binner_spec(), grid);
   binner::Binner::Cursor cursor;
-  ASSERT_TRUE(binner.run(*frame, frontend::run_front_end(*frame, pyramids, gpu).sub_patches, cursor));
+  ASSERT_TRUE(binner.run(*frame, frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches, cursor));
   const auto patches_seen = [&](bool forced_on, bool cleared) {
     tilecore::TileCore core;
     job.force_motion = forced_on;
@@ -202,7 +205,7 @@ TEST(Effects, AnObjectThatMovesByLessThanASubPixelNeedsNoCodeForMotion) {
   EXPECT_EQ(sum(result.maps, &gpu::TileCounts::moving_sub_patches), 0u);
   EXPECT_EQ(result.effect_reasons.at("motion"),
             "1 of 2 drawables move on screen, but no vertex moves by more than a sub-pixel");
-  EXPECT_EQ(image_bytes(render(*slow, forced("on")).targets), image_bytes(result.targets));
+  EXPECT_EQ(image_bytes(render(*slow, forced(gpu::EffectMode::kOn)).targets), image_bytes(result.targets));
   EXPECT_GT(render(*faster, {}).counters.frontend.sub_patches_moving, 0u);
 }
 
@@ -217,7 +220,7 @@ TEST(Effects, ACameraThatMovesAloneMovesEverythingThatItSees) {
   std::uint64_t ball = 0;
   for (const gpu::TileCounts& tile : followed.maps.tiles) ball += tile.sub_patches - tile.moving_sub_patches;
   EXPECT_GT(ball, 0u);
-  EXPECT_EQ(image_bytes(render(*together, forced("on")).targets), image_bytes(followed.targets));
+  EXPECT_EQ(image_bytes(render(*together, forced(gpu::EffectMode::kOn)).targets), image_bytes(followed.targets));
 }
 
 TEST(Effects, ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs) {
@@ -234,7 +237,7 @@ TEST(Effects, ACutBetweenTwoFramesIsNoMotionAndOneInsideTheShutterIs) {
     EXPECT_FALSE(second.effects.at("motion")) << cut;
     EXPECT_EQ(second.effect_reasons.at("motion"), "nothing moves between shutter open and close");
     EXPECT_NE(image_bytes(first.targets), image_bytes(second.targets));
-    EXPECT_EQ(image_bytes(render(*capture, forced("on"), 0).targets), image_bytes(first.targets));
+    EXPECT_EQ(image_bytes(render(*capture, forced(gpu::EffectMode::kOn), 0).targets), image_bytes(first.targets));
   }
 }
 
@@ -276,7 +279,8 @@ TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
   EXPECT_GT(partly.counters.frontend.defocus_elided, 0u);
   EXPECT_GT(partly.counters.frontend.sub_patches_defocused, 0u);
   for (const auto& capture : {wall_in_focus(0, 4), wall_in_focus(1.0f, 4), wall_in_focus(0.00006f, 4)})
-    EXPECT_EQ(image_bytes(render(*capture, forced("on")).targets), image_bytes(render(*capture, {}).targets));
+    EXPECT_EQ(image_bytes(render(*capture, forced(gpu::EffectMode::kOn)).targets),
+              image_bytes(render(*capture, {}).targets));
 }
 
 // ---- Displacement and alpha -------------------------------------------------------------------------------------
@@ -285,7 +289,7 @@ TEST(Effects, AMapThatIsZeroReadsNoHeights) {
   auto capture = test::partly_displaced_scene(1);
   for (scene::Material& m : capture->materials)
     m.displacement = test::displacement(32, 32, std::vector<float>(32 * 32, 0.0f), 0.3f, 0.0f);
-  const gpu::FrameResult zero = render(*capture, {}), on = render(*capture, forced("on"));
+  const gpu::FrameResult zero = render(*capture, {}), on = render(*capture, forced(gpu::EffectMode::kOn));
   EXPECT_EQ(zero.counters.frontend.sub_patches_displaced, 0u);
   EXPECT_GT(zero.counters.frontend.displacement_elided, 0u);
   EXPECT_EQ(sum(zero.maps, &gpu::TileCounts::displaced_sub_patches), 0u);
@@ -298,7 +302,7 @@ TEST(Effects, AMapThatIsZeroReadsNoHeights) {
 
 TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
   const auto capture = test::masked_scene(2);
-  const gpu::FrameResult result = render(*capture, {}), on = render(*capture, forced("on"));
+  const gpu::FrameResult result = render(*capture, {}), on = render(*capture, forced(gpu::EffectMode::kOn));
   EXPECT_GT(result.counters.frontend.alpha_test_elided, 0u);
   EXPECT_GT(result.counters.tilecore.alpha_tests, 0u);
   EXPECT_LT(result.counters.tilecore.alpha_tests, on.counters.tilecore.alpha_tests);

@@ -353,11 +353,11 @@ TEST_P(SubPatchBounds, HoldEveryPointOfTheDisplacedMovingDefocusedPatch) {  // M
 
 std::string case_name(const testing::TestParamInfo<std::tuple<int, int>>& instance) {
   const auto [kind, method] = instance.param;
-  return std::string(kHardNames[kind]) + "_" + std::string(kBoundMethodNames[static_cast<std::size_t>(method)]);
+  return std::string(kHardNames[kind]) + "_" + std::string(word(method));
 }
 INSTANTIATE_TEST_SUITE_P(HardCase, SubPatchBounds,
                          testing::Combine(testing::Range(0, static_cast<int>(Hard::kCount)),
-                                          testing::Range(0, static_cast<int>(kBoundMethodNames.size()))),
+                                          testing::Range(0, static_cast<int>(kEnumWords<BoundMethod>.size()))),
                          case_name);
 
 std::int64_t twin_violations(Hard kind, Twin twin) {

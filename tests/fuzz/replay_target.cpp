@@ -18,25 +18,32 @@ Word choose(std::uint8_t byte, std::initializer_list<Word> words) {
 }
 
 gpu::RunSettings settings_of(Bytes choices) {
+  using tilecore::Desampling, tilecore::ShadingRate;
+  using Path = tilecore::ProcedureSettings::Path;
   gpu::RunSettings settings;
-  settings.samples_per_pixel = choose<std::int64_t>(choices[0], {1, 4});
-  settings.machine_model = (choices[0] & 4) != 0;
-  settings.motion = (choices[0] & 8) != 0 ? "on" : "auto";
-  settings.defocus = (choices[0] & 16) != 0 ? "on" : "auto";
-  settings.shading_rate = choose(choices[1], {"pixel", "sample", "cache"});
-  settings.desampling = choose(choices[1] / 4, {"off", "off", "adaptive", "checkerboard"});
-  settings.procedures_path = choose(choices[1] / 16, {"sampled", "tessellated"});
+  settings.sampling.samples_per_pixel = choose(choices[0], {1, 4});
+  settings.output.machine_model = (choices[0] & 4) != 0;
+  settings.effects.motion = (choices[0] & 8) != 0 ? gpu::EffectMode::kOn : gpu::EffectMode::kAuto;
+  settings.effects.defocus = (choices[0] & 16) != 0 ? gpu::EffectMode::kOn : gpu::EffectMode::kAuto;
+  settings.shading.rate = choose(choices[1], {ShadingRate::kPixel, ShadingRate::kSample, ShadingRate::kCache});
+  settings.resolve.desampling =
+      choose(choices[1] / 4, {Desampling::kOff, Desampling::kOff, Desampling::kAdaptive, Desampling::kCheckerboard});
+  settings.procedures.path = choose(choices[1] / 16, {Path::kSampled, Path::kTessellated});
   return settings;
 }
 
-hardware::GpuConfiguration machine_of(Bytes choices) {
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = choose<std::int64_t>(choices[2], {8, 16, 32});
-  gpu.tilecore_visibility_method =
-      choose(choices[2] / 4, {"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"});
-  gpu.frontend_bound_method = choose(choices[3], {"npatch", "tpatch", "aabb", "interval"});
-  gpu.tessellator_max_factor = choose<std::int64_t>(choices[3] / 4, {8, 16});
-  gpu.binner_time_segments = choose<std::int64_t>(choices[3] / 8, {0, 1, 3});
+gpu::GpuConfiguration machine_of(Bytes choices) {
+  using frontend::BoundMethod;
+  using tilecore::VisibilityMethod;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = choose(choices[2], {8, 16, 32});
+  gpu.tilecore.visibility.method = choose(
+      choices[2] / 4, {VisibilityMethod::kPatchBvh, VisibilityMethod::kBrute, VisibilityMethod::kSegments,
+                       VisibilityMethod::kPartition, VisibilityMethod::kClusters, VisibilityMethod::kInterleaved});
+  gpu.frontend.bound_method =
+      choose(choices[3], {BoundMethod::kNpatch, BoundMethod::kTpatch, BoundMethod::kAabb, BoundMethod::kInterval});
+  gpu.tessellator.max_factor = choose(choices[3] / 4, {8, 16});
+  gpu.binner.time_segments = choose(choices[3] / 8, {0, 1, 3});
   return gpu;
 }
 

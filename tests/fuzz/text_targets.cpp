@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "base/json_text.h"
+#include "gpu/configuration.h"
 #include "gpu/settings.h"
-#include "hardware/configuration.h"
 #include "replay/option_numbers.h"
 #include "replay/report/report.h"
 #include "replay/sweep/study.h"
@@ -49,7 +49,7 @@ void read_any_study(Bytes input) {
       for (const replay::StudyAxis& axis : study.axes)
         steps.push_back(last ? static_cast<std::uint32_t>(axis.values.size()) - 1 : 0);
       const replay::PointConfiguration point = replay::configure_point(study, steps);
-      hardware::check_gpu(point.gpu);
+      gpu::check_gpu(point.gpu);
     }
   });
 }
@@ -87,27 +87,25 @@ void read_machine(Bytes input) {
   static const fs::path kFile = scratch_folder() / "machine.json";
   write_scratch(kFile, input);
   expect_answer([&] {
-    const hardware::GpuConfiguration gpu = hardware::load_gpu(kFile.string());
-    const std::string written = hardware::gpu_json(gpu).dump();
+    const gpu::GpuConfiguration gpu = gpu::load_gpu(kFile.string());
+    const std::string written = gpu::gpu_json(gpu).dump();
     bool fits = true;
     try {
-      hardware::check_gpu(gpu);
+      gpu::check_gpu(gpu);
     } catch (const UsageError&) {
       fits = false;
     }
     if (!fits) return;
     // What a replay writes of its machine reads back as the same machine.
     write_scratch(kFile, written);
-    require(hardware::gpu_json(hardware::load_gpu(kFile.string())).dump() == written,
-            "a machine does not read back as itself");
+    require(gpu::gpu_json(gpu::load_gpu(kFile.string())).dump() == written, "a machine does not read back as itself");
   });
 }
 
 std::vector<std::string> machines() {
   std::vector<std::string> all = {R"({"preset":"small"})",
                                   R"({"tile":{"width":16,"height":8},"memory":{"burst_bytes":32}})"};
-  for (const std::string& name : hardware::preset_names())
-    all.push_back(hardware::gpu_json(hardware::load_gpu(name)).dump());
+  for (const std::string& name : gpu::preset_names()) all.push_back(gpu::gpu_json(gpu::load_gpu(name)).dump());
   return all;
 }
 
@@ -142,14 +140,13 @@ void parse_option(Bytes input) {
                 "a region of not four numbers");
         break;
       case 4:
-        hardware::gpu_json(
-            hardware::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : ""));
+        gpu::gpu_json(gpu::load_gpu(text.find('/') == std::string::npos && text.size() < 32 ? "preset " + text : ""));
         break;
       default: {
         gpu::RunSettings settings;
-        hardware::GpuConfiguration gpu;
+        gpu::GpuConfiguration gpu;
         gpu::apply_setting(text, settings, gpu);
-        const std::string written = gpu::settings_json(settings).dump() + hardware::gpu_json(gpu).dump();
+        const std::string written = gpu::settings_json(settings).dump() + gpu::gpu_json(gpu).dump();
         require(written.find("null") == std::string::npos, "a setting that is not finite was accepted");
       }
     }
@@ -170,7 +167,7 @@ std::vector<std::string> options() {
   for (const auto& key : gpu::settings_keys().keys())
     all.push_back("\x05" + std::string(key.name) + "=" +
                   key_value_json(gpu::settings_keys().value(settings, key)).dump());
-  for (const auto& key : hardware::gpu_keys().keys())
+  for (const auto& key : gpu::gpu_keys().keys())
     all.push_back("\x05" + std::string(key.name) + "=" + std::to_string(static_cast<long long>(key.max)));
   return all;
 }

@@ -35,7 +35,7 @@ Capture scene() {
   return capture;
 }
 
-Image render(const Capture& capture, const RunSettings& settings, const hardware::GpuConfiguration& gpu = {},
+Image render(const Capture& capture, const RunSettings& settings, const gpu::GpuConfiguration& gpu = {},
              int frame = 0) {
   return Device(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false}).render(frame).targets.color;
 }
@@ -66,7 +66,7 @@ double largest(const std::vector<double>& values) { return *std::max_element(val
 
 RunSettings fine() {
   RunSettings settings;
-  settings.samples_per_pixel = 16;
+  settings.sampling.samples_per_pixel = 16;
   return settings;
 }
 
@@ -75,7 +75,7 @@ constexpr double kPop = 2.0;
 
 // The camera comes closer, so that factors and splits change on the way; a step moves the outline by about a tenth of a
 // pixel.
-std::vector<double> approach(const RunSettings& settings, const hardware::GpuConfiguration& gpu = {}) {
+std::vector<double> approach(const RunSettings& settings, const gpu::GpuConfiguration& gpu = {}) {
   return steps_of(32, [&](double s) {
     Capture capture = scene();
     for (scene::Node& node : capture.nodes)
@@ -94,7 +94,7 @@ TEST(Continuity, NothingPopsAsTheCameraComesCloser) {
 // The failing twin: with edges of a quarter of the object each factor that changes is seen.
 TEST(Continuity, CoarseTessellationThatPopsIsCaught) {
   RunSettings settings = fine();
-  settings.target_edge_pixels = 24;
+  settings.tessellation.target_edge_pixels = 24;
   const std::vector<double> steps = approach(settings);
   EXPECT_GT(largest(steps), kPop * median(steps));
 }
@@ -102,12 +102,12 @@ TEST(Continuity, CoarseTessellationThatPopsIsCaught) {
 // Splits decide how work is cut, never what is seen: the image does not change at all.
 TEST(Continuity, SplitLevelsDoNotShow) {
   const Capture capture = scene();
-  hardware::GpuConfiguration whole;
-  whole.frontend_split_depth = 0;
+  gpu::GpuConfiguration whole;
+  whole.frontend.split_depth = 0;
   const Image expected = render(capture, fine(), whole);
   for (const double pixels : {200.0, 64.0, 63.0, 31.9, 16.0, 8.0}) {
-    hardware::GpuConfiguration gpu;
-    gpu.frontend_split_pixels = pixels;
+    gpu::GpuConfiguration gpu;
+    gpu.frontend.split_pixels = pixels;
     EXPECT_EQ(render(capture, fine(), gpu).values, expected.values) << pixels;
   }
 }
@@ -118,7 +118,7 @@ TEST(Continuity, TheTargetEdgeChangesTheImageGradually) {
   const Capture capture = scene();
   const auto image = [&](double edge) {
     RunSettings settings = fine();
-    settings.target_edge_pixels = edge;
+    settings.tessellation.target_edge_pixels = edge;
     return render(capture, settings);
   };
   const Image finest = image(1);
@@ -173,10 +173,10 @@ TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   Capture capture = scene();
   const auto image = [&](double speed) {
     RunSettings settings;
-    settings.desampling = "adaptive";
-    settings.k_stat = 0;
-    settings.k_fast1 = speed;
-    settings.k_fast2 = 1000;
+    settings.resolve.desampling = tilecore::Desampling::kAdaptive;
+    settings.resolve.rates.thresholds.still = 0;
+    settings.resolve.rates.thresholds.fast1 = speed;
+    settings.resolve.rates.thresholds.fast2 = 1000;
     Device renderer(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false});
     renderer.render(3);
     return renderer.render(4).targets.color;

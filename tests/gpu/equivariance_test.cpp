@@ -78,7 +78,7 @@ Capture scene(const Placement& at) {
 FrameResult image(const Placement& at) {
   const Capture capture = scene(at);
   RunSettings settings;
-  settings.samples_per_pixel = 4;
+  settings.sampling.samples_per_pixel = 4;
   return Device(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, true}).render(0);
 }
 

@@ -22,7 +22,7 @@ Capture shipped(const char* name) { return scene::read_capture(test::shipped_cap
 
 struct Machine {
   RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   Machine& set(const std::string& text) {
     apply_setting(text, settings, gpu);
     return *this;

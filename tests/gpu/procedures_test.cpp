@@ -17,27 +17,29 @@ namespace {
 
 using shaders::ShapeId;
 
+using Settings = tilecore::ProcedureSettings;
+
 struct Ways {
-  std::string path = "sampled", refill = "";
+  Settings::Path path = Settings::Path::kSampled;
   int tile = 32;
   std::size_t threads = 0;
   std::string simd = "";
   int spp = 16;
   bool motion = true;
-  std::string style = "surface";
+  Settings::Style style = Settings::Style::kSurface;
 };
 
 FrameResult render(const scene::Capture& capture, const Ways& ways, int width = 160, int height = 90) {
   const ThreadLimit threads(ways.threads);
   force_simd_target(ways.simd);
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = ways.tile;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = ways.tile;
   RunSettings settings;
-  settings.procedures_path = ways.path;
-  settings.procedures_style = ways.style;
-  settings.samples_per_pixel = ways.spp;
-  settings.target_edge_pixels = 1.5;
-  if (!ways.motion) settings.motion = "off";
+  settings.procedures.path = ways.path;
+  settings.procedures.style = ways.style;
+  settings.sampling.samples_per_pixel = ways.spp;
+  settings.tessellation.target_edge_pixels = 1.5;
+  if (!ways.motion) settings.effects.motion = gpu::EffectMode::kOff;
   Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
   FrameResult result = renderer.render(capture.settings.first_frame);
   force_simd_target("");
@@ -132,14 +134,14 @@ TEST(Procedures, CountersDoNotDependOnThreadsOrInstructionSet) {
 
 TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // SC1
   const scene::Capture capture = mixed_scene(false);
-  const FrameResult plain = render(capture, {.spp = 4, .style = "lines"});
+  const FrameResult plain = render(capture, {.spp = 4, .style = Settings::Style::kLines});
   EXPECT_GT(plain.counters.sampling.lines, 0u);
   EXPECT_NE(plain.targets.color.values, render(capture, {.spp = 4}).targets.color.values)
       << "the twin: another style is another image";
   std::vector<Ways> others = {{.tile = 8, .spp = 4}, {.tile = 64, .spp = 4}, {.threads = 1, .spp = 4}};
   for (const std::string& simd : simd_target_names()) others.push_back({.simd = simd, .spp = 4});
   for (Ways& ways : others) {
-    ways.style = "lines";
+    ways.style = Settings::Style::kLines;
     const FrameResult other = render(capture, ways);
     EXPECT_EQ(plain.targets.color.values, other.targets.color.values)
         << ways.tile << " " << ways.threads << " " << ways.simd;
@@ -175,7 +177,7 @@ TEST(Procedures, ADrawingIsInkOnPaper) {
   scene::Capture capture = mixed_scene(false);
   capture.nodes.back().mesh = scene::kNone;  // the triangle is shaded as ever
   float least, most;
-  EXPECT_EQ(other_colors(render(capture, {.spp = 4, .style = "lines"}).targets.color, least, most), 0u);
+  EXPECT_EQ(other_colors(render(capture, {.spp = 4, .style = Settings::Style::kLines}).targets.color, least, most), 0u);
   EXPECT_EQ(least, 0.0f);
   EXPECT_NEAR(most, 1.0f, 1e-4f);
   EXPECT_GT(other_colors(render(capture, {.spp = 4}).targets.color, least, most), 1000u);

@@ -139,7 +139,7 @@ StabilityTopic input() {
            "key tables; points counted first",
            {"replay: Study.FaultsAreNamedByTheirPlaceWithTheNearestKnownName",
             "replay: Study.MorePointsThanAllowedAreRefusedBeforeTheyAreMade",
-            "hardware: Configuration.FaultsInAFileNameTheNearestKey",
+            "gpu: Configuration.FaultsInAFileNameTheNearestKey",
             "replay: CompareCommand.DamagedStatisticsEndWithStatus3",
             "replay: TradeoffReport.AResultThatLacksWhatThePageShowsEndsWithStatus3", "fuzz: study", "fuzz: machine",
             "replay: TrialFile.IsRefusedWithThePlaceOfWhatIsWrong", "fuzz: option", "fuzz: result", "fuzz: point"}},

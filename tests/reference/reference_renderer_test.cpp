@@ -30,7 +30,7 @@ using scene::Capture;
 struct Posed {
   Posed(const Capture& capture_in, int width, int height, int number, double edge = 2.0)
       : capture(capture_in), assembly(scene::assemble(capture)) {
-    settings.target_edge_pixels = edge;
+    settings.tessellation.target_edge_pixels = edge;
     frame = scene::pose_frame(assembly, gpu::frame_camera(capture, settings, width, height),
                               gpu::frame_request(capture, gpu, settings, width, height, number));
   }
@@ -44,7 +44,7 @@ struct Posed {
   }
   const Capture& capture;
   gpu::RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   scene::Assembly assembly;
   std::unique_ptr<scene::FrameGeometry> frame;
 };
@@ -260,11 +260,11 @@ TEST(Reference, GivesTheSameBitsForAnyThreadsAndInstructionSet) {
 Image machine_image(const Capture& capture, int width, int height, int frame, std::int64_t samples,
                     std::int64_t seed = 0, double edge = 3.0) {
   gpu::RunSettings settings;
-  settings.samples_per_pixel = samples;
-  settings.shading_rate = "sample";
-  settings.seed = seed;
-  settings.machine_model = false;
-  settings.target_edge_pixels = edge;
+  settings.sampling.samples_per_pixel = samples;
+  settings.shading.rate = tilecore::ShadingRate::kSample;
+  settings.sampling.seed = seed;
+  settings.output.machine_model = false;
+  settings.tessellation.target_edge_pixels = edge;
   gpu::Device renderer(capture, {}, settings, {width, height, {0, 0, width, height}});
   return renderer.render(frame).targets.color;
 }

@@ -41,7 +41,7 @@ Compared render(gpu::Device& device, int frame, bool observed = true) {
   return {std::move(result), observed ? std::optional(schemes.last()) : std::nullopt};
 }
 
-Compared render(const scene::Capture& capture, const hardware::GpuConfiguration& gpu, std::size_t thread_count = 0,
+Compared render(const scene::Capture& capture, const gpu::GpuConfiguration& gpu, std::size_t thread_count = 0,
                 bool observed = true, gpu::RunSettings settings = {}) {
   const ThreadLimit threads(thread_count);
   gpu::Device device(capture, gpu, settings, {160, 90, {0, 0, 160, 90}});
@@ -95,9 +95,9 @@ TEST_P(Baselines, PatchWholeHasOnePrimitivePerPatchAndNoMore) {
 
 // How the front end cuts patches is nothing to machines that tessellate first.
 TEST_P(Baselines, TriangleMachinesDoNotDependOnSplits) {
-  hardware::GpuConfiguration coarse, fine;
-  coarse.frontend_split_pixels = 256;
-  fine.frontend_split_pixels = 8;
+  gpu::GpuConfiguration coarse, fine;
+  coarse.frontend.split_pixels = 256;
+  fine.frontend.split_pixels = 8;
   const Compared a = render(capture, coarse), b = render(capture, fine);
   const json x = baselines_json(*a.baselines), y = baselines_json(*b.baselines);
   EXPECT_EQ(x["post-tessellation"], y["post-tessellation"]);
@@ -106,10 +106,10 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnSplits) {
 
 // Nor is it that the replay's own buffer ran full, in how many levels its queues are, or how it finds tiles.
 TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
-  hardware::GpuConfiguration full, levels;
-  full.parameter_buffer_bytes = 4096;
-  levels.binner_queue_levels = 3;
-  levels.binner_coverage = "rectangle";
+  gpu::GpuConfiguration full, levels;
+  full.parameter_buffer.bytes = 4096;
+  levels.binner.queue_levels = 3;
+  levels.binner.coverage = binner::CoverageMethod::kRectangle;
   const json expected = baselines_json(*render(capture, {}).baselines);
   const Compared partial = render(capture, full);
   EXPECT_EQ(scheme(partial, Scheme::kPreTessellation).buffer_overflows, partial.counters.binner.partial_renders);
@@ -123,8 +123,8 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
 
 // Nor what the previous frame hid from this one.
 TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
-  hardware::GpuConfiguration previous;
-  previous.frontend_previous_depth_culling = true;
+  gpu::GpuConfiguration previous;
+  previous.frontend.previous_depth_culling = true;
   const gpu::RenderRequest request{160, 90, {0, 0, 160, 90}};
   gpu::Device renderer(capture, previous, {}, request);
   const int frame = capture.settings.first_frame;
@@ -146,9 +146,11 @@ TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
 }
 
 TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
-  hardware::GpuConfiguration none, all;
-  none.tessellator_cache_bytes = none.post_tessellation_cache_bytes = none.immediate_cache_bytes = 0;
-  all.tessellator_cache_bytes = all.post_tessellation_cache_bytes = all.immediate_cache_bytes = 1 << 30;
+  gpu::GpuConfiguration none, all;
+  none.tessellator.cache_bytes = none.baselines.post_tessellation_cache_bytes = none.baselines.immediate_cache_bytes =
+      0;
+  all.tessellator.cache_bytes = all.baselines.post_tessellation_cache_bytes = all.baselines.immediate_cache_bytes =
+      1 << 30;
   const Compared a = render(capture, none), b = render(capture, all);
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
@@ -173,8 +175,8 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
   scene::Capture capture;
   test::add_node(capture, test::patches(test::flat_patch({-20, -20, -3}, {40, 0, 0}, {0, 40, 0})));
   test::add_camera(capture, {0, 0, 0});
-  hardware::GpuConfiguration gpu;
-  gpu.immediate_cache_bytes = 1 << 30;
+  gpu::GpuConfiguration gpu;
+  gpu.baselines.immediate_cache_bytes = 1 << 30;
   const Compared r = render(capture, gpu);
   const BaselineCounters& immediate = (*r.baselines)[Scheme::kImmediate];
   EXPECT_EQ(r.counters.shading.samples_visible, 160u * 90 * 4);
@@ -200,10 +202,10 @@ scene::Capture crowd() {
 TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
   const scene::Capture capture = crowd();
   gpu::RunSettings settings;
-  settings.target_edge_pixels = 1;
-  hardware::GpuConfiguration gpu;  // the image is small, and so are tiles and pieces
-  gpu.tile_width = gpu.tile_height = 16;
-  gpu.frontend_split_pixels = 32;
+  settings.tessellation.target_edge_pixels = 1;
+  gpu::GpuConfiguration gpu;  // the image is small, and so are tiles and pieces
+  gpu.tile.width = gpu.tile.height = 16;
+  gpu.frontend.split_pixels = 32;
   const Compared r = render(capture, gpu, 0, true, settings);
   const BaselineCounters &pre = (*r.baselines)[Scheme::kPreTessellation],
                          &post = (*r.baselines)[Scheme::kPostTessellation];

@@ -22,10 +22,10 @@ using tilecore::History;
 
 struct Machine {
   gpu::RunSettings settings;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   gpu::RenderRequest request{160, 90, {0, 0, 160, 90}};
 
-  Machine() { settings.desampling = "adaptive"; }
+  Machine() { settings.resolve.desampling = tilecore::Desampling::kAdaptive; }
   Machine& set(const std::string& text) {
     gpu::apply_setting(text, settings, gpu);
     return *this;
@@ -194,7 +194,7 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   const auto images = [&](const char* reach, int tile) {
     Machine m;
     m.set(std::string("resolve.stencil_reach=") + reach).thresholds("0.1", "0.1", "8");
-    m.gpu.tile_width = m.gpu.tile_height = tile;
+    m.gpu.tile.width = m.gpu.tile.height = tile;
     auto frames = m.frames(capture, 40, 43);
     EXPECT_GT(counters(frames[2]).pixels_reconstructed, 1000u);
     EXPECT_EQ(counters(frames[2]).blocks_deferred > 0, std::string(reach) == "neighbours");
@@ -222,8 +222,8 @@ TEST(Desampling, PartialRendersAndRevivedTilesChangeNothing) {
   const Capture capture = shipped("serpent");
   const auto expected = Machine().frames(capture, 12, 15);
   Machine tiny, culling;
-  tiny.gpu.parameter_buffer_bytes = 4096;
-  culling.gpu.frontend_previous_depth_culling = true;
+  tiny.gpu.parameter_buffer.bytes = 4096;
+  culling.gpu.frontend.previous_depth_culling = true;
   const auto small = tiny.frames(capture, 12, 15), second_pass = culling.frames(capture, 12, 15);
   EXPECT_GT(small[1].counters.binner.partial_renders, 0u);
   for (std::size_t f = 0; f < 3; ++f) {

@@ -22,7 +22,7 @@ gpu::RenderRequest whole(int width, int height) { return {width, height, {0, 0, 
 
 struct Variant {
   std::string name;
-  hardware::GpuConfiguration gpu;
+  gpu::GpuConfiguration gpu;
   gpu::RunSettings settings;
   std::size_t threads = 0;
   std::string simd;
@@ -40,43 +40,46 @@ gpu::FrameResult render(const Capture& capture, const Variant& variant, int fram
 
 // Rectangles, no times, one queue per tile: what every other way of binning is compared with.
 Variant plainest_binning(Variant v) {
-  v.gpu.binner_coverage = "rectangle";
-  v.gpu.binner_time_intervals = false;
-  v.gpu.binner_time_segments = 1;
-  v.gpu.binner_queue_levels = 1;
-  v.gpu.tilecore_occlusion_culling = false;  // hits must be the same
+  v.gpu.binner.coverage = binner::CoverageMethod::kRectangle;
+  v.gpu.binner.time_intervals = false;
+  v.gpu.binner.time_segments = 1;
+  v.gpu.binner.queue_levels = 1;
+  v.gpu.tilecore.occlusion_culling = false;  // hits must be the same
   return v;
 }
 
 // Each way alone and all together, on two sizes of tiles and with a buffer that runs full.
 std::vector<Variant> binning_variants() {
   struct Way {
-    const char *name, *coverage;
+    const char* name;
+    binner::CoverageMethod coverage;
     bool intervals;
     int segments, levels, tile;
     std::int64_t buffer;
-    const char* policy;
+    binner::FullPolicy policy;
   };
+  using enum binner::CoverageMethod;
+  using enum binner::FullPolicy;
   constexpr std::int64_t kRoom = 10 << 20;
   std::vector<Variant> variants;
-  for (const Way& w : {Way{"exact", "exact", false, 1, 1, 32, kRoom, "spill"},
-                       Way{"exact, 8x8 tiles", "exact", false, 1, 1, 8, kRoom, "spill"},
-                       Way{"intervals, 8x8 tiles", "rectangle", true, 1, 1, 8, kRoom, "spill"},
-                       Way{"3 segments, 8x8 tiles", "rectangle", false, 3, 1, 8, kRoom, "spill"},
-                       Way{"chosen segments", "rectangle", false, 0, 1, 8, kRoom, "spill"},
-                       Way{"2 levels", "rectangle", false, 1, 2, 16, kRoom, "spill"},
-                       Way{"everything", "exact", true, 16, 5, 8, kRoom, "spill"},
-                       Way{"everything, partial renders", "exact", true, 16, 5, 16, 6144, "partial_render"},
-                       Way{"everything, spilling", "exact", true, 0, 3, 16, 6144, "spill"}}) {
+  for (const Way& w : {Way{"exact", kExact, false, 1, 1, 32, kRoom, kSpill},
+                       Way{"exact, 8x8 tiles", kExact, false, 1, 1, 8, kRoom, kSpill},
+                       Way{"intervals, 8x8 tiles", kRectangle, true, 1, 1, 8, kRoom, kSpill},
+                       Way{"3 segments, 8x8 tiles", kRectangle, false, 3, 1, 8, kRoom, kSpill},
+                       Way{"chosen segments", kRectangle, false, 0, 1, 8, kRoom, kSpill},
+                       Way{"2 levels", kRectangle, false, 1, 2, 16, kRoom, kSpill},
+                       Way{"everything", kExact, true, 16, 5, 8, kRoom, kSpill},
+                       Way{"everything, partial renders", kExact, true, 16, 5, 16, 6144, kPartialRender},
+                       Way{"everything, spilling", kExact, true, 0, 3, 16, 6144, kSpill}}) {
     Variant v{w.name, {}, {}, 0, ""};
-    v.gpu.binner_coverage = w.coverage;
-    v.gpu.binner_time_intervals = w.intervals;
-    v.gpu.binner_time_segments = w.segments;
-    v.gpu.binner_queue_levels = w.levels;
-    v.gpu.tilecore_occlusion_culling = false;
-    v.gpu.tile_width = v.gpu.tile_height = w.tile;
-    v.gpu.parameter_buffer_bytes = w.buffer;
-    v.gpu.parameter_buffer_full_policy = w.policy;
+    v.gpu.binner.coverage = w.coverage;
+    v.gpu.binner.time_intervals = w.intervals;
+    v.gpu.binner.time_segments = w.segments;
+    v.gpu.binner.queue_levels = w.levels;
+    v.gpu.tilecore.occlusion_culling = false;
+    v.gpu.tile.width = v.gpu.tile.height = w.tile;
+    v.gpu.parameter_buffer.bytes = w.buffer;
+    v.gpu.parameter_buffer.full_policy = w.policy;
     variants.push_back(v);
   }
   return variants;
@@ -85,8 +88,8 @@ std::vector<Variant> binning_variants() {
 // Bins pairs of a sub-patch and a tile of its bounding rectangle, with the variant's tiles.
 Variant rectangles_of(const Variant& variant) {
   Variant plain = plainest_binning({});
-  plain.gpu.tile_width = variant.gpu.tile_width;
-  plain.gpu.tile_height = variant.gpu.tile_height;
+  plain.gpu.tile.width = variant.gpu.tile.width;
+  plain.gpu.tile.height = variant.gpu.tile.height;
   return plain;
 }
 
@@ -106,19 +109,19 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
   std::vector<Variant> variants;
   for (const int side : {8, 16, 64, 256}) {
     Variant v{"tiles of " + std::to_string(side), {}, {}, 0, ""};
-    v.gpu.tile_width = side;
-    v.gpu.tile_height = side == 64 ? 24 : side;
+    v.gpu.tile.width = side;
+    v.gpu.tile.height = side == 64 ? 24 : side;
     variants.push_back(v);
   }
   for (const int cells : {4, 9, 64}) {
     Variant v{"sub-patches of " + std::to_string(cells), {}, {}, 0, ""};
-    v.gpu.tessellator_sub_patch_cells = cells;
+    v.gpu.tessellator.sub_patch_cells = cells;
     variants.push_back(v);
   }
-  for (const char* policy : {"partial_render", "spill"}) {
-    Variant v{std::string("a tiny buffer, ") + policy, {}, {}, 0, ""};
-    v.gpu.parameter_buffer_bytes = 4096;
-    v.gpu.parameter_buffer_full_policy = policy;
+  for (const binner::FullPolicy policy : {binner::FullPolicy::kPartialRender, binner::FullPolicy::kSpill}) {
+    Variant v{"a tiny buffer, " + std::string(word(policy)), {}, {}, 0, ""};
+    v.gpu.parameter_buffer.bytes = 4096;
+    v.gpu.parameter_buffer.full_policy = policy;
     variants.push_back(v);
   }
   for (const Variant& v : variants) EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << v.name;
@@ -144,29 +147,29 @@ TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
 // Every bounding method, split criterion, depth and budget, and each way of culling.
 std::vector<Variant> front_end_variants() {
   std::vector<Variant> variants;
-  const auto add = [&](std::string name) -> hardware::GpuConfiguration& {
+  const auto add = [&](std::string name) -> gpu::GpuConfiguration& {
     return variants.emplace_back(Variant{std::move(name), {}, {}, 0, ""}).gpu;
   };
-  for (const std::string_view method : frontend::kBoundMethodNames)
-    add("bounded by " + std::string(method)).frontend_bound_method = method;
-  for (const std::string_view criterion : frontend::kSplitCriterionNames) {
-    hardware::GpuConfiguration& gpu = add("split by " + std::string(criterion));
-    gpu.frontend_split_criterion = criterion;
-    gpu.frontend_split_pixels = 4;
+  for (const std::string_view method : kEnumWords<frontend::BoundMethod>)
+    add("bounded by " + std::string(method)).frontend.bound_method = *from_word<frontend::BoundMethod>(method);
+  for (const std::string_view criterion : kEnumWords<frontend::SplitCriterion>) {
+    gpu::GpuConfiguration& gpu = add("split by " + std::string(criterion));
+    gpu.frontend.split_criterion = *from_word<frontend::SplitCriterion>(criterion);
+    gpu.frontend.split_pixels = 4;
   }
-  add("no split").frontend_split_depth = 0;
-  add("a budget of three").frontend_split_budget = 3;
-  add("back faces kept").frontend_backface_culling = false;
-  add("hidden entries kept").tilecore_occlusion_culling = false;
+  add("no split").frontend.split_depth = 0;
+  add("a budget of three").frontend.split_budget = 3;
+  add("back faces kept").frontend.backface_culling = false;
+  add("hidden entries kept").tilecore.occlusion_culling = false;
   return variants;
 }
 
 // Also invariant 1, and zero false culls: what is dropped could not have been seen.
 TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeTheImage) {  // M1
   Variant plain;
-  plain.gpu.frontend_bound_method = "obb";
-  plain.gpu.frontend_split_depth = 0;
-  plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
+  plain.gpu.frontend.bound_method = frontend::BoundMethod::kObb;
+  plain.gpu.frontend.split_depth = 0;
+  plain.gpu.frontend.backface_culling = plain.gpu.tilecore.occlusion_culling = false;
   const gpu::FrameResult expected = shown(plain);
   for (const Variant& v : front_end_variants())
     EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << v.name;
@@ -177,12 +180,12 @@ std::vector<Variant> visibility_variants() {
   std::vector<Variant> variants;
   for (const char* method : {"brute", "segments", "partition", "clusters", "interleaved"}) {
     variants.push_back({method, {}, {}, 0, ""});
-    variants.back().gpu.tilecore_visibility_method = method;
+    variants.back().gpu.tilecore.visibility.method = *from_word<tilecore::VisibilityMethod>(method);
   }
   for (const char* node : {"root", "both_children", "leaf_mask"}) {
     variants.push_back({std::string("rays from ") + node, {}, {}, 0, ""});
-    variants.back().gpu.tilecore_traversal = "ray";
-    variants.back().gpu.tilecore_branch_node = node;
+    variants.back().gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
+    variants.back().gpu.tilecore.visibility.branch_node = *from_word<tilecore::BranchNode>(node);
   }
   return variants;
 }
@@ -193,13 +196,13 @@ TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSameImage) {  // M2
   const gpu::RenderRequest request = whole(96, 54);
   const gpu::FrameResult expected = render(capture, {}, frame, request);
   for (Variant v : visibility_variants())
-    for (const char* forced : {"auto", "on"}) {
-      v.settings.motion = v.settings.defocus = forced;
+    for (const gpu::EffectMode forced : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn}) {
+      v.settings.effects.motion = v.settings.effects.defocus = forced;
       const gpu::FrameResult result = render(capture, v, frame, request);
-      EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name << " " << forced;
+      EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name << " " << word(forced);
       v.threads = 1;
       EXPECT_EQ(counters_json(render(capture, v, frame, request).counters), counters_json(result.counters))
-          << v.name << " " << forced;
+          << v.name << " " << word(forced);
       v.threads = 0;
     }
 }
@@ -215,7 +218,7 @@ struct Combinations {
   std::vector<std::size_t> levels() const { return {methods.size(), sides.size(), threads.size(), targets.size()}; }
   Variant operator()(const test::Choices& row) const {
     Variant v = methods[row[0]];
-    v.gpu.tile_width = v.gpu.tile_height = sides[row[1]];
+    v.gpu.tile.width = v.gpu.tile.height = sides[row[1]];
     v.threads = threads[row[2]];
     v.simd = targets[row[3]];
     v.name += ", tiles of " + std::to_string(sides[row[1]]) + ", " + std::to_string(v.threads) + " threads, " + v.simd;
@@ -272,11 +275,14 @@ TEST_P(ShippedCapture, ThreadsAndInstructionSetsChangeNeitherImageNorCounters) {
 // Invariant 4: running the general kernels where nothing moves and nothing blurs gives the same image.
 TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSameImage) {  // M4
   const gpu::FrameResult expected = shown({});
-  for (const auto& [motion, defocus] : {std::pair{"on", "auto"}, {"auto", "on"}, {"on", "on"}}) {
+  using gpu::EffectMode;
+  for (const auto& [motion, defocus] : {std::pair{EffectMode::kOn, EffectMode::kAuto},
+                                        {EffectMode::kAuto, EffectMode::kOn},
+                                        {EffectMode::kOn, EffectMode::kOn}}) {
     Variant v;
-    v.settings.motion = motion;
-    v.settings.defocus = defocus;
-    EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << motion << " " << defocus;
+    v.settings.effects.motion = motion;
+    v.settings.effects.defocus = defocus;
+    EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << word(motion) << " " << word(defocus);
   }
 }
 
@@ -306,7 +312,7 @@ INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture,
 TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   Variant tiny;
-  tiny.gpu.parameter_buffer_bytes = 4096;
+  tiny.gpu.parameter_buffer.bytes = 4096;
   const gpu::FrameResult partial = render(capture, tiny, 14), whole_frame = render(capture, {}, 14);
   EXPECT_GT(partial.counters.binner.partial_renders, 2u);
   EXPECT_LE(partial.counters.binner.queue_bytes_peak, 4096u);
@@ -315,7 +321,7 @@ TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   const auto& state = partial.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileState);
   EXPECT_GT(state.written_bytes, 0u);
   EXPECT_EQ(state.written_bytes, state.read_bytes);  // what was stored was loaded again
-  tiny.gpu.parameter_buffer_full_policy = "spill";
+  tiny.gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   const gpu::FrameResult spilled = render(capture, tiny, 14);
   EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
   EXPECT_GT(spilled.counters.binner.spilled_chunks, 0u);
@@ -407,8 +413,8 @@ TEST_P(ClosedSurface, NeverShowsTheBackgroundFromInside) {
   Random random(3);
   const Capture capture = closed_capture(GetParam(), random);
   Variant v;
-  v.settings.samples_per_pixel = 8;
-  v.settings.target_edge_pixels = 5;
+  v.settings.sampling.samples_per_pixel = 8;
+  v.settings.tessellation.target_edge_pixels = 5;
   const gpu::FrameResult result = render(capture, v, 0, whole(192, 128));
   std::size_t open = 0;
   for (std::size_t i = 3; i < result.targets.color.values.size(); i += 4)
@@ -489,9 +495,9 @@ TEST(Crowd, MostDomainEvaluationsAreAvoidedAndNothingSeenIsLost) {
   for (const auto& [moving, aperture] : {std::pair{false, 0.0f}, {true, 0.0f}, {true, 0.02f}}) {
     const Capture capture = crowd(moving, aperture);
     Variant culling, plain;
-    culling.settings.target_edge_pixels = plain.settings.target_edge_pixels = 1.5;
-    plain.gpu.frontend_split_depth = 0;
-    plain.gpu.frontend_backface_culling = plain.gpu.tilecore_occlusion_culling = false;
+    culling.settings.tessellation.target_edge_pixels = plain.settings.tessellation.target_edge_pixels = 1.5;
+    plain.gpu.frontend.split_depth = 0;
+    plain.gpu.frontend.backface_culling = plain.gpu.tilecore.occlusion_culling = false;
     const gpu::FrameResult expected = render(capture, plain, 0, whole(320, 180)),
                            result = render(capture, culling, 0, whole(320, 180));
     EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets));
@@ -520,12 +526,12 @@ TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
     capture.roots.push_back(node);
     test::add_motion(capture, node, DVec3(3, 0, 0));
     capture.settings.frame_rate = 8;
-    hardware::GpuConfiguration gpu;
-    if (tiny_buffer) gpu.parameter_buffer_bytes = 4096;
+    gpu::GpuConfiguration gpu;
+    if (tiny_buffer) gpu.parameter_buffer.bytes = 4096;
     gpu::RunSettings settings;
-    settings.target_edge_pixels = 2;
-    hardware::GpuConfiguration guessing = gpu;
-    guessing.frontend_previous_depth_culling = true;
+    settings.tessellation.target_edge_pixels = 2;
+    gpu::GpuConfiguration guessing = gpu;
+    guessing.frontend.previous_depth_culling = true;
     gpu::Device plain(capture, gpu, settings, whole(320, 180)), guess(capture, guessing, settings, whole(320, 180));
     std::uint64_t culled = 0, second_pass = 0, entries = 0, plain_entries = 0;
     for (int frame = 0; frame < 6; ++frame) {

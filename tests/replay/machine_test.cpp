@@ -16,7 +16,7 @@
 namespace tessera::replay {
 namespace {
 
-using hardware::GpuConfiguration;
+using gpu::GpuConfiguration;
 using memory::Purpose;
 using memory::Unit;
 using scene::Capture;
@@ -42,20 +42,20 @@ std::uint64_t bytes_of(const memory::Traffic& traffic) { return traffic.read_byt
 std::map<std::string, Way> ways() {
   std::map<std::string, Way> all;
   all["plain"] = {};
-  all["small"].gpu = hardware::load_gpu("small");
-  all["large"].gpu = hardware::load_gpu("large");
-  all["partial renders"].gpu.parameter_buffer_bytes = 4096;
-  all["spilling"].gpu.parameter_buffer_bytes = 4096;
-  all["spilling"].gpu.parameter_buffer_full_policy = "spill";
-  all["shading cache"].settings.shading_rate = "cache";
-  all["no L2"].gpu.l2_bytes = 0;
-  all["long bursts"].gpu.memory_burst_bytes = 256;
-  all["rays"].gpu.tilecore_traversal = "ray";
-  all["segments"].gpu.tilecore_visibility_method = "segments";
-  all["published maps"].settings.procedures_maps = "published";
-  all["half the pixels"].settings.desampling = "fixed_8";
-  all["stencils across tiles"].settings.desampling = "fixed_8";
-  all["stencils across tiles"].settings.stencil_reach = "neighbours";
+  all["small"].gpu = gpu::load_gpu("small");
+  all["large"].gpu = gpu::load_gpu("large");
+  all["partial renders"].gpu.parameter_buffer.bytes = 4096;
+  all["spilling"].gpu.parameter_buffer.bytes = 4096;
+  all["spilling"].gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
+  all["shading cache"].settings.shading.rate = tilecore::ShadingRate::kCache;
+  all["no L2"].gpu.caches.l2_bytes = 0;
+  all["long bursts"].gpu.memory.burst_bytes = 256;
+  all["rays"].gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
+  all["segments"].gpu.tilecore.visibility.method = tilecore::VisibilityMethod::kSegments;
+  all["published maps"].settings.procedures.maps = tilecore::ProcedureSettings::Maps::kPublished;
+  all["half the pixels"].settings.resolve.desampling = tilecore::Desampling::kFixed8;
+  all["stencils across tiles"].settings.resolve.desampling = tilecore::Desampling::kFixed8;
+  all["stencils across tiles"].settings.resolve.reach = tilecore::StencilReach::kNeighbours;
   return all;
 }
 
@@ -92,7 +92,7 @@ TEST_P(MachineOf, EveryByteOfTheLedgerIsMovedInOnePhaseAndIsInTheTrace) {
     const memory::Traffic total = r.counters.ledger.total();
     EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total)) << name;
     EXPECT_EQ(r.model->record.work.other_bytes, 0u) << name;
-    const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
+    const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
     std::uint64_t read = 0, written = 0, last = 0;
     for (const memory::Burst& b : frame_bursts(*r.model, memory::AddressMap({}), burst)) {
       (b.write ? written : read) += burst;
@@ -179,8 +179,8 @@ std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t he
 TEST_P(MachineOf, EveryByteReadWasWrittenOrBelongsToTheCapture) {
   for (const auto& [name, way] : ways()) {
     const gpu::FrameResult r = render(capture, with(way));
-    const binner::TileGrid grid(160, 90, static_cast<int>(way.gpu.tile_width), static_cast<int>(way.gpu.tile_height));
-    const auto burst = static_cast<std::uint64_t>(way.gpu.memory_burst_bytes);
+    const binner::TileGrid grid(160, 90, way.gpu.tile.width, way.gpu.tile.height);
+    const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
     const std::uint64_t heads = round_up(grid.tile_count() * binner::kListHeadBytes, burst);
     EXPECT_EQ(read_from_nowhere(r.model->record, heads, burst), 0u) << name;
     // A binner that forgets what it wrote is caught.
@@ -195,20 +195,20 @@ TEST_P(MachineOf, EveryByteReadWasWrittenOrBelongsToTheCapture) {
 TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
   for (const char* preset : {"small", "middle", "large"}) {
     Way run = with({});
-    run.gpu = hardware::load_gpu(preset);
+    run.gpu = gpu::load_gpu(preset);
     const gpu::FrameRecord record = render(capture, run, 640, 360).model->record;
     const auto cycles = [&](const GpuConfiguration& gpu) { return timing::schedule_frame(gpu, record.work).cycles; };
     GpuConfiguration other = run.gpu;
-    other.tilecore_count *= 2;
+    other.cores.count *= 2;
     // Where the memory bounds the frame, another order of the tiles at its end may cost a few cycles.
     EXPECT_LE(cycles(other), 1.0005 * cycles(run.gpu)) << preset;
     if (preset != std::string("large")) {  // which has few tiles for its cores
       EXPECT_LT(cycles(other), 0.9 * cycles(run.gpu)) << preset;
     }
     other = run.gpu;
-    other.memory_bytes_per_clk /= 2;
+    other.memory.bytes_per_clk /= 2;
     EXPECT_GE(cycles(other), cycles(run.gpu));
-    other.memory_bytes_per_clk /= 4096;  // procedures hardly need any
+    other.memory.bytes_per_clk /= 4096;  // procedures hardly need any
     EXPECT_GT(cycles(other), 2 * cycles(run.gpu)) << preset;
     EXPECT_EQ(timing::time_frame(other, record.work, timing::schedule_frame(other, record.work)).bound_by, Stage::kDram)
         << preset;
@@ -231,7 +231,7 @@ TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
     for (const auto& [unit, nj] : energy["by_unit"].items()) sum += nj.get<double>();
     EXPECT_EQ(sum, energy["total_nj"].get<double>()) << name;
     EXPECT_NEAR(energy["by_unit"]["dram"].get<double>(),
-                static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory_pj_per_bit * 1e-3, 1e-6);
+                static_cast<double>(bytes_of(r.counters.ledger.total())) * 8 * way.gpu.memory.pj_per_bit * 1e-3, 1e-6);
   }
 }
 
@@ -251,19 +251,19 @@ std::uint64_t distinct_lines(const gpu::FrameRecord& record) {
 TEST(Textures, AnL2ThatHoldsEverythingFetchesEachLineOnceAndNoneFetchesEveryMiss) {
   const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   Way run;
-  run.gpu.l2_bytes = 1 << 28;
+  run.gpu.caches.l2_bytes = 1 << 28;
   const gpu::FrameResult all = render(capture, run);
   EXPECT_GT(all.counters.l2.misses, 0u);
   EXPECT_EQ(all.counters.l2.misses, distinct_lines(all.model->record));
   EXPECT_EQ(all.counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes, all.counters.l2.misses * 64);
   EXPECT_EQ(all.counters.l2.requests, all.counters.texture.cache_misses);
-  run.gpu.l2_bytes = 0;
+  run.gpu.caches.l2_bytes = 0;
   const gpu::FrameResult none = render(capture, run);
   EXPECT_EQ(none.counters.l2.misses, none.counters.texture.cache_misses);
   EXPECT_EQ(none.counters.texture.cache_misses, all.counters.texture.cache_misses);
   EXPECT_GT(none.counters.l2.misses, all.counters.l2.misses);
   // A larger cache in front of it asks for less.
-  run.gpu.texture_cache_bytes = 1 << 20;
+  run.gpu.caches.texture_bytes = 1 << 20;
   EXPECT_LT(render(capture, run).counters.texture.cache_misses, none.counters.texture.cache_misses);
 }
 
@@ -304,7 +304,7 @@ TEST(Model, WithoutItTheImageIsTheSameAndItsMembersAreAbsent) {
   const Capture capture = scene::read_capture(test::shipped_capture("vases"));
   Way run;
   const gpu::FrameResult with = render(capture, run);
-  run.settings.machine_model = false;
+  run.settings.output.machine_model = false;
   const gpu::FrameResult without = render(capture, run);
   EXPECT_EQ(with.targets.color.values, without.targets.color.values);
   EXPECT_FALSE(without.model);

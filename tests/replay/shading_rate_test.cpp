@@ -15,19 +15,19 @@ struct Machine {
   std::int64_t tile = 32, entries = 1024, group = 1;
   std::size_t threads = 0;
   bool plainest_simd = false;
-  std::string rate = "cache";
+  tilecore::ShadingRate rate = tilecore::ShadingRate::kCache;
 };
 
 gpu::FrameResult render(const scene::Capture& capture, const Machine& machine, int frame, int width = 240,
                         int height = 135) {
   const ThreadLimit threads(machine.threads);
   force_simd_target(machine.plainest_simd ? simd_target_names().back() : "");
-  hardware::GpuConfiguration gpu;
-  gpu.tile_width = gpu.tile_height = machine.tile;
-  gpu.shading_cache_entries = machine.entries;
-  gpu.shading_cache_group = machine.group;
+  gpu::GpuConfiguration gpu;
+  gpu.tile.width = gpu.tile.height = machine.tile;
+  gpu.shading_cache.entries = machine.entries;
+  gpu.shading_cache.group = machine.group;
   gpu::RunSettings settings;
-  settings.shading_rate = machine.rate;
+  settings.shading.rate = machine.rate;
   gpu::Device renderer(capture, gpu, settings, {width, height, {0, 0, width, height}, true});
   gpu::FrameResult result = renderer.render(frame);
   force_simd_target("");
@@ -48,7 +48,8 @@ TEST(ShadingRate, TheImageFromTheCacheIsTheSameOnEveryMachine) {
       EXPECT_EQ(r.targets.normal.values, expected.targets.normal.values) << name;
       EXPECT_EQ(r.counters.shading.samples_visible, expected.counters.shading.samples_visible) << name;
     }
-    EXPECT_NE(render(capture, {.rate = "pixel"}, frame).targets.color.values, expected.targets.color.values);
+    EXPECT_NE(render(capture, {.rate = tilecore::ShadingRate::kPixel}, frame).targets.color.values,
+              expected.targets.color.values);
   }
 }
 
@@ -77,12 +78,12 @@ TEST(ShadingRate, GroupsOfTilesAndRoomSaveRunsOfThePixelShader) {
 
 TEST(ShadingRate, LongerShuttersCostLittleMoreThroughTheCacheAndMuchMorePerPixel) {
   scene::Capture capture = scene::read_capture(test::shipped_capture("serpent"));
-  const auto runs = [&](const char* rate, double shutter) {
+  const auto runs = [&](tilecore::ShadingRate rate, double shutter) {
     capture.settings.shutter_close = shutter;
     return static_cast<double>(render(capture, {.rate = rate}, 12, 640, 360).counters.shading.pixel_shader_invocations);
   };
-  EXPECT_LT(runs("cache", 1) / runs("cache", 0), 1.15);
-  EXPECT_GT(runs("pixel", 1) / runs("pixel", 0), 1.3);
+  EXPECT_LT(runs(tilecore::ShadingRate::kCache, 1) / runs(tilecore::ShadingRate::kCache, 0), 1.15);
+  EXPECT_GT(runs(tilecore::ShadingRate::kPixel, 1) / runs(tilecore::ShadingRate::kPixel, 0), 1.3);
 }
 
 }  // namespace

@@ -63,10 +63,10 @@ TEST(Study, KeysOfOneAxisAreSetTogether) {
       study_with({{"axes", {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, json::array({32, 64})}}}}}}));
   EXPECT_EQ(study.point_count, 2u);
   const PointConfiguration same = configure_point(study, {0}), apart = configure_point(study, {1});
-  EXPECT_EQ(same.gpu.tile_width, 16);
-  EXPECT_EQ(same.gpu.tile_height, 16);
-  EXPECT_EQ(apart.gpu.tile_width, 32);
-  EXPECT_EQ(apart.gpu.tile_height, 64);
+  EXPECT_EQ(same.gpu.tile.width, 16);
+  EXPECT_EQ(same.gpu.tile.height, 16);
+  EXPECT_EQ(apart.gpu.tile.width, 32);
+  EXPECT_EQ(apart.gpu.tile.height, 64);
 }
 
 TEST(Study, MachineAndSizeAreAxesToo) {
@@ -77,9 +77,9 @@ TEST(Study, MachineAndSizeAreAxesToo) {
                                                 {{{"key", "gpu"}, {"values", {"large", "mine.json"}}},
                                                  {{"key", "size"}, {"values", {"64x36", "16x16"}}}}}}));
   const PointConfiguration large = configure_point(study, {0, 0}), mine = configure_point(study, {1, 1});
-  EXPECT_EQ(large.gpu.tile_width, 64);
-  EXPECT_EQ(large.gpu.tile_height, 48) << "fixed settings come after the machine";
-  EXPECT_EQ(mine.gpu.tile_width, 24);
+  EXPECT_EQ(large.gpu.tile.width, 64);
+  EXPECT_EQ(large.gpu.tile.height, 48) << "fixed settings come after the machine";
+  EXPECT_EQ(mine.gpu.tile.width, 24);
   EXPECT_EQ(mine.size->width, 16);
 }
 

@@ -299,10 +299,10 @@ TEST(Knobs, HaveKeysThatExistValuesThatFitAndColumnsThatAreCounted) {
     EXPECT_GE(knob.settings.size(), 2u);
     for (const KnobSetting& setting : knob.settings) {
       gpu::RunSettings settings;
-      hardware::GpuConfiguration gpu;
+      gpu::GpuConfiguration gpu;
       EXPECT_NO_THROW(apply(knob.context, settings, gpu)) << knob.name;
       EXPECT_NO_THROW(apply(setting.values, settings, gpu)) << knob.name << " " << setting.label;
-      EXPECT_NO_THROW(hardware::check_gpu(gpu));
+      EXPECT_NO_THROW(gpu::check_gpu(gpu));
     }
     const std::vector<std::string>& columns = known_columns();
     if (!knob.watched.empty() && !knob.watched.starts_with("timing.units.")) {
@@ -317,12 +317,12 @@ TEST(Knobs, CompareWithTheDefaults) {
   for (const Knob& knob : knobs()) {
     if (knob.name.starts_with("reconstruction")) continue;  // with exact weights
     gpu::RunSettings settings, plain;
-    hardware::GpuConfiguration gpu, plain_gpu;
+    gpu::GpuConfiguration gpu, plain_gpu;
     apply(knob.context, settings, gpu);
     apply(knob.context, plain, plain_gpu);
     apply(knob.settings[knob.against].values, settings, gpu);
     EXPECT_EQ(settings_json(settings), settings_json(plain)) << knob.name;
-    EXPECT_EQ(hardware::gpu_json(gpu), hardware::gpu_json(plain_gpu)) << knob.name;
+    EXPECT_EQ(gpu::gpu_json(gpu), gpu::gpu_json(plain_gpu)) << knob.name;
   }
 }
 

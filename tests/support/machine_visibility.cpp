@@ -22,17 +22,17 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   job.grid = &grid_;
   job.pattern = &pattern_;
   job.force_motion = force_motion;
-  job.cull_occlusion = gpu_.tilecore_occlusion_culling;
-  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory_burst_bytes);
+  job.cull_occlusion = gpu_.tilecore.occlusion_culling;
+  job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
 
-  frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, gpu_);
+  frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, gpu_.front_end_spec());
   charge(result.stages.bound_seconds);
 
   const std::size_t tile_count = grid_.tile_count();
-  binner::Binner binner(gpu_, grid_);
+  binner::Binner binner(gpu_.binner_spec(), grid_);
   binner::Binner::Cursor cursor;
   PerThread<std::uint64_t> queue_bytes_read;
-  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator_cache_bytes));
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));
   std::vector<std::vector<tilecore::TessellationRequest>> requests(tile_count);
   for (bool done = false, first = true; !done; first = false) {
     done = binner.run(frame, front_end.sub_patches, cursor);

@@ -13,7 +13,7 @@ namespace tessera::test {
 // the replay does; all counters and ledgers are on.
 class MachineVisibility {
  public:
-  MachineVisibility(const hardware::GpuConfiguration& gpu, const tilecore::SamplePattern& pattern,
+  MachineVisibility(const gpu::GpuConfiguration& gpu, const tilecore::SamplePattern& pattern,
                     const binner::TileGrid& grid)
       : gpu_(gpu), pattern_(pattern), grid_(grid) {}
 
@@ -33,7 +33,7 @@ class MachineVisibility {
              bool force_motion = false);
 
  private:
-  hardware::GpuConfiguration gpu_;
+  gpu::GpuConfiguration gpu_;
   const tilecore::SamplePattern& pattern_;
   binner::TileGrid grid_;
   PerThread<tilecore::TileCore> cores_;

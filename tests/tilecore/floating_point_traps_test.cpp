@@ -58,13 +58,13 @@ TEST_P(Traps, TheFrontEndAndTheCoverageOfTilesRaiseNothing) {
   for (int trial = 0; trial < 4; ++trial) {
     const frontend::Scene scene(kind, random);
     for (const int segments : {1, 4}) {
-      hardware::GpuConfiguration gpu;
-      gpu.binner_time_segments = segments;
-      gpu.tile_width = gpu.tile_height = 16;
+      gpu::GpuConfiguration gpu;
+      gpu.binner.time_segments = segments;
+      gpu.tile.width = gpu.tile.height = 16;
       const binner::TileGrid grid(320, 240, 16, 16);
       const FloatingPointTraps traps;
-      const frontend::FrontEndResult result = run_front_end(*scene.frame, *scene.pyramids, gpu);
-      binner::TileCoverageUnit unit(gpu);
+      const frontend::FrontEndResult result = run_front_end(*scene.frame, *scene.pyramids, gpu.front_end_spec());
+      binner::TileCoverageUnit unit(gpu.binner);
       for (const frontend::BoundedSubPatch& sub_patch : result.sub_patches) unit.cover(sub_patch, true, grid);
     }
   }

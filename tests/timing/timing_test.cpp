@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "gpu/configuration.h"
 #include "hardware/energy.h"
 #include "timing/timing_model.h"
 
@@ -12,24 +13,21 @@ namespace tessera::timing {
 namespace {
 
 // A machine in which everything is so fast that only what a test slows down takes time.
-hardware::GpuConfiguration instant_machine(std::int64_t cores = 1) {
-  hardware::GpuConfiguration gpu;
-  gpu.tilecore_count = cores;
-  gpu.tilecore_memory_bytes = 1 << 20;
-  for (double hardware::MachineNumbers::*rate :
-       {&hardware::MachineNumbers::frontend_bounds_per_clk, &hardware::MachineNumbers::binner_entries_per_clk,
-        &hardware::MachineNumbers::binner_tiles_per_clk, &hardware::MachineNumbers::tilecore_entries_per_clk,
-        &hardware::MachineNumbers::tessellator_vertices_per_clk, &hardware::MachineNumbers::tilecore_boxes_per_clk,
-        &hardware::MachineNumbers::tilecore_box_tests_per_clk,
-        &hardware::MachineNumbers::tilecore_triangle_tests_per_clk,
-        &hardware::MachineNumbers::tilecore_alpha_tests_per_clk, &hardware::MachineNumbers::texture_texels_per_clk,
-        &hardware::MachineNumbers::tilecore_blends_per_clk, &hardware::MachineNumbers::resolve_pixels_per_clk,
-        &hardware::MachineNumbers::memory_bytes_per_clk})
-    gpu.*rate = 1e30;
-  gpu.shader_lanes = 1;
-  gpu.shader_operations = 0;
-  gpu.memory_gpu_share = 1;
-  gpu.memory_latency_clk = 0;
+hardware::Machine instant_machine(std::int64_t cores = 1) {
+  hardware::Machine gpu;
+  gpu.cores.count = cores;
+  gpu.cores.memory_bytes = 1 << 20;
+  using Rates = hardware::Throughputs;
+  for (double Rates::*rate : {&Rates::bounds_per_clk, &Rates::binned_entries_per_clk, &Rates::binned_tiles_per_clk,
+                              &Rates::fetched_entries_per_clk, &Rates::vertices_per_clk, &Rates::boxes_per_clk,
+                              &Rates::box_tests_per_clk, &Rates::triangle_tests_per_clk, &Rates::alpha_tests_per_clk,
+                              &Rates::texels_per_clk, &Rates::blends_per_clk, &Rates::resolved_pixels_per_clk})
+    gpu.rates.*rate = 1e30;
+  gpu.memory.bytes_per_clk = 1e30;
+  gpu.shader.lanes = 1;
+  gpu.shader.operations = 0;
+  gpu.memory.gpu_share = 1;
+  gpu.memory.latency_clk = 0;
   return gpu;
 }
 
@@ -50,11 +48,11 @@ FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std:
   return work;
 }
 
-double cycles(const hardware::GpuConfiguration& gpu, const FrameWork& work) { return schedule_frame(gpu, work).cycles; }
+double cycles(const hardware::Machine& gpu, const FrameWork& work) { return schedule_frame(gpu, work).cycles; }
 
 TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
-  hardware::GpuConfiguration gpu = instant_machine();
-  gpu.tilecore_triangle_tests_per_clk = 4;
+  hardware::Machine gpu = instant_machine();
+  gpu.rates.triangle_tests_per_clk = 4;
   const FrameWork work = tiles(10, 1000, 0, 0);
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 10 * 1000 / 4.0);
   const FrameTiming timing = time_frame(gpu, work, schedule_frame(gpu, work));
@@ -65,9 +63,9 @@ TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
 
 // While a tile is shaded, the next one is tested: the slower phase of the two sets the pace, the other shows once.
 TEST(Timing, PhasesOfConsecutiveTilesOverlap) {
-  hardware::GpuConfiguration gpu = instant_machine();
-  gpu.tilecore_triangle_tests_per_clk = 1;
-  gpu.shader_operations = 1;
+  hardware::Machine gpu = instant_machine();
+  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.shader.operations = 1;
   EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 300, 100, 0)), 10 * 300 + 100);
   EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 100, 300, 0)), 100 + 10 * 300);
   // The unit that starves for tests is the shader.
@@ -79,34 +77,34 @@ TEST(Timing, PhasesOfConsecutiveTilesOverlap) {
 
 // The failing twin: a core whose memory holds one tile cannot overlap anything.
 TEST(Timing, ACoreWithRoomForOneTileDoesOnePhaseAfterTheOther) {
-  hardware::GpuConfiguration gpu = instant_machine();
-  gpu.tilecore_triangle_tests_per_clk = 1;
-  gpu.shader_operations = 1;
-  gpu.tilecore_memory_bytes /= 2;
+  hardware::Machine gpu = instant_machine();
+  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.shader.operations = 1;
+  gpu.cores.memory_bytes /= 2;
   EXPECT_DOUBLE_EQ(cycles(gpu, tiles(10, 300, 100, 0)), 10 * (300 + 100));
 }
 
 TEST(Timing, EqualTilesOnEqualCoresTakeAnEqualShare) {
   for (const std::int64_t cores : {1, 2, 4, 8}) {
-    hardware::GpuConfiguration gpu = instant_machine(cores);
-    gpu.tilecore_triangle_tests_per_clk = 1;
+    hardware::Machine gpu = instant_machine(cores);
+    gpu.rates.triangle_tests_per_clk = 1;
     const FrameWork work = tiles(16, 500, 0, 0);
     const Schedule schedule = schedule_frame(gpu, work);
     EXPECT_DOUBLE_EQ(schedule.cycles, 16 * 500 / static_cast<double>(cores));
     EXPECT_DOUBLE_EQ(time_frame(gpu, work, schedule).cores_busy, schedule.cycles);
   }
   // One tile too many keeps one core while the others wait.
-  hardware::GpuConfiguration gpu = instant_machine(4);
-  gpu.tilecore_triangle_tests_per_clk = 1;
+  hardware::Machine gpu = instant_machine(4);
+  gpu.rates.triangle_tests_per_clk = 1;
   const FrameWork work = tiles(17, 500, 0, 0);
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * 500);
   EXPECT_DOUBLE_EQ(time_frame(gpu, work, schedule_frame(gpu, work)).cores_busy, 17 * 500 / 4.0);
 }
 
 TEST(Timing, AFrameThatMovesMoreThanTheMemoryCanTakesItsBytesOverTheRate) {
-  hardware::GpuConfiguration gpu = instant_machine(4);
-  gpu.memory_bytes_per_clk = 16;
-  gpu.memory_gpu_share = 0.5;
+  hardware::Machine gpu = instant_machine(4);
+  gpu.memory.bytes_per_clk = 16;
+  gpu.memory.gpu_share = 0.5;
   const FrameWork work = tiles(12, 0, 0, 4096);
   EXPECT_NEAR(cycles(gpu, work), 12 * 4096 / 8.0, 1e-6);
   const FrameTiming timing = time_frame(gpu, work, schedule_frame(gpu, work));
@@ -117,9 +115,9 @@ TEST(Timing, AFrameThatMovesMoreThanTheMemoryCanTakesItsBytesOverTheRate) {
 
 // Two cores: one tile can use 1 byte per clock, the other all it gets. Of 4 bytes per clock it gets 3.
 TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
-  hardware::GpuConfiguration gpu = instant_machine(2);
-  gpu.memory_bytes_per_clk = 4;
-  gpu.tilecore_triangle_tests_per_clk = 1;
+  hardware::Machine gpu = instant_machine(2);
+  gpu.memory.bytes_per_clk = 4;
+  gpu.rates.triangle_tests_per_clk = 1;
   FrameWork work = tiles(2, 0, 0, 0);
   work.rounds[0].tiles[0].triangle_tests = 1000;
   work.rounds[0].tiles[0].dram_bytes[0] = 1000;
@@ -133,13 +131,13 @@ TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
 }
 
 TEST(Timing, LatencyShowsOnceWhereTilesOverlapAndEveryTimeWhereTheyDoNot) {
-  hardware::GpuConfiguration gpu = instant_machine();
-  gpu.memory_latency_clk = 100;
-  gpu.shader_operations = 1;
+  hardware::Machine gpu = instant_machine();
+  gpu.memory.latency_clk = 100;
+  gpu.shader.operations = 1;
   FrameWork work = tiles(5, 0, 1000, 0);
   for (TileWork& tile : work.rounds[0].tiles) tile.sub_patches = 1;
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 200 + 5 * 1000);  // queue, then record
-  gpu.tilecore_memory_bytes /= 2;
+  gpu.cores.memory_bytes /= 2;
   EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * (200 + 1000));
 }
 
@@ -189,7 +187,7 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
 TEST(Timing, NoUnitIsBusyLongerThanTheFrameAndPhasesFollowEachOther) {
   std::mt19937 random(11);
   for (const char* preset : {"small", "middle", "large"}) {
-    const hardware::GpuConfiguration gpu = hardware::load_gpu(preset);
+    const hardware::Machine gpu = gpu::load_gpu(preset);
     for (int round = 0; round < 10; ++round) {
       const FrameWork work = random_frame(random, 40);
       const Schedule schedule = schedule_frame(gpu, work);
@@ -198,7 +196,7 @@ TEST(Timing, NoUnitIsBusyLongerThanTheFrameAndPhasesFollowEachOther) {
         EXPECT_LE(timing.busy[s], timing.cycles * (1 + 1e-9)) << name(static_cast<Stage>(s));
       EXPECT_LE(timing.cores_busy, timing.cycles * (1 + 1e-9));
       ASSERT_EQ(schedule.tiles.size(), 80u);
-      std::vector<std::array<double, kPhaseCount>> until(static_cast<std::size_t>(gpu.tilecore_count));
+      std::vector<std::array<double, kPhaseCount>> until(static_cast<std::size_t>(gpu.cores.count));
       for (const TileSchedule& tile : schedule.tiles) {
         double last = 0;
         for (std::size_t p = 0; p < kPhaseCount; ++p) {
@@ -224,19 +222,19 @@ TEST(Timing, AMachineWithMoreIsNotSlower) {
   std::mt19937 random(13);
   for (int round = 0; round < 10; ++round) {
     const FrameWork work = random_frame(random, 100);
-    const hardware::GpuConfiguration gpu = hardware::load_gpu("middle");
+    const hardware::Machine gpu = gpu::load_gpu("middle");
     const double before = cycles(gpu, work);
-    hardware::GpuConfiguration more = gpu;
-    more.tilecore_count *= 2;
+    hardware::Machine more = gpu;
+    more.cores.count *= 2;
     EXPECT_LE(cycles(more, work), before);
     more = gpu;
-    more.memory_bytes_per_clk /= 2;
+    more.memory.bytes_per_clk /= 2;
     EXPECT_GE(cycles(more, work), before);
     more = gpu;
-    more.memory_latency_clk *= 4;
+    more.memory.latency_clk *= 4;
     EXPECT_GE(cycles(more, work), before);
     more = gpu;
-    more.shader_lanes *= 2;
+    more.shader.lanes *= 2;
     EXPECT_LE(cycles(more, work), before);
   }
 }
@@ -249,9 +247,9 @@ TEST(Timing, AnEmptyFrameTakesNoTimeAndNothingBoundsIt) {
 }
 
 TEST(Timing, FramesAddUpAndTheUnitWithMostToSaveBoundsThemTogether) {
-  hardware::GpuConfiguration gpu = instant_machine();
-  gpu.tilecore_triangle_tests_per_clk = 1;
-  gpu.shader_operations = 1;
+  hardware::Machine gpu = instant_machine();
+  gpu.rates.triangle_tests_per_clk = 1;
+  gpu.shader.operations = 1;
   FrameTiming total;
   for (const auto& [tests, runs] : {std::pair{1000, 0}, {0, 3000}, {1500, 0}}) {
     const FrameWork work = tiles(1, static_cast<std::uint64_t>(tests), static_cast<std::uint64_t>(runs), 0);
@@ -263,7 +261,7 @@ TEST(Timing, FramesAddUpAndTheUnitWithMostToSaveBoundsThemTogether) {
 }
 
 TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
-  hardware::GpuConfiguration gpu;
+  hardware::Machine gpu;
   FrameWork work;
   work.rounds.emplace_back();
   work.rounds[0].geometry.bounds = 7;
@@ -272,8 +270,8 @@ TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
   work.rounds[0].tiles[1].shader_invocations = 4;
   work.rounds[0].tiles[1].dram_bytes[1] = 1000;
   const hardware::FrameEnergy energy = frame_energy(gpu, energy_events(work), 8500);
-  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.energy_bound_pj / 1000);
-  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"), 7 * gpu.shader_operations * gpu.energy_shader_operation_pj / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.energy.bound_pj / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"), 7 * gpu.shader.operations * gpu.energy.shader_operation_pj / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("dram"), 8000 * 12.5 / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("leakage"), 60e-3 * 10e-6 * 1e9);  // 60 mW for 8500 cycles of 850 MHz
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("resolve"), 0);
@@ -282,7 +280,7 @@ TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
 // Each event counts in exactly one unit: more of one event changes that unit alone.
 TEST(Energy, UnitsAddUpToTheTotalAndNoEventIsChargedTwice) {
   std::mt19937 random(5);
-  const hardware::GpuConfiguration gpu = hardware::load_gpu("large");
+  const hardware::Machine gpu = gpu::load_gpu("large");
   const FrameWork work = random_frame(random, 10);
   const hardware::FrameEnergy before = frame_energy(gpu, energy_events(work), 1e6);
   double sum = 0;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/enum_words.h"
 #include "base/rect.h"
 #include "base/vec.h"
 
@@ -106,3 +107,10 @@ PlainAdvection advect_plain_pixels(const BlockOfPixels& block, std::uint16_t wan
                                    float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work);
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::Fetch> = std::to_array<std::string_view>({"bilinear", "bicubic"});
+
+}  // namespace tessera

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/enum_words.h"
 #include "base/vec.h"
 #include "tilecore/resolve/pattern_dither.h"
 
@@ -15,11 +16,11 @@ namespace tessera::tilecore {
 // uses it for blocks that were rendered at 4 or 8 samples. Formulas: resolve/cubic_weights.h; packed tables:
 // resolve/packed_stencil.h.
 enum class Reconstruction {
-  kNearest,             // the nearest usable pixel; of equally near ones the first in raster order
-  kBilinear,            // 3x3, a tent of width 2: the mean of the neighbours on both lattices
-  kCubicUnscaled,       // 5x5, distances in pixels, B = C = 1/3. k(2) = 0: on these lattices it is kBilinear
   kCubic,               // 5x5, distances times 2/3, B = C = 1/3: the default
   kCubicInterpolating,  // 7x7, distances times 1/2, B = 0, C = 1/2 (Catmull-Rom at a sample spacing of two pixels)
+  kCubicUnscaled,       // 5x5, distances in pixels, B = C = 1/3. k(2) = 0: on these lattices it is kBilinear
+  kBilinear,            // 3x3, a tent of width 2: the mean of the neighbours on both lattices
+  kNearest,             // the nearest usable pixel; of equally near ones the first in raster order
 };
 inline constexpr std::size_t kReconstructionCount = 5;
 
@@ -67,3 +68,11 @@ struct ReconstructionWork {
                                           ReconstructionWork& work);
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::Reconstruction> =
+    std::to_array<std::string_view>({"cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"});
+
+}  // namespace tessera

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "base/enum_words.h"
 #include "base/vec.h"
 #include "tilecore/resolve/pattern_dither.h"
 
@@ -9,11 +10,11 @@ namespace tessera::tilecore {
 
 // How a block finds out that advection went wrong in it. What it finds keeps the next frames from advecting around it.
 enum class DiscrepancyCheck {
-  kOff,
   kRendered,    // what advection would have given for the rendered pixels of every other row, against what they are.
                 // Deviation from the note and better: it compares like with like, so texture is no discrepancy, and the
                 // block is fetched anyway
   kNeighbours,  // advected pixels against the range of their rendered neighbours in the block, as published
+  kOff,
 };
 
 struct DiscrepancySettings {
@@ -31,3 +32,11 @@ float relative_difference(const Vec4& a, const Vec4& b);
 bool stands_out(const Vec4* colors, BlockMask advected, BlockMask rendered, float tolerance);
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::DiscrepancyCheck> = std::to_array<std::string_view>({"rendered",
+                                                                                                "neighbours", "off"});
+
+}  // namespace tessera

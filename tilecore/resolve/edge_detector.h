@@ -3,14 +3,15 @@
 #include <cstdint>
 #include <span>
 
+#include "base/enum_words.h"
 #include "base/rect.h"
 
 namespace tessera::tilecore {
 
 // What the Laplacian is taken of.
 enum class EdgeMeasure {
-  kDepth,  // eye-space z: not linear over a plane on screen, so that steep planes at grazing angles are taken for edges
   kInverseDepth,  // 1/z: linear over any plane of a perspective image
+  kDepth,  // eye-space z: not linear over a plane on screen, so that steep planes at grazing angles are taken for edges
 };
 
 struct EdgeSettings {
@@ -34,3 +35,10 @@ bool detect_edge(const EdgeSettings& settings, const float* depth, std::size_t s
 bool detect_edge_by_pixel(const EdgeSettings& settings, const float* depth, std::size_t stride, int width, int height);
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::EdgeMeasure> = std::to_array<std::string_view>({"inverse_depth", "depth"});
+
+}  // namespace tessera

@@ -6,12 +6,27 @@
 
 namespace tessera::tilecore {
 
+// What a user chooses of it, for frames of any size.
+struct FoveationSettings {
+  double r0 = 0, r1 = 0;                // pixels; r0 = 0: off
+  double focus_x = 0.5, focus_y = 0.5;  // of the frame
+
+  bool on() const { return r0 > 0; }
+};
+
 // Foveated rendering: what is far from where the eye looks needs fewer samples. Steps, so that neighbouring blocks
 // share a pattern.
 struct Foveation {
   bool on = false;
   Vec2 focus{0.0f};      // pixels of the frame
   float r0 = 0, r1 = 0;  // pixels; r0 <= r1
+
+  Foveation() = default;
+  Foveation(const FoveationSettings& settings, int width, int height)
+      : on(settings.on()),
+        focus(static_cast<float>(settings.focus_x * width), static_cast<float>(settings.focus_y * height)),
+        r0(static_cast<float>(settings.r0)),
+        r1(static_cast<float>(settings.r1)) {}
 
   // Most samples that a block of 4x4 pixels gets whose middle is at `middle`: 16 up to r0, 8 up to r1, 4 beyond.
   // Without foveation 32, which limits nothing.

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "base/check.h"
+#include "base/enum_words.h"
 #include "base/random.h"
 
 namespace tessera::tilecore {
@@ -13,8 +14,8 @@ using BlockMask = std::uint16_t;
 inline constexpr BlockMask kFullBlock = 0xffff;
 
 // kCounter: the frame number picks the pattern. kSeeded: a hash of seed and frame does; it forgets what it chose
-// before, so it promises nothing of how long a pixel may stay unrendered.
-enum class DitherOrder { kCounter, kSeeded };
+// before, so it promises nothing of how long a pixel may stay unrendered. kOff: the pattern of frame 0 always.
+enum class DitherOrder { kCounter, kSeeded, kOff };
 
 struct DitherSettings {
   DitherOrder order = DitherOrder::kCounter;
@@ -56,8 +57,9 @@ inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings
                                                  static_cast<std::uint32_t>(block_y), 1)
                                         : 0u;
   // 2^32 is a multiple of the period, so the frame number may wrap.
-  const std::uint32_t step =
-      settings.order == DitherOrder::kCounter ? frame + place : hash32(settings.seed, frame, place, 2);
+  const std::uint32_t step = settings.order == DitherOrder::kSeeded
+                                 ? hash32(settings.seed, frame, place, 2)
+                                 : (settings.order == DitherOrder::kOff ? 0 : frame) + place;
   return rate == 4 ? kSquareOrder[step % 4] : kPairOrder[step % 2];
 }
 
@@ -65,3 +67,10 @@ inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings
 constexpr BlockMask checkerboard_mask(std::uint32_t frame) { return kPairOrder[frame % 2]; }
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::DitherOrder> = std::to_array<std::string_view>({"counter", "seeded", "off"});
+
+}  // namespace tessera

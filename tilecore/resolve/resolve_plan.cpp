@@ -138,7 +138,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     evidence.speed = motion.speed;
   }
   const Vec2 middle(static_cast<float>(block.pixels.x0 & ~3) + 2.0f, static_cast<float>(block.pixels.y0 & ~3) + 2.0f);
-  evidence.max_samples = settings.foveation.max_samples(middle);
+  evidence.max_samples = resolve.foveation.max_samples(middle);
   counters_.blocks_foveated += evidence.max_samples < 16 ? 1 : 0;
   block.decision = select_rate(settings.rates, evidence);
   // What the other eye sees far away it sees where this one does. Velocities of what is at rest are those since the
@@ -158,7 +158,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
     block.rendered = block.exists;
     return;
   }
-  const std::uint32_t number = settings.dithering ? resolve.number : 0;
+  const std::uint32_t number = settings.dither.order != DitherOrder::kOff ? resolve.number : 0;
   const int rate = std::min(16, block.decision.samples);
   const BlockMask pattern = settings.desampling == Desampling::kCheckerboard
                                 ? checkerboard_mask(number)

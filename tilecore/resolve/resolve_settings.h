@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include "base/key_table.h"
 
 #include "tilecore/resolve/advection.h"
 #include "tilecore/resolve/cubic_stencil.h"
@@ -24,28 +25,38 @@ enum class Desampling {
 
 // What beside the Laplacian of depth makes an edge.
 enum class EdgeEvidence {
-  kDepth,    // nothing
   kSurface,  // samples of the block see different drawables (which differ in material, or move apart)
   kPatch,    // or different base patches
+  kDepth,    // nothing
 };
 
+// Weights of stencils: from packed tables of 8 bits, or computed in single precision.
+enum class StencilWeights { kPacked, kFloat };
+
+// Whether stencils stop at the tile's border, or read pixels of neighbouring tiles in a second pass.
+enum class StencilReach { kTile, kNeighbours };
+
+// Keys resolve.*.
 struct ResolveSettings {
   Desampling desampling = Desampling::kOff;
   RateSettings rates;
   BlockSpeed block_speed = BlockSpeed::kMean;
   EdgeSettings edges;
   EdgeEvidence evidence = EdgeEvidence::kSurface;
-  bool dithering = true;  // false: the pattern of frame 0 always
   DitherSettings dither;
   bool advect = true;
   AdvectionSettings advection;
   DiscrepancySettings discrepancy;
   Reconstruction reconstruction = Reconstruction::kCubic;
-  bool packed_weights = true;
+  StencilWeights weights = StencilWeights::kPacked;
   bool clamp_to_range = false;
-  bool reach_neighbours = false;  // stencils read pixels of neighbouring tiles, in a second pass
-  Foveation foveation;
+  StencilReach reach = StencilReach::kTile;
+  FoveationSettings foveation;
 };
+Keys<ResolveSettings> resolve_keys();
+
+// Throws UsageError when thresholds or radii are out of order.
+void check_resolve(const ResolveSettings& settings);
 
 // Whether blocks may take pixels from the previous frame, and so want its records (depth and surface of each pixel).
 constexpr bool advects(const ResolveSettings& s) {
@@ -58,3 +69,18 @@ constexpr bool reads_blocks(const ResolveSettings& s) {
 }
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::Desampling> = std::to_array<std::string_view>({"off", "adaptive", "fixed_8",
+                                                                                          "fixed_4", "checkerboard"});
+template <>
+inline constexpr auto kEnumWords<tilecore::EdgeEvidence> = std::to_array<std::string_view>({"surface", "patch",
+                                                                                            "depth"});
+template <>
+inline constexpr auto kEnumWords<tilecore::StencilWeights> = std::to_array<std::string_view>({"packed", "float"});
+template <>
+inline constexpr auto kEnumWords<tilecore::StencilReach> = std::to_array<std::string_view>({"tile", "neighbours"});
+
+}  // namespace tessera

@@ -56,7 +56,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
                            Memory memory, FrameTargets& targets) {
   History& next = *resolve.next;
   const IntRect& tile = surfaces_.pixels;
-  const bool keeps_records = resolve.keeps_records || resolve.settings.reach_neighbours;
+  const bool keeps_records = resolve.keeps_records || resolve.settings.reach == StencilReach::kNeighbours;
   for (int y = tile.y0; keeps_records && y < tile.y1; ++y) {
     const std::size_t from = surfaces_.index(tile.x0, y), to = next.pixel(tile.x0, y),
                       n = static_cast<std::size_t>(tile.width());
@@ -80,7 +80,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     if (block.reconstructed == 0) continue;
     const IntRect wanted = next.region.intersect(
         {block.pixels.x0 - margin, block.pixels.y0 - margin, block.pixels.x1 + margin, block.pixels.y1 + margin});
-    if (resolve.settings.reach_neighbours && wanted.intersect(tile) != wanted) {
+    if (resolve.settings.reach == StencilReach::kNeighbours && wanted.intersect(tile) != wanted) {
       resolve.deferred[b] = block.edge ? 2 : 1;
       ++counters_.blocks_deferred;
     } else {
@@ -222,8 +222,8 @@ void ResolveUnit::reconstruct(ResolveFrame& resolve, const Block& block, const R
       unfilled = reconstruct_checkerboard(window, missing, {}, out, work);
       reconstruction_work_.taps += work.taps;
     } else {
-      unfilled = reconstruct_block(settings.reconstruction, settings.packed_weights, settings.clamp_to_range, window,
-                                   missing, out, reconstruction_work_);
+      unfilled = reconstruct_block(settings.reconstruction, settings.weights == StencilWeights::kPacked,
+                                   settings.clamp_to_range, window, missing, out, reconstruction_work_);
     }
     for_each_pixel(block.pixels, [&](int x, int y) {
       const BlockMask bit = block_bit(x, y);
@@ -301,7 +301,7 @@ void ResolveUnit::charge(const ResolveFrame& resolve, Memory memory) {
   const RectTransfer records{tile, region, History::kSurfaceBytes, burst_bytes};
   if (resolve.keeps_records)
     records.write(ledger_, Purpose::kHistory);
-  else if (resolve.settings.reach_neighbours)
+  else if (resolve.settings.reach == StencilReach::kNeighbours)
     records.write(ledger_, Purpose::kNeighbours);  // for the second pass
   if (!reads_blocks(resolve.settings)) return;
   const std::uint64_t block_bytes = memory::burst_bytes(0, blocks_.size() * History::kBlockBytes, burst_bytes);

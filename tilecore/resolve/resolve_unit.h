@@ -40,6 +40,7 @@ struct AdvectionSource {
 // disjoint pixels.
 struct ResolveFrame {
   ResolveSettings settings;
+  Foveation foveation;        // of frames of this size
   std::uint32_t number = 0;   // of the frame, for the dither
   AdvectionSource previous;   // `motion` alone: speeds are known, nothing may be advected
   AdvectionSource other_eye;  // stereo: the left eye's finished frame
@@ -59,12 +60,12 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //
 //   plan():     surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> pixel-shader invocations
 //   complete(): mean of samples -> advected pixels -> discrepancy -> stencils -> history, frame buffer
-//   finish_deferred(), reach_neighbours only: when all tiles are complete, the stencils that reach into other tiles
+//   finish_deferred(), StencilReach::kNeighbours only: when all tiles are complete, the stencils that reach into other tiles
 //
 // Invariants (cited by the tests):
 //   RU1  Decisions of a block depend on its own pixels and on the history alone: not on the tile, its neighbours, or
 //        threads.
-//   RU2  With reach_neighbours neither do images; without, stencils stop at the tile's border.
+//   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
 //   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
 //   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.

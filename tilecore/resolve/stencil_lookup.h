@@ -36,7 +36,7 @@ constexpr bool has_table(Reconstruction kernel) { return kernel != Reconstructio
 
 constexpr StencilIndexEntry index_entry(Reconstruction kernel, unsigned border, std::size_t table_pattern, int pixel) {
   const std::size_t row =
-      ((static_cast<std::size_t>(kernel) - 1) * kBorderCases + border) * kTablePatterns.size() + table_pattern;
+      (static_cast<std::size_t>(kernel) * kBorderCases + border) * kTablePatterns.size() + table_pattern;
   const std::uint16_t code = generated::kStencilIndex[row * 16 + static_cast<std::size_t>(pixel)];
   if (code == kNoStencil) return {};
   return {static_cast<std::uint16_t>(code / 8), {static_cast<std::uint8_t>(code % 8)}};

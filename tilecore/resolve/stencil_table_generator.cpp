@@ -158,8 +158,8 @@ Stencil quantized(const ExactStencil& taps) {
   throw std::runtime_error("a stencil's weights cannot be rounded to a power of two");
 }
 
-constexpr Reconstruction kKernels[kTableKernels] = {Reconstruction::kBilinear, Reconstruction::kCubicUnscaled,
-                                                    Reconstruction::kCubic, Reconstruction::kCubicInterpolating};
+constexpr Reconstruction kKernels[kTableKernels] = {Reconstruction::kCubic, Reconstruction::kCubicInterpolating,
+                                                    Reconstruction::kCubicUnscaled, Reconstruction::kBilinear};
 
 struct Tables {
   std::vector<Stencil> stencils;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 #include <vector>
+#include "base/enum_words.h"
 
 #include "tilecore/resolve/advection.h"
 #include "tilecore/resolve/motion_field.h"
@@ -61,3 +62,11 @@ class VelocityBuffer {
 };
 
 }  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::BlockSpeed> = std::to_array<std::string_view>({"mean", "max", "median",
+                                                                                          "min"});
+
+}  // namespace tessera

@@ -9,15 +9,9 @@
 #include "tilecore/visibility/bundle_frustum.h"
 #include "tilecore/visibility/ray_effects.h"
 #include "tilecore/visibility/sample_pattern.h"
+#include "tilecore/visibility/visibility_settings.h"
 
 namespace tessera::tilecore {
-
-// Where the rays of a rectangle start in the tree.
-enum class BranchNode {
-  kRoot,
-  kBothChildren,  // the first node with both children inside the frustum
-  kLeafMask,      // the lowest node that all leaves inside the frustum are under, at the times in question
-};
 
 struct RayCounters {
   std::uint64_t nodes_built = 0;

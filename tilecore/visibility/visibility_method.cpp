@@ -1,9 +1,7 @@
 #include "tilecore/visibility/visibility_method.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <string_view>
 #include <utility>
 
 #include "base/check.h"
@@ -13,14 +11,6 @@ namespace {
 
 // Side of the rectangles that get a frustum of their own: 4x4 pixels, as published.
 constexpr int kBundleSide = 4;
-
-template <class Value, std::size_t kCount>
-Value named(const std::array<std::pair<std::string_view, Value>, kCount>& names, std::string_view name) {
-  for (const auto& [word, value] : names)
-    if (word == name) return value;
-  TESSERA_CHECK(false, "the configuration's table knows its choices");
-  return {};
-}
 
 std::size_t append_pieces(const PrimitiveBound& bound, const MeshInTile& in, const VisibilityMethodSettings& method,
                           std::vector<BoundingPiece>& out) {
@@ -42,24 +32,6 @@ std::size_t append_pieces(const PrimitiveBound& bound, const MeshInTile& in, con
 }
 
 }  // namespace
-
-VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu) {
-  using Method = VisibilityMethod;
-  static constexpr std::array<std::pair<std::string_view, Method>, 6> kMethods = {
-      {{"patch-bvh", Method::kPatchBvh},
-       {"brute", Method::kBrute},
-       {"segments", Method::kSegments},
-       {"partition", Method::kPartition},
-       {"clusters", Method::kClusters},
-       {"interleaved", Method::kInterleaved}}};
-  static constexpr std::array<std::pair<std::string_view, BranchNode>, 3> kBranchNodes = {
-      {{"root", BranchNode::kRoot},
-       {"both_children", BranchNode::kBothChildren},
-       {"leaf_mask", BranchNode::kLeafMask}}};
-  return {named(kMethods, gpu.tilecore_visibility_method),  static_cast<int>(gpu.tilecore_stencil_segments),
-          static_cast<int>(gpu.tilecore_interleaved_times), gpu.tilecore_traversal == "ray",
-          named(kBranchNodes, gpu.tilecore_branch_node),    static_cast<int>(gpu.tilecore_ray_segments)};
-}
 
 void MeshVisibility::DistinctSamples::take(std::span<const Hit> hits) {
   for (const Hit& hit : hits) {

@@ -4,39 +4,13 @@
 #include <span>
 #include <vector>
 
-#include "hardware/configuration.h"
 #include "tilecore/visibility/bounding_polygons.h"
 #include "tilecore/visibility/motion_bvh.h"
 #include "tilecore/visibility/sample_tests.h"
 #include "tilecore/visibility/stencil.h"
+#include "tilecore/visibility/visibility_settings.h"
 
 namespace tessera::tilecore {
-
-// How a tile core finds which samples a moving or defocused sub-patch may cover. All methods end in the same inside
-// test and find the same hits with the same bits; they differ in what they test for them.
-enum class VisibilityMethod {
-  kPatchBvh,     // moving boxes of leaves and cells against the tile, then against samples
-  kBrute,        // per cell, every sample of the rectangle of its whole motion
-  kSegments,     // per cell, a rectangle for each of k segments of the shutter
-  kPartition,    // per cell, the rectangle cut in space; for each part the times at which the cell is there
-  kClusters,     // per leaf of 16 cells, a rectangle for each of k segments; its samples against all 16
-  kInterleaved,  // per cell, a rectangle for each of N fixed intervals
-};
-
-struct VisibilityMethodSettings {
-  VisibilityMethod method = VisibilityMethod::kPatchBvh;
-  int stencil_segments = 0;    // k; 0: by blur length over primitive size
-  int interleaved_times = 16;  // N
-  bool single_rays = false;    // patch-bvh: one ray at a time from the branch node, instead of by classes of samples
-  BranchNode branch_node = BranchNode::kLeafMask;
-  int ray_segments = 1;  // parts of the shutter that have branch nodes of their own
-
-  // Classes of the sample pattern against moving boxes: the kernels of visibility_kernel.h, without the units below.
-  bool by_class() const { return method == VisibilityMethod::kPatchBvh && !single_rays; }
-};
-// From the keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node and
-// .ray_segments.
-VisibilityMethodSettings visibility_method(const hardware::GpuConfiguration& gpu);
 
 // A tessellated sub-patch and the samples of the tile that it may touch.
 struct MeshInTile {

@@ -158,8 +158,8 @@ Claim max_seen(const std::vector<TileState>& tiles) {
 
 Agreement compare(const TestFrame& scene, std::uint32_t seed, test::EmbreeOptions options, const Twin& twin) {
   const scene::FrameGeometry& frame = *scene.frame;
-  const hardware::GpuConfiguration gpu;
-  const binner::TileGrid grid(kWidth, kHeight, static_cast<int>(gpu.tile_width), static_cast<int>(gpu.tile_height));
+  const gpu::GpuConfiguration gpu;
+  const binner::TileGrid grid(kWidth, kHeight, gpu.tile.width, gpu.tile.height);
   const SamplePattern pattern({4, seed, 0});
   const frontend::PyramidLibrary pyramids(*scene.assembly);
   test::MachineVisibility machine(gpu, pattern, grid);

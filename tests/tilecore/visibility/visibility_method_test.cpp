@@ -284,7 +284,8 @@ TEST(VisibilityMethods, AsBlurGrowsBruteForceCollapsesAndTheBvhDoesNot) {
     const Found found = find(m.in_tile(), method);
     return static_cast<double>(found.work.sample_hits) / static_cast<double>(found.work.triangle_tests);
   };
-  const VisibilityMethodSettings brute{VisibilityMethod::kBrute}, rays{VisibilityMethod::kPatchBvh, 0, 16, true};
+  const VisibilityMethodSettings brute{VisibilityMethod::kBrute},
+      rays{VisibilityMethod::kPatchBvh, 0, 16, Traversal::kRay};
   EXPECT_LT(efficiency(brute, 40), 0.05 * efficiency(brute, 0));
   EXPECT_GT(efficiency(rays, 40), 0.5 * efficiency(rays, 0));
 }

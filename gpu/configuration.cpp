@@ -1,4 +1,4 @@
-#include "hardware/configuration.h"
+#include "gpu/configuration.h"
 
 #include <filesystem>
 #include <functional>
@@ -10,10 +10,8 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
-#include "hardware/behaviour_keys.h"
-#include "hardware/machine_keys.h"
 
-namespace tessera::hardware {
+namespace tessera::gpu {
 namespace {
 
 using nlohmann::json;
@@ -82,6 +80,17 @@ const std::vector<Preset>& presets() {
   return kPresets;
 }
 
+Keys<BaselineCaches> baseline_keys() {
+  return {
+      {"post_tessellation.cache_bytes", &BaselineCaches::post_tessellation_cache_bytes, "bytes", 0, 1073741824.0,
+       "With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.",
+       "[assumed] as tessellator.cache_bytes"},
+      {"immediate.cache_bytes", &BaselineCaches::immediate_cache_bytes, "bytes", 0, 1073741824.0,
+       "With --baselines: colour and depth cache of an immediate-mode machine.",
+       "[assumed] as tessellator.cache_bytes"},
+  };
+}
+
 std::vector<std::string> key_names() {
   std::vector<std::string> names;
   for (const auto& key : gpu_keys().keys()) names.emplace_back(key.name);
@@ -135,12 +144,18 @@ void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, s
 }  // namespace
 
 const KeyTable<GpuConfiguration>& gpu_keys() {
-  static const KeyTable<Gpu> table([] {
-    std::vector<Key<Gpu>> keys = behaviour_keys();
-    const std::vector<Key<Gpu>> numbers = machine_keys();
-    keys.insert(keys.end(), numbers.begin(), numbers.end());
-    return keys;
-  }());
+  static const KeyTable<Gpu> table(Keys<Gpu>()
+                                       .add(&Gpu::frontend, frontend::settings_keys())
+                                       .add(&Gpu::tile, binner::tile_keys())
+                                       .add(&Gpu::parameter_buffer, binner::parameter_buffer_keys())
+                                       .add(&Gpu::binner, binner::settings_keys())
+                                       .add(&Gpu::tessellator, tilecore::tessellator_keys())
+                                       .add(&Gpu::baselines, baseline_keys())
+                                       .add(&Gpu::tilecore, tilecore::core_keys())
+                                       .add(&Gpu::shading_cache, tilecore::shading_cache_keys())
+                                       .add(hardware::burst_keys())
+                                       .add(&Gpu::frame_buffer, tilecore::frame_buffer_keys())
+                                       .add(hardware::machine_keys()));
   return table;
 }
 
@@ -166,18 +181,18 @@ GpuConfiguration parse_gpu(std::string_view text, const std::string& name) {
 }
 
 void check_gpu(const GpuConfiguration& gpu) {
-  if (gpu.tile_width % 8 != 0 || gpu.tile_height % 8 != 0)
+  if (gpu.tile.width % 8 != 0 || gpu.tile.height % 8 != 0)
     throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
-  if (gpu.tilecore_box_bits != 8 && gpu.tilecore_box_bits != 16 && gpu.tilecore_box_bits != 32)
+  if (gpu.tilecore.box_bits != 8 && gpu.tilecore.box_bits != 16 && gpu.tilecore.box_bits != 32)
     throw UsageError("tilecore.box_bits must be 8, 16 or 32");
-  if ((gpu.memory_burst_bytes & (gpu.memory_burst_bytes - 1)) != 0)
+  if ((gpu.memory.burst_bytes & (gpu.memory.burst_bytes - 1)) != 0)
     throw UsageError("memory.burst_bytes must be a power of two");
-  if (gpu.parameter_buffer_chunk_bytes % gpu.memory_burst_bytes != 0)
+  if (gpu.parameter_buffer.chunk_bytes % gpu.memory.burst_bytes != 0)
     throw UsageError("parameter_buffer.chunk_bytes must be a multiple of memory.burst_bytes");
-  if ((gpu.cache_line_bytes & (gpu.cache_line_bytes - 1)) != 0)
+  if ((gpu.caches.line_bytes & (gpu.caches.line_bytes - 1)) != 0)
     throw UsageError("cache.line_bytes must be a power of two");
-  check_cache("texture.cache", gpu.texture_cache_bytes, gpu.texture_cache_ways, gpu.line_bytes());
-  if (gpu.l2_bytes > 0) check_cache("l2", gpu.l2_bytes, gpu.l2_ways, gpu.line_bytes());
+  check_cache("texture.cache", gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes());
+  if (gpu.caches.l2_bytes > 0) check_cache("l2", gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes());
 }
 
 nlohmann::json gpu_json(const GpuConfiguration& gpu) {
@@ -191,4 +206,4 @@ nlohmann::json gpu_json(const GpuConfiguration& gpu) {
   return root;
 }
 
-}  // namespace tessera::hardware
+}  // namespace tessera::gpu

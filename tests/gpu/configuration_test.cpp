@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
-#include "hardware/configuration.h"
+#include "gpu/configuration.h"
 #include "tests/support/captures.h"
 #include "tests/support/temporary_folder.h"
 
-namespace tessera::hardware {
+namespace tessera::gpu {
 
 namespace {
 
@@ -25,15 +25,15 @@ TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
   test::write_text(folder / "gpu.json",
                    R"({"preset": "small", "tile": {"width": 24}, "parameter_buffer": {"full_policy": "spill"}})");
   const GpuConfiguration gpu = load_gpu((folder / "gpu.json").string());
-  EXPECT_EQ(gpu.tile_width, 24);
-  EXPECT_EQ(gpu.tile_height, load_gpu("small").tile_height);
-  EXPECT_EQ(gpu.parameter_buffer_full_policy, "spill");
+  EXPECT_EQ(gpu.tile.width, 24);
+  EXPECT_EQ(gpu.tile.height, load_gpu("small").tile.height);
+  EXPECT_EQ(gpu.parameter_buffer.full_policy, binner::FullPolicy::kSpill);
 }
 
 TEST(Configuration, WhatAReplayWritesReadsBackAsTheSameMachine) {
   const test::TemporaryFolder folder;
   GpuConfiguration gpu = load_gpu("large");
-  gpu.tile_width = 40;
+  gpu.tile.width = 40;
   test::write_text(folder / "gpu.json", gpu_json(gpu).dump());
   EXPECT_EQ(gpu_json(load_gpu((folder / "gpu.json").string())), gpu_json(gpu));
 }
@@ -60,13 +60,13 @@ TEST(Configuration, FaultsInAFileNameTheNearestKey) {
 
 TEST(Configuration, NumbersThatDoNotFitEachOtherAreRefused) {
   GpuConfiguration gpu;
-  gpu.tile_width = 20;
+  gpu.tile.width = 20;
   EXPECT_THROW(check_gpu(gpu), UsageError);
   gpu = {};
-  gpu.memory_burst_bytes = 48;
+  gpu.memory.burst_bytes = 48;
   EXPECT_THROW(check_gpu(gpu), UsageError);
   gpu = {};
-  gpu.parameter_buffer_chunk_bytes = 96;
+  gpu.parameter_buffer.chunk_bytes = 96;
   EXPECT_THROW(check_gpu(gpu), UsageError);
 }
 
@@ -80,4 +80,4 @@ TEST(Configuration, EveryKeySaysWhereItsNumberComesFrom) {
 }
 
 }  // namespace
-}  // namespace tessera::hardware
+}  // namespace tessera::gpu

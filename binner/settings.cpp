@@ -1,0 +1,51 @@
+#include "binner/settings.h"
+
+namespace tessera::binner {
+
+Keys<Settings> settings_keys() {
+  return {
+      {"binner.coverage", &Settings::coverage,
+       "Tiles that get an entry: all of the bounding rectangle, or those that the moving box itself may touch.",
+       "[assumed]"},
+      {"binner.time_intervals", &Settings::time_intervals,
+       "Store in an entry when its moving box may touch the tile, from the box against the tile's frustum; drop tiles "
+       "that it touches at no time.",
+       "[assumed]"},
+      {"binner.time_segments", &Settings::time_segments, "segments", 0, 16,
+       "Pieces into which the shutter is cut, each with a bounding rectangle of its own; 0: as many as the box's "
+       "centre travels its own larger "
+       "side (at least a tile) on screen.",
+       "[assumed]"},
+      {"binner.queue_levels", &Settings::queue_levels, "levels", 1, 5,
+       "Levels of queues: single tiles, then groups of 2x2, 4x4, 8x8 and 16x16 tiles, whose entries all their tiles "
+       "read.",
+       "[spec] Mali since Midgard: power-of-two multiples of 16x16 pixels; [assumed] flat"},
+      {"binner.combining_bursts", &Settings::combining_bursts, "bursts", 1, 65536,
+       "Bursts that the binner keeps open on chip to combine the writes of neighbouring queue entries.", "[assumed]"},
+  };
+}
+
+Keys<TileSize> tile_keys() {
+  return {
+      {"tile.width", &TileSize::width, "pixels", 8, 256, "Width of the on-chip render area of one tile core.",
+       "[spec] 16 on Mali-G31, 32 on classic PowerVR and Mali-G715, 64 on Immortalis-G720"},
+      {"tile.height", &TileSize::height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",
+       "[spec] as tile.width"},
+  };
+}
+
+Keys<ParameterBufferSettings> parameter_buffer_keys() {
+  return {
+      {"parameter_buffer.bytes", &ParameterBufferSettings::bytes, "bytes", 256, 4294967296.0,
+       "Memory that holds the tile lists: list heads and chunks.",
+       "[spec] PowerVR drivers start at 2 MiB, Mali's at 10 MiB (up to 128 MiB)"},
+      {"parameter_buffer.chunk_bytes", &ParameterBufferSettings::chunk_bytes, "bytes", 32, 2097152,
+       "Size of the pieces in which the parameter buffer is handed out to tiles.",
+       "[spec] Broadcom V3D: 64-byte first lists, 4 KiB chunks; [assumed] 256"},
+      {"parameter_buffer.full_policy", &ParameterBufferSettings::full_policy,
+       "What a full parameter buffer leads to: render what is queued and go on, or continue in an overflow area.",
+       "[spec] PowerVR, Mali and Apple render partially; V3D takes overflow memory"},
+  };
+}
+
+}  // namespace tessera::binner

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/key_table.h"
+
+namespace tessera::binner {
+
+// Tiles that get an entry.
+enum class CoverageMethod : std::uint8_t {
+  kRectangle,  // all of the bounding rectangle
+  kExact,      // those that the moving box itself may touch
+};
+
+// What a full parameter buffer leads to.
+enum class FullPolicy : std::uint8_t {
+  kPartialRender,  // what is queued is rendered
+  kSpill,          // queues go on in an overflow area
+};
+
+// Keys binner.*.
+struct Settings {
+  CoverageMethod coverage = CoverageMethod::kExact;
+  bool time_intervals = true;
+  int time_segments = 1;                // 0: by blur length over primitive size
+  int queue_levels = 1;                 // queues of single tiles, of 2x2, 4x4 ... tiles
+  std::int64_t combining_bursts = 256;  // write-combining lines in front of the parameter buffer
+};
+Keys<Settings> settings_keys();
+
+// Keys tile.*: pixels, multiples of 8.
+struct TileSize {
+  int width = 32, height = 32;
+};
+Keys<TileSize> tile_keys();
+
+// Keys parameter_buffer.*.
+struct ParameterBufferSettings {
+  std::int64_t bytes = 10 << 20;
+  std::int64_t chunk_bytes = 256;
+  FullPolicy full_policy = FullPolicy::kPartialRender;
+};
+Keys<ParameterBufferSettings> parameter_buffer_keys();
+
+// The binner with its parameter buffer and the memory's burst.
+struct BinnerSpec {
+  Settings binner;
+  ParameterBufferSettings parameter_buffer;
+  std::int64_t burst_bytes = 64;
+};
+
+}  // namespace tessera::binner
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<binner::CoverageMethod> = std::to_array<std::string_view>({"rectangle", "exact"});
+template <>
+inline constexpr auto kEnumWords<binner::FullPolicy> = std::to_array<std::string_view>({"partial_render", "spill"});
+
+}  // namespace tessera

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "base/key_table.h"
+#include "binner/settings.h"
+#include "frontend/settings.h"
+#include "hardware/machine.h"
+#include "tilecore/core_settings.h"
+
+namespace tessera::gpu {
+
+// On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
+struct BaselineCaches {
+  std::int64_t post_tessellation_cache_bytes = 256 << 10;
+  std::int64_t immediate_cache_bytes = 256 << 10;
+};
+
+// The described machine: the settings of its units. Every number is a key of gpu_keys(), which gives unit, range,
+// meaning and source; the values here are those of the preset "middle".
+struct GpuConfiguration : hardware::Machine {
+  std::string preset = "middle";
+  frontend::Settings frontend;
+  binner::TileSize tile;
+  binner::ParameterBufferSettings parameter_buffer;
+  binner::Settings binner;
+  tilecore::TessellatorSettings tessellator;
+  BaselineCaches baselines;
+  tilecore::CoreSettings tilecore;
+  tilecore::ShadingCacheSettings shading_cache;
+  tilecore::FrameBufferSettings frame_buffer;
+
+  frontend::FrontEndSpec front_end_spec() const {
+    return {frontend, tessellator.sub_patch_cells, static_cast<std::uint64_t>(memory.burst_bytes)};
+  }
+  binner::BinnerSpec binner_spec() const { return {binner, parameter_buffer, memory.burst_bytes}; }
+};
+
+const KeyTable<GpuConfiguration>& gpu_keys();
+
+// Names of the built-in presets.
+std::vector<std::string> preset_names();
+
+// A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
+// file leaves out keep the value of its "preset" member (default "middle"). Throws UsageError for an unknown preset,
+// InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
+GpuConfiguration load_gpu(const std::string& preset_or_file);
+
+// The same from the text of such a file; `name` stands for it in messages. Throws InputError.
+GpuConfiguration parse_gpu(std::string_view text, const std::string& name);
+
+// Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, ...).
+// Throws UsageError naming the keys.
+void check_gpu(const GpuConfiguration& gpu);
+
+// The whole configuration, nested by the dots of the keys.
+nlohmann::json gpu_json(const GpuConfiguration& gpu);
+
+}  // namespace tessera::gpu

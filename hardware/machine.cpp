@@ -1,0 +1,174 @@
+#include "hardware/machine.h"
+
+namespace tessera::hardware {
+namespace {
+
+constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // of a throughput
+
+// Makers publish hardly any throughput of a single unit. What no source gives is a round number marked [assumed];
+// conclusions that hang on one of them should be tried with another (`tessera sweep`).
+Keys<Machine> speed_keys() {
+  Keys<Machine> keys = {
+      {"clock.mhz", &Machine::clock_mhz, "MHz", 1, 10000,
+       "Clock of the whole GPU; cycles everywhere are cycles of this clock.",
+       "[spec] 650 on Mali-G31, 653 and 900 on Adreno 530 and 730; [assumed] 850 between them"},
+  };
+  keys.add(&Machine::cores,
+           Keys<TileCores>{
+               {"tilecore.count", &TileCores::count, "cores", 1, 64, "Tile cores, fed by one tile scheduler.",
+                "[spec] 1 on Mali-G31, 1 to 6 on Mali-G51, 10 to 16 on Immortalis-G720"},
+           });
+  keys.add(
+      &Machine::rates,
+      Keys<Throughputs>{
+          {"frontend.bounds_per_clk", &Throughputs::bounds_per_clk, "bounds/clk", kLeast, kMax,
+           "Bounding volumes that the front end computes.",
+           "[assumed] 4 clocks for 16 control points at two motion keys"},
+          {"binner.entries_per_clk", &Throughputs::binned_entries_per_clk, "entries/clk", kLeast, kMax,
+           "Queue entries that the binner appends.", "[assumed] one append per clock"},
+          {"binner.tiles_per_clk", &Throughputs::binned_tiles_per_clk, "tiles/clk", kLeast, kMax,
+           "Tiles that the binner tests against a sub-patch.", "[assumed]"},
+          {"tilecore.entries_per_clk", &Throughputs::fetched_entries_per_clk, "entries/clk", kLeast, kMax,
+           "Queue entries that a core reads, orders and tests for occlusion.", "[assumed]"},
+          {"tessellator.vertices_per_clk", &Throughputs::vertices_per_clk, "vertices/clk", kLeast, kMax,
+           "Vertices that a core's tessellator evaluates, both motion keys together.", "[assumed]"},
+          {"tilecore.boxes_per_clk", &Throughputs::boxes_per_clk, "boxes/clk", kLeast, kMax,
+           "Boxes of cells and leaves that a core builds.", "[assumed] a cell for each vertex"},
+          {"tilecore.box_tests_per_clk", &Throughputs::box_tests_per_clk, "tests/clk", kLeast, kMax,
+           "Box tests of a core.", "[assumed] as triangle tests"},
+          {"tilecore.stencil_tests_per_clk", &Throughputs::stencil_tests_per_clk, "tests/clk", kLeast, kMax,
+           "Samples whose time a core's stencil unit tests.", "[assumed] a group of 32 samples"},
+          {"sampling.operations_per_clk", &Throughputs::sampling_operations_per_clk, "operations/clk", kLeast, kMax,
+           "Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.",
+           "[spec] US 2007/0002066: an array of lanes; [assumed] 32, as the shader"},
+          {"tilecore.triangle_tests_per_clk", &Throughputs::triangle_tests_per_clk, "tests/clk", kLeast, kMax,
+           "Samples that a core tests against a triangle.", "[assumed] a quad with 4 samples a pixel"},
+          {"tilecore.alpha_tests_per_clk", &Throughputs::alpha_tests_per_clk, "tests/clk", kLeast, kMax,
+           "Alpha tests of a core.", "[assumed] a quad"},
+      });
+  keys.add(&Machine::shader, Keys<PixelShader>{
+                                 {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
+                                  "Operations of the pixel shader that a core does per clock.",
+                                  "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
+                                 {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
+                                  "Operations of one pixel-shader invocation on one lane.",
+                                  "[assumed] a physically based shader with a few lights"},
+                             });
+  keys.add(&Machine::rates,
+           Keys<Throughputs>{
+               {"texture.texels_per_clk", &Throughputs::texels_per_clk, "texels/clk", kLeast, kMax,
+                "Bilinear lookups of a core's texture unit; a trilinear one is two.", "[assumed]"},
+               {"tilecore.blends_per_clk", &Throughputs::blends_per_clk, "layers/clk", kLeast, kMax,
+                "Blended layers of samples that a core composes.", "[assumed] a quad"},
+               {"resolve.pixels_per_clk", &Throughputs::resolved_pixels_per_clk, "pixels/clk", kLeast, kMax,
+                "Pixels that a core's resolve unit finishes.", "[assumed] a quad"},
+               {"resolve.operations_per_clk", &Throughputs::resolve_operations_per_clk, "operations/clk", kLeast, kMax,
+                "Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap "
+                "with float "
+                "weights is four.",
+                "[assumed] a stencil of 16 taps"},
+           });
+  return keys;
+}
+
+Keys<Machine> memory_keys() {
+  Keys<Machine> keys;
+  keys.add(
+      &Machine::cores,
+      Keys<TileCores>{
+          {"tilecore.memory_bytes", &TileCores::memory_bytes, "bytes", 1024, 1073741824.0,
+           "On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the "
+           "samples "
+           "of one tested while another is shaded), at least one.",
+           "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
+      });
+  keys.add(&Machine::caches,
+           Keys<Caches>{
+               {"cache.line_bytes", &Caches::line_bytes, "bytes", 16, 256,
+                "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
+               {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
+                "[assumed]"},
+               {"texture.cache_ways", &Caches::texture_ways, "ways", 1, 64, "Associativity of the texture cache.",
+                "[assumed]"},
+               {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
+                "L2 that all cores share, for textures and displacement maps; 0: none. Patch records have "
+                "tessellator.cache_bytes, what is written once passes by.",
+                "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] "
+                "the half "
+                "that tessellator.cache_bytes leaves"},
+               {"l2.ways", &Caches::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
+           });
+  keys.add(
+      &Machine::memory,
+      Keys<MemoryInterface>{
+          {"memory.bytes_per_clk", &MemoryInterface::bytes_per_clk, "bytes/clk", 0.125, 65536,
+           "Peak rate of the external memory.",
+           "[spec] per GPU clock: LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},
+          {"memory.gpu_share", &MemoryInterface::gpu_share, "", 0.01, 1,
+           "Part of the peak rate that the GPU gets: refresh, turn-around, other users.", "[assumed]"},
+          {"memory.latency_clk", &MemoryInterface::latency_clk, "clk", 0, 10000,
+           "Time from a read to its data on an idle memory.",
+           "[spec] Arm counts latencies from 128 to 384 cycles, above 256 as trouble; [assumed] the middle"},
+          {"memory.pj_per_bit", &MemoryInterface::pj_per_bit, "pJ/bit", 0, 1000,
+           "Energy of a bit over the external interface, memory, interface and controller together.",
+           "[spec] Arm: 100 mW per GB/s is 12.5; [assumed] 8 for LPDDR5X by its makers' claims of better efficiency"},
+      });
+  return keys;
+}
+
+// 45 nm (Horowitz): addition 0.9 pJ, multiplication 3.7 pJ, 8 bytes from an 8 KiB cache 10 pJ. A quarter of that at 7
+// nm is assumed: 1.15 pJ a fused operation, 2.5 pJ for 8 bytes on chip.
+Keys<EnergyPrices> energy_keys() {
+  return {
+      {"energy.bound_pj", &EnergyPrices::bound_pj, "pJ", 0, 1e9, "Bounding volume of a sub-patch.",
+       "[assumed] 900 operations of 1.15 pJ"},
+      {"energy.binned_entry_pj", &EnergyPrices::binned_entry_pj, "pJ", 0, 1e9,
+       "Entry appended to a queue, memory traffic apart.", "[assumed] entry and list head, 32 bytes twice on chip"},
+      {"energy.fetched_entry_pj", &EnergyPrices::fetched_entry_pj, "pJ", 0, 1e9,
+       "Entry read and ordered by a core, memory traffic apart.", "[assumed] as appended"},
+      {"energy.vertex_pj", &EnergyPrices::vertex_pj, "pJ", 0, 1e9, "Vertex evaluated.",
+       "[assumed] 130 operations of 1.15 pJ"},
+      {"energy.box_pj", &EnergyPrices::box_pj, "pJ", 0, 1e9, "Box of a cell or a leaf built.", "[assumed]"},
+      {"energy.box_test_pj", &EnergyPrices::box_test_pj, "pJ", 0, 1e9, "Box test.",
+       "[assumed] 4 comparisons of a quarter of an operation, one read of 2 bytes"},
+      {"energy.stencil_test_pj", &EnergyPrices::stencil_test_pj, "pJ", 0, 1e9,
+       "Time of a sample tested against a stencil's references.",
+       "[assumed] two comparisons of 8 bits, one read of a byte"},
+      {"energy.sampling_operation_pj", &EnergyPrices::sampling_operation_pj, "pJ", 0, 1e9,
+       "Operation of the SIMD array that evaluates procedures.", "[assumed] as the pixel shader's"},
+      {"energy.triangle_test_pj", &EnergyPrices::triangle_test_pj, "pJ", 0, 1e9, "Sample tested against a triangle.",
+       "[assumed] 7 operations of 1.15 pJ"},
+      {"energy.alpha_test_pj", &EnergyPrices::alpha_test_pj, "pJ", 0, 1e9, "Alpha test.",
+       "[assumed] a bilinear lookup and what it compares"},
+      {"energy.hit_pj", &EnergyPrices::hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.",
+       "[assumed] depth read, what a sample sees written"},
+      {"energy.shader_operation_pj", &EnergyPrices::shader_operation_pj, "pJ", 0, 1e9,
+       "Operation of the pixel shader with its registers.", "[assumed] 1.15 pJ and a third more"},
+      {"energy.texel_pj", &EnergyPrices::texel_pj, "pJ", 0, 1e9, "Bilinear lookup with the texture cache.",
+       "[assumed] 16 bytes on chip, 8 operations"},
+      {"energy.l2_line_pj", &EnergyPrices::l2_line_pj, "pJ", 0, 1e9, "Line read from or filled into the L2.",
+       "[assumed] ten times the small cache, 64 bytes"},
+      {"energy.blend_pj", &EnergyPrices::blend_pj, "pJ", 0, 1e9, "Blended layer of a sample composed.",
+       "[assumed] 4 operations of 1.15 pJ"},
+      {"energy.resolved_pixel_pj", &EnergyPrices::resolved_pixel_pj, "pJ", 0, 1e9,
+       "Pixel resolved, memory traffic apart.", "[assumed] 4 samples of 4 operations"},
+      {"energy.resolve_operation_pj", &EnergyPrices::resolve_operation_pj, "pJ", 0, 1e9, "Operation of desampling.",
+       "[assumed] a multiplication by 8 bits and an addition for four channels"},
+      {"energy.leakage_mw", &EnergyPrices::leakage_mw, "mW", 0, 1e6, "Power of the GPU that does nothing.",
+       "[assumed]"},
+  };
+}
+
+}  // namespace
+
+Keys<Machine> burst_keys() {
+  return Keys<Machine>().add(&Machine::memory, Keys<MemoryInterface>{
+                                                   {"memory.burst_bytes", &MemoryInterface::burst_bytes, "bytes", 16,
+                                                    256, "Smallest amount the external memory interface moves.",
+                                                    "[spec] LPDDR4 x16, burst length 16 = 32; two channels = 64"},
+                                               });
+}
+
+Keys<Machine> machine_keys() { return speed_keys().add(memory_keys()).add(&Machine::energy, energy_keys()); }
+
+}  // namespace tessera::hardware

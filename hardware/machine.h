@@ -1,0 +1,100 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "base/key_table.h"
+
+namespace tessera::hardware {
+
+// Speeds, sizes and energies of the described machine: what the timing and the energy model read. Values are those of
+// the preset "middle". The front end and the binner exist once, the units of a tile core once in each core.
+
+// How many there are, fed by one tile scheduler, and the tile memory of each.
+struct TileCores {
+  std::int64_t count = 4;
+  std::int64_t memory_bytes = 192 << 10;
+};
+
+// What one instance of each unit does in a clock.
+struct Throughputs {
+  double bounds_per_clk = 0.25;
+  double binned_entries_per_clk = 1;
+  double binned_tiles_per_clk = 4;
+  double fetched_entries_per_clk = 0.5;
+  double vertices_per_clk = 1;
+  double boxes_per_clk = 1;
+  double box_tests_per_clk = 16;
+  double stencil_tests_per_clk = 32;
+  double sampling_operations_per_clk = 32;
+  double triangle_tests_per_clk = 16;
+  double alpha_tests_per_clk = 4;
+  double texels_per_clk = 2;
+  double blends_per_clk = 4;
+  double resolved_pixels_per_clk = 4;
+  double resolve_operations_per_clk = 16;
+};
+
+// The pixel shader of a core.
+struct PixelShader {
+  std::int64_t lanes = 32;
+  double operations = 160;
+};
+
+// Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
+struct Caches {
+  std::int64_t line_bytes = 64;
+  std::int64_t texture_bytes = 16 << 10;
+  std::int64_t texture_ways = 4;
+  std::int64_t l2_bytes = 256 << 10;
+  std::int64_t l2_ways = 8;
+};
+
+// The external memory.
+struct MemoryInterface {
+  std::int64_t burst_bytes = 64;
+  double bytes_per_clk = 40.1;
+  double gpu_share = 0.7;
+  double latency_clk = 192;
+  double pj_per_bit = 12.5;
+};
+
+// What one event of each unit costs.
+struct EnergyPrices {
+  double bound_pj = 1000;
+  double binned_entry_pj = 20;
+  double fetched_entry_pj = 20;
+  double vertex_pj = 150;
+  double box_pj = 20;
+  double box_test_pj = 2;
+  double stencil_test_pj = 1;
+  double sampling_operation_pj = 1.5;
+  double triangle_test_pj = 8;
+  double alpha_test_pj = 20;
+  double hit_pj = 12;
+  double shader_operation_pj = 1.5;
+  double texel_pj = 15;
+  double l2_line_pj = 200;
+  double blend_pj = 5;
+  double resolved_pixel_pj = 20;
+  double resolve_operation_pj = 1;
+  double leakage_mw = 60;
+};
+
+struct Machine {
+  double clock_mhz = 850;
+  TileCores cores;
+  Throughputs rates;
+  PixelShader shader;
+  Caches caches;
+  MemoryInterface memory;
+  EnergyPrices energy;
+
+  // A line of the texture caches and the L2: at least a burst.
+  std::int64_t line_bytes() const { return std::max(caches.line_bytes, memory.burst_bytes); }
+};
+
+Keys<Machine> burst_keys();    // memory.burst_bytes, which units read, too
+Keys<Machine> machine_keys();  // the others
+
+}  // namespace tessera::hardware

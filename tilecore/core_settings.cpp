@@ -1,0 +1,60 @@
+#include "tilecore/core_settings.h"
+
+namespace tessera::tilecore {
+
+Keys<CoreSettings> core_keys() {
+  Keys<CoreSettings> keys = {
+      {"tilecore.occlusion_culling", &CoreSettings::occlusion_culling,
+       "Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.",
+       "[spec] hierarchical depth of every GPU, applied to sub-patches"},
+  };
+  keys.add(&CoreSettings::visibility, visibility_keys());
+  return keys.add(Keys<CoreSettings>{
+      {"tilecore.box_bits", &CoreSettings::box_bits, "bits", 8, 32,
+       "Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within "
+       "the box of their leaf of 4x4 cells.",
+       "[assumed] single precision; 8 bits: Ylitie et al. 2017, quantised wide BVH nodes"},
+      {"tilecore.blend_layers", &CoreSettings::blend_layers, "layers", 1, 64,
+       "Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.",
+       "[assumed] 8; multi-layer alpha blending: Salvi and Vaidyanathan 2014"},
+  });
+}
+
+Keys<ShadingCacheSettings> shading_cache_keys() {
+  return {
+      {"shading_cache.entries", &ShadingCacheSettings::entries, "cells", 1, 1048576,
+       "With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used "
+       "goes first.",
+       "[assumed] 24 KiB"},
+      {"shading_cache.group", &ShadingCacheSettings::group, "tiles", 1, 64,
+       "Side of the square group of tiles that a core renders before it empties its shading cache, with "
+       "shading.rate=cache.",
+       "[assumed] emptied after every tile"},
+  };
+}
+
+Keys<TessellatorSettings> tessellator_keys() {
+  return {
+      {"tessellator.max_factor", &TessellatorSettings::max_factor, "cells", 1, 64,
+       "Largest number of cells along an edge of a base patch.", "[spec] 64 in Direct3D 11 and Vulkan"},
+      {"tessellator.subpixel_bits", &TessellatorSettings::subpixel_bits, "bits", 4, 8,
+       "Fractional bits of a vertex's place on screen: vertices that are projected lie on a grid of 2^-bits pixels. "
+       "Samples keep theirs of 1/256.",
+       "[spec] 8 in Direct3D 11; 4 in OpenGL ES (GL_SUBPIXEL_BITS)"},
+      {"tessellator.sub_patch_cells", &TessellatorSettings::sub_patch_cells, "cells", 4, 64,
+       "Largest side of the sub-patches that the front end sends to the binner.", "[assumed]"},
+      {"tessellator.cache_bytes", &TessellatorSettings::cache_bytes, "bytes", 0, 1073741824.0,
+       "On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.",
+       "[assumed] half of a middle Mali's L2 ([spec] 32 to 512 KiB on Mali-G51)"},
+  };
+}
+
+Keys<FrameBufferSettings> frame_buffer_keys() {
+  return {
+      {"frame_buffer.compression", &FrameBufferSettings::compression,
+       "Whether finished pixels are compressed on their way to memory, in blocks of 8x4; saves traffic, not room.",
+       "[assumed]"},
+  };
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/key_table.h"
+#include "tilecore/visibility/visibility_settings.h"
+
+namespace tessera::tilecore {
+
+// Keys tilecore.* but for numbers of cores, memories and throughputs, which are the machine's.
+struct CoreSettings {
+  bool occlusion_culling = true;
+  VisibilityMethodSettings visibility;
+  int box_bits = 32;
+  int blend_layers = 8;
+};
+Keys<CoreSettings> core_keys();
+
+// Keys shading_cache.*.
+struct ShadingCacheSettings {
+  std::int64_t entries = 1024;
+  int group = 1;  // tiles
+};
+Keys<ShadingCacheSettings> shading_cache_keys();
+
+// Keys tessellator.* but for its throughput.
+struct TessellatorSettings {
+  int max_factor = 64;
+  int subpixel_bits = 8;
+  int sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
+  std::int64_t cache_bytes = 256 << 10;
+};
+Keys<TessellatorSettings> tessellator_keys();
+
+// Of finished pixels on their way to memory.
+enum class FrameBufferCompression : std::uint8_t { kNone, kLossless };
+
+// Keys frame_buffer.*.
+struct FrameBufferSettings {
+  FrameBufferCompression compression = FrameBufferCompression::kNone;
+};
+Keys<FrameBufferSettings> frame_buffer_keys();
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::FrameBufferCompression> = std::to_array<std::string_view>({"none",
+                                                                                                      "lossless"});
+
+}  // namespace tessera

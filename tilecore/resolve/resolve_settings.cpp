@@ -1,0 +1,124 @@
+#include "tilecore/resolve/resolve_settings.h"
+
+#include "base/error.h"
+
+namespace tessera::tilecore {
+namespace {
+
+Keys<ResolveSettings> rate_keys() {
+  Keys<ResolveSettings> keys;
+  keys.add(Keys<ResolveSettings>{
+      {"resolve.desampling", &ResolveSettings::desampling,
+       "Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, "
+       "alternating, filled from four neighbours. "
+       "The others are advected or reconstructed."},
+  });
+  keys.add(&ResolveSettings::rates,
+           Keys<RateSettings>().add(
+               &RateSettings::thresholds,
+               Keys<SpeedThresholds>{
+                   {"resolve.k_stat", &SpeedThresholds::still, "pixels/frame", 0, 64,
+                    "Blocks slower than this take half of their pixels from the previous frame."},
+                   {"resolve.k_fast1", &SpeedThresholds::fast1, "pixels/frame", 0, 1e6,
+                    "Blocks faster than this are shaded at 8 of 16 pixels."},
+                   {"resolve.k_fast2", &SpeedThresholds::fast2, "pixels/frame", 0, 1e6,
+                    "Blocks faster than this are shaded at 4 of 16 pixels."},
+                   {"resolve.hysteresis", &SpeedThresholds::hysteresis, "", 0, 0.5,
+                    "Share of a threshold by which a speed must pass it before a block changes its regime."},
+               }));
+  keys.add(Keys<ResolveSettings>{
+      {"resolve.block_speed", &ResolveSettings::block_speed,
+       "Which of its pixels' speeds a block goes by; max does not overlook a small fast object."},
+  });
+  keys.add(&ResolveSettings::edges,
+           Keys<EdgeSettings>{
+               {"resolve.edges", &EdgeSettings::measure,
+                "What the edge detector takes the Laplacian of; that of 1/z is zero on any plane."},
+               {"resolve.edge_threshold", &EdgeSettings::threshold, "", 0, 10,
+                "An edge where the Laplacian is larger than this share of the value."},
+           });
+  keys.add(Keys<ResolveSettings>{
+      {"resolve.edge_evidence", &ResolveSettings::evidence,
+       "What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base "
+       "patches; or nothing."},
+  });
+  keys.add(&ResolveSettings::rates,
+           Keys<RateSettings>{
+               {"resolve.supersampling", &RateSettings::supersampling,
+                "Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples "
+                "do not "
+                "share pixel-shader invocations (shading.rate=pixel)."},
+               {"resolve.advect_still_edges", &RateSettings::advect_still_edges,
+                "Blocks with an edge of which every sample is at rest may be advected: the copies are exact."},
+           });
+  return keys;
+}
+
+Keys<ResolveSettings> pixel_keys() {
+  Keys<ResolveSettings> keys;
+  keys.add(&ResolveSettings::dither,
+           Keys<DitherSettings>{
+               {"resolve.dither", &DitherSettings::order,
+                "How the pattern of a block changes from frame to frame: in turn, by a hash, not at all."},
+               {"resolve.dither_per_block", &DitherSettings::per_block,
+                "Every block begins elsewhere in the order of patterns."},
+           });
+  keys.add(Keys<ResolveSettings>{
+      {"resolve.advection", &ResolveSettings::advect, "Slow blocks take pixels from the previous frame."},
+  });
+  keys.add(
+      &ResolveSettings::advection,
+      Keys<AdvectionSettings>{
+          {"resolve.advection_fetch", &AdvectionSettings::fetch, "How the previous frame is read between its pixels."},
+          {"resolve.bfecc", &AdvectionSettings::bfecc, "Back and forth error compensation of advection."},
+          {"resolve.depth_tolerance", &AdvectionSettings::depth_tolerance, "", 0, 1,
+           "Share of its depth by which a point may differ from what the previous frame shows in its place."},
+      });
+  keys.add(
+      &ResolveSettings::discrepancy,
+      Keys<DiscrepancySettings>{
+          {"resolve.discrepancy", &DiscrepancySettings::check,
+           "How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected "
+           "pixels against their rendered neighbours."},
+          {"resolve.discrepancy_tolerance", &DiscrepancySettings::tolerance, "", 0, 1,
+           "Mean relative difference from which on it did."},
+          {"resolve.discrepancy_frames", &DiscrepancySettings::frames, "frames", 1, 15,
+           "For which its neighbourhood is then rendered fully."},
+      });
+  keys.add(Keys<ResolveSettings>{
+      {"resolve.reconstruction", &ResolveSettings::reconstruction,
+       "How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 "
+       "interpolating, unscaled; a tent; the nearest."},
+      {"resolve.stencil_weights", &ResolveSettings::weights,
+       "Weights from packed tables of 8 bits, or computed in single precision."},
+      {"resolve.stencil_clamp", &ResolveSettings::clamp_to_range,
+       "Reconstructed pixels stay within the range of the pixels that they are made from."},
+      {"resolve.stencil_reach", &ResolveSettings::reach,
+       "Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass."},
+  });
+  keys.add(
+      &ResolveSettings::foveation,
+      Keys<FoveationSettings>{
+          {"resolve.foveation_r0", &FoveationSettings::r0, "pixels", 0, 1e6,
+           "Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off."},
+          {"resolve.foveation_r1", &FoveationSettings::r1, "pixels", 0, 1e6,
+           "Foveation: blocks farther than this get at most 4; at least foveation_r0."},
+          {"resolve.focus_x", &FoveationSettings::focus_x, "frame widths", 0, 1, "Where the eye looks, from the left."},
+          {"resolve.focus_y", &FoveationSettings::focus_y, "frame heights", 0, 1, "Where the eye looks, from the top."},
+      });
+  return keys;
+}
+
+}  // namespace
+
+Keys<ResolveSettings> resolve_keys() { return rate_keys().add(pixel_keys()); }
+
+void check_resolve(const ResolveSettings& settings) {
+  const SpeedThresholds& speeds = settings.rates.thresholds;
+  if (speeds.still > speeds.fast1 || speeds.fast1 > speeds.fast2)
+    throw UsageError("resolve.k_stat, resolve.k_fast1 and resolve.k_fast2 must not fall in this order");
+  if (settings.foveation.on() && settings.foveation.r1 < settings.foveation.r0)
+    throw UsageError("resolve.foveation_r1 must be at least resolve.foveation_r0");
+}
+
+}  // namespace tessera::tilecore

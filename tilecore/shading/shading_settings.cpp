@@ -1,0 +1,20 @@
+#include "tilecore/shading/shading_settings.h"
+
+namespace tessera::tilecore {
+
+Keys<ShadingSettings> shading_keys() {
+  using S = ShadingSettings;
+  return {
+      {"shading.rate", &S::rate,
+       "Pixel-shader invocations: once per pixel and surface (multisampling), once per visible sample, or once per "
+       "cell of the surface about a pixel wide, "
+       "while the shading cache holds it."},
+      {"shading.cell_pixels", &S::cell_pixels, "pixels", 0.125, 16,
+       "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
+      {"shading.attributes", &S::attributes,
+       "Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: "
+       "single, or half as in GLSL's mediump."},
+  };
+}
+
+}  // namespace tessera::tilecore

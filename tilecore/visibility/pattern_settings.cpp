@@ -1,0 +1,32 @@
+#include "tilecore/visibility/pattern_settings.h"
+
+namespace tessera::tilecore {
+
+Keys<PatternSettings> pattern_keys() {
+  using S = PatternSettings;
+  return {
+      {"sampling.samples_per_pixel", &S::samples_per_pixel, "samples", 1, 64,
+       "Visibility samples per pixel; the same as --spp."},
+      {"sampling.seed", &S::seed, "", 0, 4294967295.0,
+       "Chooses among equally good sample patterns; the same as --seed."},
+      {"sampling.temporal_pattern", &S::temporal_pattern,
+       "Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to "
+       "replay."},
+      {"sampling.time_bits", &S::time_bits, "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
+      {"sampling.lens_points", &S::lens_points, "points", 0, 65536,
+       "Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a "
+       "point of its own for every sample of the pattern, "
+       "moved from block to block."},
+  };
+}
+
+SamplingSettings sampling_settings(const PatternSettings& settings, int frame) {
+  return {settings.samples_per_pixel,
+          settings.seed,
+          static_cast<std::uint32_t>(frame),
+          settings.temporal_pattern == TemporalPattern::k32x32 ? 32 : 8,
+          settings.time_bits == TimeBits::k16 ? 16 : 8,
+          settings.lens_points};
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/key_table.h"
+#include "tilecore/visibility/sample_pattern.h"
+
+namespace tessera::tilecore {
+
+enum class TemporalPattern : std::uint8_t { k8x8, k32x32 };
+enum class TimeBits : std::uint8_t { k8, k16 };
+
+// Where and when samples look, of all frames; keys sampling.*.
+struct PatternSettings {
+  int samples_per_pixel = 4;
+  std::uint32_t seed = 0;
+  TemporalPattern temporal_pattern = TemporalPattern::k8x8;
+  TimeBits time_bits = TimeBits::k8;
+  int lens_points = 0;
+};
+Keys<PatternSettings> pattern_keys();
+
+// The pattern of one frame.
+SamplingSettings sampling_settings(const PatternSettings& settings, int frame);
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::TemporalPattern> = std::to_array<std::string_view>({"8x8", "32x32"});
+template <>
+inline constexpr auto kEnumWords<tilecore::TimeBits> = std::to_array<std::string_view>({"8", "16"});
+
+}  // namespace tessera

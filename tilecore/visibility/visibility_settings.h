@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/key_table.h"
+
+namespace tessera::tilecore {
+
+// How a tile core finds which samples a moving or defocused sub-patch may cover. All methods end in the same inside
+// test and find the same hits with the same bits; they differ in what they test for them.
+enum class VisibilityMethod : std::uint8_t {
+  kPatchBvh,     // moving boxes of leaves and cells against the tile, then against samples
+  kBrute,        // per cell, every sample of the rectangle of its whole motion
+  kSegments,     // per cell, a rectangle for each of k segments of the shutter
+  kPartition,    // per cell, the rectangle cut in space; for each part the times at which the cell is there
+  kClusters,     // per leaf of 16 cells, a rectangle for each of k segments; its samples against all 16
+  kInterleaved,  // per cell, a rectangle for each of N fixed intervals
+};
+
+// How patch-bvh finds samples.
+enum class Traversal : std::uint8_t {
+  kClass,  // by classes of samples
+  kRay,    // one ray at a time from the branch node
+};
+
+// Where the rays of a rectangle start in the tree.
+enum class BranchNode {
+  kRoot,
+  kBothChildren,  // the first node with both children inside the frustum
+  kLeafMask,      // the lowest node that all leaves inside the frustum are under, at the times in question
+};
+
+// Keys tilecore.visibility_method, .stencil_segments, .interleaved_times, .traversal, .branch_node, .ray_segments.
+struct VisibilityMethodSettings {
+  VisibilityMethod method = VisibilityMethod::kPatchBvh;
+  int stencil_segments = 0;    // k; 0: by blur length over primitive size
+  int interleaved_times = 16;  // N
+  Traversal traversal = Traversal::kClass;
+  BranchNode branch_node = BranchNode::kLeafMask;
+  int ray_segments = 1;  // parts of the shutter that have branch nodes of their own
+
+  // Classes of the sample pattern against moving boxes: the kernels of visibility_kernel.h, without the units below.
+  bool by_class() const { return method == VisibilityMethod::kPatchBvh && traversal == Traversal::kClass; }
+};
+Keys<VisibilityMethodSettings> visibility_keys();
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::VisibilityMethod> =
+    std::to_array<std::string_view>({"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"});
+template <>
+inline constexpr auto kEnumWords<tilecore::Traversal> = std::to_array<std::string_view>({"class", "ray"});
+template <>
+inline constexpr auto kEnumWords<tilecore::BranchNode> = std::to_array<std::string_view>({"root", "both_children",
+                                                                                          "leaf_mask"});
+
+}  // namespace tessera
