@@ -64,11 +64,12 @@ class SweepCommand final : public Command {
                         {"sweep.json", "sweep.csv", "report.html", "points/.lock", "points/*.json", "points/*.png"});
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
+    // From here on Ctrl-C leaves whole results, also while a large study is expanded.
+    install_stop_handler();
     const std::vector<SweepPoint> points = expand_points(study, program_fingerprint());
     const SweepFolder folder(out_);
     const SweepLock lock(folder, sharded());
     folder.write_manifest(study, points);
-    install_stop_handler();
     const SweepOutcome outcome = run_sweep(study, points, folder, options);
     if (outcome.stopped)
       std::fprintf(stderr, "stopped: %zu of %zu points are done; the same command goes on\n",

@@ -5,6 +5,7 @@
 
 #include "binner/tile_coverage.h"
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "scene/capture_reader.h"
 
 namespace tessera::binner {

@@ -7,6 +7,7 @@
 #include "base/simd_targets.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "scene/capture_reader.h"
 
 namespace tessera::frontend {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/image_metrics.h"
+#include "gpu/configuration.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::bench {

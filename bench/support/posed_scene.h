@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "gpu/configuration.h"
 #include "scene/frame_geometry.h"
 #include "tests/support/machine_visibility.h"
 

@@ -108,7 +108,7 @@ constexpr Kind kKinds[] = {{"grey", 1, TJSAMP_GRAY, 0, 2},
                            {"grey, progressive", 1, TJSAMP_GRAY, TJFLAG_PROGRESSIVE, 2},
                            {"4:2:0, progressive", 3, TJSAMP_420, TJFLAG_PROGRESSIVE, 5}};
 
-TEST(JpegDecoder, AImageComesBackWithinQuantisationWhateverItsChannelsAndSampling) {
+TEST(JpegDecoder, AnImageComesBackWithinQuantisationWhateverItsChannelsAndSampling) {
   for (const Kind& kind : kKinds)
     for (const auto& [width, height] : {std::pair{1, 1}, {8, 8}, {17, 9}, {64, 33}}) {
       const Image8 image = ramps(width, height, kind.channels);
@@ -302,7 +302,7 @@ Bytes claiming(int width, int height) {
   return bytes;
 }
 
-TEST(JpegDecoder, AImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
+TEST(JpegDecoder, AnImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
   const ImageLimits limits{.max_side = 4096, .max_pixels = 1 << 20};
   for (const auto& [width, height] : {std::pair{4097, 1}, {1, 4097}, {1025, 1024}, {65000, 65000}}) {
     const Bytes bytes = claiming(width, height);

@@ -19,7 +19,9 @@ TEST(Text, EscapedTextStaysOneLineOfPrintableCharacters) {
 }
 
 TEST(Text, LongTextLosesItsMiddleNotItsEnds) {
-  const std::string shortened = escape_control(std::string(500, 'a') + "END", 20);
+  std::string text(500, 'a');
+  text += "END";
+  const std::string shortened = escape_control(text, 20);
   EXPECT_EQ(shortened.size(), 23u);
   EXPECT_TRUE(shortened.starts_with("aaaaaaaaaa..."));
   EXPECT_TRUE(shortened.ends_with("END"));

@@ -9,6 +9,7 @@
 #include "baselines/strip_code.h"
 #include "baselines/tile_reference.h"
 #include "baselines/triangle_buffer.h"
+#include "gpu/configuration.h"
 #include "memory/lru_cache.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/support/captures.h"

@@ -8,6 +8,7 @@
 
 #include "baselines/immediate.h"
 #include "baselines/post_tessellation.h"
+#include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
 #include "tests/support/captures.h"
 

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "binner/binner.h"
+#include "gpu/configuration.h"
 #include "tests/binner/posed_object.h"
 #include "tests/support/captures.h"
 
@@ -243,7 +244,7 @@ TEST(ParameterBuffer, ABufferOfExactlyTheNeededSizeSuffices) {
 TEST(ParameterBuffer, OneThatCannotHoldAChunkIsRefusedWithTheNumbers) {
   gpu::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer.chunk_bytes = 4096;
-  EXPECT_THROW(ParameterBuffer(gpu, 4), UsageError);
+  EXPECT_THROW(ParameterBuffer(gpu.binner_spec(), 4), UsageError);
 }
 
 TEST(ParameterBuffer, ResetEmptiesEveryQueue) {

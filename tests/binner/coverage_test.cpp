@@ -7,6 +7,7 @@
 #include "binner/coverage.h"
 #include "binner/tile_coverage.h"
 #include "binner/time_segments.h"
+#include "gpu/configuration.h"
 #include "tests/support/captures.h"
 
 namespace tessera::binner {

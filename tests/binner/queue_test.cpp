@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/round_up.h"
 #include "binner/binner.h"
+#include "gpu/configuration.h"
 #include "tests/binner/posed_object.h"
 #include "tests/support/captures.h"
 

@@ -81,7 +81,7 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
     gpu::GpuConfiguration gpu = small_tiles();
     gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
     for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})
-      EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << force;
+      EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << word(force);
   }
 }
 
@@ -133,7 +133,7 @@ TEST(Effects, ForcedOffTheyGiveTheImageOfTheCaptureWithoutThem) {
 TEST(Effects, TilesThatTheMovingObjectDoesNotTouchDoTheWorkOfAStillScene) {
   const auto capture = test::one_moving_ball({0.5, 0.1, 0});
   gpu::RunSettings off;
-  off.motion = "off";
+  off.effects.motion = gpu::EffectMode::kOff;
   const gpu::FrameResult moving = render(*capture, {}), still = render(*capture, off);
   std::size_t without = 0, with = 0;
   for (std::size_t t = 0; t < moving.maps.tiles.size(); ++t) {

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "tests/frontend/bound_scenes.h"
 
 namespace tessera::frontend {

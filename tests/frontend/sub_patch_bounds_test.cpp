@@ -353,7 +353,7 @@ TEST_P(SubPatchBounds, HoldEveryPointOfTheDisplacedMovingDefocusedPatch) {  // M
 
 std::string case_name(const testing::TestParamInfo<std::tuple<int, int>>& instance) {
   const auto [kind, method] = instance.param;
-  return std::string(kHardNames[kind]) + "_" + std::string(word(method));
+  return std::string(kHardNames[kind]) + "_" + std::string(kEnumWords<BoundMethod>[static_cast<std::size_t>(method)]);
 }
 INSTANTIATE_TEST_SUITE_P(HardCase, SubPatchBounds,
                          testing::Combine(testing::Range(0, static_cast<int>(Hard::kCount)),

@@ -89,7 +89,7 @@ scene::Capture mixed_scene(bool moving) {
 TEST(Procedures, SampledAndTessellatedShowTheSameImage) {
   for (const bool moving : {false, true}) {
     const scene::Capture capture = mixed_scene(moving);
-    const FrameResult sampled = render(capture, {}), tessellated = render(capture, {"tessellated"});
+    const FrameResult sampled = render(capture, {}), tessellated = render(capture, {Settings::Path::kTessellated});
     EXPECT_GT(decibels(sampled, tessellated), 38) << (moving ? "moving" : "still");
     EXPECT_GT(sampled.counters.sampling.samples, 0u);
     EXPECT_EQ(tessellated.counters.sampling.samples, 0u);
@@ -101,7 +101,7 @@ TEST(Procedures, AnotherProcedureIsAnotherImage) {  // the twin of the law above
   scene::Capture capture = mixed_scene(false);
   const FrameResult sampled = render(capture, {});
   capture.procedures[0].pieces[0].input.p[1] = 0.3f;
-  EXPECT_LT(decibels(sampled, render(capture, {"tessellated"})), 38);
+  EXPECT_LT(decibels(sampled, render(capture, {Settings::Path::kTessellated})), 38);
 }
 
 TEST(Procedures, ImagesFollowFromTheSceneAlone) {  // SC1
@@ -135,7 +135,7 @@ TEST(Procedures, CountersDoNotDependOnThreadsOrInstructionSet) {
 TEST(Procedures, ADrawingFollowsFromTheSceneAlone) {  // SC1
   const scene::Capture capture = mixed_scene(false);
   const FrameResult plain = render(capture, {.spp = 4, .style = Settings::Style::kLines});
-  EXPECT_GT(plain.counters.sampling.lines, 0u);
+  EXPECT_GT(plain.counters.sampling.drawn_lines, 0u);
   EXPECT_NE(plain.targets.color.values, render(capture, {.spp = 4}).targets.color.values)
       << "the twin: another style is another image";
   std::vector<Ways> others = {{.tile = 8, .spp = 4}, {.tile = 64, .spp = 4}, {.threads = 1, .spp = 4}};
@@ -201,7 +201,7 @@ TEST(Procedures, NoHoleInAClosedSurfaceOverAContrastingBackground) {
     test::add_procedure(capture, id, in, DVec3(0, 1.2, 0), material);
     capture.settings.background = Vec3(1.0f);
     const Image sampled = render(capture, {}, 320, 180).targets.color,
-                reference = render(capture, {"tessellated"}, 320, 180).targets.color;
+                reference = render(capture, {Settings::Path::kTessellated}, 320, 180).targets.color;
     int inside = 0;
     for (int y = 1; y < 179; ++y)
       for (int x = 1; x < 319; ++x) {
@@ -218,7 +218,8 @@ TEST(Procedures, NoHoleInAClosedSurfaceOverAContrastingBackground) {
 
 TEST(Procedures, TheShippedCaptureIsTheSameSampledAndTessellated) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
-  const FrameResult sampled = render(capture, {}, 640, 360), tessellated = render(capture, {"tessellated"}, 640, 360);
+  const FrameResult sampled = render(capture, {}, 640, 360),
+                    tessellated = render(capture, {Settings::Path::kTessellated}, 640, 360);
   EXPECT_GT(decibels(sampled, tessellated), 38);
   EXPECT_EQ(sampled.counters.sampling.samples_not_finite, 0u);
 }

@@ -122,7 +122,7 @@ StabilityTopic input() {
            "sizes charged before allocation",
            {"base: ImageCodec.EveryTruncatedPngIsRefused",
             "base: ImageCodec.SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated",
-            "base: JpegDecoder.AImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated",
+            "base: JpegDecoder.AnImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated",
             "base: ExrFile.SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated", "fuzz: image", "fuzz: exr"}},
           {"JPEG with missing or bad tables",
            "invented pixels",

@@ -336,20 +336,24 @@ TEST(ReferenceStore, AnEffectThatIsTurnedOffIsAnotherReference) {
   const Capture capture = shipped("eggs");
   const Reference all = stored(capture, {}, folder.path());
   gpu::RunSettings smooth;
-  smooth.displacement = "off";
+  smooth.effects.displacement = gpu::EffectMode::kOff;
   EXPECT_GT(rms_difference(stored(capture, smooth, folder.path()).color, all.color), 1e-4);
-  for (const auto member :
-       {&gpu::RunSettings::motion, &gpu::RunSettings::defocus, &gpu::RunSettings::displacement,
-        &gpu::RunSettings::alpha_test, &gpu::RunSettings::blending, &gpu::RunSettings::procedures}) {
+  for (const auto member : {&gpu::EffectSettings::motion, &gpu::EffectSettings::defocus,
+                            &gpu::EffectSettings::displacement, &gpu::EffectSettings::alpha_test}) {
     gpu::RunSettings settings;
-    settings.*member = "off";
+    settings.effects.*member = gpu::EffectMode::kOff;
     EXPECT_NE(stored(capture, settings, folder.path()).info.host, all.info.host);
-    settings.*member = "on";  // draws the same image
+    settings.effects.*member = gpu::EffectMode::kOn;  // draws the same image
     EXPECT_EQ(stored(capture, settings, folder.path()).info, all.info);
+  }
+  for (const auto member : {&gpu::EffectSettings::blending, &gpu::EffectSettings::procedures}) {
+    gpu::RunSettings settings;
+    settings.effects.*member = gpu::EffectSwitch::kOff;
+    EXPECT_NE(stored(capture, settings, folder.path()).info.host, all.info.host);
   }
 }
 
-TEST(ReferenceStore, RefusesAImageOfAnotherSize) {
+TEST(ReferenceStore, RefusesAnImageOfAnotherSize) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");
   stored(capture, {}, folder.path());

@@ -182,7 +182,9 @@ TEST(Study, FaultsAreNamedByTheirPlaceWithTheNearestKnownName) {
        "/columns/0: unknown key 'tilecore.triangels'; did you mean 'tilecore.triangles'?"},
       {{{"columns", {"nothing.*"}}}, "/columns/0: unknown key 'nothing.*'"},
       {{{"columns", json::array()}}, "/columns: is not a list"},
-      {{{"pictures", "yes"}}, "/images: is neither true nor false"},
+      {{{"pictures", "yes"}},
+       "/pictures"
+       ": is neither true nor false"},
       {axis({{"key", "tile.widht"}, {"values", {16}}}),
        "/axes/0/key: unknown key 'tile.widht'; did you mean 'tile.width'?"},
       {axis({{"key", "tile.width"}, {"vales", {16}}}), "/axes/0/vales: unknown key 'vales'; did you mean 'values'?"},

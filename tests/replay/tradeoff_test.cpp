@@ -99,8 +99,9 @@ int front_violations(const KnobResult& knob) {
             const auto cost_b = cost_of(b.measured, cost);
             return cost_b && beats({b.measured.error.flip, *cost_b}, {a.measured.error.flip, *cost_a});
           });
-      const std::optional<bool> expected = cost_a ? std::optional(!beaten) : std::nullopt;
-      violations += a.on_front(cost) != expected ? 1 : 0;
+      const std::optional<bool> on_front = a.on_front(cost);
+      const bool right = cost_a ? on_front.has_value() && *on_front != beaten : !on_front.has_value();
+      violations += right ? 0 : 1;
     }
   return violations;
 }
@@ -276,7 +277,10 @@ TEST_F(TrialFile, IsRefusedWithThePlaceOfWhatIsWrong) {  // TF2
     return refusal(changed.dump());
   };
   EXPECT_EQ(with("/schema", "tessera.point/1"), "/schema is not tessera.trial/1") << "a point of a sweep";
-  EXPECT_EQ(with("/picture", "abc"), "/picture is not 64 lower-case hexadecimal digits");
+  EXPECT_EQ(with("/picture", "abc"),
+            "/"
+            "picture"
+            " is not 64 lower-case hexadecimal digits");
   EXPECT_EQ(with("/values/timing.cycles", 1.5), "/values/timing.cycles is not a whole number of at least 0");
   EXPECT_EQ(with("/values/dram.read_bytes", -1), "/values/dram.read_bytes is not a whole number of at least 0");
   EXPECT_EQ(with("/values/energy.total_nj", -1.5), "/values/energy.total_nj is below 0");

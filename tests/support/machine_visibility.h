@@ -4,6 +4,7 @@
 
 #include "base/parallel.h"
 #include "binner/binner.h"
+#include "gpu/configuration.h"
 #include "tilecore/tile_core.h"
 
 namespace tessera::test {

@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "binner/tile_coverage.h"
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "shaders_cpp/bicubic.h"
 #include "tests/frontend/bound_scenes.h"
 #include "tests/support/floating_point_traps.h"

@@ -225,7 +225,7 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
 }
 
 TEST(Foveation, StepsAtTheTwoRadii) {
-  const Foveation f{true, {100, 50}, 10, 20};
+  const Foveation f({.r0 = 10, .r1 = 20}, 200, 100);
   EXPECT_EQ(f.max_samples({110, 50}), 16);
   EXPECT_EQ(f.max_samples({110.1f, 50}), 8);
   EXPECT_EQ(f.max_samples({100, 70}), 8);

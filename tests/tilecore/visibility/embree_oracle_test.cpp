@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "gpu/configuration.h"
 #include "tests/support/embree_scene.h"
 #include "tests/support/machine_visibility.h"
 #include "tests/tilecore/support.h"
