@@ -124,7 +124,9 @@ TEST(OutputFile, RefusesWhatIsNeitherAFileNorAStreamAndMakesNothing) {
       {pipe.name(0), "reading only"},
   };
   const std::set<std::string> before = files_in(folder.path());
-  for (const auto& [target, why] : refused) {
+  for (const auto& each : refused) {
+    const auto& target = each.first;
+    const auto& why = each.second;
     EXPECT_THAT(refusal([&] { check_output_file(target); }), HasSubstr(why)) << target;
     EXPECT_THAT(refusal([&] { OutputFile file(target); }), HasSubstr(why)) << target;
   }

@@ -259,7 +259,8 @@ std::vector<std::string> ctest_names() {
       test::run_process({"/usr/bin/env", "ctest", "--show-only=json-v1", "--test-dir", TESSERA_BINARY_DIR});
   EXPECT_EQ(listed.status, 0) << listed.errors;
   std::vector<std::string> names;
-  for (const nlohmann::json& entry : nlohmann::json::parse(listed.output)["tests"]) {
+  const nlohmann::json all = nlohmann::json::parse(listed.output);
+  for (const nlohmann::json& entry : all.at("tests")) {
     std::string name = entry["name"];
     // ctest drops the space between the folder and the suite.
     if (const std::size_t colon = name.find(':'); colon != std::string::npos && name[colon + 1] != ' ')
