@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Prints tessera/__init__.pyi: what is written below, with the keys that the built module knows.
 
-    PYTHONPATH=build/release/python python3 python/make_stubs.py > python/tessera/__init__.pyi
+    PYTHONPATH=build/release/python python3 -P python/make_stubs.py > python/tessera/__init__.pyi
 """
 
 import tessera

@@ -1,0 +1,256 @@
+# Made by python/make_stubs.py; do not edit.
+import os
+from collections.abc import Mapping
+from typing import Any, Literal, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+class Error(RuntimeError): ...
+class InputError(Error): ...
+class LimitError(Error): ...
+class UsageError(Error): ...
+class SystemError(Error): ...
+class WriteError(SystemError): ...
+
+Value = bool | int | float | str
+Eye = Literal["left", "right"]
+
+class GpuKeys(TypedDict, total=False):
+    frontend__bound_method: Literal["aabb", "obb", "tpatch", "npatch", "interval"]  # How sub-patches are boxed: object axes or the patch's own, displaced in every direction (aabb, obb) or along bounded normals (tpatch, npatch), or by interval arithmetic.
+    frontend__split_criterion: Literal["screen_extent", "frustum", "nearest", "normal_spread", "surface_area"]  # Which sub-patches are split further, and which first.
+    frontend__split_pixels: float  # 1 to 65536 pixels. Sub-patches no wider than this on screen, at shutter open and close, are not split further.
+    frontend__split_depth: int  # 0 to 12 splits. Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.
+    frontend__split_budget: int  # 1 to 4096 sub-patches. Most sub-patches that the criterion may make of one base patch.
+    frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
+    frontend__previous_depth_culling: bool  # Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles are done, and rendered in a second pass where they were visible after all.
+    tile__width: int  # 8 to 256 pixels. Width of the on-chip render area of one tile core.
+    tile__height: int  # 8 to 256 pixels. Height of the on-chip render area of one tile core.
+    parameter_buffer__bytes: int  # 256 to 4.29497e+09 bytes. Memory that holds the tile lists: list heads and chunks.
+    parameter_buffer__chunk_bytes: int  # 32 to 2.09715e+06 bytes. Size of the pieces in which the parameter buffer is handed out to tiles.
+    parameter_buffer__full_policy: Literal["partial_render", "spill"]  # What a full parameter buffer leads to: render what is queued and go on, or continue in an overflow area.
+    binner__coverage: Literal["rectangle", "exact"]  # Tiles that get an entry: all of the bounding rectangle, or those that the moving box itself may touch.
+    binner__time_intervals: bool  # Store in an entry when its moving box may touch the tile, from the box against the tile's frustum; drop tiles that it touches at no time.
+    binner__time_segments: int  # 0 to 16 segments. Pieces into which the shutter is cut, each with a bounding rectangle of its own; 0: as many as the box's centre travels its own larger side (at least a tile) on screen.
+    binner__queue_levels: int  # 1 to 5 levels. Levels of queues: single tiles, then groups of 2x2, 4x4, 8x8 and 16x16 tiles, whose entries all their tiles read.
+    binner__combining_bursts: int  # 1 to 65536 bursts. Bursts that the binner keeps open on chip to combine the writes of neighbouring queue entries.
+    tessellator__max_factor: int  # 1 to 64 cells. Largest number of cells along an edge of a base patch.
+    tessellator__subpixel_bits: int  # 4 to 8 bits. Fractional bits of a vertex's place on screen: vertices that are projected lie on a grid of 2^-bits pixels. Samples keep theirs of 1/256.
+    tessellator__sub_patch_cells: int  # 4 to 64 cells. Largest side of the sub-patches that the front end sends to the binner.
+    tessellator__cache_bytes: int  # 0 to 1.07374e+09 bytes. On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.
+    post_tessellation__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.
+    immediate__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: colour and depth cache of an immediate-mode machine.
+    tilecore__occlusion_culling: bool  # Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.
+    tilecore__visibility_method: Literal["patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"]  # How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of each cell's whole motion; by a stencil test on time for segments of the shutter, for parts of the rectangle, for segments of whole leaves; by a rectangle for each of a few fixed intervals. The image is the same.
+    tilecore__stencil_segments: int  # 0 to 256 segments. Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, at most 64.
+    tilecore__interleaved_times: int  # 1 to 256 intervals. Intervals of the shutter of the method interleaved.
+    tilecore__traversal: Literal["class", "ray"]  # How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through the binary tree of the sub-patch's cells.
+    tilecore__branch_node: Literal["root", "both_children", "leaf_mask"]  # With tilecore.traversal=ray: the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the lowest one above all leaves inside.
+    tilecore__ray_segments: int  # 1 to 64 segments. With tilecore.traversal=ray: parts of the shutter that have a stencil test, a leaf mask and a branch node of their own.
+    tilecore__box_bits: int  # 8 to 32 bits. Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.
+    tilecore__blend_layers: int  # 1 to 64 layers. Blended surfaces of one sample that a tile core keeps in order; of more, the two farthest become one.
+    shading_cache__entries: int  # 1 to 1.04858e+06 cells. With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each; the least recently used goes first.
+    shading_cache__group: int  # 1 to 64 tiles. Side of the square group of tiles that a core renders before it empties its shading cache, with shading.rate=cache.
+    memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves.
+    frame_buffer__compression: Literal["none", "lossless"]  # Whether finished pixels are compressed on their way to memory, in blocks of 8x4; saves traffic, not room.
+    clock__mhz: float  # 1 to 10000 MHz. Clock of the whole GPU; cycles everywhere are cycles of this clock.
+    tilecore__count: int  # 1 to 64 cores. Tile cores, fed by one tile scheduler.
+    frontend__bounds_per_clk: float  # 0.000976562 to 65536 bounds/clk. Bounding volumes that the front end computes.
+    binner__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Queue entries that the binner appends.
+    binner__tiles_per_clk: float  # 0.000976562 to 65536 tiles/clk. Tiles that the binner tests against a sub-patch.
+    tilecore__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Queue entries that a core reads, orders and tests for occlusion.
+    tessellator__vertices_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices that a core's tessellator evaluates, both motion keys together.
+    tilecore__boxes_per_clk: float  # 0.000976562 to 65536 boxes/clk. Boxes of cells and leaves that a core builds.
+    tilecore__box_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Box tests of a core.
+    tilecore__stencil_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples whose time a core's stencil unit tests.
+    sampling__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.
+    tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples that a core tests against a triangle.
+    tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
+    shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
+    shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
+    texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
+    tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
+    resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
+    resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils with 8-bit weights; a tap with float weights is four.
+    tilecore__memory_bytes: int  # 1024 to 1.07374e+09 bytes. On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the samples of one tested while another is shaded), at least one.
+    cache__line_bytes: int  # 16 to 256 bytes. Line of the texture caches and the L2: a block of 4x4 texels.
+    texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
+    texture__cache_ways: int  # 1 to 64 ways. Associativity of the texture cache.
+    l2__bytes: int  # 0 to 1.07374e+09 bytes. L2 that all cores share, for textures and displacement maps; 0: none. Patch records have tessellator.cache_bytes, what is written once passes by.
+    l2__ways: int  # 1 to 64 ways. Associativity of the L2.
+    memory__bytes_per_clk: float  # 0.125 to 65536 bytes/clk. Peak rate of the external memory.
+    memory__gpu_share: float  # 0.01 to 1. Part of the peak rate that the GPU gets: refresh, turn-around, other users.
+    memory__latency_clk: float  # 0 to 10000 clk. Time from a read to its data on an idle memory.
+    memory__pj_per_bit: float  # 0 to 1000 pJ/bit. Energy of a bit over the external interface, memory, interface and controller together.
+    energy__bound_pj: float  # 0 to 1e+09 pJ. Bounding volume of a sub-patch.
+    energy__binned_entry_pj: float  # 0 to 1e+09 pJ. Entry appended to a queue, memory traffic apart.
+    energy__fetched_entry_pj: float  # 0 to 1e+09 pJ. Entry read and ordered by a core, memory traffic apart.
+    energy__vertex_pj: float  # 0 to 1e+09 pJ. Vertex evaluated.
+    energy__box_pj: float  # 0 to 1e+09 pJ. Box of a cell or a leaf built.
+    energy__box_test_pj: float  # 0 to 1e+09 pJ. Box test.
+    energy__stencil_test_pj: float  # 0 to 1e+09 pJ. Time of a sample tested against a stencil's references.
+    energy__sampling_operation_pj: float  # 0 to 1e+09 pJ. Operation of the SIMD array that evaluates procedures.
+    energy__triangle_test_pj: float  # 0 to 1e+09 pJ. Sample tested against a triangle.
+    energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
+    energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to the tile memory.
+    energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Operation of the pixel shader with its registers.
+    energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with the texture cache.
+    energy__l2_line_pj: float  # 0 to 1e+09 pJ. Line read from or filled into the L2.
+    energy__blend_pj: float  # 0 to 1e+09 pJ. Blended layer of a sample composed.
+    energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.
+    energy__resolve_operation_pj: float  # 0 to 1e+09 pJ. Operation of desampling.
+    energy__leakage_mw: float  # 0 to 1e+06 mW. Power of the GPU that does nothing.
+
+class SettingsKeys(TypedDict, total=False):
+    sampling__samples_per_pixel: int  # 1 to 64 samples. Visibility samples per pixel; the same as --spp.
+    sampling__seed: int  # 0 to 4.29497e+09. Chooses among equally good sample patterns; the same as --seed.
+    sampling__temporal_pattern: Literal["8x8", "32x32"]  # Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to replay.
+    sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits.
+    sampling__lens_points: int  # 0 to 65536 points. Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a point of its own for every sample of the pattern, moved from block to block.
+    tessellation__target_edge_pixels: float  # 0.25 to 64 pixels. Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower.
+    tessellation__displacement_bias: float  # -16 to 16 levels. Added to the level of the height map that vertices and normals are made from; 0 fits it to the tessellated cells, more is smoother, less aliases.
+    shading__rate: Literal["pixel", "sample", "cache"]  # Pixel-shader invocations: once per pixel and surface (multisampling), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
+    shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
+    shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump.
+    effects__motion: Literal["auto", "on", "off"]  # Motion blur: what the capture asks for; the general kernels everywhere (same image); none.
+    effects__defocus: Literal["auto", "on", "off"]  # Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none.
+    effects__displacement: Literal["auto", "on", "off"]  # Displacement: where the capture's maps are not zero; wherever it has maps (same image); none.
+    effects__alpha_test: Literal["auto", "on", "off"]  # Alpha test: where a masked material may be transparent; all over it (same image); none, masked surfaces are opaque.
+    effects__blending: Literal["auto", "off"]  # Blending: what the capture asks for; none, blended surfaces are opaque.
+    effects__procedures: Literal["auto", "off"]  # Procedures: what the capture has; none.
+    procedures__path: Literal["sampled", "tessellated"]  # How procedures are drawn: by the sampling controller, or as ordinary patches whose vertices the procedure evaluates.
+    procedures__maps: Literal["interval", "published"]  # Sparse pass of the sampling controller: cells bounded by interval evaluation, or one tuple per cell and a padded radius.
+    procedures__scatter: Literal["footprint", "point"]  # What a sample writes: the sample points inside its footprint, or, as published, the sub-pixel it falls into (still objects only).
+    procedures__style: Literal["surface", "lines"]  # Shaded surfaces, or a drawing with lines along the parameters.
+    procedures__spacing: float  # 0.125 to 64 sub-pixels. Samples are so dense that no footprint reaches farther than this from its middle; smaller is more exact and slower.
+    procedures__cell_pixels: float  # 1 to 512 pixels. Interval maps: cells of the parameter domain larger than this on screen are halved.
+    procedures__padding: float  # 0 to 16. Published maps: padding of a cell's place on screen, in its radius.
+    procedures__sparse_spacing: float  # 0.5 to 256 sub-pixels. Published maps: distance of the tuples of the sparse pass.
+    procedures__refill: bool  # Look for holes between samples, tile by tile, and sample them again; for spacings too wide for the scatter.
+    procedures__lanes: int  # 1 to 1024 lanes. Lanes of the emulated SIMD array.
+    resolve__desampling: Literal["off", "adaptive", "fixed_8", "fixed_4", "checkerboard"]  # Which pixels are shaded: all; by motion, edges and history; half or a quarter of every block; half, alternating, filled from four neighbours. The others are advected or reconstructed.
+    resolve__k_stat: float  # 0 to 64 pixels/frame. Blocks slower than this take half of their pixels from the previous frame.
+    resolve__k_fast1: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 8 of 16 pixels.
+    resolve__k_fast2: float  # 0 to 1e+06 pixels/frame. Blocks faster than this are shaded at 4 of 16 pixels.
+    resolve__hysteresis: float  # 0 to 0.5. Share of a threshold by which a speed must pass it before a block changes its regime.
+    resolve__block_speed: Literal["mean", "max", "median", "min"]  # Which of its pixels' speeds a block goes by; max does not overlook a small fast object.
+    resolve__edges: Literal["inverse_depth", "depth"]  # What the edge detector takes the Laplacian of; that of 1/z is zero on any plane.
+    resolve__edge_threshold: float  # 0 to 10. An edge where the Laplacian is larger than this share of the value.
+    resolve__edge_evidence: Literal["surface", "patch", "depth"]  # What makes an edge besides the Laplacian: samples of a block that see several drawables; or several base patches; or nothing.
+    resolve__supersampling: bool  # Blocks with an edge are shaded at 32 instead of 16: the left and the right half of a pixel's samples do not share pixel-shader invocations (shading.rate=pixel).
+    resolve__advect_still_edges: bool  # Blocks with an edge of which every sample is at rest may be advected: the copies are exact.
+    resolve__dither: Literal["counter", "seeded", "off"]  # How the pattern of a block changes from frame to frame: in turn, by a hash, not at all.
+    resolve__dither_per_block: bool  # Every block begins elsewhere in the order of patterns.
+    resolve__advection: bool  # Slow blocks take pixels from the previous frame.
+    resolve__advection_fetch: Literal["bilinear", "bicubic"]  # How the previous frame is read between its pixels.
+    resolve__bfecc: bool  # Back and forth error compensation of advection.
+    resolve__depth_tolerance: float  # 0 to 1. Share of its depth by which a point may differ from what the previous frame shows in its place.
+    resolve__discrepancy: Literal["rendered", "neighbours", "off"]  # How a block finds out that advection went wrong: what it would have given for rendered pixels, or advected pixels against their rendered neighbours.
+    resolve__discrepancy_tolerance: float  # 0 to 1. Mean relative difference from which on it did.
+    resolve__discrepancy_frames: int  # 1 to 15 frames. For which its neighbourhood is then rendered fully.
+    resolve__reconstruction: Literal["cubic", "cubic_interpolating", "cubic_unscaled", "bilinear", "nearest"]  # How missing pixels are made from rendered ones: cubic stencils of 5x5 scaled to the samples, of 7x7 interpolating, unscaled; a tent; the nearest.
+    resolve__stencil_weights: Literal["packed", "float"]  # Weights from packed tables of 8 bits, or computed in single precision.
+    resolve__stencil_clamp: bool  # Reconstructed pixels stay within the range of the pixels that they are made from.
+    resolve__stencil_reach: Literal["tile", "neighbours"]  # Whether stencils stop at the tile's border, or read neighbouring tiles in a second pass.
+    resolve__foveation_r0: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this from the focus get at most 8 samples; 0 is off.
+    resolve__foveation_r1: float  # 0 to 1e+06 pixels. Foveation: blocks farther than this get at most 4; at least foveation_r0.
+    resolve__focus_x: float  # 0 to 1 frame widths. Where the eye looks, from the left.
+    resolve__focus_y: float  # 0 to 1 frame heights. Where the eye looks, from the top.
+    stereo__eye_separation: float  # 0 to 1e+06 scene units. Renders a second image for a right eye this far to the right of the camera, which is the left eye; 0 is one eye.
+    stereo__far_depth: float  # 0 to 1e+09 scene units. With desampling the right eye takes pixels from the left where both see farther than this.
+    output__machine_model: bool  # Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent.
+    output__exposure: float  # 0 to 1e+06. Factor on light before the PNG's tone map; 0 takes the capture's.
+
+class Scene:
+    def __init__(
+        self, file: str | os.PathLike[str], *, max_bytes: int = 4294967296, max_file_bytes: int = 2147483648
+    ) -> None: ...
+    @property
+    def file(self) -> str: ...
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def frame_rate(self) -> float: ...
+    @property
+    def frames(self) -> range: ...
+    @property
+    def notices(self) -> list[str]: ...
+
+class Gpu:
+    def __init__(self, machine: str | Mapping[str, Any] | Gpu | None = "middle", **keys: Unpack[GpuKeys]) -> None: ...
+    @staticmethod
+    def from_json(text: str) -> Gpu: ...
+    @staticmethod
+    def presets() -> list[str]: ...
+    def set(self, key: str, value: Value) -> None: ...
+    def get(self, key: str) -> Value: ...
+    def __setitem__(self, key: str, value: Value) -> None: ...
+    def __getitem__(self, key: str) -> Value: ...
+    def json(self) -> str: ...
+
+class Settings:
+    def __init__(self, values: Mapping[str, Any] | Settings | None = None, **keys: Unpack[SettingsKeys]) -> None: ...
+    def set(self, key: str, value: Value) -> None: ...
+    def get(self, key: str) -> Value: ...
+    def __setitem__(self, key: str, value: Value) -> None: ...
+    def __getitem__(self, key: str) -> Value: ...
+    def json(self) -> str: ...
+
+class Device:
+    def __init__(
+        self,
+        scene: Scene,
+        gpu: str | Mapping[str, Any] | Gpu | None = None,
+        settings: Mapping[str, Any] | Settings | None = None,
+        *,
+        width: int = 0,
+        height: int = 0,
+        region: tuple[int, int, int, int] | None = None,
+        auxiliary: bool = False,
+        resolve_auxiliary: bool = False,
+        max_image_bytes: int = 4294967296,
+        **keys: Unpack[SettingsKeys],
+    ) -> None: ...
+    def render(self, frame: int) -> Frame: ...
+    @property
+    def automatic_camera(self) -> bool: ...
+
+class Frame:
+    @property
+    def number(self) -> int: ...
+    @property
+    def has_right_eye(self) -> bool: ...
+    @property
+    def layers(self) -> list[str]: ...
+    def image(self, layer: str = "color", eye: Eye = "left") -> NDArray[np.float32]: ...
+    def display(self, eye: Eye = "left") -> NDArray[np.uint8]: ...
+    def patches(self, eye: Eye = "left") -> NDArray[np.uint32]: ...
+    @property
+    def counters(self) -> dict[str, int]: ...
+    @property
+    def traffic(self) -> list[dict[str, Any]]: ...
+    @property
+    def timing(self) -> dict[str, Any] | None: ...
+    @property
+    def energy(self) -> dict[str, Any] | None: ...
+    @property
+    def tile_maps(self) -> dict[str, NDArray[np.uint64]]: ...
+    @property
+    def tile_map_descriptions(self) -> list[dict[str, str]]: ...
+    @property
+    def tiles(self) -> list[dict[str, int]]: ...
+    @property
+    def effects(self) -> dict[str, bool]: ...
+    @property
+    def host_seconds(self) -> float: ...
+    @property
+    def stage_seconds(self) -> dict[str, float]: ...
+
+def gpu_keys() -> list[dict[str, Any]]: ...
+def settings_keys() -> list[dict[str, Any]]: ...
+def counter_descriptions() -> list[dict[str, str]]: ...
+def simd_target() -> str: ...

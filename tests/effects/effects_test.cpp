@@ -81,7 +81,8 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
     gpu::GpuConfiguration gpu = small_tiles();
     gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
     for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})
-      EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected) << seed << " rays " << word(force);
+      EXPECT_EQ(image_bytes(render(*capture, forced(force), 0, gpu).targets), expected)
+          << seed << " rays " << word(force);
   }
 }
 
