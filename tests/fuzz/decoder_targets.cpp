@@ -1,11 +1,10 @@
-// The targets of tessera_fuzz_decoders: all that need no kernels of the machine.
+// The targets of tessera_fuzz_decoders: captures and images, the sanitized build of every push.
 #include "tests/fuzz/fuzz_target.h"
 
 namespace tessera::fuzz {
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kStudyTarget, kMachineTarget, kOptionTarget,
-                                    kResultTarget,  kPointTarget, kImageTarget, kExrTarget,     kHistoryTarget};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kImageTarget, kExrTarget, kHistoryTarget};
   return kTargets;
 }
 
