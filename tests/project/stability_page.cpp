@@ -24,7 +24,9 @@ Made by `build/release/tests/tessera_stability_page`; a test checks that this pa
 // "Suite.Law" of "folder: Suite.Law"; fuzz targets have no other name than that of ctest.
 std::string_view short_name(std::string_view test) {
   const std::size_t colon = test.find(": ");
-  return test.starts_with("fuzz: ") || colon == std::string_view::npos ? test : test.substr(colon + 2);
+  return test.starts_with("fuzz: ") || test.starts_with("long fuzz: ") || colon == std::string_view::npos
+             ? test
+             : test.substr(colon + 2);
 }
 
 bool begins(std::string_view name, std::string_view beginning) {

@@ -30,7 +30,7 @@ std::string fault_of(const std::string& text) {
   test::write_text(folder / "r.json", text);
   try {
     read_reference_info(folder / "r.json");
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "";
