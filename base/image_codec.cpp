@@ -222,6 +222,20 @@ bool read_head(Bytes bytes, ImageFormat format, ImageHead& head, std::string& fa
 
 }  // namespace
 
+const char* mime_type(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::kPng:
+      return "image/png";
+    case ImageFormat::kJpeg:
+      return "image/jpeg";
+    case ImageFormat::kWebp:
+      return "image/webp";
+    case ImageFormat::kUnknown:
+      break;
+  }
+  return "";
+}
+
 bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault,
                   const ChargeBytes& charge) {
   const ImageFormat format = image_format(bytes);

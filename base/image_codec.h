@@ -37,6 +37,8 @@ struct DecodedImage {
 // What the bytes of an image file say it is, from the signature alone.
 enum class ImageFormat { kUnknown, kPng, kJpeg, kWebp };
 ImageFormat image_format(std::span<const std::uint8_t> bytes);
+// "image/png" and so on; empty for kUnknown.
+const char* mime_type(ImageFormat format);
 
 // Told how many bytes of memory unpacking needs at most, before they are allocated; may throw to forbid it.
 using ChargeBytes = std::function<void(std::uint64_t)>;
