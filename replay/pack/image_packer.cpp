@@ -48,7 +48,8 @@ std::string as_webp(gltf::Bytes bytes, const WebpOptions& options) {
   if (image_format(bytes) == ImageFormat::kWebp || !decode_image(bytes, ImageLimits{}, decoded, fault)) return "";
   const auto* image = std::get_if<Image8>(&decoded.pixels);
   if (image == nullptr || image->width > kMaxWebpSide || image->height > kMaxWebpSide) return "";
-  return encode_webp(as_color(*image), options.quality.value_or(0), !options.quality);
+  std::string webp = encode_webp(as_color(*image), options.quality.value_or(0), !options.quality);
+  return webp.size() < bytes.size() ? webp : "";
 }
 
 }  // namespace

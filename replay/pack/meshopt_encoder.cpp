@@ -195,12 +195,10 @@ MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const Quantiz
   return verbatim(attribute, count);
 }
 
-void order_for_meshopt(DracoInput& mesh) {
-  std::vector<std::uint32_t> ordered(mesh.indices.size());
-  meshopt_optimizeVertexCacheStrip(ordered.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);
-  std::vector<std::uint32_t> place(mesh.vertex_count);
-  const std::size_t used =
-      meshopt_optimizeVertexFetchRemap(place.data(), ordered.data(), ordered.size(), mesh.vertex_count);
+namespace {
+
+// Moves every vertex to its new number and names it so. Vertices without one are dropped.
+void renumber(DracoInput& mesh, const std::vector<std::uint32_t>& place, std::size_t used) {
   for (DracoAttribute& attribute : mesh.attributes) {
     const auto components = static_cast<std::size_t>(attribute.components);
     std::vector<float> moved(used * components);
@@ -208,9 +206,31 @@ void order_for_meshopt(DracoInput& mesh) {
       if (place[v] != ~0u) std::copy_n(&attribute.values[v * components], components, &moved[place[v] * components]);
     attribute.values = std::move(moved);
   }
-  for (std::uint32_t& index : ordered) index = place[index];
-  mesh.indices = std::move(ordered);
+  for (std::uint32_t& index : mesh.indices) index = place[index];
   mesh.vertex_count = used;
+}
+
+}  // namespace
+
+void order_for_meshopt(DracoInput& mesh) {
+  constexpr std::size_t kMaxStreams = 16;  // that the library compares
+  std::vector<meshopt_Stream> streams;
+  for (const DracoAttribute& attribute : mesh.attributes) {
+    const std::size_t bytes = sizeof(float) * static_cast<std::size_t>(attribute.components);
+    streams.push_back({attribute.values.data(), bytes, bytes});
+  }
+  std::vector<std::uint32_t> place(mesh.vertex_count);
+  if (streams.size() <= kMaxStreams)
+    renumber(mesh, place,
+             meshopt_generateVertexRemapMulti(place.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count,
+                                              streams.data(), streams.size()));
+  std::vector<std::uint32_t> ordered(mesh.indices.size());
+  meshopt_optimizeVertexCacheStrip(ordered.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);
+  mesh.indices = std::move(ordered);
+  place.resize(mesh.vertex_count);
+  const std::size_t used =
+      meshopt_optimizeVertexFetchRemap(place.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);
+  renumber(mesh, place, used);
 }
 
 }  // namespace tessera::replay

@@ -50,7 +50,8 @@ struct MeshoptAttribute {
 MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const QuantizationBits& bits,
                                   std::optional<int> exponent = {});
 
-// Orders triangles for the codec (vertex cache), and vertices by first use; vertices that no triangle has are dropped.
+// Joins vertices whose values are all equal, orders triangles for the codec (vertex cache) and vertices by first use;
+// vertices that no triangle has are dropped.
 void order_for_meshopt(DracoInput& mesh);
 
 }  // namespace tessera::replay

@@ -200,6 +200,9 @@ bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive,
   DracoInput input = read_primitive(document, primitive);
   if (input.indices.empty() || (ordered && input.vertex_count > input.indices.size())) return false;
   if (!ordered) order_for_meshopt(input);
+  // Views in the order in which packing again comes across them.
+  std::sort(input.attributes.begin(), input.attributes.end(),
+            [](const DracoAttribute& a, const DracoAttribute& b) { return a.name < b.name; });
 
   const auto add = [&](json accessor, const MeshoptStream& stream, AccessorUse use) {
     placed[out["accessors"].size()] = chunk.add_stream(stream, use);

@@ -95,17 +95,17 @@ TEST(PackMeshopt, ControlPointsKeepTheirOrderAndSharedEdgesStayBitEqual) {
     }
 }
 
-// Two primitives of one mesh that share an edge; far from the origin, and with extents of their own.
+// Two primitives of one mesh that share an edge, at values that no grid of theirs has.
 TEST(PackMeshopt, PrimitivesOfAMeshThatTouchStillTouch) {
   GltfSource s = grid();
   std::vector<Vec3> points = grid_points();
-  for (Vec3& v : points) v = Vec3(v.x * 0.37f + 8 * 0.37f, v.y * 0.73f, v.z);
+  for (Vec3& v : points) v = Vec3((v.x + 8) * 0.37f, v.y * 0.73f, v.y * 0.1f);
   const int moved = s.positions(points);
   json second = first_primitive(s);
   second["attributes"]["POSITION"] = moved;
   s.document["meshes"][0]["primitives"].push_back(second);
   std::vector<Vec3> first = grid_points();
-  for (Vec3& v : first) v = Vec3(v.x * 0.37f, v.y * 0.73f, v.z);
+  for (Vec3& v : first) v = Vec3(v.x * 0.37f, v.y * 0.73f, v.y * 0.1f);
   first_primitive(s)["attributes"]["POSITION"] = s.positions(first);
   const Packed p(s, meshopt());
   const scene::Capture before = p.before(), after = p.after();
@@ -116,16 +116,16 @@ TEST(PackMeshopt, PrimitivesOfAMeshThatTouchStillTouch) {
       for (const Vec3& b : primitives[1].vertices.positions) count += a == b ? 1 : 0;
     return count;
   };
-  ASSERT_GT(shared(before), 0u);
+  ASSERT_EQ(shared(before), kSide);
   EXPECT_GE(shared(after), shared(before));
 }
 
 TEST(PackMeshopt, IsDeterministicAndPackingAgainChangesNothing) {
   for (const GltfSource& source : {dressed_grid(), animated_grid(), bezier()}) {
     const Packed p(source, meshopt()), again(source, meshopt());
-    EXPECT_EQ(p.bytes, again.bytes);
+    EXPECT_TRUE(p.bytes == again.bytes);
     pack_capture(p.target, p.folder / "twice.glb", meshopt());
-    EXPECT_EQ(read_text(p.folder / "twice.glb"), p.bytes);
+    EXPECT_TRUE(read_text(p.folder / "twice.glb") == p.bytes);
   }
 }
 
@@ -215,7 +215,7 @@ TEST(PackWebp, ColourImagesBecomeWebpAndHeightsStay) {
     EXPECT_EQ(after.displacement->texture->levels()[0].values, before.displacement->texture->levels()[0].values);
     // Packing again finds nothing to convert.
     EXPECT_EQ(pack_capture(p.target, p.folder / "again.glb", options).webp_images, 0u);
-    EXPECT_EQ(read_text(p.folder / "again.glb"), p.bytes);
+    EXPECT_TRUE(read_text(p.folder / "again.glb") == p.bytes);
   }
 }
 
