@@ -93,9 +93,10 @@ bool decode_webp(Bytes bytes, const WebpHeader& header, Image8& image, std::stri
 std::uint64_t webp_decoder_bytes(const WebpHeader& header, std::uint64_t encoded_bytes) {
   const auto width = static_cast<std::uint64_t>(header.width), height = static_cast<std::uint64_t>(header.height);
   const std::uint64_t pixels = width * height;
-  // Tables of one group of prefix codes, with the largest colour cache; a group serves 4 x 4 pixels at least.
+  // Tables of one group of prefix codes, with the largest colour cache. Encoders give one group to a thousand pixels
+  // and more, because each costs them its code lengths.
   constexpr std::uint64_t kGroup = 20 << 10, kMaxGroups = 2600;
-  const std::uint64_t groups = std::min({pixels / 16 + 1, kMaxGroups, encoded_bytes / 8 + 1});
+  const std::uint64_t groups = std::min({pixels / 1024 + 16, kMaxGroups, encoded_bytes / 8 + 1});
   // ARGB, transforms at up to a quarter of the pixels, and 16 rows of output; lossy frames: rows of macroblocks.
   const std::uint64_t whole = header.lossless ? pixels * 5 : header.channels == 4 ? pixels * 2 : 0;
   const bool prefix_codes = header.lossless || header.channels == 4;

@@ -22,8 +22,8 @@ struct WebpHeader {
 [[nodiscard]] bool decode_webp(std::span<const std::uint8_t> bytes, const WebpHeader& header, Image8& image,
                                std::string& fault);
 
-// What decode_webp takes at its peak, the image included, for streams that encoders write: at most 2600 groups of
-// prefix codes, as libwebp's own.
+// What decode_webp takes at its peak, the image included, for streams that encoders write. libwebp lets nobody ask
+// beforehand: a stream made for the purpose can have a group of prefix codes, 20 KiB, for every 16 pixels.
 std::uint64_t webp_decoder_bytes(const WebpHeader& header, std::uint64_t encoded_bytes);
 
 // WebP bytes of an 8-bit image with 3 or 4 channels; quality 0 to 100, or lossless, which keeps every byte. Throws
