@@ -183,6 +183,7 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
   for (const auto& [stage, seconds] : right.stage_seconds) result.stage_seconds[stage] += seconds;
   result.counters.merge(right.counters);
   result.maps.add(right.maps);
+  merge(result.drawables, right.drawables);
   if (result.model && right.model) {  // one eye after the other
     result.model->timing.accumulate(right.model->timing);
     result.model->energy.accumulate(right.model->energy);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "gpu/drawable_costs.h"
 #include "gpu/effect_report.h"
 #include "gpu/frame_counters.h"
 #include "gpu/tile_maps.h"
@@ -46,6 +47,7 @@ struct FrameResult {
   double seconds = 0;
   std::optional<MachineModel> model;  // with output.machine_model
   TileMaps maps{};
+  DrawableCosts drawables{};
 };
 
 // Adds the time since it was made to a stage of a frame.

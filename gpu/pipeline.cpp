@@ -51,6 +51,7 @@ void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const t
   cores_.for_each([&](tilecore::TileCore& core) {
     tilecore::merge(counters, core.take_counters());
     counters.ledger += core.take_ledger();
+    merge(run.result.drawables, core.take_drawables());
   });
   const WorkRecorder::Sums sums = run.recorder.take_sums();
   tilecore::merge(counters, sums.core);

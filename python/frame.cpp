@@ -69,6 +69,25 @@ py::list tile_map_rows(const Frame& frame) {
   return rows;
 }
 
+// A row for each drawable: what it is and all its costs.
+py::list drawables(const Frame& frame) {
+  py::list rows;
+  for (const DrawableCost& drawable : frame.drawables()) {
+    py::dict row;
+    row["node"] = drawable.node;
+    row["node_name"] = drawable.node_name;
+    row["mesh"] = drawable.mesh;
+    row["mesh_name"] = drawable.mesh_name;
+    row["primitive"] = drawable.primitive;
+    row["material"] = drawable.material;
+    row["material_name"] = drawable.material_name;
+    row["base_patches"] = drawable.base_patches;
+    for (const auto& [name, value] : drawable.costs) row[py::str(name)] = value;
+    rows.append(row);
+  }
+  return rows;
+}
+
 py::list traffic(const Frame& frame) {
   py::list rows;
   for (const TrafficRow& moved : frame.traffic()) {
@@ -133,6 +152,8 @@ void add_frame(py::module_& module) {
       .def_property_readonly("tile_maps", &tile_maps, "Name -> (rows, columns) of uint64: the work of every tile.")
       .def_property_readonly("tile_map_descriptions", &tile_map_rows, "A dict per map: name, unit, meaning, counter.")
       .def_property_readonly("tiles", &tiles, "A dict per tile: x, y in pixels and all its counts.")
+      .def_property_readonly("drawables", &drawables,
+                             "A dict per drawable: node, mesh, primitive, material and what it asked of the cores.")
       .def_property_readonly("effects", &Frame::effects, "Effect -> whether it ran.")
       .def_property_readonly("host_seconds", &Frame::host_seconds)
       .def_property_readonly("stage_seconds", &Frame::stage_seconds);

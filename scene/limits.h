@@ -27,7 +27,7 @@ class MemoryBudget {
   void charge(std::uint64_t count, std::uint64_t size, const std::string& what) {
     const std::uint64_t left = max_bytes_ - used_;
     if (size != 0 && count > left / size)
-      throw LimitError(fmt::format("{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory)",
+      throw LimitError(fmt::format("{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)",
                                    what, count, size, human_bytes(max_bytes_)));
     used_ += count * size;
   }

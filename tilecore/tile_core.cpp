@@ -146,6 +146,7 @@ TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::Qu
 }
 
 void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
+  if (drawables_.size() < job.frame->drawables.size()) drawables_.resize(job.frame->drawables.size());
   samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens);
 }
 
@@ -153,15 +154,17 @@ void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
 
 void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::QueueEntry> entries,
                               TileState& state) {
-  counters_.entries_fetched += entries.size();
   shader_.textures().begin_tile(job.textures);
   const IntRect pixels = job.grid->pixels(tile);
   const auto needs_lens = [&](const binner::QueueEntry& entry) { return effects_of(job, entry).ray.lens; };
   prepare_samples(
       job, pixels,
       has_lens(job) && (job.procedures != nullptr || std::any_of(entries.begin(), entries.end(), needs_lens)));
+  counters_.entries_fetched += entries.size();
+  for (const binner::QueueEntry& entry : entries) ++counts_of(job, entry).entries;
   if (!state.started) {
     state.start(samples_.count);
+    sampler_.count_drawables(drawables_);
     if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
   }
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
@@ -194,6 +197,8 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
                             memory::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion,
                             effects.displaced, effects.ray.lens, effects.alpha_tested,
                             drawable.material->alpha_mode == AlphaMode::kBlend});
+  ++counts_of(job, entry).sub_patches;
+  counts_of(job, entry).triangles += work.triangles;
 
   const VisibilitySettings settings = visibility_settings(frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
@@ -254,6 +259,10 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;
   counters_.sample_hits += work.sample_hits;
+  DrawableCounts& drawable = counts_of(job, entry);
+  drawable.box_tests += work.box_tests;
+  drawable.triangle_tests += work.triangle_tests;
+  drawable.sample_hits += work.sample_hits;
 }
 
 void TileCore::store_state(const TileJob& job, const TileState& state) {
@@ -291,6 +300,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
                       bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels, "a tile is finished right after its last entries");
+  shader_.count_drawables(drawables_);
   if (job.resolve != nullptr) {
     finish_desampled(job, state, targets, first_of_group);
   } else {

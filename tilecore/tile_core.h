@@ -10,6 +10,7 @@
 #include "binner/tile_grid.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
 #include "tilecore/procedural/sampling_controller.h"
 #include "tilecore/resolve/multisample_resolve.h"
@@ -104,6 +105,8 @@ class TileCore {
   // order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
   CoreCounters take_counters();
+  // By the number of the drawable; as long as the longest list of drawables since the last call.
+  std::vector<DrawableCounts> take_drawables() { return std::exchange(drawables_, {}); }
   TextureUnit& textures() { return shader_.textures(); }
   // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
@@ -123,6 +126,9 @@ class TileCore {
     RayEffects ray;
     bool displaced, alpha_tested;
   };
+  DrawableCounts& counts_of(const TileJob& job, const binner::QueueEntry& entry) {
+    return drawables_[job.frame->assembly->patch_drawable[entry.base_patch]];
+  }
   static EntryEffects effects_of(const TileJob& job, const binner::QueueEntry& entry);
   // `lens`: also through which point of it the samples look.
   void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
@@ -142,6 +148,7 @@ class TileCore {
   ResolveCounters resolve_counters_;
   memory::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
+  std::vector<DrawableCounts> drawables_;
   std::vector<TimeRange> leaf_times_;
 };
 

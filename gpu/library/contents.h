@@ -49,7 +49,7 @@ struct TESSERA_LOCAL Settings::Content {
 };
 
 struct TESSERA_LOCAL Frame::Content {
-  Content(gpu::FrameResult rendered, float display_exposure);
+  Content(gpu::FrameResult rendered, const scene::Assembly& assembly, float display_exposure);
 
   gpu::FrameResult result;
   const float exposure;
@@ -58,6 +58,7 @@ struct TESSERA_LOCAL Frame::Content {
   std::optional<FrameTiming> timing;
   std::optional<FrameEnergy> energy;
   std::vector<TileMap> maps;
+  std::vector<DrawableCost> drawables;
 
   const tilecore::FrameTargets& targets(Eye eye) const;
   const Image8& display(Eye eye) const;

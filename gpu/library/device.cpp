@@ -70,7 +70,8 @@ Device::~Device() = default;
 
 Frame Device::render(int frame) {
   if (frame < 0) throw UsageError(fmt::format("frame {}: frames count from 0", frame));
-  return Frame(std::make_shared<const Frame::Content>(content_->device.render(frame), content_->exposure));
+  return Frame(std::make_shared<const Frame::Content>(content_->device.render(frame), content_->device.assembly(),
+                                                      content_->exposure));
 }
 
 bool Device::automatic_camera() const { return content_->device.automatic_camera(); }

@@ -34,6 +34,29 @@ constexpr std::array<Layer, 10> kLayers = {{{"color", &tilecore::FrameTargets::c
                                             {"origin", &tilecore::FrameTargets::origin},
                                             {"error", &tilecore::FrameTargets::error}}};
 
+std::vector<DrawableCost> drawable_rows(const scene::Assembly& assembly, const gpu::DrawableCosts& costs) {
+  const scene::Capture& capture = *assembly.capture;
+  const auto named = [](const auto& things, int index) {
+    return index >= 0 && static_cast<std::size_t>(index) < things.size() ? things[static_cast<std::size_t>(index)].name
+                                                                         : std::string();
+  };
+  std::vector<DrawableCost> rows(assembly.drawables.size());
+  for (std::size_t d = 0; d < rows.size(); ++d) {
+    const scene::Drawable& drawable = assembly.drawables[d];
+    DrawableCost& row = rows[d];
+    row.node = drawable.node, row.mesh = drawable.mesh, row.primitive = drawable.primitive;
+    // The assembly's last material is what primitives without one have.
+    row.material =
+        static_cast<std::size_t>(drawable.material) < capture.materials.size() ? drawable.material : scene::kNone;
+    row.node_name = named(capture.nodes, row.node), row.mesh_name = named(capture.meshes, row.mesh),
+    row.material_name = named(capture.materials, row.material);
+    row.base_patches = drawable.patch_count;
+    for (const gpu::DrawableCost& cost : gpu::kDrawableCosts)
+      row.costs.emplace(cost.name, d < costs.size() ? costs[d].*cost.member : 0);
+  }
+  return rows;
+}
+
 }  // namespace
 
 const std::vector<CounterDescription>& counter_descriptions() {
@@ -48,7 +71,18 @@ const std::vector<CounterDescription>& counter_descriptions() {
   return kDescriptions;
 }
 
-Frame::Content::Content(gpu::FrameResult rendered, float display_exposure)
+const std::vector<DrawableCostDescription>& drawable_cost_descriptions() {
+  static const std::vector<DrawableCostDescription> kDescriptions = [] {
+    std::vector<DrawableCostDescription> out;
+    for (const gpu::DrawableCost& cost : gpu::kDrawableCosts)
+      out.push_back(
+          {std::string(cost.name), std::string(cost.unit), std::string(cost.meaning), std::string(cost.counter)});
+    return out;
+  }();
+  return kDescriptions;
+}
+
+Frame::Content::Content(gpu::FrameResult rendered, const scene::Assembly& assembly, float display_exposure)
     : result(std::move(rendered)), exposure(display_exposure) {
   for (const auto& [name, value] : gpu::counter_values(result.counters)) counters.emplace(name, value);
   for (const gpu::TrafficRow& row : gpu::traffic_rows(result.counters.ledger))
@@ -70,6 +104,7 @@ Frame::Content::Content(gpu::FrameResult rendered, float display_exposure)
                     std::string(field.counter), tiles.columns, tiles.rows, tiles.x0, tiles.y0, tiles.tile_width,
                     tiles.tile_height, tiles.tiles.empty() ? nullptr : &(tiles.tiles.front().*field.member),
                     sizeof(gpu::TileCounts) / sizeof(std::uint64_t)});
+  drawables = drawable_rows(assembly, result.drawables);
 }
 
 const tilecore::FrameTargets& Frame::Content::targets(Eye eye) const {
@@ -117,6 +152,7 @@ const std::vector<TrafficRow>& Frame::traffic() const { return content_->traffic
 const std::optional<FrameTiming>& Frame::timing() const { return content_->timing; }
 const std::optional<FrameEnergy>& Frame::energy() const { return content_->energy; }
 const std::vector<TileMap>& Frame::tile_maps() const { return content_->maps; }
+const std::vector<DrawableCost>& Frame::drawables() const { return content_->drawables; }
 const std::map<std::string, bool>& Frame::effects() const { return content_->result.effects; }
 double Frame::host_seconds() const { return content_->result.seconds; }
 const std::map<std::string, double>& Frame::stage_seconds() const { return content_->result.stage_seconds; }

@@ -44,6 +44,25 @@ struct TileMap {
   }
 };
 
+// What a drawable of a frame asked of the tile cores: one primitive of a mesh, or one procedure, at one node. Both eyes
+// and second passes included.
+struct DrawableCost {
+  int node = 0, mesh = 0, primitive = 0, material = 0;  // indices in the file; -1 where it has none
+  std::string node_name, mesh_name, material_name;      // "" where the file names none
+  std::uint64_t base_patches = 0;                       // the units that the front end bounds
+  // By the names of drawable_cost_descriptions().
+  std::map<std::string, std::uint64_t> costs;
+};
+
+// What there is to know of a cost.
+struct DrawableCostDescription {
+  std::string name, unit, meaning;
+  std::string counter;  // the counter of the frame that the drawables add up to; "" when there is none
+};
+
+// All costs that drawables have.
+TESSERA_API const std::vector<DrawableCostDescription>& drawable_cost_descriptions();
+
 // Bytes that a unit moved over the external memory interface for one purpose.
 struct TrafficRow {
   std::string unit, purpose;
@@ -103,6 +122,8 @@ class TESSERA_API Frame {
   const std::optional<FrameTiming>& timing() const;
   const std::optional<FrameEnergy>& energy() const;
   const std::vector<TileMap>& tile_maps() const;
+  // In the order in which nodes draw; what a frame does not ask anything for has zeros.
+  const std::vector<DrawableCost>& drawables() const;
   // Effects of docs/effects.md and whether they ran.
   const std::map<std::string, bool>& effects() const;
 

@@ -1,12 +1,11 @@
-// The targets of tessera_fuzz_decoders: all that need no kernels of the machine.
+// The targets of tessera_fuzz_decoders: captures and images, the sanitized build of every push.
 #include "tests/fuzz/fuzz_target.h"
 
 namespace tessera::fuzz {
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kMeshoptTarget, kStudyTarget,
-                                    kMachineTarget, kOptionTarget, kResultTarget,  kPointTarget,
-                                    kImageTarget,   kWebpTarget,   kExrTarget,     kHistoryTarget};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kMeshoptTarget, kImageTarget,
+                                    kWebpTarget,    kExrTarget,   kHistoryTarget};
   return kTargets;
 }
 

@@ -119,6 +119,30 @@ TEST(Library, TrafficEnergyAndMapsAddUp) {
   EXPECT_GT(maps_of_counters, 5);
 }
 
+// Every capture with something that others lack: moving patches, procedures, many objects, blending, two eyes.
+TEST(Library, CostsOfDrawablesAddUpToTheFrames) {
+  for (const char* name : {"eggs", "workshop", "stroll"})
+    for (const double eyes : {0.0, 0.05}) {
+      const tessera::Scene scene(std::string(TESSERA_SOURCE_DIR "/captures/") + name + ".glb");
+      const tessera::Frame frame =
+          tessera::Device(scene, tessera::Gpu("small"), tessera::Settings().set("stereo.eye_separation", eyes),
+                          small_frame())
+              .render(scene.first_frame());
+      std::uint64_t patches = 0;
+      for (const tessera::DrawableCost& drawable : frame.drawables()) patches += drawable.base_patches;
+      EXPECT_GT(patches, 0u);
+      int compared = 0;
+      for (const tessera::DrawableCostDescription& cost : tessera::drawable_cost_descriptions()) {
+        if (!frame.counters().contains(cost.counter)) continue;
+        std::uint64_t sum = 0;
+        for (const tessera::DrawableCost& drawable : frame.drawables()) sum += drawable.costs.at(cost.name);
+        EXPECT_EQ(sum, frame.counters().at(cost.counter)) << name << " " << cost.name << " " << eyes;
+        ++compared;
+      }
+      EXPECT_GE(compared, 7) << name;
+    }
+}
+
 TEST(Library, ARegionIsThatPartOfTheFrame) {
   const tessera::Scene scene(kCapture);
   tessera::RenderOptions options = small_frame();

@@ -101,8 +101,6 @@ class ShippedCapture : public testing::TestWithParam<const char*> {
   bool small = std::string_view(GetParam()) == "workshop" || std::string_view(GetParam()) == "stroll";
   gpu::RenderRequest size = small ? whole(80, 45) : whole(160, 90);
   gpu::FrameResult shown(const Variant& variant) const { return render(capture, variant, frame, size); }
-  // A lens that is forced on the footprints of procedures rounds some of them otherwise, by a last bit: not forced there.
-  bool lens_may_be_forced = capture.procedures.empty();
 };
 
 // Invariant 1: the image is a matter of geometry and samples alone.
@@ -200,7 +198,7 @@ TEST_P(ShippedCapture, EveryVisibilityMethodGivesTheSameImage) {  // M2
   for (Variant v : visibility_variants())
     for (const gpu::EffectMode forced : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn}) {
       v.settings.effects.motion = forced;
-      if (lens_may_be_forced) v.settings.effects.defocus = forced;
+      v.settings.effects.defocus = forced;
       const gpu::FrameResult result = render(capture, v, frame, request);
       EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name << " " << word(forced);
       v.threads = 1;
@@ -284,7 +282,7 @@ TEST_P(ShippedCapture, ForcingTheGeneralKernelsGivesTheSameImage) {  // M4
                                         {EffectMode::kOn, EffectMode::kOn}}) {
     Variant v;
     v.settings.effects.motion = motion;
-    if (lens_may_be_forced) v.settings.effects.defocus = defocus;
+    v.settings.effects.defocus = defocus;
     EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << word(motion) << " " << word(defocus);
   }
 }

@@ -1,8 +1,24 @@
-// `tessera inspect` without the machine: what tests of the reader run where the machine is not built.
-#include "replay/command_line.h"
+// What `tessera inspect` says of captures that it refuses, without the program: a sanitized build of decoders runs the
+// reader's tests with it.
+#include <cstdio>
 
-int main(int argc, char** argv) {
-  using namespace tessera::replay;
-  static constexpr CommandEntry kCommands[] = {{"inspect", "Say what is in a capture", make_inspect_command}};
-  return run_command_line(argc, argv, kCommands);
+#include "base/error.h"
+#include "scene/capture_reader.h"
+
+int main(int, char** argv) {
+  using namespace tessera;
+  const auto fail = [](ExitStatus status, const std::exception& error) {
+    std::fprintf(stderr, "tessera: %s\n", error.what());
+    return static_cast<int>(status);
+  };
+  try {
+    scene::read_capture(argv[2]);
+    return 0;
+  } catch (const InputError& error) {
+    return fail(ExitStatus::kBadInput, error);
+  } catch (const LimitError& error) {
+    return fail(ExitStatus::kLimit, error);
+  } catch (const std::exception& error) {
+    return fail(ExitStatus::kInternal, error);
+  }
 }

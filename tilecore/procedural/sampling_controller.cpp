@@ -136,7 +136,7 @@ void SamplingController::begin_piece(const Job& job, const ParameterCell& first)
   program_.to_raster = drawable.to_raster;
   program_.keys = drawable.moving ? 2 : 1;
   program_.orthographic = job.frame.projection.orthographic;
-  program_.divided = !drawable.moving && job.samples.lens_u.empty();
+  program_.divided = !drawable.moving && !job.lens();
 }
 
 void SamplingController::run_group(const Job& job, const Group& group) {
@@ -162,6 +162,7 @@ void SamplingController::run_group(const Job& job, const Group& group) {
   }
   run_batch(job);
   counters_.samples += issued;
+  if (!drawables_.empty()) drawables_[drawable_].procedure_samples += issued;
   count_issued(job, issued);  // the array takes samples of one piece together, whatever their cells
 }
 

@@ -9,6 +9,7 @@
 #include "binner/tile_grid.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
+#include "tilecore/drawable_counts.h"
 #include "tilecore/procedural/parameter_maps.h"
 #include "tilecore/procedural/procedure_kernel.h"
 #include "tilecore/tile_state.h"
@@ -40,6 +41,9 @@ class SamplingController {
   void render(const scene::FrameGeometry& frame, const ParameterMaps& maps, binner::TileIndex tile,
               const TileSamples& samples, std::uint64_t burst_bytes, TileState& state);
 
+  // Until the next call, samples are also counted for the drawable they are taken of; empty: they are not.
+  void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
+
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
   memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.
@@ -59,6 +63,8 @@ class SamplingController {
     const ParameterMaps& maps;
     const TileSamples& samples;
     TileState& state;
+    // A lens that is forced on a pinhole sees what the pinhole does: procedures are tested without it.
+    bool lens() const { return !samples.lens_u.empty() && samples.lens_scale != 0; }
   };
   // A sample on its way from the array to the tile buffer.
   struct Footprint {
@@ -109,6 +115,7 @@ class SamplingController {
   std::uint32_t drawable_ = 0, piece_ = 0;
 
   SamplingCounters counters_;
+  std::span<DrawableCounts> drawables_;
   memory::Ledger ledger_;
 };
 

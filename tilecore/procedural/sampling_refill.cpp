@@ -40,7 +40,7 @@ void SamplingController::refill_once(const Job& job) {
   const auto procedure_of = [&](std::size_t s) -> const scene::PosedDrawable* {
     if (s == job.samples.count || job.state.patch[s] == TileState::kNoPatch) return nullptr;
     const scene::PosedDrawable& drawable = job.frame.drawable_of(job.state.patch[s]);
-    return drawable.procedure != nullptr && !drawable.moving && job.samples.lens_u.empty() ? &drawable : nullptr;
+    return drawable.procedure != nullptr && !drawable.moving && !job.lens() ? &drawable : nullptr;
   };
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {

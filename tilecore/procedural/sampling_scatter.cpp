@@ -160,7 +160,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
                                 at[R::kZv][k] * f.half_v};
   };
   const TileSamples& samples = job.samples;
-  const bool lens = !samples.lens_u.empty();
+  const bool lens = job.lens();
   const MovingFootprint footprint(key(0), key(program_.keys == 2 ? 1 : 0), job.frame.projection,
                                   lens ? samples.lens_scale : 0.0f, f.slack());
   if (footprint.out_of_depth()) return void(++counters_.samples_behind);

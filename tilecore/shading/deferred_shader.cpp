@@ -41,6 +41,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 ShadedPoint DeferredShader::run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
+  if (!drawables_.empty()) ++drawables_[job.frame->assembly->patch_drawable[at.patch]].pixel_shader_invocations;
   return shade_point(*job.frame, job.lighting, at, &textures_);
 }
 
@@ -94,6 +95,7 @@ std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples&
     const std::size_t s = first + k;
     if (state.patch[s] == TileState::kNoPatch) continue;
     ++visible;
+    count_visible(job, state.patch[s]);
     // A still pinhole sample sees the surface where it is itself.
     const bool rests = at_rest(frame, state.patch[s]);
     const float x = rests ? samples.x[s] : state.rest_x[s], y = rests ? samples.y[s] : state.rest_y[s];
@@ -150,6 +152,7 @@ void DeferredShader::shade_pixel_from_cells(const TileJob& job, const TileSample
   for (std::size_t s = pixel * spp; s < (pixel + 1) * spp; ++s) {
     if (state.patch[s] == TileState::kNoPatch) continue;
     ++counters_.samples_visible;
+    count_visible(job, state.patch[s]);
     const ShadedPoint& point =
         shade_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
     pixel_normal_[pixel] += point.normal;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/counter.h"
+#include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
 #include "tilecore/shading/layer_merge.h"
 #include "tilecore/shading/shading_cache.h"
@@ -48,6 +49,10 @@ class DeferredShader {
   // cache, this is the same as 1).
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {});
+
+  // Until the next call, what shade() does is also counted for the drawable it is done for; every drawable of the frame
+  // has its place in `drawables`. Empty: not counted.
+  void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
 
   // Of skipped pixels, since the last call: what they see, and the pixel-shader invocations that it would have taken
   // (with shading.rate=cache: the lookups).
@@ -101,6 +106,9 @@ class DeferredShader {
   ShadedPoint shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
                           std::size_t pixel);
   ShadedPoint run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
+  void count_visible(const TileJob& job, std::uint32_t patch) {
+    if (!drawables_.empty()) ++drawables_[job.frame->assembly->patch_drawable[patch]].samples_visible;
+  }
   // Colour of the location's shading cell: from the cache, else shaded for the pixel that asks.
   const ShadedPoint& shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
 
@@ -119,6 +127,7 @@ class DeferredShader {
   ShadingCache cache_;
   TextureUnit textures_;
   ShadingCounters counters_;
+  std::span<DrawableCounts> drawables_;
 };
 
 }  // namespace tessera::tilecore

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tessera::tilecore {
+
+// What one drawable of a frame asked of the tile cores. Over all drawables, each adds up to the counter of the frame
+// that gpu::kDrawableCosts names.
+struct DrawableCounts {
+  std::uint64_t entries = 0;
+  std::uint64_t sub_patches = 0;
+  std::uint64_t triangles = 0;
+  std::uint64_t procedure_samples = 0;
+  std::uint64_t box_tests = 0;
+  std::uint64_t triangle_tests = 0;
+  std::uint64_t sample_hits = 0;
+  std::uint64_t samples_visible = 0;
+  std::uint64_t pixel_shader_invocations = 0;
+};
+
+}  // namespace tessera::tilecore
