@@ -159,9 +159,15 @@ std::size_t embed_image(EditedAsset& asset, const std::string& file) {
   std::string fault;
   if (!decode_image(bytes, ImageLimits{}, image, fault)) throw InputError(file, "", fault);
   json& d = asset.document;
-  const bool jpeg = image_format(bytes) == ImageFormat::kJpeg;
-  d["images"].push_back({{"bufferView", asset.add_view(bytes)}, {"mimeType", jpeg ? "image/jpeg" : "image/png"}});
-  d["textures"].push_back({{"source", d["images"].size() - 1}});
+  const ImageFormat format = image_format(bytes);
+  d["images"].push_back({{"bufferView", asset.add_view(bytes)}, {"mimeType", mime_type(format)}});
+  const json source = {{"source", d["images"].size() - 1}};
+  if (format == ImageFormat::kWebp) {
+    d["textures"].push_back({{"extensions", {{"EXT_texture_webp", source}}}});
+    asset.use_extension("EXT_texture_webp");
+  } else {
+    d["textures"].push_back(source);
+  }
   return d["textures"].size() - 1;
 }
 
