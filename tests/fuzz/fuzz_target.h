@@ -63,5 +63,6 @@ extern const Target kCaptureTarget, kDracoTarget,
     kReplayTarget;  // capture_targets.cpp, draco_target.cpp, replay_target.cpp
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPointTarget;  // text_targets.cpp
 extern const Target kImageTarget, kExrTarget, kHistoryTarget;                                  // image_targets.cpp
+extern const Target kKtx2Target;                                                               // ktx2_target.cpp
 
 }  // namespace tessera::fuzz
