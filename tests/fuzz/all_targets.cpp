@@ -6,7 +6,7 @@ namespace tessera::fuzz {
 std::span<const Target> targets() {
   static const Target kTargets[] = {kCaptureTarget, kDracoTarget,  kMeshoptTarget, kReplayTarget, kStudyTarget,
                                     kMachineTarget, kOptionTarget, kResultTarget,  kPointTarget,  kImageTarget,
-                                    kWebpTarget,    kExrTarget,    kHistoryTarget};
+                                    kWebpTarget,    kExrTarget,    kHistoryTarget, kKtx2Target};
   return kTargets;
 }
 

@@ -5,7 +5,7 @@ namespace tessera::fuzz {
 
 std::span<const Target> targets() {
   static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kMeshoptTarget, kImageTarget,
-                                    kWebpTarget,    kExrTarget,   kHistoryTarget};
+                                    kWebpTarget,    kExrTarget,   kHistoryTarget, kKtx2Target};
   return kTargets;
 }
 
