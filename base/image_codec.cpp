@@ -205,8 +205,9 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
     return fault = fmt::format("PNG of {}x{} pixels cannot fit {} bytes", width, height, bytes.size()), false;
   if (width > limits.max_side || height > limits.max_side ||
       static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-    throw LimitError(fmt::format("image of {}x{} pixels exceeds the limit of {} a side and {} in all", width, height,
-                                 limits.max_side, limits.max_pixels));
+    throw LimitError(fmt::format("{} of {}x{} pixels: Tessera reads images of at most {} a side and {} pixels in all",
+                                 format == ImageFormat::kPng ? "PNG" : "JPEG", width, height, limits.max_side,
+                                 limits.max_pixels));
   const bool wide = format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size);
   if (charge) charge(decoder_bytes(bytes.size(), width, height, channels, wide));
   if (format == ImageFormat::kPng && !check_png_data(data_chunks, png_raw_bytes(bytes), fault)) return false;
