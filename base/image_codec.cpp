@@ -246,8 +246,11 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
   int width = head.width, height = head.height, channels = head.channels;
   if (width > limits.max_side || height > limits.max_side ||
       static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-    throw LimitError(fmt::format("image of {}x{} pixels exceeds the limit of {} a side and {} in all", width, height,
-                                 limits.max_side, limits.max_pixels));
+    throw LimitError(fmt::format("{} of {}x{} pixels: Tessera reads images of at most {} a side and {} pixels in all",
+                                 format == ImageFormat::kPng    ? "PNG"
+                                 : format == ImageFormat::kJpeg ? "JPEG"
+                                                                : "WebP",
+                                 width, height, limits.max_side, limits.max_pixels));
   const int size = static_cast<int>(bytes.size());
   const bool wide = format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size);
   if (charge)

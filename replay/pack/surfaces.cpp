@@ -46,7 +46,7 @@ class Decoded {
         const json& here = document_.json["meshes"][m]["primitives"][p];
         const gltf::Place place = document_.root.at("meshes").at(m).at("primitives").at(p);
         if (!wanted(here)) continue;
-        if (auto primitive = gltf::build_primitive(document_, here, document_.model.meshes[m].primitives[p], place))
+        if (auto primitive = gltf::build_primitive(document_, here, place))
           visit(*primitive, asset.document["meshes"][m]["primitives"][p], place);
       }
   }
