@@ -31,30 +31,32 @@ std::string unique_suffix() {
   throw WriteError(fmt::format("cannot write {}: {}", target.string(), reason));
 }
 
-// While it lives, a write of this thread to a pipe without a reader raises no signal.
-class NoPipeSignal {
+// While it lives, a write of this thread to a pipe without a reader, or beyond the limit on the size of files, raises no
+// signal but fails.
+class NoWriteSignals {
  public:
-  NoPipeSignal() {
+  NoWriteSignals() {
     sigset_t pending;
     ::sigpending(&pending);
-    was_pending_ = ::sigismember(&pending, SIGPIPE) == 1;
-    ::sigemptyset(&pipe_);
-    ::sigaddset(&pipe_, SIGPIPE);
-    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+    ::sigemptyset(&ours_);
+    ::sigemptyset(&raised_);
+    for (const int signal : {SIGPIPE, SIGXFSZ}) {
+      ::sigaddset(&ours_, signal);
+      if (::sigismember(&pending, signal) == 0) ::sigaddset(&raised_, signal);
+    }
+    ::pthread_sigmask(SIG_BLOCK, &ours_, &before_);
   }
-  ~NoPipeSignal() {
+  ~NoWriteSignals() {
     const timespec at_once{0, 0};
-    if (!was_pending_)
-      while (::sigtimedwait(&pipe_, nullptr, &at_once) < 0 && errno == EINTR) {
-      }
+    while (::sigtimedwait(&raised_, nullptr, &at_once) > 0 || errno == EINTR) {
+    }
     ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
-  NoPipeSignal(const NoPipeSignal&) = delete;
-  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+  NoWriteSignals(const NoWriteSignals&) = delete;
+  NoWriteSignals& operator=(const NoWriteSignals&) = delete;
 
  private:
-  sigset_t pipe_, before_;
-  bool was_pending_;
+  sigset_t ours_, raised_, before_;  // raised_: was not pending before
 };
 
 }  // namespace
@@ -136,7 +138,7 @@ std::string irregular_kind(fs::file_status status) {
 }
 
 int write_all(int descriptor, std::string_view bytes) {
-  const NoPipeSignal guard;
+  const NoWriteSignals guard;
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written >= 0) {

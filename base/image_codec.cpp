@@ -14,6 +14,7 @@
 #include "base/error.h"
 #include "base/jpeg_decoder.h"
 #include "base/stb_bridge.h"
+#include "base/webp_codec.h"
 
 namespace tessera {
 namespace {
@@ -179,41 +180,89 @@ ImageFormat image_format(Bytes bytes) {
   if (bytes.size() >= sizeof kPngSignature && std::memcmp(bytes.data(), kPngSignature, sizeof kPngSignature) == 0)
     return ImageFormat::kPng;
   if (bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF) return ImageFormat::kJpeg;
+  if (bytes.size() >= 12 && std::memcmp(bytes.data(), "RIFF", 4) == 0 && std::memcmp(bytes.data() + 8, "WEBP", 4) == 0)
+    return ImageFormat::kWebp;
   return ImageFormat::kUnknown;
+}
+
+namespace {
+
+// What a file's head says, whatever the format.
+struct ImageHead {
+  int width = 0, height = 0, channels = 0;
+  JpegHeader jpeg;
+  WebpHeader webp;
+  std::vector<Bytes> png_data;  // contents of the IDAT chunks
+};
+
+bool read_head(Bytes bytes, ImageFormat format, ImageHead& head, std::string& fault) {
+  switch (format) {
+    case ImageFormat::kPng:
+      if (!check_png(bytes, head.png_data, fault)) return false;
+      if (!tessera_stb_info(bytes.data(), static_cast<int>(bytes.size()), &head.width, &head.height, &head.channels))
+        return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
+      // Deflate packs at most 1032 to 1.
+      if (png_raw_bytes(bytes) / 1032 > bytes.size())
+        return fault = fmt::format("PNG of {}x{} pixels cannot fit {} bytes", head.width, head.height, bytes.size()),
+               false;
+      return true;
+    case ImageFormat::kJpeg:
+      if (!check_jpeg(bytes, fault) || !read_jpeg_header(bytes, head.jpeg, fault)) return false;
+      head.width = head.jpeg.width, head.height = head.jpeg.height, head.channels = head.jpeg.channels;
+      return true;
+    case ImageFormat::kWebp:
+      if (!read_webp_header(bytes, head.webp, fault)) return false;
+      head.width = head.webp.width, head.height = head.webp.height, head.channels = head.webp.channels;
+      return true;
+    case ImageFormat::kUnknown:
+      break;
+  }
+  return fault = "is neither PNG, JPEG nor WebP", false;
+}
+
+}  // namespace
+
+const char* mime_type(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::kPng:
+      return "image/png";
+    case ImageFormat::kJpeg:
+      return "image/jpeg";
+    case ImageFormat::kWebp:
+      return "image/webp";
+    case ImageFormat::kUnknown:
+      break;
+  }
+  return "";
 }
 
 bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, std::string& fault,
                   const ChargeBytes& charge) {
   const ImageFormat format = image_format(bytes);
-  if (format == ImageFormat::kUnknown) return fault = "is neither PNG nor JPEG", false;
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return fault = "is larger than 2 GiB", false;
-  std::vector<Bytes> data_chunks;
-  if (!(format == ImageFormat::kPng ? check_png(bytes, data_chunks, fault) : check_jpeg(bytes, fault))) return false;
-
-  const int size = static_cast<int>(bytes.size());
-  int width = 0, height = 0, channels = 0;
-  JpegHeader jpeg;
-  if (format == ImageFormat::kJpeg) {
-    if (!read_jpeg_header(bytes, jpeg, fault)) return false;
-    width = jpeg.width, height = jpeg.height, channels = jpeg.channels;
-  } else if (!tessera_stb_info(bytes.data(), size, &width, &height, &channels)) {
-    return fault = fmt::format("cannot be decoded ({})", tessera_stb_failure_reason()), false;
-  }
-  // Deflate packs at most 1032 to 1.
-  if (format == ImageFormat::kPng && png_raw_bytes(bytes) / 1032 > bytes.size())
-    return fault = fmt::format("PNG of {}x{} pixels cannot fit {} bytes", width, height, bytes.size()), false;
+  ImageHead head;
+  if (!read_head(bytes, format, head, fault)) return false;
+  int width = head.width, height = head.height, channels = head.channels;
   if (width > limits.max_side || height > limits.max_side ||
       static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-    throw LimitError(fmt::format("image of {}x{} pixels exceeds the limit of {} a side and {} in all", width, height,
-                                 limits.max_side, limits.max_pixels));
+    throw LimitError(fmt::format("{} of {}x{} pixels: Tessera reads images of at most {} a side and {} pixels in all",
+                                 format == ImageFormat::kPng    ? "PNG"
+                                 : format == ImageFormat::kJpeg ? "JPEG"
+                                                                : "WebP",
+                                 width, height, limits.max_side, limits.max_pixels));
+  const int size = static_cast<int>(bytes.size());
   const bool wide = format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size);
-  if (charge) charge(decoder_bytes(bytes.size(), width, height, channels, wide));
-  if (format == ImageFormat::kPng && !check_png_data(data_chunks, png_raw_bytes(bytes), fault)) return false;
+  if (charge)
+    charge(format == ImageFormat::kWebp ? webp_decoder_bytes(head.webp, bytes.size())
+                                        : decoder_bytes(bytes.size(), width, height, channels, wide));
+  if (format == ImageFormat::kPng && !check_png_data(head.png_data, png_raw_bytes(bytes), fault)) return false;
 
-  if (format == ImageFormat::kJpeg) {
+  if (format != ImageFormat::kPng) {
     Image8 frame_image;
-    if (!decode_jpeg(bytes, jpeg, frame_image, fault)) return false;
+    if (!(format == ImageFormat::kJpeg ? decode_jpeg(bytes, head.jpeg, frame_image, fault)
+                                       : decode_webp(bytes, head.webp, frame_image, fault)))
+      return false;
     image.pixels = std::move(frame_image);
   } else if (wide) {
     const std::unique_ptr<unsigned short, FreeStb> pixels(

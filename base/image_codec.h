@@ -17,7 +17,7 @@ struct ImageLimits {
   std::uint64_t max_pixels = 1ull << 27;  // 128 Mi pixels, 512 MiB as RGBA8
 };
 
-// An unpacked PNG or JPEG with 1 to 4 channels (grey, grey+alpha, RGB, RGBA); 16 bits a channel only from PNG.
+// An unpacked PNG, JPEG or WebP with 1 to 4 channels (grey, grey+alpha, RGB, RGBA); 16 bits a channel only from PNG.
 struct DecodedImage {
   std::variant<Image8, Image16> pixels;
 
@@ -35,14 +35,17 @@ struct DecodedImage {
 };
 
 // What the bytes of an image file say it is, from the signature alone.
-enum class ImageFormat { kUnknown, kPng, kJpeg };
+enum class ImageFormat { kUnknown, kPng, kJpeg, kWebp };
 ImageFormat image_format(std::span<const std::uint8_t> bytes);
+// "image/png" and so on; empty for kUnknown.
+const char* mime_type(ImageFormat format);
 
 // Told how many bytes of memory unpacking needs at most, before they are allocated; may throw to forbid it.
 using ChargeBytes = std::function<void(std::uint64_t)>;
 
-// Unpacks a PNG or JPEG. The container is checked first (chunk lengths and CRCs of PNG, marker segments and the
-// end marker of JPEG, the amount of compressed data of PNG), because the decoder behind it accepts damaged files.
+// Unpacks a PNG, JPEG or still WebP. The container is checked first (chunk lengths and CRCs of PNG, marker segments and
+// the end marker of JPEG, chunks of WebP, the amount of compressed data of PNG), because the decoder behind it accepts
+// damaged files.
 // Returns the fault in words in `fault` and false when the bytes are not a whole image; throws LimitError when the
 // image is larger than the limits.
 bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,

@@ -2,6 +2,8 @@
 
 #include <climits>
 #include <cstdint>
+#include <set>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -35,10 +37,17 @@ void check_depth(std::string_view text, const std::string& file, int max_depth) 
 
 }  // namespace
 
-nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth) {
+std::string json_text(const nlohmann::json& value, int indent) {
+  return value.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+namespace {
+
+nlohmann::json parse(std::string_view text, const std::string& file, int max_depth,
+                     const nlohmann::json::parser_callback_t& visit) {
   check_depth(text, file, max_depth);
   try {
-    return nlohmann::json::parse(text);
+    return nlohmann::json::parse(text, visit);
   } catch (const nlohmann::json::parse_error& error) {
     // "[json.exception.parse_error.101] parse error at line 1, column 5: syntax error ..."
     std::string reason = error.what();
@@ -48,6 +57,34 @@ nlohmann::json parse_json(std::string_view text, const std::string& file, int ma
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file, "", fmt::format("is not JSON: {}", error.what()));
   }
+}
+
+}  // namespace
+
+nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth) {
+  return parse(text, file, max_depth, nullptr);
+}
+
+nlohmann::json parse_unique_json(std::string_view text, const std::string& file, int max_depth) {
+  using Event = nlohmann::json::parse_event_t;
+  struct Object {
+    std::set<std::string> keys;
+    std::string latest;
+  };
+  std::vector<Object> open;
+  return parse(text, file, max_depth, [&](int, Event event, nlohmann::json& value) {
+    if (event == Event::object_start) open.emplace_back();
+    if (event == Event::object_end) open.pop_back();
+    if (event == Event::key) {
+      open.back().latest = value.get<std::string>();
+      if (!open.back().keys.insert(open.back().latest).second) {
+        std::string pointer;
+        for (const Object& object : open) pointer += pointer_step(object.latest);
+        throw InputError(file, pointer, "is there twice");
+      }
+    }
+    return true;
+  });
 }
 
 int whole_number(const nlohmann::json& value) {

@@ -11,6 +11,12 @@ namespace tessera {
 // than `max_depth` and numbers that overflow a double.
 nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth = 64);
 
+// The same for what people write by hand: also refuses an object that has a key twice, with its JSON pointer.
+nlohmann::json parse_unique_json(std::string_view text, const std::string& file, int max_depth = 64);
+
+// JSON text. Bytes of a file's name that are no UTF-8, which JSON cannot hold, become U+FFFD. `indent` < 0: one line.
+std::string json_text(const nlohmann::json& value, int indent = -1);
+
 // A whole number that an int holds. Throws nlohmann::json::exception for anything else: get<int>() would convert 1e20
 // or true somehow.
 int whole_number(const nlohmann::json& value);

@@ -115,20 +115,25 @@ Gpu from_json(const std::string& file, const json& root) {
   if (base != root.end() && !base->is_string()) throw InputError(file, "/preset", "is not a text");
   Gpu gpu = preset(base == root.end() ? "middle" : base->get<std::string>());
   const std::vector<std::string> names = key_names();
-  std::function<void(const json&, const std::string&)> visit = [&](const json& object, const std::string& prefix) {
-    for (const auto& [name, value] : object.items()) {
-      const std::string key = prefix.empty() ? name : prefix + "." + name;
-      if (key == "preset") continue;
-      if (value.is_object()) {
-        visit(value, key);
-      } else if (const auto* row = gpu_keys().find(key)) {
-        gpu_keys().set(gpu, *row, value);
-      } else {
-        throw UsageError(unknown_key_message(key, names));
-      }
-    }
-  };
-  visit(root, "");
+  std::function<void(const json&, const std::string&, const std::string&)> visit =
+      [&](const json& object, const std::string& prefix, const std::string& pointer) {
+        for (const auto& [name, value] : object.items()) {
+          const std::string key = prefix.empty() ? name : prefix + "." + name, place = pointer + pointer_step(name);
+          if (key == "preset") continue;
+          if (value.is_object()) {
+            visit(value, key, place);
+            continue;
+          }
+          try {
+            const auto* row = gpu_keys().find(key);
+            if (row == nullptr) throw UsageError(unknown_key_message(key, names));
+            gpu_keys().set(gpu, *row, value);
+          } catch (const UsageError& error) {
+            throw InputError(file, place, error.what());
+          }
+        }
+      };
+  visit(root, "", "");
   return gpu;
 }
 
@@ -174,7 +179,7 @@ GpuConfiguration load_gpu(const std::string& preset_or_file) {
 
 GpuConfiguration parse_gpu(std::string_view text, const std::string& name) {
   try {
-    return from_json(name, parse_json(text, name));
+    return from_json(name, parse_unique_json(text, name));
   } catch (const UsageError& error) {
     throw InputError(name, "", error.what());
   }

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/exr_file.h"
 #include "base/image_metrics.h"
+#include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
 #include "gpu/view_inputs.h"
@@ -143,7 +144,7 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
       {"blending", settings.effects.blending == gpu::EffectSwitch::kOff},
       {"procedures", settings.effects.procedures == gpu::EffectSwitch::kOff},
       {"exposure", settings.output.exposure}};
-  const std::string hash = sha256_name(key.dump());
+  const std::string hash = sha256_name(json_text(key));
   const fs::path image = folder / "reference" / (hash + ".exr"), info = folder / "reference" / (hash + ".json");
   std::error_code ignored;
   Reference reference;
@@ -160,7 +161,8 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
     channels.push_back({std::string(1, "RGB"[c]), ExrChannel::Type::kFloat, reference.color.values.data() + c,
                         static_cast<std::size_t>(reference.color.channels)});
   write_exr(image, wanted.width, wanted.height, channels);
-  write_file_atomically(info, reference_info_json(reference.info).dump(1) + "\n");  // last: what is there is complete
+  write_file_atomically(info,
+                        json_text(reference_info_json(reference.info), 1) + "\n");  // last: what is there is complete
   return reference;
 }
 

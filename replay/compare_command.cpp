@@ -151,7 +151,7 @@ class CompareCommand final : public Command {
     if (beside_outputs({map_}) != stdout) throw UsageError("--flip-map: standard output is for the figures");
     const json report = folders ? compare_folders(a_, b_) : compare_images(a_, b_, map_);
     if (json_) {
-      fmt::print("{}\n", report.dump(2));
+      fmt::print("{}\n", json_text(report, 2));
       return;
     }
     fmt::print("{:<14} {:>12} {:>10} {:>10} {:>10}\n", "", "PSNR", "SSIM", "FLIP", "max");

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "base/text.h"
 #include "replay/commands.h"
 #include "scene/assembly.h"
@@ -199,7 +200,7 @@ class InspectCommand final : public Command {
   void run() override {
     const json report = inspect(scene::read_capture(capture_));
     if (json_)
-      fmt::print("{}\n", report.dump(2, ' ', false, json::error_handler_t::replace));
+      fmt::print("{}\n", json_text(report, 2));
     else
       print_table(report);
   }

@@ -2,6 +2,9 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -11,6 +14,7 @@
 #include "base/text.h"
 #include "replay/commands.h"
 #include "replay/option_numbers.h"
+#include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/packer.h"
 
 namespace tessera::replay {
@@ -39,17 +43,30 @@ class PackCommand final : public Command {
                                          "Draco's method: auto, edgebreaker, sequential, or none for no compression "
                                          "(default auto: sequential for Bezier patches, cages and morph targets)")
         ->type_name("METHOD");
-    const auto bits = [&](const char* option, int& value, const char* what, int least = 1) {
-      app.add_option(option, value, fmt::format("Bits that {} keep", what))
-          ->check(CLI::Range(least, kMaxBits).description(""))
-          ->type_name("N")
-          ->capture_default_str();
+    method_ = app.get_option("--method");
+    app.add_flag("--meshopt", meshopt_,
+                 "Compress with meshoptimizer (EXT_meshopt_compression) instead of Draco, to gltfpack's number of bits")
+        ->excludes(method_);
+    app.add_option("--webp", webp_,
+                   "Write images as WebP (EXT_texture_webp): a quality from 0 to 100 (default 80), or lossless")
+        ->expected(0, 1)
+        ->type_name("[QUALITY]");
+    const auto bits = [&](const char* option, int QuantizationBits::*value, const char* what, int least = 1) {
+      const std::string with_meshopt = options_.bits.*value == kMeshoptBits.*value
+                                           ? ""
+                                           : fmt::format(" (default with --meshopt: {})", kMeshoptBits.*value);
+      bits_.emplace_back(
+          app.add_option(option, options_.bits.*value, fmt::format("Bits that {} keep{}", what, with_meshopt))
+              ->check(CLI::Range(least, kMaxBits).description(""))
+              ->type_name("N")
+              ->capture_default_str(),
+          value);
     };
-    bits("--position-bits", options_.bits.position, "positions");
-    bits("--normal-bits", options_.bits.normal, "normals", 2);  // Draco's octahedra need two
-    bits("--texcoord-bits", options_.bits.texcoord, "texture coordinates");
-    bits("--color-bits", options_.bits.color, "vertex colours");
-    bits("--generic-bits", options_.bits.generic, "tangents and weights");
+    bits("--position-bits", &QuantizationBits::position, "positions");
+    bits("--normal-bits", &QuantizationBits::normal, "normals", 2);  // octahedra need two
+    bits("--texcoord-bits", &QuantizationBits::texcoord, "texture coordinates");
+    bits("--color-bits", &QuantizationBits::color, "vertex colours");
+    bits("--generic-bits", &QuantizationBits::generic, "tangents (of Draco) and weights");
     const char* surfaces = "Surfaces";
     app.add_option("--subdivide", levels_,
                    "Make meshes Catmull-Clark cages: triangles are paired into quads, refined so many times (0 to 4, "
@@ -65,12 +82,13 @@ class PackCommand final : public Command {
     app.add_flag("--convert", options_.surfaces.convert, "Write the Bezier patches of all cages instead of the cages")
         ->group(surfaces);
     app.add_option("--displace", displace_,
-                   "Displace all cages and patches: HEIGHTS is a PNG or JPEG file, the number of a texture, or "
+                   "Displace all cages and patches: HEIGHTS is a PNG, JPEG or WebP file, the number of a texture, or "
                    "base-color, metallic-roughness, normal, occlusion or emissive for the material's own; SCALE and "
                    "BIAS in object units (default 2 % of the largest extent, and 0)")
         ->type_name("HEIGHTS[,SCALE[,BIAS]]")
         ->group(surfaces);
     subdivide_ = app.get_option("--subdivide");
+    webp_option_ = app.get_option("--webp");
     const char* group = "Capture settings";
     app.add_option("--size", size_, "Size of the image")->type_name("WxH")->group(group);
     app.add_option("--frame-rate", frame_rate_, "Frames per second")->type_name("FPS")->group(group);
@@ -100,9 +118,13 @@ class PackCommand final : public Command {
     if (options_.aperture_radius) check_number("--aperture", *options_.aperture_radius, 0, kLargest);
     if (options_.focus_distance) check_number("--focus", *options_.focus_distance, 0, kLargest, true);
     read_surface_options();
+    if (meshopt_) read_meshopt_bits();
+    if (webp_option_->count() > 0) read_webp_quality();
     check_output_file(target_);
     const PackReport report = pack_capture(source_, target_, options_);
     print_surfaces(report.surfaces);
+    if (report.webp_images > 0)
+      fmt::print(beside_outputs({target_}), "{}: {} images as WebP\n", target_, report.webp_images);
     fmt::print(beside_outputs({target_}), "{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed,
                report.primitives, human_bytes(report.bytes_in), human_bytes(report.bytes_out));
   }
@@ -132,6 +154,29 @@ class PackCommand final : public Command {
     return settings;
   }
 
+  void read_meshopt_bits() {
+    options_.method = PackMethod::kMeshopt;
+    for (const auto& [option, bits] : bits_) {
+      if (option->count() == 0) options_.bits.*bits = kMeshoptBits.*bits;
+      if (options_.bits.*bits > kMaxMeshoptBits)
+        throw UsageError(
+            fmt::format("{} {}: with --meshopt at most {}", option->get_name(), options_.bits.*bits, kMaxMeshoptBits));
+    }
+  }
+
+  void read_webp_quality() {
+    options_.webp.emplace();
+    if (webp_.empty()) return;
+    if (webp_ == "lossless") {
+      options_.webp->quality.reset();
+      return;
+    }
+    const bool number = webp_.size() <= 3 && webp_.find_first_not_of("0123456789") == std::string::npos;
+    if (!number || std::stoi(webp_) > 100)
+      throw UsageError(fmt::format("--webp {}: expected 0 to 100 or lossless", escape_control(webp_, 40)));
+    options_.webp->quality = std::stoi(webp_);
+  }
+
   void read_surface_options() {
     SurfaceOptions& surfaces = options_.surfaces;
     if (subdivide_->count() > 0) {
@@ -156,8 +201,10 @@ class PackCommand final : public Command {
   }
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-  std::string source_, target_, size_, shutter_, frames_, levels_, displace_;
-  CLI::Option* subdivide_ = nullptr;
+  std::string source_, target_, size_, shutter_, frames_, levels_, displace_, webp_;
+  CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr;
+  std::vector<std::pair<CLI::Option*, int QuantizationBits::*>> bits_;
+  bool meshopt_ = false;
   std::optional<double> frame_rate_, exposure_, environment_;
   PackOptions options_;
 };

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/output_file.h"
 #include "base/parallel.h"
+#include "base/text.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "gpu/dram_bursts.h"
@@ -245,8 +246,9 @@ class ReplayCommand final : public Command {
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
     const std::uint64_t bytes = gpu::image_bytes(request, settings);
     if (bytes > max_bytes)
-      throw LimitError(fmt::format("images of {}x{} need {} bytes, --max-memory allows {}", request.region.width(),
-                                   request.region.height(), bytes, max_bytes));
+      throw LimitError(fmt::format("{}: images of {}x{} need {} bytes, --max-memory allows {}",
+                                   escape_control(capture_), request.region.width(), request.region.height(), bytes,
+                                   max_bytes));
     return request;
   }
 

@@ -118,7 +118,7 @@ void check_record_ratios(std::vector<SelfCheck>& checks) {
   constexpr double kVertexBytes = 32;
   const scene::Capture capture = small_scene();
   const scene::Assembly assembly = scene::assemble(capture);
-  const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, 640, 360), {});
+  const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 640, 360), {});
   tilecore::Tessellator tessellator;
   tilecore::MicroMesh mesh;
   // The control points, without the header that a triangle's state would have as well.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
+#include "base/json_text.h"
 #include "base/simd_targets.h"
 #include "gpu/counter_list.h"
 #include "replay/machine_report.h"
@@ -118,7 +119,7 @@ std::string Statistics::csv() const {
 }
 
 void Statistics::write(const std::filesystem::path& folder) const {
-  write_file_atomically(folder / "stats.json", json().dump(1) + "\n");
+  write_file_atomically(folder / "stats.json", json_text(json(), 1) + "\n");
   write_file_atomically(folder / "stats.csv", csv());
   if (has_baselines_) baselines_.write(folder);
 }

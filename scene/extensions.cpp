@@ -4,10 +4,22 @@ namespace tessera::scene {
 
 const std::vector<Extension>& supported_extensions() {
   static const std::vector<Extension> kExtensions = {
+      {"EXT_meshopt_compression",
+       "buffer view, buffer",
+       "Contents compressed with meshoptimizer; fallback buffers are not read.",
+       {}},
+      {"EXT_texture_webp",
+       "texture",
+       "A WebP image, lossy or lossless; where it cannot be read, the texture's source.",
+       {}},
       {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
       {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
       {"KHR_materials_unlit", "material", "Base colour is shown as it is.", {}},
       {"KHR_mesh_quantization", "root", "Vertex attributes of small integer types.", {}},
+      {"KHR_meshopt_compression",
+       "buffer view, buffer",
+       "As EXT_meshopt_compression, with version 1 of attribute streams and the colour filter.",
+       {}},
       {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
       {"TESSERA_bezier_patches",
        "mesh primitive",

@@ -2,77 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "scene/deform.h"
-#include "shaders_cpp/procedures/procedures.h"
+#include "scene/framing.h"
 
 namespace tessera::scene {
-namespace {
-
-// Box of everything drawn, as posed at `time`.
-struct Box {
-  DVec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-  void add(const DVec3& p) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  bool empty() const { return !(low.x <= high.x); }
-};
-
-// A grid of points is enough to frame an image.
-void add_procedure(const Procedure& procedure, const DMat4& world, Box& box) {
-  constexpr int kSteps = 16;
-  for (const Procedure::Piece& piece : procedure.pieces)
-    for (int k = 0; k < (kSteps + 1) * (kSteps + 1); ++k) {
-      const Vector3<double> p =
-          shaders::shape_point(procedure.shape, piece.input, static_cast<double>(k % (kSteps + 1)) / kSteps,
-                               static_cast<double>(k / (kSteps + 1)) / kSteps);
-      if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
-        box.add(DVec3(world * DVec4(p.x, p.y, p.z, 1.0)));
-    }
-}
-
-Box scene_box(const Capture& capture, double time) {
-  const Pose pose = pose_at(capture, time);
-  Box box;
-  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
-    const Node& node = capture.nodes[n];
-    if (!pose.in_scene[n]) continue;
-    if (node.procedure != kNone)
-      add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], box);
-    if (node.mesh == kNone) continue;
-    for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
-      const DMat4 to_world = object_to_world(capture, static_cast<int>(n), primitive, pose);
-      Deformed deformed;
-      deform(capture, static_cast<int>(n), primitive, pose, deformed);
-      const auto& positions = deformed.positions.empty() ? primitive.vertices.positions : deformed.positions;
-      for (const Vec3& p : positions) box.add(DVec3(to_world * DVec4(DVec3(p), 1.0)));
-    }
-  }
-  return box;
-}
-
-CameraChoice frame_scene(const Capture& capture, double time, int width, int height) {
-  Box box = scene_box(capture, time);
-  if (box.empty()) box = {DVec3(-1), DVec3(1)};
-  const DVec3 center = (box.low + box.high) * 0.5;
-  const double radius = std::max(glm::length(box.high - box.low) * 0.5, 1e-9);
-  const DVec3 direction = glm::normalize(DVec3(0.55, 0.35, 1.0));
-
-  CameraChoice choice;
-  choice.camera.vertical_fov = 0.7f;
-  const double half_v = 0.35, half_h = std::atan(std::tan(half_v) * width / height);
-  const double distance = radius / std::sin(std::min(half_v, half_h)) * 1.03;
-  choice.camera.near = static_cast<float>(std::max(distance - 1.5 * radius, distance * 0.01));
-  // Columns: right, up, back, position.
-  const DVec3 right = glm::normalize(glm::cross(DVec3(0, 1, 0), direction)), up = glm::cross(direction, right);
-  choice.fixed_world =
-      DMat4(DVec4(right, 0), DVec4(up, 0), DVec4(direction, 0), DVec4(center + direction * distance, 1));
-  return choice;
-}
-
-}  // namespace
 
 DMat4 Projection::matrix() const {
   DMat4 m(0.0);  // m[column][row]
@@ -133,14 +66,14 @@ View CameraChoice::view(const Pose& pose) const {
   return view;
 }
 
-CameraChoice choose_camera(const Capture& capture, double time, int width, int height) {
+CameraChoice choose_camera(const Capture& capture, int width, int height) {
   int node = capture.settings.camera_node;
   if (node == kNone) {
-    const Pose pose = pose_at(capture, time);
+    const Pose pose = pose_at(capture, capture.settings.first_frame / capture.settings.frame_rate);
     for (std::size_t n = 0; n < capture.nodes.size() && node == kNone; ++n)
       if (capture.nodes[n].camera != kNone && pose.in_scene[n]) node = static_cast<int>(n);
   }
-  if (node == kNone) return frame_scene(capture, time, width, height);
+  if (node == kNone) return frame_scene(capture, width, height);
   CameraChoice choice;
   choice.node = node;
   choice.camera = capture.cameras[static_cast<std::size_t>(capture.nodes[static_cast<std::size_t>(node)].camera)];

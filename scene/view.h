@@ -47,8 +47,7 @@ struct CameraChoice {
   View view(const Pose& pose) const;
 };
 
-// The camera of the capture's settings, else the first camera of the scene, else automatic framing of the scene as
-// posed at `time`: from the front, a little from above and the right, everything in sight.
-CameraChoice choose_camera(const Capture& capture, double time, int width, int height);
+// The camera of the capture's settings, else the first camera of the scene, else one that frames it (scene/framing.h).
+CameraChoice choose_camera(const Capture& capture, int width, int height);
 
 }  // namespace tessera::scene

@@ -19,8 +19,8 @@ struct Scene {
     scene::FrameRequest request;
     request.open_time = capture.settings.first_frame / capture.settings.frame_rate;
     request.close_time = request.open_time + 1 / capture.settings.frame_rate;
-    const auto frame = scene::pose_frame(
-        assembly, scene::choose_camera(capture, request.open_time, request.width, request.height), request);
+    const auto frame =
+        scene::pose_frame(assembly, scene::choose_camera(capture, request.width, request.height), request);
     sub_patches = frontend::run_front_end(*frame, frontend::PyramidLibrary(assembly), {}).sub_patches;
   }
 };

@@ -22,7 +22,7 @@ struct Scene {
     scene::FrameRequest request;
     request.open_time = 0.5;
     request.close_time = 0.52;
-    frame = pose_frame(assembly, choose_camera(capture, 0.5, request.width, request.height), request);
+    frame = pose_frame(assembly, choose_camera(capture, request.width, request.height), request);
   }
 };
 

@@ -178,8 +178,7 @@ void run(const std::string& capture_file, const std::filesystem::path& folder) {
   scene::FrameRequest request;
   request.open_time = (capture.settings.first_frame + capture.settings.shutter_open) / capture.settings.frame_rate;
   request.close_time = (capture.settings.first_frame + capture.settings.shutter_close) / capture.settings.frame_rate;
-  const auto frame =
-      pose_frame(assembly, choose_camera(capture, request.open_time, request.width, request.height), request);
+  const auto frame = pose_frame(assembly, choose_camera(capture, request.width, request.height), request);
 
   std::string csv = "method,level,sub_patches,extent_ratio,area_ratio,volume_ratio\n";
   std::vector<bench::Series> extent, area, volume;

@@ -110,7 +110,7 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
   request.tessellation.target_edge_pixels = std::sqrt(2 * settings.area);
   for (int attempt = 0; attempt < 3; ++attempt) {
     if (attempt > 0) request.tessellation.target_edge_pixels *= std::sqrt(settings.area / mean_area);
-    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, width, height), request);
+    frame = scene::pose_frame(assembly, scene::choose_camera(capture, width, height), request);
     std::set<std::uint32_t> kept;
     for (const auto& piece : frontend::run_front_end(*frame, pyramids, gpu.front_end_spec()).sub_patches)
       kept.insert(piece.base_patch);

@@ -69,7 +69,7 @@ std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& 
   request.close_time = 1;
   request.tessellation.target_edge_pixels = quad * 1.001;  // rounding must not add a quad
   scene->frame =
-      scene::pose_frame(scene->assembly, scene::choose_camera(scene->capture, 0, kFrameSide, kFrameSide), request);
+      scene::pose_frame(scene->assembly, scene::choose_camera(scene->capture, kFrameSide, kFrameSide), request);
   return scene;
 }
 

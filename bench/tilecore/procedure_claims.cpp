@@ -77,7 +77,7 @@ struct Posed {
     request.width = width;
     request.height = height;
     request.sample_procedures = true;
-    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, width, height), request);
+    frame = scene::pose_frame(assembly, scene::choose_camera(capture, width, height), request);
   }
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -11,16 +12,19 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
-#include "base/image_codec.h"
 #include "base/json_text.h"
 #include "base/output_file.h"
+#include "base/vec.h"
 #include "base/whole_file.h"
 #include "replay/pack/binary_chunk.h"
+#include "replay/pack/image_packer.h"
+#include "replay/pack/meshopt_encoder.h"
 #include "scene/capture_reader.h"
 #include "scene/extensions.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/container.h"
 #include "scene/gltf/document.h"
+#include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/validation.h"
 
@@ -31,9 +35,30 @@ using nlohmann::json;
 namespace gltf = scene::gltf;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
+constexpr const char* kQuantization = "KHR_mesh_quantization";
+constexpr const char* kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 // An extension of a glTF object, or null.
 json* extension_of(json& object, const char* name) { return const_cast<json*>(gltf::find_extension(object, name)); }
+
+void add_extension(json& d, const char* list, const std::string& name) {
+  json& names = d[list];
+  if (!names.is_array()) names = json::array();
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+void drop_extension(json& d, const std::string& name) {
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    if (!d.contains(list)) continue;
+    json kept = json::array();
+    for (const json& other : d[list])
+      if (other != name) kept.push_back(other);
+    if (kept.empty())
+      d.erase(list);
+    else
+      d[list] = std::move(kept);
+  }
+}
 
 // ---- Compressing primitives -------------------------------------------------------------------------------------
 
@@ -142,6 +167,71 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   return true;
 }
 
+// The grid that the float positions of a mesh share, so that primitives which touch still touch; none without such.
+std::optional<int> position_grid(gltf::Document& document, const json& mesh, int bits) {
+  Vec3 low(std::numeric_limits<float>::max()), high(-low);
+  for (const json& primitive : mesh["primitives"]) {
+    const auto position = primitive["attributes"].find("POSITION");
+    if (position == primitive["attributes"].end()) continue;
+    const auto accessor = position->get<std::size_t>();
+    if (gltf::accessor_layout(document.json, accessor).component_type != gltf::kFloat) continue;
+    const std::vector<float> values = gltf::read_floats(document, accessor);
+    for (std::size_t i = 0; i + 2 < values.size(); i += 3) {
+      const Vec3 p(values[i], values[i + 1], values[i + 2]);
+      low = glm::min(low, p), high = glm::max(high, p);
+    }
+  }
+  if (low.x > high.x) return std::nullopt;
+  const Vec3 size = high - low, far = glm::max(glm::abs(low), glm::abs(high));
+  return std::max(grid_exponent(0, std::max({size.x, size.y, size.z}), bits),
+                  grid_exponent(0, std::max({far.x, far.y, far.z}), kMaxBits - 1));
+}
+
+// As compress_primitive, with meshoptimizer: attributes and indices become compressed views, whose numbers `placed` has
+// by accessor. A primitive that is compressed so already keeps its streams.
+bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive, const PackOptions& options,
+                           std::optional<int> grid, BinaryChunk& chunk, std::map<std::size_t, std::size_t>& placed) {
+  if (primitive.value("mode", 4) != 4 || !primitive["attributes"].contains("POSITION")) return false;
+  const json& position = document.json["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()];
+  if (position.contains("bufferView") &&
+      gltf::find_meshopt(document.json["bufferViews"][position["bufferView"].get<std::size_t>()]) != nullptr)
+    return false;
+  const bool ordered = order_matters(primitive);
+  DracoInput input = read_primitive(document, primitive);
+  if (input.indices.empty() || (ordered && input.vertex_count > input.indices.size())) return false;
+  if (!ordered) order_for_meshopt(input);
+  // Views in the order in which packing again comes across them.
+  std::sort(input.attributes.begin(), input.attributes.end(),
+            [](const DracoAttribute& a, const DracoAttribute& b) { return a.name < b.name; });
+
+  const auto add = [&](json accessor, const MeshoptStream& stream, AccessorUse use) {
+    placed[out["accessors"].size()] = chunk.add_stream(stream, use);
+    out["accessors"].push_back(std::move(accessor));
+    return out["accessors"].size() - 1;
+  };
+  for (DracoAttribute& attribute : input.attributes) {
+    const MeshoptAttribute encoded = encode_attribute(attribute, options.bits, grid);
+    attribute.component_type = encoded.component_type;
+    attribute.normalized = encoded.normalized;
+    json accessor = described_accessor(attribute, input.vertex_count);
+    if (attribute.name == "POSITION") set_position_range(accessor, encoded.decoded);
+    const bool small = encoded.component_type != gltf::kFloat;
+    if (small && (attribute.name == "NORMAL" || attribute.name == "TANGENT"))
+      for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(out, list, kQuantization);
+    primitive["attributes"][attribute.name] = add(std::move(accessor), encoded.stream, AccessorUse::kVertices);
+  }
+  const bool small = input.vertex_count <= 65535;
+  const std::size_t index_bytes = small ? 2 : 4;
+  primitive["indices"] =
+      add({{"componentType", small ? gltf::kUnsignedShort : gltf::kUnsignedInt},
+           {"count", input.indices.size()},
+           {"type", "SCALAR"}},
+          // Cages of quads count on the first corner of a triangle, too.
+          ordered ? encode_indices(input.indices, index_bytes) : encode_triangles(input.indices, index_bytes),
+          AccessorUse::kIndices);
+  return true;
+}
+
 // Counts and position ranges as the streams decode: the encoder may renumber, and quantisation moves positions.
 // `document` holds the same objects as `out`.
 void describe_decoded(gltf::Document& document, json& out) {
@@ -195,7 +285,8 @@ void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)
 }
 
 // Drops accessors that nothing names, renumbers the others and moves their data into the chunk.
-void move_accessors(json& d, BinaryChunk& chunk) {
+// `placed`: those whose data are in the chunk already, with their views.
+void move_accessors(json& d, BinaryChunk& chunk, const std::map<std::size_t, std::size_t>& placed) {
   std::map<std::pair<std::size_t, AccessorUse>, std::size_t> number;
   json kept = json::array();
   for_each_accessor_use(d, [&](json& index, AccessorUse use) {
@@ -203,32 +294,15 @@ void move_accessors(json& d, BinaryChunk& chunk) {
     const auto [at, fresh] = number.try_emplace({old, use}, kept.size());
     if (fresh) {
       kept.push_back(d["accessors"][old]);
-      chunk.copy_accessor(kept.back(), use);
+      if (const auto view = placed.find(old); view != placed.end())
+        kept.back()["bufferView"] = view->second;
+      else
+        chunk.copy_accessor(kept.back(), use);
     }
     index = at->second;
   });
   d["accessors"] = std::move(kept);
   if (d["accessors"].empty()) d.erase("accessors");
-}
-
-void move_images(gltf::Document& document, json& d, BinaryChunk& chunk) {
-  if (!d.contains("images")) return;
-  std::map<std::string, std::size_t> view_of_uri;
-  for (std::size_t i = 0; i < d["images"].size(); ++i) {
-    json& image = d["images"][i];
-    const gltf::Bytes bytes = document.resources.image(i);
-    const ImageFormat format = image_format(bytes);
-    if (format == ImageFormat::kUnknown) document.root.at("images").at(i).refuse("is neither PNG nor JPEG");
-    image["mimeType"] = format == ImageFormat::kJpeg ? "image/jpeg" : "image/png";
-    if (image.contains("bufferView")) {
-      image["bufferView"] = chunk.copy_view(image["bufferView"].get<std::size_t>());
-      continue;
-    }
-    const auto [at, fresh] = view_of_uri.try_emplace(image["uri"].get<std::string>(), 0);
-    if (fresh) at->second = chunk.add(bytes);
-    image["bufferView"] = at->second;
-    image.erase("uri");
-  }
 }
 
 // Extension objects that Tessera does not know are kept as they are, so they must not name what packing renumbers.
@@ -254,12 +328,6 @@ void refuse_unknown_references(const json& value, const gltf::Place& place, bool
   }
 }
 
-void add_extension(json& d, const char* list, const std::string& name) {
-  json& names = d[list];
-  if (!names.is_array()) names = json::array();
-  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-}
-
 void attach_settings(json& d, const PackOptions& options) {
   if (!options.capture_settings.is_null() && !options.capture_settings.empty()) {
     json& settings = d["extensions"]["TESSERA_capture"];
@@ -277,6 +345,20 @@ void attach_settings(json& d, const PackOptions& options) {
       throw UsageError("--focus needs --aperture, or a camera that has a lens already");
   }
   add_extension(d, "extensionsUsed", "TESSERA_lens");
+}
+
+// What the data now need: nothing that was unpacked, everything that was compressed.
+void list_extensions(json& d, const BinaryChunk& chunk, bool draco, bool webp) {
+  const auto need = [&](const char* name) {
+    for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(d, list, name);
+  };
+  for (const char* name : kMeshoptNames)
+    if (chunk.extensions().contains(name))
+      need(name);
+    else
+      drop_extension(d, name);
+  if (draco) need(kDraco);
+  if (webp) need("EXT_texture_webp");
 }
 
 std::string glb_bytes(const json& d, const std::vector<std::uint8_t>& binary) {
@@ -349,33 +431,38 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   if (!out.contains("meshes")) out["meshes"] = json::array();
 
   refuse_unknown_references(out, document.root, false);
-  BinaryChunk chunk(document);
-  for (json& mesh : out["meshes"])
+  const bool meshopt = options.method == PackMethod::kMeshopt;
+  BinaryChunk chunk(document, meshopt);
+  std::map<std::size_t, std::size_t> placed;
+  std::size_t draco = 0;
+  for (json& mesh : out["meshes"]) {
+    const std::optional<int> grid = meshopt ? position_grid(document, mesh, options.bits.position) : std::nullopt;
     for (json& primitive : mesh["primitives"]) {
       ++report.primitives;
       if (json* packed = extension_of(primitive, kDraco))
         (*packed)["bufferView"] = chunk.copy_view((*packed)["bufferView"].get<std::size_t>());
+      else if (meshopt)
+        report.compressed += compress_with_meshopt(document, out, primitive, options, grid, chunk, placed) ? 1 : 0;
       else if (options.method != PackMethod::kNone && compress_primitive(document, out, primitive, options, chunk))
-        ++report.compressed;
+        ++draco;
     }
-  if (report.compressed > 0) {
-    add_extension(out, "extensionsUsed", kDraco);
-    add_extension(out, "extensionsRequired", kDraco);
   }
-  move_accessors(out, chunk);
-  move_images(document, out, chunk);
+  report.compressed += draco;
+  move_accessors(out, chunk, placed);
+  report.webp_images = move_images(document, out, chunk, options.webp);
+  list_extensions(out, chunk, draco > 0, report.webp_images > 0);
   attach_settings(out, options);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");
   out.erase("bufferViews");
   if (!chunk.bytes().empty()) {
-    out["buffers"] = json::array({{{"byteLength", chunk.bytes().size()}}});
+    out["buffers"] = chunk.buffers();
     out["bufferViews"] = chunk.views();
   }
 
   // A fault that the options bring is reported here, under the target's name.
   const json result = checked_json(out.dump(), target.string());
-  if (report.compressed > 0) {
+  if (draco > 0) {
     scene::MemoryBudget second_budget(limits.max_bytes);
     gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
     describe_decoded(packed, out);

@@ -7,16 +7,18 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/pack/draco_encoder.h"
+#include "replay/pack/image_packer.h"
 #include "replay/pack/surfaces.h"
 
 namespace tessera::replay {
 
-enum class PackMethod { kAuto, kEdgebreaker, kSequential, kNone };
+enum class PackMethod { kAuto, kEdgebreaker, kSequential, kMeshopt, kNone };
 
 struct PackOptions {
-  // kAuto: sequential where the order of vertices matters, edgebreaker elsewhere.
+  // kAuto: sequential where the order of vertices matters, edgebreaker elsewhere. kMeshopt: EXT_meshopt_compression.
   PackMethod method = PackMethod::kAuto;
-  QuantizationBits bits;
+  QuantizationBits bits;  // of kMeshopt at most kMaxMeshoptBits each
+  std::optional<WebpOptions> webp;
   // Members that replace those of the asset's TESSERA_capture extension; null: none.
   nlohmann::json capture_settings;
   // TESSERA_lens for every camera.
@@ -27,14 +29,17 @@ struct PackOptions {
 struct PackReport {
   std::uint64_t bytes_in = 0, bytes_out = 0;  // all files of the asset / the .glb
   std::size_t primitives = 0, compressed = 0;
+  std::size_t webp_images = 0;
   SurfaceReport surfaces;
 };
 
-// Reads a glTF asset, compresses its triangle primitives with Draco, attaches settings, and writes one .glb with
-// everything inside (buffers, images). The result is read back before it is put in place.
+// Reads a glTF asset, compresses its triangle primitives with Draco or meshoptimizer, attaches settings, and writes one
+// .glb with everything inside (buffers, images). The result is read back before it is put in place.
 //
 //   - Positions move by at most half a step of their quantisation (largest extent / (2^bits - 1)); integers, morph
 //     targets, animations, matrices and application-specific attributes stay exact.
+//   - With meshoptimizer the largest extent is the mesh's, and all other accessors are compressed without loss. Where
+//     nothing counts on their order equal vertices are joined, and vertices and triangles ordered for its codec.
 //   - Draco's sequential method where something counts on the order of vertices: Bezier patches, morph targets,
 //     application-specific attributes. What a stream cannot hold stays as it is.
 //   - Objects that hold no data are kept word for word, unknown extensions included; one that names accessors or buffer

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/meshopt_reader.h"
 
 namespace tessera::replay {
 
@@ -21,7 +22,11 @@ EditedAsset::EditedAsset(std::filesystem::path source, json source_document, std
   }
   buffers.insert(buffers.begin(), json{{"byteLength", 4}});
   if (document.contains("bufferViews"))
-    for (json& view : document["bufferViews"]) view["buffer"] = view["buffer"].get<std::size_t>() + 1;
+    for (json& view : document["bufferViews"]) {
+      view["buffer"] = view["buffer"].get<std::size_t>() + 1;
+      if (json* meshopt = const_cast<json*>(gltf::find_meshopt(view)))
+        (*meshopt)["buffer"] = (*meshopt)["buffer"].get<std::size_t>() + 1;
+    }
   binary_.resize(4);
 }
 

@@ -46,7 +46,7 @@ class Decoded {
         const json& here = document_.json["meshes"][m]["primitives"][p];
         const gltf::Place place = document_.root.at("meshes").at(m).at("primitives").at(p);
         if (!wanted(here)) continue;
-        if (auto primitive = gltf::build_primitive(document_, here, document_.model.meshes[m].primitives[p], place))
+        if (auto primitive = gltf::build_primitive(document_, here, place))
           visit(*primitive, asset.document["meshes"][m]["primitives"][p], place);
       }
   }
@@ -159,9 +159,15 @@ std::size_t embed_image(EditedAsset& asset, const std::string& file) {
   std::string fault;
   if (!decode_image(bytes, ImageLimits{}, image, fault)) throw InputError(file, "", fault);
   json& d = asset.document;
-  const bool jpeg = image_format(bytes) == ImageFormat::kJpeg;
-  d["images"].push_back({{"bufferView", asset.add_view(bytes)}, {"mimeType", jpeg ? "image/jpeg" : "image/png"}});
-  d["textures"].push_back({{"source", d["images"].size() - 1}});
+  const ImageFormat format = image_format(bytes);
+  d["images"].push_back({{"bufferView", asset.add_view(bytes)}, {"mimeType", mime_type(format)}});
+  const json source = {{"source", d["images"].size() - 1}};
+  if (format == ImageFormat::kWebp) {
+    d["textures"].push_back({{"extensions", {{"EXT_texture_webp", source}}}});
+    asset.use_extension("EXT_texture_webp");
+  } else {
+    d["textures"].push_back(source);
+  }
   return d["textures"].size() - 1;
 }
 

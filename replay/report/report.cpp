@@ -9,6 +9,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/whole_file.h"
 #include "replay/describe.h"
 #include "replay/report/page_files.h"
@@ -51,8 +52,7 @@ std::string vega_script() {
 // Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
 std::string script_json(const json& value) {
   std::string text;
-  for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace))
-    text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  for (const char c : json_text(value)) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
   return text;
 }
 

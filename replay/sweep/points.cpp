@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/whole_file.h"
 #include "replay/sweep/capture_library.h"
@@ -15,8 +16,8 @@ using nlohmann::json;
 // Everything that a point's result follows from. nlohmann sorts the keys, so the text is canonical.
 json point_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
                   const std::string& program) {
-  json inputs = {{"schema", "tessera.point/1"}, {"program", program}, {"capture", capture_hash},
-                 {"frames", nullptr},           {"size", nullptr},    {"baselines", study.baselines},
+  json inputs = {{"schema", kPointSchema},  {"program", program}, {"capture", capture_hash},
+                 {"frames", nullptr},       {"size", nullptr},    {"baselines", study.baselines},
                  {"pictures", study.images}};
   if (study.frames) inputs["frames"] = {study.frames->first, study.frames->last};
   if (configuration.size) inputs["size"] = {configuration.size->width, configuration.size->height};
@@ -49,7 +50,7 @@ std::vector<SweepPoint> expand_points(const Study& study, const std::string& pro
       } catch (const UsageError& error) {
         point.fault = error.what();
       }
-      point.hash = sha256_name(point_inputs(study, configuration, capture_hash, program).dump());
+      point.hash = sha256_name(json_text(point_inputs(study, configuration, capture_hash, program)));
       points.push_back(std::move(point));
     } while (next_steps(study, steps));
   }

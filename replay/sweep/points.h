@@ -10,6 +10,9 @@
 
 namespace tessera::replay {
 
+// Of a point's result, and part of what its hash follows from.
+inline constexpr const char* kPointSchema = "tessera.point/1";
+
 // One point of a design space.
 struct SweepPoint {
   std::size_t capture = 0;           // of Study::captures

@@ -59,7 +59,7 @@ fs::path SweepFolder::tiles_file(const std::string& hash, int frame) const {
 }
 
 bool SweepFolder::write_manifest(const Study& study, const std::vector<SweepPoint>& points) const {
-  const std::string text = manifest_json(study, points).dump(1) + "\n";
+  const std::string text = json_text(manifest_json(study, points), 1) + "\n";
   const fs::path file = folder_ / "sweep.json";
   std::error_code ignored;
   if (fs::exists(file, ignored) && read_whole_text(file) == text) return false;
@@ -86,28 +86,46 @@ SweepLock::SweepLock(const SweepFolder& folder, bool shared) {
 
 SweepLock::~SweepLock() { ::close(descriptor_); }
 
+std::optional<json> SweepFolder::read_point(const std::string& hash) const {
+  if (!has_point(hash)) return std::nullopt;
+  const std::string file = point_file(hash).string();
+  try {
+    json result = parse_json(read_whole_text(file), file);
+    if (result.at("schema") != kPointSchema) return std::nullopt;
+    if (result.contains("fault")) {
+      if (!result["fault"].is_string()) return std::nullopt;
+    } else {
+      for (const json& frame : result.at("frames")) {
+        whole_number(frame.at("frame"));
+        frame_values(frame);
+      }
+    }
+    return result;
+  } catch (const InputError&) {
+    return std::nullopt;
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
+}
+
 JoinedSweep join_sweep(const SweepFolder& folder) {
   JoinedSweep sweep;
   const std::string manifest = (folder.path() / "sweep.json").string();
   sweep.manifest = parse_json(read_whole_text(manifest), manifest);
-  std::string file = manifest;
   try {
     const json& points = sweep.manifest.at("points");
     for (std::size_t p = 0; p < points.size(); ++p) {
       const std::string hash = points[p].at("hash");
-      if (!folder.has_point(hash)) {
+      const std::optional<json> result = folder.read_point(hash);
+      if (!result)
         sweep.missing.push_back(p);
-        continue;
-      }
-      file = folder.point_file(hash).string();
-      const json result = parse_json(read_whole_text(file), file);
-      if (result.contains("fault"))
-        sweep.rows.push_back({p, nullptr, result["fault"].get<std::string>()});
+      else if (result->contains("fault"))
+        sweep.rows.push_back({p, nullptr, (*result)["fault"].get<std::string>()});
       else
-        for (const json& frame : result.at("frames")) sweep.rows.push_back({p, frame, "ok"});
+        for (const json& frame : (*result)["frames"]) sweep.rows.push_back({p, frame, "ok"});
     }
   } catch (const json::exception& error) {
-    throw InputError(file, "", fmt::format("is not the result of a sweep: {}", error.what()));
+    throw InputError(manifest, "", fmt::format("is not the manifest of a sweep: {}", error.what()));
   }
   return sweep;
 }

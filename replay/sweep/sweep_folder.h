@@ -23,7 +23,7 @@ namespace tessera::replay {
 //   SW1  A file is there whole or not at all; a point's .json is written last, so a point that is there is complete.
 //   SW2  What is in the folder after all points are done follows from the study, the captures and the program alone:
 //        not from how often the sweep was killed, how it was sharded, or the number of threads.
-//   SW3  A point whose result is there is not computed again.
+//   SW3  A point whose result is there is not computed again; one whose result is damaged is.
 class SweepFolder {
  public:
   explicit SweepFolder(std::filesystem::path folder) : folder_(std::move(folder)), points_(folder_) {}
@@ -33,6 +33,8 @@ class SweepFolder {
   std::filesystem::path image_file(const std::string& hash, int frame) const;
   std::filesystem::path tiles_file(const std::string& hash, int frame) const;
   bool has_point(const std::string& hash) const { return points_.has(hash); }
+  // The result of a point; nothing where there is none or it is damaged.
+  std::optional<nlohmann::json> read_point(const std::string& hash) const;
 
   // Writes sweep.json; false: it was there already, with the same content.
   bool write_manifest(const Study& study, const std::vector<SweepPoint>& points) const;
@@ -68,9 +70,9 @@ struct SweepRow {
 struct JoinedSweep {
   nlohmann::json manifest;
   std::vector<SweepRow> rows;        // by point, then by frame
-  std::vector<std::size_t> missing;  // points without a result yet
+  std::vector<std::size_t> missing;  // points without a result yet, or with a damaged one
 };
-// Throws InputError when the folder holds no sweep or a damaged one.
+// Throws InputError when the folder holds no sweep or its sweep.json is damaged.
 JoinedSweep join_sweep(const SweepFolder& folder);
 
 // point,hash,capture,AXES...,frame,status,COLUMNS...; a row per point and frame, no host times. What a unit did not

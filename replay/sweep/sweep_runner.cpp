@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -17,6 +18,8 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/image_codec.h"
+#include "base/json_text.h"
+#include "base/text.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "replay/progress.h"
@@ -67,10 +70,14 @@ class Run {
     std::set<std::string> asked;
     for (std::size_t p = options.shard; p < points.size(); p += options.shards) {
       ++outcome_.mine;
-      if (folder.has_point(points[p].hash) || !asked.insert(points[p].hash).second)
+      if (!asked.insert(points[p].hash).second || folder.read_point(points[p].hash)) {
         ++outcome_.found;
-      else
-        todo_.push_back(p);
+        continue;
+      }
+      if (folder.has_point(points[p].hash))
+        std::fprintf(stderr, "note: %s is damaged; the point is computed again\n",
+                     escape_control(folder.point_file(points[p].hash).string()).c_str());
+      todo_.push_back(p);
     }
     outcome_.workers =
         std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(todo_.size(), 1));
@@ -111,7 +118,7 @@ class Run {
 
   void run_point(const SweepPoint& point) {
     const Clock::time_point start = Clock::now();
-    json result = {{"schema", "tessera.point/1"}};
+    json result = {{"schema", kPointSchema}};
     double rendering = 0;
     if (point.fault.empty()) {
       struct Lease {
@@ -128,7 +135,7 @@ class Run {
     } else {
       result["fault"] = point.fault;
     }
-    write_file_atomically(folder_.point_file(point.hash), result.dump(1) + "\n");
+    write_file_atomically(folder_.point_file(point.hash), json_text(result, 1) + "\n");
     const std::lock_guard lock(mutex_);
     outcome_.render_seconds += rendering;
     ++outcome_.rendered;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "gpu/view_inputs.h"
 #include "reference/reference_store.h"
 #include "replay/point_files.h"
@@ -99,8 +100,9 @@ class Tradeoff {
     const std::uint64_t bytes =
         static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height) * 512;
     if (bytes > options_.max_bytes)
-      throw LimitError(fmt::format("images of {}x{} need {} bytes, --max-memory allows {}", options_.width,
-                                   options_.height, bytes, options_.max_bytes));
+      throw LimitError(fmt::format("{}: images of {}x{} need {} bytes, --max-memory allows {}",
+                                   escape_control(options_.capture.string()), options_.width, options_.height, bytes,
+                                   options_.max_bytes));
   }
 
   void place(const scene::Capture& capture) {

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "base/atomic_file.h"
+#include "base/json_text.h"
 #include "replay/csv_cell.h"
 
 namespace tessera::replay {
@@ -138,7 +139,7 @@ std::string tradeoff_csv(const TradeoffResult& tradeoff) {
 void write_tradeoff(const std::filesystem::path& folder, const TradeoffResult& tradeoff,
                     const std::optional<CheapestAnswer>& cheapest) {
   write_file_atomically(folder / "tradeoff.csv", tradeoff_csv(tradeoff));
-  write_file_atomically(folder / "tradeoff.json", tradeoff_json(tradeoff, cheapest).dump(1) + "\n");
+  write_file_atomically(folder / "tradeoff.json", json_text(tradeoff_json(tradeoff, cheapest), 1) + "\n");
 }
 
 }  // namespace tessera::replay

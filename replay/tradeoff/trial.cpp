@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/image_metrics.h"
+#include "base/json_text.h"
 #include "base/sha256.h"
 #include "base/thread_clock.h"
 #include "gpu/view_inputs.h"
@@ -145,7 +146,7 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"gpu", gpu::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
-  trial.hash = sha256_name(inputs.dump());
+  trial.hash = sha256_name(json_text(inputs));
 }
 
 std::vector<TrialResult> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,

@@ -79,7 +79,7 @@ void write_trial(const std::filesystem::path& file, const TrialResult& trial) {
         {"flip", trial.error.flip},
         {"max_error", trial.error.max_error}}},
       {"host", {{"seconds", trial.host.wall_seconds}, {"processor_seconds", trial.host.processor_seconds}}}};
-  write_file_atomically(file, out.dump(1) + "\n");
+  write_file_atomically(file, json_text(out, 1) + "\n");
 }
 
 TrialResult read_trial(const std::filesystem::path& file) {

@@ -11,8 +11,7 @@ namespace tessera::scene::gltf {
 // that glTF forbids, LimitError when the budget does not suffice.
 std::vector<Mesh> build_meshes(Document& document);
 // One primitive as it is stored (a cage stays a cage), or nothing where there is nothing to draw.
-std::optional<Primitive> build_primitive(Document& document, const nlohmann::json& json_primitive,
-                                         const tinygltf::Primitive& model, const Place& place);
+std::optional<Primitive> build_primitive(Document& document, const nlohmann::json& json_primitive, const Place& place);
 std::vector<Material> build_materials(Document& document);
 void build_scene(Document& document, Capture& capture);  // nodes, skins, animations, cameras, lights, settings
 

@@ -9,16 +9,14 @@ namespace {
 
 using nlohmann::json;
 
-// What tinygltf gets to see: no buffers and images (it would fetch them), no index accessors (it insists that each has
-// a buffer view, which Draco's need not), no extras (it walks them recursively), and whole numbers written as 4.0 as
-// integers (it does not take them for such).
-json structure_only(json document) {
-  document.erase("buffers");
-  document.erase("images");
-  document.erase("extensionsRequired");
-  if (const auto meshes = document.find("meshes"); meshes != document.end())
-    for (json& mesh : *meshes)
-      for (json& primitive : mesh["primitives"]) primitive.erase("indices");
+// What tinygltf gets to see: no buffers and images (it would fetch them), no nodes and meshes (there may be millions,
+// and it parses text a second time), no extras (it walks them recursively), and whole numbers written as 4.0 as integers
+// (it does not take them for such).
+json structure_only(const json& whole) {
+  json document = json::object();
+  for (const auto& [name, value] : whole.items())
+    if (name != "buffers" && name != "images" && name != "extensionsRequired" && name != "nodes" && name != "meshes")
+      document[name] = value;
   const auto simplify = [](auto& self, json& value) -> void {
     constexpr double kExact = 9007199254740992.0;
     if (value.is_number_float())

@@ -120,8 +120,8 @@ constexpr ObjectKind kKinds[] = {
     {"bufferViews", sizeof(tinygltf::BufferView)},
     {"cameras", sizeof(tinygltf::Camera) + sizeof(Camera)},
     {"materials", sizeof(tinygltf::Material) + sizeof(Material)},
-    {"meshes", sizeof(tinygltf::Mesh) + sizeof(Mesh)},
-    {"nodes", sizeof(tinygltf::Node) + sizeof(Node) + 48},  // and the tables of validation
+    {"meshes", sizeof(Mesh)},
+    {"nodes", sizeof(Node) + 48},  // and the tables of validation
     {"samplers", sizeof(tinygltf::Sampler)},
     {"scenes", sizeof(tinygltf::Scene)},
     {"skins", sizeof(tinygltf::Skin) + sizeof(Skin)},
@@ -179,7 +179,7 @@ void charge_objects(const json& document, const std::string& file, MemoryBudget&
       if (const auto list = (*array)[i].find(inner); list != (*array)[i].end())
         budget.charge(list->size(), kGrowth * bytes, fmt::format("{}: /{}/{}/{}", file, outer, i, inner));
   };
-  inner_arrays("meshes", "primitives", sizeof(tinygltf::Primitive) + sizeof(Primitive));
+  inner_arrays("meshes", "primitives", sizeof(Primitive));
   inner_arrays("animations", "channels",
                sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
   inner_arrays("animations", "samplers", sizeof(tinygltf::AnimationSampler));

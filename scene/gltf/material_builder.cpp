@@ -1,5 +1,7 @@
 #include <cmath>
 #include <map>
+#include <set>
+#include <type_traits>
 
 #include "scene/gltf/builders.h"
 
@@ -14,30 +16,19 @@ class TextureLibrary {
   explicit TextureLibrary(Document& document) : document_(document) {}
 
   std::shared_ptr<const shaders::Texture> color(std::size_t texture, shaders::ColorSpace space) {
-    const std::size_t image = source(texture);
-    auto& slot = textures_[{image, space}];
-    if (slot == nullptr) {
-      const DecodedImage decoded = decode(image);
-      // RGBA8 and its mip levels.
-      document_.budget.charge(
-          static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()), 6,
-          place(image).pointer());
-      slot = std::make_shared<shaders::Texture>(decoded, space);
-    }
-    return slot;
+    return of_first_readable(texture, [&](std::size_t image) {
+      std::shared_ptr<shaders::Texture>& slot = textures_[{image, space}];
+      if (slot == nullptr) slot = std::make_shared<shaders::Texture>(decode(image), space);
+      return std::shared_ptr<const shaders::Texture>(slot);
+    });
   }
 
   std::shared_ptr<const shaders::ScalarTexture> heights(std::size_t texture) {
-    const std::size_t image = source(texture);
-    auto& slot = heights_[image];
-    if (slot == nullptr) {
-      const DecodedImage decoded = decode(image);
-      document_.budget.charge(
-          static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()), 6,
-          place(image).pointer());
-      slot = std::make_shared<shaders::ScalarTexture>(decoded);
-    }
-    return slot;
+    return of_first_readable(texture, [&](std::size_t image) {
+      std::shared_ptr<shaders::ScalarTexture>& slot = heights_[image];
+      if (slot == nullptr) slot = std::make_shared<shaders::ScalarTexture>(decode(image));
+      return std::shared_ptr<const shaders::ScalarTexture>(slot);
+    });
   }
 
   shaders::Sampler sampler(std::size_t texture) const {
@@ -65,12 +56,36 @@ class TextureLibrary {
  private:
   Place place(std::size_t image) const { return document_.root.at("images").at(image); }
 
-  std::size_t source(std::size_t texture) const {
-    const int image = document_.model.textures[texture].source;
-    if (image < 0) document_.root.at("textures").at(texture).refuse("has no source that Tessera reads (PNG or JPEG)");
-    return static_cast<std::size_t>(image);
+  // Images that a texture offers, the one to be preferred first.
+  std::vector<std::size_t> sources(std::size_t texture) const {
+    const json& object = document_.json["textures"][texture];
+    std::vector<std::size_t> images;
+    const json* webp = find_extension(object, "EXT_texture_webp");
+    if (webp != nullptr && webp->contains("source")) images.push_back((*webp)["source"].get<std::size_t>());
+    if (object.contains("source")) images.push_back(object["source"].get<std::size_t>());
+    if (images.empty())
+      document_.root.at("textures").at(texture).refuse("has no source that Tessera reads (PNG, JPEG or WebP)");
+    return images;
   }
 
+  // An image that cannot be read gives way to the next source with a notice; the last one's fault is the texture's.
+  template <class Make>
+  std::invoke_result_t<Make, std::size_t> of_first_readable(std::size_t texture, const Make& make) {
+    const std::vector<std::size_t> images = sources(texture);
+    for (std::size_t k = 0; k + 1 < images.size(); ++k) {
+      if (unreadable_.contains(images[k])) continue;
+      try {
+        return make(images[k]);
+      } catch (const InputError& error) {
+        document_.notices.push_back(fmt::format("{}: {}; texture {} shows its next source", place(images[k]).pointer(),
+                                                error.fault(), texture));
+        unreadable_.insert(images[k]);
+      }
+    }
+    return make(images.back());
+  }
+
+  // Decodes, and charges the 8-bit texture with its mip levels, or the 16-bit heights with theirs.
   DecodedImage decode(std::size_t image) {
     const Bytes bytes = document_.resources.image(image);
     DecodedImage decoded;
@@ -81,12 +96,15 @@ class TextureLibrary {
     } catch (const LimitError& error) {
       throw LimitError(fmt::format("{}: {}: {}", document_.root.file(), place(image).pointer(), error.what()));
     }
+    document_.budget.charge(static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()),
+                            6, place(image).pointer());
     return decoded;
   }
 
   Document& document_;
   std::map<std::pair<std::size_t, shaders::ColorSpace>, std::shared_ptr<shaders::Texture>> textures_;
   std::map<std::size_t, std::shared_ptr<shaders::ScalarTexture>> heights_;
+  std::set<std::size_t> unreadable_;  // images
 };
 
 // KHR_texture_transform: uv' = T * R * S * uv.

@@ -207,9 +207,8 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
 
 }  // namespace
 
-std::optional<Primitive> build_primitive(Document& document, const json& json_primitive,
-                                         const tinygltf::Primitive& model, const Place& place) {
-  const int mode = model.mode == -1 ? kTriangles : model.mode;
+std::optional<Primitive> build_primitive(Document& document, const json& json_primitive, const Place& place) {
+  const int mode = json_primitive.value("mode", kTriangles);
   if (mode < kTriangles) {
     document.notices.push_back(place.pointer() + ": points and lines are not drawn");
     return std::nullopt;
@@ -219,7 +218,7 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
     return std::nullopt;
   }
   Primitive primitive;
-  primitive.material = model.material;
+  primitive.material = json_primitive.value("material", kNone);
   if (find_extension(json_primitive, "KHR_draco_mesh_compression") != nullptr) {
     // Draco streams always hold triangle lists, whatever mode says.
     DracoMesh draco = read_draco(document, json_primitive, place);
@@ -243,15 +242,20 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
 
 std::vector<Mesh> build_meshes(Document& document) {
   std::vector<Mesh> meshes;
-  for (std::size_t m = 0; m < document.model.meshes.size(); ++m) {
-    const tinygltf::Mesh& model = document.model.meshes[m];
+  const auto array = document.json.find("meshes");
+  const std::size_t count = array == document.json.end() ? 0 : array->size();
+  meshes.reserve(count);
+  for (std::size_t m = 0; m < count; ++m) {
+    const json& model = (*array)[m];
     Mesh& mesh = meshes.emplace_back();
-    mesh.name = model.name;
-    for (const double w : model.weights) mesh.default_weights.push_back(static_cast<float>(w));
-    for (std::size_t p = 0; p < model.primitives.size(); ++p) {
-      const Place place = document.root.at("meshes").at(m).at("primitives").at(p);
-      const json& json_primitive = document.json["meshes"][m]["primitives"][p];
-      if (auto primitive = build_primitive(document, json_primitive, model.primitives[p], place)) {
+    mesh.name = model.value("name", std::string());
+    if (const auto weights = model.find("weights"); weights != model.end())
+      mesh.default_weights = weights->get<std::vector<float>>();
+    const Place primitives = document.root.at("meshes").at(m).at("primitives");
+    for (std::size_t p = 0; p < model["primitives"].size(); ++p) {
+      const Place place = primitives.at(p);
+      const json& json_primitive = model["primitives"][p];
+      if (auto primitive = build_primitive(document, json_primitive, place)) {
         subdivide(document, json_primitive, place, *primitive);
         mesh.default_weights.resize(primitive->vertices.morph_targets.size(), 0.0f);
         mesh.primitives.push_back(std::move(*primitive));

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "base/whole_file.h"
+#include "scene/gltf/meshopt_reader.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -150,15 +151,25 @@ Bytes Resources::buffer(std::size_t index) {
   return Bytes(bytes).first(length);
 }
 
+// What a buffer view or its compression points at: buffer, byteOffset, byteLength.
+Bytes Resources::bytes_of(const json& range, const Place& place) {
+  const Bytes bytes = buffer(range["buffer"].get<std::size_t>());
+  const auto offset = range.value("byteOffset", std::uint64_t{0}), length = range["byteLength"].get<std::uint64_t>();
+  if (offset > bytes.size() || length > bytes.size() - offset)
+    place.refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, bytes.size());
+  return bytes.subspan(offset, length);
+}
+
 Bytes Resources::buffer_view(std::size_t index) {
   const json& view = document_["bufferViews"][index];
-  const Bytes bytes = buffer(view["buffer"].get<std::size_t>());
-  const auto offset = view.value("byteOffset", std::uint64_t{0}), length = view["byteLength"].get<std::uint64_t>();
-  if (offset > bytes.size() || length > bytes.size() - offset)
-    root_.at("bufferViews")
-        .at(index)
-        .refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, bytes.size());
-  return bytes.subspan(offset, length);
+  const Place place = root_.at("bufferViews").at(index);
+  const char* name = nullptr;
+  const json* meshopt = find_meshopt(view, &name);
+  if (meshopt == nullptr) return bytes_of(view, place);
+  const auto known = decoded_.find(index);
+  if (known != decoded_.end()) return known->second;
+  const Place inner = place.at("extensions").at(name);
+  return decoded_.emplace(index, read_meshopt(*meshopt, bytes_of(*meshopt, inner), budget_, inner)).first->second;
 }
 
 Bytes Resources::image(std::size_t index) {

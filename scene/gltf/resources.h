@@ -27,14 +27,16 @@ class Resources {
 
   // The buffer's byteLength bytes. A longer file or chunk is fine, a shorter one is refused.
   Bytes buffer(std::size_t index);
+  // A compressed view's bytes are decoded; the buffer that it names beside them is not asked for.
   Bytes buffer_view(std::size_t index);
-  // The encoded (PNG, JPEG) bytes of an image.
+  // The encoded bytes of an image.
   Bytes image(std::size_t index);
 
   // Bytes read from files and data URIs so far.
   std::uint64_t bytes_read() const { return bytes_read_; }
 
  private:
+  Bytes bytes_of(const nlohmann::json& range, const Place& place);
   const std::vector<std::uint8_t>& uri_bytes(const std::string& uri, const Place& place);
 
   const nlohmann::json& document_;
@@ -44,7 +46,8 @@ class Resources {
   bool has_binary_;
   const CaptureLimits& limits_;
   MemoryBudget& budget_;
-  std::map<std::string, std::vector<std::uint8_t>> loaded_;  // by URI
+  std::map<std::string, std::vector<std::uint8_t>> loaded_;   // by URI
+  std::map<std::size_t, std::vector<std::uint8_t>> decoded_;  // compressed views
   std::uint64_t bytes_read_ = 0;
 };
 

@@ -18,26 +18,30 @@ DMat4 matrix_from(const double* m) {
 }
 
 std::vector<Node> build_nodes(const Document& document) {
-  std::vector<Node> nodes(document.model.nodes.size());
+  const auto array = document.json.find("nodes");
+  std::vector<Node> nodes(array == document.json.end() ? 0 : array->size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const tinygltf::Node& model = document.model.nodes[i];
+    const json& model = (*array)[i];
     Node& node = nodes[i];
-    node.name = model.name;
-    node.children.assign(model.children.begin(), model.children.end());
-    for (const int child : model.children) nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(i);
-    if (model.translation.size() == 3)
-      node.transform.translation = {model.translation[0], model.translation[1], model.translation[2]};
-    if (model.scale.size() == 3) node.transform.scale = {model.scale[0], model.scale[1], model.scale[2]};
-    if (model.rotation.size() == 4)
-      node.transform.rotation =
-          glm::normalize(DQuat(model.rotation[3], model.rotation[0], model.rotation[1], model.rotation[2]));
-    if (model.matrix.size() == 16) node.matrix = matrix_from(model.matrix.data());
-    node.mesh = model.mesh;
-    node.skin = model.skin;
-    node.camera = model.camera;
-    if (const json* light = find_extension(document.json["nodes"][i], "KHR_lights_punctual"))
-      node.light = (*light)["light"].get<int>();
-    for (const double w : model.weights) node.weights.push_back(static_cast<float>(w));
+    node.name = model.value("name", std::string());
+    const auto numbers = [&](const char* name) {
+      const auto found = model.find(name);
+      return found == model.end() ? std::vector<double>() : found->get<std::vector<double>>();
+    };
+    if (const auto children = model.find("children"); children != model.end())
+      node.children = children->get<std::vector<int>>();
+    for (const int child : node.children) nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(i);
+    if (const std::vector<double> t = numbers("translation"); !t.empty())
+      node.transform.translation = {t[0], t[1], t[2]};
+    if (const std::vector<double> s = numbers("scale"); !s.empty()) node.transform.scale = {s[0], s[1], s[2]};
+    if (const std::vector<double> r = numbers("rotation"); !r.empty())
+      node.transform.rotation = glm::normalize(DQuat(r[3], r[0], r[1], r[2]));
+    if (const std::vector<double> m = numbers("matrix"); !m.empty()) node.matrix = matrix_from(m.data());
+    node.mesh = model.value("mesh", kNone);
+    node.skin = model.value("skin", kNone);
+    node.camera = model.value("camera", kNone);
+    if (const json* light = find_extension(model, "KHR_lights_punctual")) node.light = (*light)["light"].get<int>();
+    for (const double w : numbers("weights")) node.weights.push_back(static_cast<float>(w));
   }
   return nodes;
 }
@@ -133,7 +137,7 @@ AnimationChannel build_channel(Document& document, const tinygltf::Animation& an
   }
   if (channel.path == AnimatedPath::kWeights) {
     const auto mesh = static_cast<std::size_t>(nodes[static_cast<std::size_t>(channel.node)].mesh);
-    channel.components = static_cast<int>(document.model.meshes[mesh].primitives[0].targets.size());
+    channel.components = static_cast<int>(document.json["meshes"][mesh]["primitives"][0]["targets"].size());
   }
   return channel;
 }

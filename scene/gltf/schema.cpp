@@ -303,6 +303,42 @@ Rule capture_settings_rule(const json& d) {
   });
 }
 
+// EXT_meshopt_compression and KHR_meshopt_compression of a buffer view.
+Rule meshopt_rule(const json& d, std::vector<std::string> filters) {
+  return object({
+      {"buffer", index_of(d, "buffers"), kRequired},
+      {"byteOffset", integer(0, 9007199254740992.0)},
+      {"byteLength", integer(1, 9007199254740992.0), kRequired},
+      {"byteStride", integer(2, 256), kRequired},
+      {"count", integer(1), kRequired},
+      {"mode", choice({"ATTRIBUTES", "TRIANGLES", "INDICES"}), kRequired},
+      {"filter", choice(std::move(filters))},
+  });
+}
+
+Rule buffer_view_rule(const json& d) {
+  return object({
+      {"buffer", index_of(d, "buffers"), kRequired},
+      {"byteOffset", integer(0, 9007199254740992.0)},
+      {"byteLength", integer(1, 9007199254740992.0), kRequired},
+      {"byteStride", integer(4, 252)},
+      {"target", one_of({34962, 34963})},
+      {"extensions",
+       object({{"EXT_meshopt_compression", meshopt_rule(d, {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"})},
+               {"KHR_meshopt_compression",
+                meshopt_rule(d, {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"})}})},
+  });
+}
+
+Rule buffer_rule() {
+  const Rule meshopt = object({{"fallback", boolean()}});
+  return object({
+      {"uri", text()},
+      {"byteLength", integer(1, 9007199254740992.0), kRequired},
+      {"extensions", object({{"EXT_meshopt_compression", meshopt}, {"KHR_meshopt_compression", meshopt}})},
+  });
+}
+
 Rule document_rule(const json& d) {
   const json::json_pointer lights("/extensions/KHR_lights_punctual/lights");
   const std::size_t light_count =
@@ -313,21 +349,14 @@ Rule document_rule(const json& d) {
       {"wrapS", one_of({33071, 33648, 10497})},
       {"wrapT", one_of({33071, 33648, 10497})},
   });
-  const Rule buffer_view = object({
-      {"buffer", index_of(d, "buffers"), kRequired},
-      {"byteOffset", integer(0, 9007199254740992.0)},
-      {"byteLength", integer(1, 9007199254740992.0), kRequired},
-      {"byteStride", integer(4, 252)},
-      {"target", one_of({34962, 34963})},
-  });
   return object({
       {"asset", object({{"version", text(), kRequired}, {"minVersion", text()}}), kRequired},
       {"extensionsUsed", list(text())},
       {"extensionsRequired", list(text())},
       {"accessors", list(accessor_rule(d))},
       {"animations", list(animation_rule(d))},
-      {"buffers", list(object({{"uri", text()}, {"byteLength", integer(1, 9007199254740992.0), kRequired}}))},
-      {"bufferViews", list(buffer_view)},
+      {"buffers", list(buffer_rule())},
+      {"bufferViews", list(buffer_view_rule(d))},
       {"cameras", list(camera_rule())},
       {"images", list(object({{"uri", text()}, {"mimeType", text()}, {"bufferView", index_of(d, "bufferViews")}}))},
       {"materials", list(material_rule(d))},
@@ -339,7 +368,10 @@ Rule document_rule(const json& d) {
       {"skins", list(object({{"inverseBindMatrices", index_of(d, "accessors")},
                              {"skeleton", index_of(d, "nodes")},
                              {"joints", list(index_of(d, "nodes"), 1), kRequired}}))},
-      {"textures", list(object({{"sampler", index_of(d, "samplers")}, {"source", index_of(d, "images")}}))},
+      {"textures",
+       list(object({{"sampler", index_of(d, "samplers")},
+                    {"source", index_of(d, "images")},
+                    {"extensions", object({{"EXT_texture_webp", object({{"source", index_of(d, "images")}})}})}}))},
       {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
                              {"TESSERA_capture", capture_settings_rule(d)}})},
   });

@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "scene/extensions.h"
 #include "scene/gltf/accessor_layout.h"
+#include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/procedure_builder.h"
 #include "scene/gltf/subdivision_builder.h"
 
@@ -534,6 +535,7 @@ void validate_links(const json& d, const Place& root) {
   check_version(d, root);
   check_required_extensions(d, root);
   check_buffer_views(d, root);
+  check_meshopt(d, root);
   check_accessors(d, root);
   check_images(d, root);
   check_node_graph(d, root);

@@ -18,7 +18,7 @@ struct PosedObject {
     assembly = scene::assemble(capture);
     scene::FrameRequest request;
     request.width = request.height = 128;
-    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, 128, 128), request);
+    frame = scene::pose_frame(assembly, scene::choose_camera(capture, 128, 128), request);
   }
 };
 

@@ -166,7 +166,7 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   request.width = 192;
   request.height = 112;
   request.close_time = 1;
-  const auto frame = scene::pose_frame(assembly, scene::choose_camera(*capture, 0, 192, 112), request);
+  const auto frame = scene::pose_frame(assembly, scene::choose_camera(*capture, 192, 112), request);
   const binner::TileGrid grid(192, 112, 16, 16, {0, 0, 192, 112});
   const tilecore::SamplePattern pattern({4, 0, 0});
   tilecore::TileJob job;

@@ -28,7 +28,7 @@ struct Posed {
     request.width = 320;
     request.height = 200;
     request.close_time = 1.0;
-    frame = pose_frame(assembly, choose_camera(*capture, 0, request.width, request.height), request);
+    frame = pose_frame(assembly, choose_camera(*capture, request.width, request.height), request);
   }
   std::vector<BoundedSubPatch> sub_patches() const { return run_front_end(*frame, pyramids, {}).sub_patches; }
   MicroMesh mesh(const BoundedSubPatch& s, bool displaced = true) const {

@@ -67,7 +67,7 @@ struct RoundScene {
     request.open_time = 0.25;
     request.close_time = 0.5;
     request.tessellation.target_edge_pixels = options.target_pixels;
-    frame = pose_frame(assembly, choose_camera(capture, 0, 320, 240), request);
+    frame = pose_frame(assembly, choose_camera(capture, 320, 240), request);
   }
 };
 

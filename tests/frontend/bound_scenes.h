@@ -136,7 +136,7 @@ struct Scene {
     request.height = 240;
     request.open_time = 0.25;
     request.close_time = 0.75;
-    frame = pose_frame(assembly, choose_camera(capture, 0, 320, 240), request);
+    frame = pose_frame(assembly, choose_camera(capture, 320, 240), request);
   }
 };
 

@@ -4,7 +4,8 @@
 namespace tessera::fuzz {
 
 std::span<const Target> targets() {
-  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kImageTarget, kExrTarget, kHistoryTarget};
+  static const Target kTargets[] = {kCaptureTarget, kDracoTarget, kMeshoptTarget, kImageTarget,
+                                    kWebpTarget,    kExrTarget,   kHistoryTarget, kKtx2Target};
   return kTargets;
 }
 

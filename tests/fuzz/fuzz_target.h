@@ -59,9 +59,9 @@ void write_scratch(const std::filesystem::path& file, Bytes bytes);
 void write_scratch(const std::filesystem::path& file, std::string_view text);
 
 // Targets, by the file that has them.
-extern const Target kCaptureTarget, kDracoTarget,
-    kReplayTarget;  // capture_targets.cpp, draco_target.cpp, replay_target.cpp
+extern const Target kCaptureTarget, kDracoTarget, kMeshoptTarget, kReplayTarget;               // a file each
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPointTarget;  // text_targets.cpp
-extern const Target kImageTarget, kExrTarget, kHistoryTarget;                                  // image_targets.cpp
+extern const Target kImageTarget, kWebpTarget, kExrTarget, kHistoryTarget;                     // image_targets.cpp
+extern const Target kKtx2Target;                                                               // ktx2_target.cpp
 
 }  // namespace tessera::fuzz

@@ -8,7 +8,9 @@
 #include "base/exr_file.h"
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
+#include "base/webp_codec.h"
 #include "shaders_cpp/tone_map.h"
+#include "tests/fuzz/document_mutator.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/support/captures.h"
 #include "tilecore/resolve/history.h"
@@ -138,6 +140,44 @@ std::size_t mutate_image(std::uint8_t* data, std::size_t size, std::size_t max_s
   return out.size();
 }
 
+// ---- WebP -------------------------------------------------------------------------------------------------------
+
+std::vector<std::string> webp_images() {
+  std::vector<std::string> all;
+  for (const int channels : {3, 4})
+    for (const int size : {1, 5, 17, 40})
+      for (const int kind : {0, 1, 2}) {
+        Image8 image(size, 1 + size / 2, channels);
+        for (std::size_t i = 0; i < image.values.size(); ++i)
+          image.values[i] = static_cast<std::uint8_t>(kind == 0 ? i * 7 : kind == 1 ? i * i * i % 251 : i % 5 * 60);
+        all.push_back(encode_webp(image, 0, true));
+        all.push_back(encode_webp(image, 40 * kind, false));
+      }
+  return all;
+}
+
+// The contents of a chunk, or plain bytes; the file's length and the last chunk's are right again most of the time.
+std::size_t mutate_webp(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
+  if (size < 24 || random() % 8 == 0) return mutate_bytes(data, size, max_size);
+  const auto word = [&](std::size_t at) {
+    std::uint32_t value;
+    std::memcpy(&value, data + at, sizeof value);
+    return std::size_t{value};
+  };
+  const auto put_word = [&](std::size_t at, std::size_t value) {
+    const auto narrow = static_cast<std::uint32_t>(value);
+    std::memcpy(data + at, &narrow, sizeof narrow);
+  };
+  std::size_t last = 12;
+  while (last + 16 < size && word(last + 4) < size - last - 16) last += 8 + (word(last + 4) + 1) / 2 * 2;
+  if (last + 8 > size) return mutate_bytes(data, size, max_size);
+  const std::size_t after = mutate_tail(data, random() % 2 == 0 ? last + 8 : std::min(last + 20, size), size, max_size);
+  if (after < last + 8) return after;
+  put_word(4, after - 8);
+  put_word(last + 4, after - last - 8);
+  return after;
+}
+
 // ---- EXR --------------------------------------------------------------------------------------------------------
 
 void read_exr_bytes(Bytes input) {
@@ -257,6 +297,7 @@ std::size_t mutate_history(std::uint8_t* data, std::size_t size, std::size_t max
 }  // namespace
 
 const Target kImageTarget{"image", "any bytes as a PNG or JPEG", 8 << 10, decode, images, mutate_image};
+const Target kWebpTarget{"webp", "any bytes as a WebP", 4 << 10, decode, webp_images, mutate_webp};
 const Target kExrTarget{"exr",     "any bytes as an EXR that `compare` reads", 8 << 10, read_exr_bytes, exr_files,
                         mutate_exr};
 const Target kHistoryTarget{"history", "any bytes as a history that `replay --history` goes on from",

@@ -58,6 +58,24 @@ TEST(Configuration, FaultsInAFileNameTheNearestKey) {
   EXPECT_NE(fault_of("{"), "none");
 }
 
+TEST(Configuration, FaultsInAFileNameTheirPlace) {
+  const auto place_of = [](const std::string& text) {
+    try {
+      parse_gpu(text, "gpu.json");
+    } catch (const InputError& error) {
+      return error.place();
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(place_of(R"({"tile": {"width": "wide"}})"), "/tile/width");
+  EXPECT_EQ(place_of(R"({"tile": {"widht": 8}})"), "/tile/widht");
+  EXPECT_EQ(place_of(R"({"tile.width": 7})"), "/tile.width");
+  EXPECT_EQ(place_of(R"({"preset": 3})"), "/preset");
+  EXPECT_EQ(place_of(R"({"tile": {"width": 8, "height": 8, "width": 16}})"), "/tile/width");
+  EXPECT_EQ(place_of(R"({"tile": {"width": 8}, "memory": {}, "tile": {"height": 8}})"), "/tile");
+  EXPECT_EQ(place_of(R"({"tile": {"width": 8}, "parameter_buffer": {"bytes": 65536}})"), "none");
+}
+
 TEST(Configuration, NumbersThatDoNotFitEachOtherAreRefused) {
   GpuConfiguration gpu;
   gpu.tile.width = 20;

@@ -10,6 +10,7 @@ namespace {
 
 using nlohmann::json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
+constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 const json& list_of(const json& object, const char* name) {
   static const json kEmpty = json::array();
@@ -49,10 +50,37 @@ class Rules {
       if (!binary_.empty()) fault("a binary chunk without a buffer");
       return;
     }
-    if (list.size() != 1 || list[0].contains("uri")) return fault("buffers: not exactly the binary chunk");
+    if (list.size() > 2 || list[0].contains("uri")) return fault("buffers: not exactly the binary chunk");
+    if (list.size() == 2) fallback(list[1]);
     const std::size_t length = list[0]["byteLength"];
     if (binary_.size() < length || binary_.size() > length + 3)
       fault("the chunk has {} bytes, its buffer says {}", binary_.size(), length);
+  }
+
+  // A second buffer has no data; compressed views unpack into it, one after the other.
+  void fallback(const json& buffer) {
+    if (buffer.contains("uri")) fault("the fallback has a uri");
+    std::size_t end = 0;
+    for (const json& view : list_of(d_, "bufferViews")) {
+      if (compression(view) == nullptr) continue;
+      if (view["buffer"] != 1) fault("a compressed view is not of the fallback");
+      if (view["byteOffset"] != end) fault("a compressed view does not follow its predecessor in the fallback");
+      end = (view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>() + 3) / 4 * 4;
+    }
+    if (buffer["byteLength"] != end)
+      fault("the fallback has {} bytes, {} are needed", buffer["byteLength"].dump(), end);
+    const json& tags = list_of(buffer, "extensions");
+    for (const char* name : kMeshopt)
+      if (tags.contains(name) && tags[name].value("fallback", false)) return;
+    fault("the fallback does not say so");
+  }
+
+  // The extension of a compressed view, or null.
+  static const json* compression(const json& view) {
+    const json& extensions = list_of(view, "extensions");
+    for (const char* name : kMeshopt)
+      if (extensions.contains(name)) return &extensions[name];
+    return nullptr;
   }
 
   void use(const json& index, const std::string& what) {
@@ -130,7 +158,14 @@ class Rules {
 
   void view(std::size_t v) {
     const json& view = d_["bufferViews"][v];
-    const std::size_t offset = view.value("byteOffset", std::size_t{0}), length = view["byteLength"];
+    const json* compressed = compression(view);
+    const json& range = compressed == nullptr ? view : *compressed;
+    if (range["buffer"] != 0) fault("view {} does not read the binary chunk", v);
+    if (compressed != nullptr &&
+        (*compressed)["count"].get<std::size_t>() * (*compressed)["byteStride"].get<std::size_t>() !=
+            view["byteLength"])
+      fault("view {} has another length than its elements", v);
+    const std::size_t offset = range.value("byteOffset", std::size_t{0}), length = range["byteLength"];
     if (offset % 4 != 0) fault("view {} starts at {}", v, offset);
     if (offset + length > d_["buffers"][0]["byteLength"].get<std::size_t>())
       fault("view {} ends outside the buffer", v);
@@ -151,7 +186,9 @@ class Rules {
     if (image.contains("uri") || !image.contains("bufferView")) return fault("image {} is not inside", i);
     const std::string bytes = binary_.substr(
         d_["bufferViews"][image["bufferView"].get<std::size_t>()].value("byteOffset", std::size_t{0}), 3);
-    if (image.value("mimeType", "") != (bytes == "\xFF\xD8\xFF" ? "image/jpeg" : "image/png"))
+    if (image.value("mimeType", "") != (bytes == "\xFF\xD8\xFF" ? "image/jpeg"
+                                        : bytes == "RIF"        ? "image/webp"
+                                                                : "image/png"))
       fault("image {} has the wrong mimeType", i);
   }
 
@@ -171,6 +208,8 @@ class Rules {
       if (!used.contains(name)) fault("{} is not in extensionsUsed", name);
     for (const std::string& name : required)
       if (!used.contains(name)) fault("{} is required but not used", name);
+    for (const char* name : kMeshopt)
+      if (required.contains(name) != found.contains(name)) fault("{}: required by nobody, or not at all", name);
     if (required.contains(kDraco) && !found.contains(kDraco)) fault("Draco is required, no primitive has it");
     for (const char* list : {"extensionsUsed", "extensionsRequired"})
       if (d_.contains(list) && d_[list].empty()) fault("{} is empty", list);

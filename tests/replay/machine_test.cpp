@@ -274,7 +274,7 @@ TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
   scene::FrameRequest request;
   request.width = 320;
   request.height = 180;
-  const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 0, 320, 180), request);
+  const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 320, 180), request);
   const gpu::DisplacementMemory memory(capture, 64, 1000);
   std::vector<std::uint32_t> lines;
   std::size_t displaced = 0;

@@ -12,6 +12,8 @@
 #include <optional>
 #include <set>
 
+#include <nlohmann/json.hpp>
+
 #include "base/image_codec.h"
 #include "tests/support/captures.h"
 #include "tests/support/process.h"
@@ -20,6 +22,7 @@
 namespace tessera::replay {
 namespace {
 
+using nlohmann::json;
 using test::ProcessResult;
 using test::run_tessera;
 using testing::HasSubstr;
@@ -331,6 +334,39 @@ TEST(OutputFolders, NamedFilesMayLieInTheFolderThatIsMade) {
   EXPECT_EQ(r.status, 0) << r.errors;
   EXPECT_TRUE(fs::exists(out + "/trace.json"));
   EXPECT_TRUE(fs::exists(folder / "deep" / "d"));
+}
+
+TEST(OutputFolders, ALimitOnTheSizeOfFilesIsStatus6AndLeavesNothingHalfWritten) {
+  const test::TemporaryFolder folder;
+  // Blocks of 512 bytes or 1 KiB: enough for some of the results.
+  for (const char* blocks : {"0", "1", "20", "60"}) {
+    const fs::path out = folder / blocks;
+    const ProcessResult r =
+        test::run_process({"/bin/sh", "-c", std::string("ulimit -f ") + blocks + "; exec \"$@\"", "sh", TESSERA_PROGRAM,
+                           "replay", capture("eggs"), "--size", "96x54", "--quiet", "--out", out.string()});
+    EXPECT_EQ(r.status, 6) << blocks << ": signal " << r.signal << " " << r.errors;
+    EXPECT_TRUE(one_line(r.errors)) << r.errors;
+    EXPECT_THAT(r.errors, HasSubstr("cannot write"));
+    for (const std::string& name : files_in(out)) EXPECT_FALSE(name.ends_with(".part")) << name;
+  }
+}
+
+TEST(OutputFolders, NamesThatAreNoUtf8Work) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder / "a\xff\xc3.glb", out = folder / "out\xfe";
+  fs::copy_file(capture("eggs"), file);
+  const ProcessResult r = run_tessera({"replay", file.string(), "--size", "96x54", "--quiet", "--out", out.string()});
+  EXPECT_EQ(r.status, 0) << r.errors;
+  for (const char* name : {"stats.json", "stats.csv", "frame_0014.exr"}) EXPECT_TRUE(fs::exists(out / name)) << name;
+  const json stats = json::parse(test::read_text(out / "stats.json"));
+  EXPECT_THAT(stats.dump(), HasSubstr("a\xEF\xBF\xBD\xEF\xBF\xBD.glb"));
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"inspect", file.string(), "--json"},
+                                               {"report", out.string()},
+                                               {"pack", file.string(), (folder / "p\xfa.glb").string()},
+                                               {"compare", out.string(), out.string()}}) {
+    const ProcessResult other = run_tessera(more);
+    EXPECT_EQ(other.status, 0) << more[0] << ": " << other.errors;
+  }
 }
 
 TEST(OutputFolders, AFullDiskIsStatus6) {

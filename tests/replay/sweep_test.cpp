@@ -195,6 +195,28 @@ TEST_F(Sweep, NothingIsRenderedTwice) {
   EXPECT_THAT(sweep("out").output, HasSubstr("18 points: 11 were there, 7 rendered"));
 }
 
+TEST_F(Sweep, ADamagedResultIsComputedAgain) {  // SW3
+  write_study(small_study());
+  ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
+  const auto whole = contents("out");
+  const auto point = std::find_if(whole.begin(), whole.end(), [](const auto& file) {
+    return file.first.starts_with("points/") && file.first.ends_with(".json");
+  });
+  json wrong = json::parse(point->second);
+  wrong["frames"][0]["counters"] = 3;
+  json nameless = json::parse(point->second);
+  nameless["frames"][0].erase("frame");
+  for (const std::string& damage : {std::string(), point->second.substr(0, point->second.size() / 2), std::string("{}"),
+                                    wrong.dump(), nameless.dump()}) {
+    test::write_text(folder_ / "out" / point->first, damage);
+    const ProcessResult r = sweep("out");
+    EXPECT_EQ(r.status, 0) << r.errors;
+    EXPECT_THAT(r.errors, HasSubstr(fs::path(point->first).filename().string() + " is damaged"));
+    EXPECT_THAT(r.output, HasSubstr("12 points: 11 were there, 1 rendered"));
+    EXPECT_EQ(contents("out"), whole);
+  }
+}
+
 TEST_F(Sweep, AChangedCaptureIsAnotherInput) {
   json study = small_study();
   fs::copy(test::shipped_capture("vases"), folder_ / "mine.glb");

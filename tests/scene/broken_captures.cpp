@@ -43,7 +43,8 @@ BrokenCapture file_of(std::string name, std::string contents, std::string place,
 
 std::vector<BrokenClass> broken_captures() {
   std::vector<BrokenClass> out = broken_containers();
-  for (const auto& part : {broken_documents(), broken_contents()}) out.insert(out.end(), part.begin(), part.end());
+  for (const auto& part : {broken_documents(), broken_contents(), broken_compression()})
+    out.insert(out.end(), part.begin(), part.end());
   return out;
 }
 

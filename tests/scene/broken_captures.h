@@ -45,9 +45,10 @@ BrokenCapture file_of(std::string name, std::string contents, std::string place,
 
 // ---- The corpus -------------------------------------------------------------------------------------------------
 
-std::vector<BrokenClass> broken_captures();    // all of them
-std::vector<BrokenClass> broken_containers();  // GLB, JSON, URIs
-std::vector<BrokenClass> broken_documents();   // the JSON document
-std::vector<BrokenClass> broken_contents();    // values in buffers, Draco streams, images
+std::vector<BrokenClass> broken_captures();     // all of them
+std::vector<BrokenClass> broken_containers();   // GLB, JSON, URIs
+std::vector<BrokenClass> broken_documents();    // the JSON document
+std::vector<BrokenClass> broken_contents();     // values in buffers, Draco streams, images
+std::vector<BrokenClass> broken_compression();  // compressed buffer views, WebP images
 
 }  // namespace tessera::test

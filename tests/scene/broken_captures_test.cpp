@@ -8,6 +8,7 @@
 
 #include "tests/scene/broken_captures.h"
 #include "tests/support/captures.h"
+#include "tests/support/meshopt_asset.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -74,7 +75,8 @@ TEST(BrokenCaptureCorpus, StartsFromCapturesThatLoad) {
   for (const auto& [name, contents] : {std::pair{"everything.glb", everything_asset().glb()},
                                        {"everything.gltf", everything_asset().gltf()},
                                        {"sequential.glb", draco_asset(true).glb()},
-                                       {"edgebreaker.glb", draco_asset(false).glb()}}) {
+                                       {"edgebreaker.glb", draco_asset(false).glb()},
+                                       {"meshopt.glb", meshopt_asset().glb()}}) {
     const ProcessResult result = run_tessera({"inspect", put(folder.path(), name, contents).string()}, kLimits);
     EXPECT_EQ(result.status, 0) << name << ": " << result.errors;
     EXPECT_EQ(result.errors, "");

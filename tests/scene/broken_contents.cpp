@@ -251,7 +251,7 @@ BrokenClass images() {
   bad_pixels = bad_pixels.substr(0, 33) + png_chunk("IDAT", stored) + png_chunk("IEND", "");
   return {"ImageBroken",
           {
-              image("not_an_image", "GIF89a, and more text", "neither PNG nor JPEG"),
+              image("not_an_image", "GIF89a, and more text", "neither PNG"),
               image("png_signature_only", png.substr(0, 8)),
               image("png_header_cut", png.substr(0, 20)),
               image("png_pixels_cut", png.substr(0, png.size() / 2)),

@@ -10,11 +10,13 @@
 
 #include "base/error.h"
 #include "base/image_codec.h"
+#include "base/webp_codec.h"
 #include "replay/pack/draco_encoder.h"
 #include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/heap_meter.h"
+#include "tests/support/meshopt_asset.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -114,6 +116,14 @@ std::vector<Sized> captures() {
       {"data_uri.gltf", [] { return grid(150, 4, true).gltf(); }},
       {"sequential.glb", [] { return draco_grid(150, true).glb(); }},
       {"edgebreaker.glb", [] { return draco_grid(150, false).glb(); }},
+      {"meshopt.glb",
+       [] {
+         GltfAsset compressed = grid(150, 4, true);
+         compress_views(compressed);
+         return compressed.glb();
+       }},
+      {"webp.glb", [=] { return textured(encode_webp(noise, 80, false)).glb(); }},
+      {"webp_lossless.glb", [=] { return textured(encode_webp(noise, 0, true)).glb(); }},
       {"png.glb", [=] { return textured(encode_png(noise)).glb(); }},
       {"png_wide.glb", [=] { return textured(encode_png(wide)).glb(); }},
       {"jpeg.glb", [=] { return textured(encode_jpeg(photo, 80)).glb(); }},

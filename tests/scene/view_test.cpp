@@ -4,6 +4,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "scene/framing.h"
 #include "tests/support/captures.h"
 
 namespace tessera::scene {
@@ -58,7 +59,7 @@ TEST(ChooseCamera, AutomaticFramingShowsEveryPointOfTheScene) {
     const int node = test::add_node(capture, test::closed_patches(kNone), DVec3(30, -5, 2) * scale);
     capture.nodes[static_cast<std::size_t>(node)].transform.scale = DVec3(scale);
     for (const auto& [width, height] : {std::pair{640, 480}, {200, 900}}) {
-      const CameraChoice choice = choose_camera(capture, 0, width, height);
+      const CameraChoice choice = choose_camera(capture, width, height);
       EXPECT_EQ(choice.node, kNone);
       const Pose pose = pose_at(capture, 0);
       const DMat4 m =
@@ -72,18 +73,71 @@ TEST(ChooseCamera, AutomaticFramingShowsEveryPointOfTheScene) {
   }
 }
 
+// Rows and columns of the image that the scene's points cover in any of the given frames.
+struct Covered {
+  double left = 1e30, right = -1e30, top = 1e30, bottom = -1e30;
+};
+Covered covered(const Capture& capture, const CameraChoice& choice, int width, int height,
+                const std::vector<double>& times) {
+  Covered all;
+  for (const double time : times) {
+    const Pose pose = pose_at(capture, time);
+    const DMat4 m =
+        make_projection(choice.camera, width, height).matrix() * choice.view(pose).world_to_camera * pose.world[0];
+    for (const Vec3& point : capture.meshes[0].primitives[0].vertices.positions) {
+      const DVec4 r = m * DVec4(DVec3(point), 1.0);
+      all.left = std::min(all.left, r.x / r.w), all.right = std::max(all.right, r.x / r.w);
+      all.top = std::min(all.top, r.y / r.w), all.bottom = std::max(all.bottom, r.y / r.w);
+    }
+  }
+  return all;
+}
+
+TEST(ChooseCamera, AutomaticFramingFillsThreeQuartersOfTheHeight) {
+  for (const double scale : {1e-3, 1.0, 1e4}) {
+    Capture capture;
+    const int node = test::add_node(capture, test::closed_patches(kNone), DVec3(30, -5, 2) * scale);
+    capture.nodes[static_cast<std::size_t>(node)].transform.scale = DVec3(scale);
+    const Covered wide = covered(capture, choose_camera(capture, 640, 480), 640, 480, {0});
+    EXPECT_NEAR(wide.top, 60, 0.01);
+    EXPECT_NEAR(wide.bottom, 420, 0.01);
+    const Covered high = covered(capture, choose_camera(capture, 200, 900), 200, 900, {0});
+    EXPECT_NEAR(high.left, 10, 0.01);
+    EXPECT_NEAR(high.right, 190, 0.01);
+  }
+}
+
+TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
+  Capture capture;
+  const int node = test::add_node(capture, test::closed_patches(kNone));
+  test::add_motion(capture, node, {0, 12, -3});
+  const Covered all = covered(capture, choose_camera(capture, 640, 480), 640, 480, {0, 0.31, 0.5, 1});
+  EXPECT_NEAR(all.top, 60, 0.01);
+  EXPECT_NEAR(all.bottom, 420, 0.01);
+  // Of a file that declares its frames those alone count: the first tenth of the motion.
+  capture.settings.declared = true;
+  capture.settings.frame_rate = 10;
+  capture.settings.frame_count = 2;
+  const Covered declared = covered(capture, choose_camera(capture, 640, 480), 640, 480, {0, 0.1});
+  EXPECT_NEAR(declared.top, 60, 0.01);
+  EXPECT_NEAR(declared.bottom, 420, 0.01);
+  EXPECT_EQ(framed_times(capture).back(), 0.1);
+  capture.settings.frame_count = 1;
+  EXPECT_EQ(framed_times(capture), std::vector<double>{0});
+}
+
 TEST(ChooseCamera, TakesTheFirstCameraOfTheSceneUnlessTheSettingsNameOne) {
   Capture capture;
   test::add_camera(capture, {0, 0, 5});
   test::add_camera(capture, {0, 0, 9});
-  EXPECT_EQ(choose_camera(capture, 0, 10, 10).node, 0);
+  EXPECT_EQ(choose_camera(capture, 10, 10).node, 0);
   capture.settings.camera_node = 1;
-  EXPECT_EQ(choose_camera(capture, 0, 10, 10).node, 1);
+  EXPECT_EQ(choose_camera(capture, 10, 10).node, 1);
 }
 
 TEST(ChooseCamera, AnEmptySceneIsFramedToo) {
   const Capture capture;
-  EXPECT_NO_THROW(choose_camera(capture, 0, 10, 10));
+  EXPECT_NO_THROW(choose_camera(capture, 10, 10));
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ struct TestFrame {
     request.width = width;
     request.height = height;
     request.close_time = close_time;
-    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, 0, width, height), request);
+    frame = scene::pose_frame(*assembly, scene::choose_camera(*capture, width, height), request);
   }
 };
 

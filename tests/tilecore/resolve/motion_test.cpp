@@ -20,7 +20,7 @@ std::unique_ptr<scene::FrameGeometry> pose(const TestFrame& scene, double open, 
   request.height = 64;
   request.open_time = open;
   request.close_time = close;
-  scene::CameraChoice camera = scene::choose_camera(*scene.capture, 0, 96, 64);
+  scene::CameraChoice camera = scene::choose_camera(*scene.capture, 96, 64);
   if (orthographic) {
     camera.camera.type = scene::Camera::Type::kOrthographic;
     camera.camera.x_mag = 3, camera.camera.y_mag = 2;

@@ -298,7 +298,7 @@ TEST(TileCore, AHundredThousandEntriesOfOneCellAreTheFewPatchesThatTheyAreCutFro
   request.width = request.height = 32;
   request.close_time = 1;
   request.tessellation.target_edge_pixels = 0.01;
-  test.frame = scene::pose_frame(*test.assembly, scene::choose_camera(*test.capture, 0, 32, 32), request);
+  test.frame = scene::pose_frame(*test.assembly, scene::choose_camera(*test.capture, 32, 32), request);
   machine.set_tiles(32);
   for (std::uint32_t patch = 0; patch < test.assembly->patch_count(); ++patch)
     machine.add_entry(patch, whole_patch(*test.frame, patch));

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/ktx2/bit_reader.h"
+
+namespace tessera::ktx2 {
+
+// A canonical Huffman code of at most 16 bits a symbol, as RFC 1951 (3.2.2) numbers codes: shorter ones first, symbols
+// of one length in rising order; the first bit of a code is the first in the stream.
+//
+// Invariants (cited by the tests):
+//   HU1  A set of lengths is accepted where it is complete: every bit string decodes. The only others are no symbol at
+//        all and a single symbol.
+class HuffmanCode {
+ public:
+  static constexpr std::uint32_t kMaxSymbols = 16383;
+  static constexpr unsigned kMaxLength = 16;
+
+  // Lengths in bits by symbol, 0 where a symbol has no code. False where they are no code (HU1).
+  [[nodiscard]] bool build(const std::vector<std::uint8_t>& lengths);
+
+  // Reads a code's lengths and builds it (KTX 2.0, appendix BasisLZ/ETC1S, "Compressed Huffman Tables"). False with
+  // `fault` set where they are not one.
+  [[nodiscard]] bool read(BitReader& reader, std::string& fault);
+
+  // The next symbol; kNone where the bits are no code, which a complete code has none of.
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::uint32_t decode(BitReader& reader) const;
+
+ private:
+  std::array<std::uint32_t, kMaxLength + 1> count_{};  // of codes by length
+  std::vector<std::uint16_t> symbols_;                 // in the order of their codes
+};
+
+}  // namespace tessera::ktx2

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/image_codec.h"
+
+// Textures in KTX 2.0 files with Basis Universal data, as glTF's KHR_texture_basisu allows them: BasisLZ/ETC1S, or
+// UASTC plain or packed by Zstandard; two-dimensional, with all, some or one of the mip levels, RGB or RGBA, sRGB or
+// linear. Sources: KTX 2.0 with its appendices on BasisLZ, Khronos Data Format 1.3, "UASTC LDR 4x4 Texture
+// Specification".
+//
+//   BasisTexture texture;
+//   std::string fault;
+//   if (!decode_ktx2(bytes, BasisTarget::kAstc4x4, limits, texture, fault, charge)) refuse(fault);
+//   for (const BasisLevel& level : texture.levels) upload(level.blocks), show(level.width, level.height, level.texels);
+namespace tessera::ktx2 {
+
+// What memory is to hold. kRgba32: the texels, 4 bytes each, no blocks. kEtc2: ETC2 RGB, 8 bytes a block, where the
+// file says that there is no alpha, else EAC alpha and ETC2 RGB, 16 bytes. kAstc4x4: 16 bytes.
+enum class BasisTarget : std::uint8_t { kRgba32, kEtc2, kAstc4x4 };
+
+// One mip level, width x height texels. Blocks of 4x4 texels come row by row from the top left; those at the right and
+// lower border reach beyond the image.
+struct BasisLevel {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> blocks;  // empty for kRgba32
+  std::vector<std::uint8_t> texels;  // RGBA8 as stored (no transfer function), rows from the top
+};
+
+// Invariants (cited by the tests):
+//   KT1  For kRgba32 the texels have the bits of the Basis Universal transcoder's RGBA32; without alpha it is 255.
+//   KT2  For the other targets they are what the blocks decode to, and of opaque ETC1S to ETC2, and of linear UASTC to
+//        ASTC, these bits again.
+//   KT3  Whatever the bytes, no more memory is taken than was charged before, and that never for more pixels than the
+//        limits allow.
+//   KT4  The same bytes give the same texture whatever the machine and the number of threads.
+struct BasisTexture {
+  BasisTarget target = BasisTarget::kRgba32;
+  bool srgb = false;               // RGB is to be read through the sRGB transfer function
+  bool alpha = false;              // the file has alpha; else all alpha is 255
+  std::size_t block_bytes = 0;     // 8 or 16; 0 for kRgba32
+  std::vector<BasisLevel> levels;  // the largest first, each half as wide and high as the one before, rounded down
+};
+
+// What the head of a file says of it. Sides in texels of the largest level, `levels` at least 1.
+struct Ktx2Header {
+  int width = 0, height = 0, levels = 0;
+  bool etc1s = false;  // else UASTC
+  bool srgb = false, alpha = false;
+};
+
+// Whether bytes begin like a KTX 2.0 file.
+bool is_ktx2(std::span<const std::uint8_t> bytes);
+
+// Reads the head alone: header, level index, data format, key/value data. False with the fault in words in `fault`
+// where something is not what KHR_texture_basisu allows; throws LimitError where the image is larger than the limits.
+// Sides need not be multiples of 4, levels need not be all.
+[[nodiscard]] bool read_ktx2_header(std::span<const std::uint8_t> bytes, const ImageLimits& limits, Ktx2Header& header,
+                                    std::string& fault);
+
+// Reads and unpacks all levels. Faults and limits as above; `charge` is told once, before anything large is allocated,
+// how many bytes unpacking takes at most, the texture included. `texture` is of no use where the result is false.
+[[nodiscard]] bool decode_ktx2(std::span<const std::uint8_t> bytes, BasisTarget target, const ImageLimits& limits,
+                               BasisTexture& texture, std::string& fault, const ChargeBytes& charge = {});
+
+}  // namespace tessera::ktx2

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/ktx2/container.h"
+#include "base/ktx2/etc1s.h"
+#include "base/ktx2/texel_block.h"
+#include "base/parallel.h"
+
+namespace tessera::ktx2 {
+
+// Bytes of a block in memory; 0 where there are none.
+constexpr std::size_t block_bytes_of(BasisTarget target, bool alpha) {
+  if (target == BasisTarget::kRgba32) return 0;
+  return target == BasisTarget::kEtc2 && !alpha ? 8 : 16;
+}
+
+// Copies what of a block lies inside the level.
+inline void put_block(const TexelBlock& texels, std::size_t column, std::size_t row, BasisLevel& level) {
+  const auto width = static_cast<std::size_t>(level.width), height = static_cast<std::size_t>(level.height);
+  for (std::size_t y = 4 * row; y < std::min(4 * row + 4, height); ++y)
+    for (std::size_t x = 4 * column; x < std::min(4 * column + 4, width); ++x)
+      std::copy_n(texels[4 * (y % 4) + x % 4].begin(), 4,
+                  level.texels.begin() + static_cast<std::ptrdiff_t>(4 * (y * width + x)));
+}
+
+// Makes a level's memory and calls make_block(index of the block, its bytes, texels to fill) for every block, in any
+// order and on any thread.
+template <class MakeBlock>
+void write_level(const ContainerLevel& source, std::size_t block_bytes, BasisLevel& level,
+                 const MakeBlock& make_block) {
+  level.width = static_cast<int>(source.width);
+  level.height = static_cast<int>(source.height);
+  level.blocks.resize(static_cast<std::size_t>(source.block_count()) * block_bytes);
+  level.texels.resize(std::size_t{4} * source.width * source.height);
+  parallel_for(source.rows(), [&](std::size_t row) {
+    for (std::size_t column = 0; column < source.columns(); ++column) {
+      const std::size_t index = row * source.columns() + column;
+      TexelBlock texels;
+      make_block(index, std::span<std::uint8_t>(level.blocks).subspan(index * block_bytes, block_bytes), texels);
+      put_block(texels, column, row, level);
+    }
+  });
+}
+
+// Slices of a level of ETC1S blocks, the alpha one empty without alpha.
+struct Etc1sLevel {
+  std::span<const Etc1sBlock> color, alpha;
+};
+void write_etc1s_level(const Etc1sCodebooks& books, const Etc1sLevel& blocks, const ContainerLevel& source,
+                       BasisTarget target, bool srgb, BasisLevel& level);
+// What of memory it takes besides the level.
+std::uint64_t etc1s_working_bytes(BasisTarget target, bool alpha, std::uint64_t block_count);
+
+// A level of UASTC blocks, 16 bytes each. False where one of them is of a reserved kind.
+[[nodiscard]] bool write_uastc_level(FileBytes blocks, const ContainerLevel& source, BasisTarget target,
+                                     const Ktx2Header& header, BasisLevel& level);
+
+}  // namespace tessera::ktx2

@@ -1,0 +1,94 @@
+#include "replay/pack/image_packer.h"
+
+#include <map>
+
+#include "base/image_codec.h"
+#include "base/webp_codec.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+namespace gltf = scene::gltf;
+
+constexpr const char* kWebp = "EXT_texture_webp";
+constexpr int kMaxWebpSide = 16383;
+
+// Images that displace surfaces: what a photograph may lose is a dent in a surface.
+std::set<std::size_t> height_images(const json& d) {
+  std::set<std::size_t> images;
+  if (!d.contains("materials")) return images;
+  for (const json& material : d["materials"])
+    if (const json* extension = gltf::find_extension(material, "TESSERA_displacement")) {
+      const json& texture = d["textures"][(*extension)["texture"]["index"].get<std::size_t>()];
+      if (texture.contains("source")) images.insert(texture["source"].get<std::size_t>());
+    }
+  return images;
+}
+
+// Grey becomes colour; grey and alpha, colour and alpha.
+Image8 as_color(const Image8& image) {
+  if (image.channels >= 3) return image;
+  const bool alpha = image.channels == 2;
+  Image8 out(image.width, image.height, alpha ? 4 : 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const auto from = image.at(x, y);
+      auto to = out.at(x, y);
+      to[0] = to[1] = to[2] = from[0];
+      if (alpha) to[3] = from[1];
+    }
+  return out;
+}
+
+// The WebP bytes of an image, or nothing where it has to stay as it is.
+std::string as_webp(gltf::Bytes bytes, const WebpOptions& options) {
+  DecodedImage decoded;
+  std::string fault;
+  if (image_format(bytes) == ImageFormat::kWebp || !decode_image(bytes, ImageLimits{}, decoded, fault)) return "";
+  const auto* image = std::get_if<Image8>(&decoded.pixels);
+  if (image == nullptr || image->width > kMaxWebpSide || image->height > kMaxWebpSide) return "";
+  std::string webp = encode_webp(as_color(*image), options.quality.value_or(0), !options.quality);
+  return webp.size() < bytes.size() ? webp : "";
+}
+
+}  // namespace
+
+std::size_t move_images(gltf::Document& document, json& d, BinaryChunk& chunk, const std::optional<WebpOptions>& webp) {
+  if (!d.contains("images")) return 0;
+  const std::set<std::size_t> heights = height_images(d);
+  std::set<std::size_t> converted;
+  std::map<std::string, std::size_t> view_of_uri;
+  for (std::size_t i = 0; i < d["images"].size(); ++i) {
+    json& image = d["images"][i];
+    const gltf::Bytes bytes = document.resources.image(i);
+    const ImageFormat format = image_format(bytes);
+    if (format == ImageFormat::kUnknown) document.root.at("images").at(i).refuse("is neither PNG, JPEG nor WebP");
+    const std::string packed = webp && !heights.contains(i) ? as_webp(bytes, *webp) : "";
+    image["mimeType"] = packed.empty() ? mime_type(format) : mime_type(ImageFormat::kWebp);
+    if (!packed.empty()) {
+      converted.insert(i);
+      image["bufferView"] = chunk.add({reinterpret_cast<const std::uint8_t*>(packed.data()), packed.size()});
+      image.erase("uri");
+      continue;
+    }
+    if (image.contains("bufferView")) {
+      image["bufferView"] = chunk.copy_view(image["bufferView"].get<std::size_t>());
+      continue;
+    }
+    const auto [at, fresh] = view_of_uri.try_emplace(image["uri"].get<std::string>(), 0);
+    if (fresh) at->second = chunk.add(bytes);
+    image["bufferView"] = at->second;
+    image.erase("uri");
+  }
+  if (!d.contains("textures")) return converted.size();
+  for (json& texture : d["textures"]) {
+    if (!texture.contains("source") || !converted.contains(texture["source"].get<std::size_t>())) continue;
+    // A WebP that is there already stays the texture's image.
+    if (gltf::find_extension(texture, kWebp) == nullptr) texture["extensions"][kWebp]["source"] = texture["source"];
+    texture.erase("source");
+  }
+  return converted.size();
+}
+
+}  // namespace tessera::replay

@@ -1,0 +1,146 @@
+#include "scene/framing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "scene/deform.h"
+#include "shaders_cpp/procedures/procedures.h"
+
+namespace tessera::scene {
+namespace {
+
+constexpr int kTimes = 17;
+constexpr double kHeightShare = 0.75, kWidthShare = 0.9;
+constexpr double kHalfField = 0.35;  // radians, from the middle of the image to its top
+constexpr std::size_t kMaxPoints = std::size_t{1}
+                                   << 24;  // of rigid meshes, over all times; beyond, their boxes stand in
+
+// What points of the scene ask of a camera that looks along -back: in the frame of (right, up, back) it stands at
+// (cx, cy, cz), and a point is inside |x - cx| <= tan_x (cz - z), |y - cy| <= tan_y (cz - z).
+class Extent {
+ public:
+  Extent(double tan_x, double tan_y) : tan_x_(tan_x), tan_y_(tan_y) {
+    right_ = glm::normalize(glm::cross(DVec3(0, 1, 0), kBack));
+    up_ = glm::cross(kBack, right_);
+  }
+
+  void add(const DVec3& p) {
+    const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, kBack);
+    if (!std::isfinite(x + y + z)) return;
+    right_side_ = std::max(right_side_, x + tan_x_ * z), left_side_ = std::max(left_side_, -x + tan_x_ * z);
+    top_side_ = std::max(top_side_, y + tan_y_ * z), bottom_side_ = std::max(bottom_side_, -y + tan_y_ * z);
+    nearest_ = std::max(nearest_, z), farthest_ = std::min(farthest_, z);
+  }
+  bool empty() const { return !(farthest_ <= nearest_); }
+
+  // The nearest place from which all points are inside.
+  CameraChoice camera() const {
+    const double z_for_x = (right_side_ + left_side_) / (2 * tan_x_),
+                 z_for_y = (top_side_ + bottom_side_) / (2 * tan_y_);
+    // A point or nothing else has no size; in front of all points in any case.
+    const double depth = nearest_ - farthest_, size = std::max({depth, std::abs(nearest_) * 1e-6, 1e-9});
+    const double cx = (right_side_ - left_side_) / 2, cy = (top_side_ - bottom_side_) / 2,
+                 cz = std::max({z_for_x, z_for_y, nearest_ + 0.01 * size});
+    CameraChoice choice;
+    choice.camera.vertical_fov = static_cast<float>(2 * kHalfField);
+    choice.camera.near = static_cast<float>(std::max((cz - nearest_) * 0.5, (cz - farthest_) * 0.001));
+    // Columns: right, up, back, position.
+    choice.fixed_world =
+        DMat4(DVec4(right_, 0), DVec4(up_, 0), DVec4(kBack, 0), DVec4(right_ * cx + up_ * cy + kBack * cz, 1));
+    return choice;
+  }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  inline static const DVec3 kBack = glm::normalize(DVec3(0.55, 0.35, 1.0));
+  double tan_x_, tan_y_;
+  DVec3 right_, up_;
+  double right_side_ = -kInfinity, left_side_ = -kInfinity, top_side_ = -kInfinity, bottom_side_ = -kInfinity;
+  double nearest_ = -kInfinity, farthest_ = kInfinity;
+};
+
+// A grid of points is enough to frame an image.
+void add_procedure(const Procedure& procedure, const DMat4& world, Extent& extent) {
+  constexpr int kSteps = 16;
+  for (const Procedure::Piece& piece : procedure.pieces)
+    for (int k = 0; k < (kSteps + 1) * (kSteps + 1); ++k) {
+      const Vector3<double> p =
+          shaders::shape_point(procedure.shape, piece.input, static_cast<double>(k % (kSteps + 1)) / kSteps,
+                               static_cast<double>(k / (kSteps + 1)) / kSteps);
+      extent.add(DVec3(world * DVec4(p.x, p.y, p.z, 1.0)));
+    }
+}
+
+// Corners of the box of a primitive's vertices at rest.
+std::vector<Vec3> box_corners(const std::vector<Vec3>& positions) {
+  Vec3 low(std::numeric_limits<float>::infinity()), high(-std::numeric_limits<float>::infinity());
+  for (const Vec3& p : positions) low = glm::min(low, p), high = glm::max(high, p);
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 8 && !positions.empty(); ++k)
+    corners.emplace_back((k & 1) != 0 ? high.x : low.x, (k & 2) != 0 ? high.y : low.y, (k & 4) != 0 ? high.z : low.z);
+  return corners;
+}
+
+// Points of rigid meshes, over all nodes that draw them.
+std::size_t rigid_points(const Capture& capture) {
+  std::size_t points = 0;
+  for (const Node& node : capture.nodes)
+    if (node.mesh != kNone)
+      for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+        points += primitive.vertices.count();
+  return points;
+}
+
+}  // namespace
+
+std::vector<double> framed_times(const Capture& capture) {
+  const CaptureSettings& settings = capture.settings;
+  double first = settings.first_frame / settings.frame_rate;
+  double last = (settings.first_frame + settings.frame_count - 1) / settings.frame_rate;
+  if (!settings.declared) {
+    first = last = 0;
+    for (const int a : capture.played_animations)
+      last = std::max(last, static_cast<double>(capture.animations[static_cast<std::size_t>(a)].duration()));
+  }
+  if (capture.played_animations.empty() || !(last > first)) return {first};
+  std::vector<double> times(kTimes);
+  for (int k = 0; k < kTimes; ++k) times[static_cast<std::size_t>(k)] = first + (last - first) * k / (kTimes - 1);
+  return times;
+}
+
+CameraChoice frame_scene(const Capture& capture, int width, int height) {
+  const double tan_y = std::tan(kHalfField), tan_x = tan_y * width / height;
+  Extent extent(kWidthShare * tan_x, kHeightShare * tan_y);
+  const std::vector<double> times = framed_times(capture);
+  const bool by_boxes = rigid_points(capture) > kMaxPoints / times.size();
+  std::map<const Primitive*, std::vector<Vec3>> boxes;
+  for (const double time : times) {
+    const Pose pose = pose_at(capture, time);
+    for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+      const Node& node = capture.nodes[n];
+      if (!pose.in_scene[n]) continue;
+      if (node.procedure != kNone)
+        add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], extent);
+      if (node.mesh == kNone) continue;
+      for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
+        const DMat4 to_world = object_to_world(capture, static_cast<int>(n), primitive, pose);
+        Deformed deformed;
+        deform(capture, static_cast<int>(n), primitive, pose, deformed);
+        const std::vector<Vec3>* points = &primitive.vertices.positions;
+        if (!deformed.positions.empty())
+          points = &deformed.positions;
+        else if (by_boxes)
+          points = &boxes.try_emplace(&primitive, box_corners(primitive.vertices.positions)).first->second;
+        for (const Vec3& p : *points) extent.add(DVec3(to_world * DVec4(DVec3(p), 1.0)));
+      }
+    }
+  }
+  if (extent.empty())
+    for (const double side : {-1.0, 1.0}) extent.add(DVec3(side));
+  return extent.camera();
+}
+
+}  // namespace tessera::scene

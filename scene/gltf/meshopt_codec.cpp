@@ -1,0 +1,430 @@
+#include "scene/gltf/meshopt_codec.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace tessera::scene::gltf {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::uint8_t kAttributes0 = 0xA0, kAttributes1 = 0xA1, kTriangles1 = 0xE1, kIndices1 = 0xD1;
+constexpr std::uint64_t kGroup = 16;  // elements whose deltas are packed alike
+constexpr std::uint64_t kMaxBlock = 256;
+constexpr std::uint64_t kCodeTable = 16, kIndexPadding = 4;
+
+// Bytes up to the tail; past the end every read fails and `ok` stays false.
+struct Cursor {
+  Bytes bytes;
+  std::size_t at = 0;
+  bool ok = true;
+
+  // `count` bytes, or none.
+  Bytes take(std::size_t count) {
+    if (!ok || count > bytes.size() - at) {
+      ok = false;
+      return {};
+    }
+    at += count;
+    return bytes.subspan(at - count, count);
+  }
+  std::uint8_t byte() {
+    const Bytes one = take(1);
+    return one.empty() ? std::uint8_t{0} : one[0];
+  }
+  // 1 to 5 bytes of 7 bits, low ones first; bits beyond 32 are dropped.
+  std::uint32_t varint() {
+    std::uint32_t value = 0;
+    for (int shift = 0; shift < 35; shift += 7) {
+      const std::uint8_t b = byte();
+      value |= static_cast<std::uint32_t>(b & 0x7F) << shift;
+      if ((b & 0x80) == 0) return value;
+    }
+    ok = false;
+    return 0;
+  }
+};
+
+// 0, 1, 2, 3, 4 stand for 0, -1, 1, -2, 2; arithmetic wraps.
+template <class T>
+constexpr T unzigzag(T v) {
+  return static_cast<T>((v & 1) != 0 ? ~(v >> 1) : (v >> 1));
+}
+
+// ---- Attributes -------------------------------------------------------------------------------------------------
+
+std::uint64_t block_elements(std::uint64_t stride) { return std::min((8192 / stride) & ~(kGroup - 1), kMaxBlock); }
+
+// The tail: the first element's predecessor and, in version 1, a mode for every 4 bytes; padded in front.
+std::uint64_t tail_bytes(bool version1, std::uint64_t stride) {
+  return version1 ? std::max<std::uint64_t>(stride + stride / 4, 24) : std::max<std::uint64_t>(stride, 32);
+}
+
+// 16 deltas of `bits` bits each (0: all are zero, 8: bytes). All ones stand for a byte that follows the packed bits.
+void read_group(Cursor& in, int bits, std::uint8_t* out) {
+  if (bits == 0) {
+    std::fill_n(out, kGroup, std::uint8_t{0});
+    return;
+  }
+  const Bytes packed = in.take(kGroup * static_cast<std::size_t>(bits) / 8);
+  if (!in.ok) return;
+  if (bits == 8) {
+    std::copy(packed.begin(), packed.end(), out);
+    return;
+  }
+  const int per_byte = 8 / bits, sentinel = (1 << bits) - 1;
+  for (int i = 0; i < static_cast<int>(kGroup); ++i) {
+    // The first delta lies in the highest bits, of single bits in the lowest.
+    const int slot = i % per_byte, shift = bits == 1 ? slot : 8 - bits * (slot + 1);
+    const int value = (packed[static_cast<std::size_t>(i / per_byte)] >> shift) & sentinel;
+    out[i] = value == sentinel ? in.byte() : static_cast<std::uint8_t>(value);
+  }
+}
+
+// Deltas of one byte position of a block: two bits of header for each group choose its number of bits.
+void read_groups(Cursor& in, const std::array<int, 4>& bits, std::uint64_t elements, std::uint8_t* out) {
+  const std::uint64_t groups = (elements + kGroup - 1) / kGroup;
+  const Bytes header = in.take((groups + 3) / 4);
+  for (std::uint64_t g = 0; g < groups && in.ok; ++g)
+    read_group(in, bits[(header[g / 4] >> (2 * (g % 4))) & 3], out + g * kGroup);
+}
+
+using Deltas = std::array<std::array<std::uint8_t, kMaxBlock>, 4>;  // of the 4 bytes of a channel
+
+// How version 1 stores the deltas of a byte position.
+void read_controlled(Cursor& in, int control, std::uint64_t elements, std::uint8_t* out) {
+  if (control == 0) {
+    read_groups(in, {0, 1, 2, 4}, elements, out);
+  } else if (control == 1) {
+    read_groups(in, {1, 2, 4, 8}, elements, out);
+  } else if (control == 2) {
+    std::fill_n(out, elements, std::uint8_t{0});
+  } else {
+    const Bytes literal = in.take(elements);
+    std::copy(literal.begin(), literal.end(), out);
+  }
+}
+
+// Adds the deltas of one channel to `last`, element after element. Mode: 0 bytes, 1 pairs of bytes, 2 exclusive or of
+// all four, turned left by the mode's high bits when it was written.
+void apply_channel(const Deltas& deltas, std::uint8_t mode, std::uint64_t elements, std::uint64_t stride,
+                   std::uint8_t* last, std::uint8_t* out) {
+  for (std::uint64_t e = 0; e < elements; ++e, out += stride) {
+    if (mode == 0) {
+      for (std::size_t k = 0; k < 4; ++k) last[k] = static_cast<std::uint8_t>(last[k] + unzigzag(deltas[k][e]));
+    } else if (mode == 1) {
+      for (std::size_t k = 0; k < 4; k += 2) {
+        const auto delta = static_cast<std::uint16_t>(deltas[k][e] | (deltas[k + 1][e] << 8));
+        const auto value = static_cast<std::uint16_t>((last[k] | (last[k + 1] << 8)) + unzigzag(delta));
+        last[k] = static_cast<std::uint8_t>(value);
+        last[k + 1] = static_cast<std::uint8_t>(value >> 8);
+      }
+    } else {
+      std::uint32_t delta = 0;
+      for (std::size_t k = 0; k < 4; ++k) delta |= std::uint32_t{deltas[k][e]} << (8 * k);
+      delta = std::rotr(delta, mode >> 4);
+      for (std::size_t k = 0; k < 4; ++k) last[k] = static_cast<std::uint8_t>(last[k] ^ (delta >> (8 * k)));
+    }
+    std::copy_n(last, 4, out);
+  }
+}
+
+bool decode_attributes(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
+  if (stream[0] != kAttributes0 && stream[0] != kAttributes1)
+    return fault = fmt::format("begins with 0x{:02x}, attributes with 0xa0 or 0xa1", stream[0]), false;
+  const bool version1 = stream[0] == kAttributes1;
+  const std::uint64_t tail = tail_bytes(version1, stride), channels = stride / 4;
+  if (stream.size() < 1 + tail) return fault = "is shorter than its tail", false;
+  const Bytes modes = stream.last(version1 ? channels : 0);
+  const Bytes first = stream.first(stream.size() - modes.size()).last(stride);
+  for (const std::uint8_t mode : modes)
+    if ((mode & 15) > 2 || ((mode & 15) != 2 && mode >> 4 != 0))
+      return fault = fmt::format("has the channel mode 0x{:02x}, which does not exist", mode), false;
+
+  std::array<std::uint8_t, 256> last{};
+  std::copy(first.begin(), first.end(), last.begin());
+  Cursor in{stream.subspan(1, stream.size() - 1 - tail)};
+  Deltas deltas;
+  for (std::uint64_t begin = 0; begin < count && in.ok;) {
+    const std::uint64_t elements = std::min(count - begin, block_elements(stride));
+    const Bytes controls = in.take(version1 ? channels : 0);
+    for (std::uint64_t c = 0; c < channels && in.ok; ++c) {
+      for (std::size_t k = 0; k < 4 && in.ok; ++k) {
+        if (version1)
+          read_controlled(in, (controls[c] >> (2 * k)) & 3, elements, deltas[k].data());
+        else
+          read_groups(in, {0, 2, 4, 8}, elements, deltas[k].data());
+      }
+      if (in.ok)
+        apply_channel(deltas, version1 ? modes[c] : std::uint8_t{0}, elements, stride, &last[4 * c],
+                      out + begin * stride + 4 * c);
+    }
+    begin += elements;
+  }
+  if (!in.ok) return fault = fmt::format("ends before its {} elements", count), false;
+  if (in.at != in.bytes.size())
+    return fault = fmt::format("has {} bytes more than its {} elements need", in.bytes.size() - in.at, count), false;
+  return true;
+}
+
+// ---- Indices ----------------------------------------------------------------------------------------------------
+
+void put_index(std::uint8_t* out, std::uint64_t number, std::uint64_t stride, std::uint32_t index) {
+  for (std::uint64_t k = 0; k < stride; ++k) out[number * stride + k] = static_cast<std::uint8_t>(index >> (8 * k));
+}
+
+// The 16 latest entries; 0 is the newest.
+template <class T>
+class Fifo {
+ public:
+  void push(const T& entry) { entries_[pushed_++ % 16] = entry; }
+  // False where nothing was written yet.
+  bool read(std::uint32_t age, T& entry) const {
+    if (age >= pushed_) return false;
+    entry = entries_[(pushed_ - 1 - age) % 16];
+    return true;
+  }
+
+ private:
+  std::array<T, 16> entries_{};
+  std::uint64_t pushed_ = 0;
+};
+
+struct Edge {
+  std::uint32_t a = 0, b = 0;
+};
+
+// What a triangle stream remembers from one triangle to the next.
+class TriangleDecoder {
+ public:
+  TriangleDecoder(Bytes data, Bytes code_table) : in_{data}, table_(code_table) {}
+
+  // The corners of the next triangle. False: it reads what was not written.
+  bool next(std::uint8_t code, std::array<std::uint32_t, 3>& corners) {
+    if (code < 0xF0) return beside_edge(code >> 4, code & 15, corners);
+    const bool from_table = code < 0xFE;
+    const std::uint8_t zw = from_table ? table_[code & 15] : in_.byte();
+    if (!from_table && zw == 0) next_ = 0;
+    auto& [a, b, c] = corners;
+    a = code == 0xFF ? explicit_index() : next_++;
+    const std::uint8_t z = zw >> 4, w = zw & 15;
+    if (!corner(z, b) || !corner(w, c)) return false;
+    edges_.push({b, a});
+    edges_.push({c, b});
+    edges_.push({a, c});
+    vertices_.push(a);
+    if (z == 0 || z == 15) vertices_.push(b);
+    if (w == 0 || w == 15) vertices_.push(c);
+    return true;
+  }
+
+  const Cursor& data() const { return in_; }
+
+ private:
+  bool beside_edge(std::uint32_t edge_age, std::uint32_t y, std::array<std::uint32_t, 3>& corners) {
+    Edge edge;
+    if (!edges_.read(edge_age, edge)) return false;
+    std::uint32_t c = 0;
+    if (y == 0)
+      c = next_++;
+    else if (y < 13) {
+      if (!vertices_.read(y, c)) return false;
+    } else if (y == 15)
+      c = explicit_index();
+    else
+      c = last_ += y == 13 ? 0xFFFFFFFFu : 1u;
+    edges_.push({c, edge.b});
+    edges_.push({edge.a, c});
+    if (y == 0 || y >= 13) vertices_.push(c);
+    corners = {edge.a, edge.b, c};
+    return true;
+  }
+
+  // 0: the next new vertex; 15: written out; else from the FIFO.
+  bool corner(std::uint8_t how, std::uint32_t& index) {
+    if (how != 0 && how != 15) return vertices_.read(how - 1u, index);
+    index = how == 0 ? next_++ : explicit_index();
+    return true;
+  }
+  std::uint32_t explicit_index() { return last_ += unzigzag(in_.varint()); }
+
+  Cursor in_;
+  Bytes table_;
+  std::uint32_t next_ = 0, last_ = 0;
+  Fifo<Edge> edges_;
+  Fifo<std::uint32_t> vertices_;
+};
+
+bool decode_triangles(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
+  if (stream[0] != kTriangles1)
+    return fault = fmt::format("begins with 0x{:02x}, triangles with 0xe1", stream[0]), false;
+  const std::uint64_t triangles = count / 3;
+  const Bytes codes = stream.subspan(1, triangles), table = stream.last(kCodeTable);
+  const bool sound = std::all_of(table.begin(), table.end(), [](int v) { return (v & 15) != 15 && v >> 4 != 15; });
+  if (!sound || table[14] != 0 || table[15] != 0) return fault = "has a table of codes that cannot be", false;
+  TriangleDecoder decoder(stream.subspan(1 + triangles, stream.size() - 1 - triangles - kCodeTable), table);
+  for (std::uint64_t t = 0; t < triangles; ++t) {
+    std::array<std::uint32_t, 3> corners{};
+    if (!decoder.next(codes[t], corners))
+      return fault = fmt::format("triangle {} refers to what was not written before", t), false;
+    for (std::uint64_t k = 0; k < 3; ++k) put_index(out, 3 * t + k, stride, corners[k]);
+  }
+  const Cursor& data = decoder.data();
+  if (!data.ok) return fault = fmt::format("ends before its {} triangles", triangles), false;
+  if (data.at != data.bytes.size())
+    return fault = fmt::format("has {} bytes more than its {} triangles need", data.bytes.size() - data.at, triangles),
+           false;
+  return true;
+}
+
+bool decode_indices(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
+  if (stream[0] != kIndices1) return fault = fmt::format("begins with 0x{:02x}, indices with 0xd1", stream[0]), false;
+  Cursor in{stream.subspan(1, stream.size() - 1 - kIndexPadding)};
+  std::array<std::uint32_t, 2> last{};
+  for (std::uint64_t i = 0; i < count && in.ok; ++i) {
+    const std::uint32_t v = in.varint();
+    last[v & 1] += unzigzag(v >> 1);
+    put_index(out, i, stride, last[v & 1]);
+  }
+  if (!in.ok) return fault = fmt::format("ends before its {} indices", count), false;
+  if (in.at != in.bytes.size())
+    return fault = fmt::format("has {} bytes more than its {} indices need", in.bytes.size() - in.at, count), false;
+  return true;
+}
+
+// ---- Filters ----------------------------------------------------------------------------------------------------
+
+template <class T>
+T rounded(float value) {
+  const float max = static_cast<float>(std::numeric_limits<T>::max()), min = std::is_signed_v<T> ? -max : 0.0f;
+  return static_cast<T>(std::round(std::clamp(value, min, max)));
+}
+
+// 1 as a signed normalised integer of K bits, `min_bits` <= K: a row of ones.
+bool is_one(int value, int min_bits) { return value >= (1 << (min_bits - 1)) - 1 && ((value + 1) & value) == 0; }
+
+// Calls filter(components) for every element of four components; false with the element where one is not valid.
+template <class T, class Filter>
+bool for_each_element(std::span<std::uint8_t> bytes, const Filter& filter, std::uint64_t& element) {
+  for (element = 0; element < bytes.size() / (4 * sizeof(T)); ++element) {
+    std::array<T, 4> v;
+    std::uint8_t* const at = bytes.data() + element * sizeof v;
+    std::memcpy(v.data(), at, sizeof v);
+    if (!filter(v)) return false;
+    std::memcpy(at, v.data(), sizeof v);
+  }
+  return true;
+}
+
+template <class T>
+bool filter_octahedral(std::array<T, 4>& v) {
+  if (!is_one(v[2], 2)) return false;
+  constexpr auto kMax = static_cast<float>(std::numeric_limits<T>::max());
+  const auto one = static_cast<float>(v[2]);
+  float x = static_cast<float>(v[0]) / one, y = static_cast<float>(v[1]) / one;
+  const float z = 1.0f - std::abs(x) - std::abs(y);
+  // The lower half is folded over the corners of the upper one.
+  const float fold = std::min(z, 0.0f);
+  x -= std::copysign(fold, x);
+  y -= std::copysign(fold, y);
+  const float length = std::sqrt(x * x + y * y + z * z);
+  v = {rounded<T>(x / length * kMax), rounded<T>(y / length * kMax), rounded<T>(z / length * kMax), v[3]};
+  return true;
+}
+
+bool filter_quaternion(std::array<std::int16_t, 4>& v) {
+  const int one = v[3] | 3;
+  if (!is_one(one, 4)) return false;
+  const float scale = 1.0f / std::sqrt(2.0f) / static_cast<float>(one);
+  const float x = static_cast<float>(v[0]) * scale, y = static_cast<float>(v[1]) * scale,
+              z = static_cast<float>(v[2]) * scale;
+  const float w = std::sqrt(std::max(0.0f, 1.0f - x * x - y * y - z * z));
+  const auto largest = static_cast<std::size_t>(v[3] & 3);
+  v[(largest + 1) % 4] = rounded<std::int16_t>(x * 32767.0f);
+  v[(largest + 2) % 4] = rounded<std::int16_t>(y * 32767.0f);
+  v[(largest + 3) % 4] = rounded<std::int16_t>(z * 32767.0f);
+  v[largest] = rounded<std::int16_t>(w * 32767.0f);
+  return true;
+}
+
+// T unsigned. Luma and alpha are unsigned, the two chrominances signed.
+template <class T>
+bool filter_color(std::array<T, 4>& v) {
+  using Signed = std::make_signed_t<T>;
+  if (v[3] < 2) return false;
+  const int ones = (1 << std::bit_width(v[3])) - 1;
+  const int y = v[0], co = static_cast<Signed>(v[1]), cg = static_cast<Signed>(v[2]);
+  const int alpha = v[3] & (ones >> 1);
+  const float scale = static_cast<float>(std::numeric_limits<T>::max()) / static_cast<float>(ones);
+  const auto scaled = [&](int value) { return rounded<T>(static_cast<float>(value) * scale); };
+  v = {scaled(y + co - cg), scaled(y + cg), scaled(y - co - cg), scaled((alpha << 1) | (alpha & 1))};
+  return true;
+}
+
+// mantissa * 2^exponent, exactly; what no float can hold becomes infinite, and no reader of accessors takes that.
+void filter_exponential(std::span<std::uint8_t> bytes) {
+  for (std::size_t at = 0; at + 4 <= bytes.size(); at += 4) {
+    std::int32_t packed;
+    std::memcpy(&packed, bytes.data() + at, 4);
+    const std::int32_t mantissa = static_cast<std::int32_t>(static_cast<std::uint32_t>(packed) << 8) >> 8;
+    const float value = std::ldexp(static_cast<float>(mantissa), packed >> 24);
+    std::memcpy(bytes.data() + at, &value, 4);
+  }
+}
+
+bool apply_filter(const MeshoptLayout& layout, std::span<std::uint8_t> out, std::string& fault) {
+  std::uint64_t element = 0;
+  bool sound = true;
+  switch (layout.filter) {
+    case MeshoptFilter::kNone:
+      return true;
+    case MeshoptFilter::kExponential:
+      filter_exponential(out);
+      return true;
+    case MeshoptFilter::kOctahedral:
+      sound = layout.stride == 4 ? for_each_element<std::int8_t>(out, filter_octahedral<std::int8_t>, element)
+                                 : for_each_element<std::int16_t>(out, filter_octahedral<std::int16_t>, element);
+      break;
+    case MeshoptFilter::kQuaternion:
+      sound = for_each_element<std::int16_t>(out, filter_quaternion, element);
+      break;
+    case MeshoptFilter::kColor:
+      sound = layout.stride == 4 ? for_each_element<std::uint8_t>(out, filter_color<std::uint8_t>, element)
+                                 : for_each_element<std::uint16_t>(out, filter_color<std::uint16_t>, element);
+      break;
+  }
+  if (!sound) fault = fmt::format("element {} does not say the scale that its filter needs", element);
+  return sound;
+}
+
+}  // namespace
+
+std::uint64_t min_meshopt_bytes(const MeshoptLayout& layout) {
+  if (layout.mode == MeshoptMode::kTriangles) return 1 + layout.count / 3 + kCodeTable;
+  if (layout.mode == MeshoptMode::kIndices) return 1 + layout.count + kIndexPadding;
+  // Version 1 with nothing but zeros: two bits for each byte position of a block.
+  const std::uint64_t block = block_elements(layout.stride), blocks = (layout.count + block - 1) / block;
+  return 1 + blocks * (layout.stride / 4) + tail_bytes(true, layout.stride);
+}
+
+bool decode_meshopt(Bytes stream, const MeshoptLayout& layout, std::span<std::uint8_t> out, std::string& fault) {
+  if (stream.size() < min_meshopt_bytes(layout))
+    return fault = fmt::format("has {} bytes, too few for its {} elements", stream.size(), layout.count), false;
+  switch (layout.mode) {
+    case MeshoptMode::kTriangles:
+      return decode_triangles(stream, layout.count, layout.stride, out.data(), fault);
+    case MeshoptMode::kIndices:
+      return decode_indices(stream, layout.count, layout.stride, out.data(), fault);
+    case MeshoptMode::kAttributes:
+      break;
+  }
+  return decode_attributes(stream, layout.count, layout.stride, out.data(), fault) && apply_filter(layout, out, fault);
+}
+
+}  // namespace tessera::scene::gltf

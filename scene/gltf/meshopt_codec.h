@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace tessera::scene::gltf {
+
+enum class MeshoptMode { kAttributes, kTriangles, kIndices };
+enum class MeshoptFilter { kNone, kOctahedral, kQuaternion, kExponential, kColor };
+
+// What a compressed buffer view unpacks to: `count` elements of `stride` bytes. Attributes: a multiple of 4, at most
+// 256; indices: 2 or 4, of triangles a multiple of 3 of them. A filter goes with attributes and some strides only:
+// octahedral and colour 4 or 8, quaternion 8.
+struct MeshoptLayout {
+  std::uint64_t count = 0, stride = 0;
+  MeshoptMode mode = MeshoptMode::kAttributes;
+  MeshoptFilter filter = MeshoptFilter::kNone;
+
+  std::uint64_t bytes() const { return count * stride; }
+};
+
+// The bitstreams of KHR_meshopt_compression, appendices A and B: attributes of versions 0 and 1, triangles and indices
+// of version 1, all filters. EXT_meshopt_compression has the same ones without version 1 of attributes and without the
+// colour filter. Plain scalar code on purpose: meshoptimizer's own filters use approximate reciprocals where the host
+// has them, and images must not depend on the host.
+//
+// Invariants (cited by the tests):
+//   MO1  A stream is used up to its last byte: one that is shorter or longer than its elements need is refused.
+//   MO2  Nothing is read that the stream did not write before: no entry of a FIFO, no element.
+//   MO3  A filter refuses elements that do not say their scale: a 1 of K bits, or an alpha with its high bit.
+//   MO4  A filter's results are those of its formula in single precision, rounded half away from zero, clamped to the
+//        component's range.
+
+// No stream of this layout is shorter: what a short one promises beyond is refused before it is allocated.
+std::uint64_t min_meshopt_bytes(const MeshoptLayout& layout);
+
+// Unpacks into `out`, layout.bytes() bytes. Returns the fault in words in `fault` and false for bytes that are no such
+// stream; `out` is then undefined.
+[[nodiscard]] bool decode_meshopt(std::span<const std::uint8_t> stream, const MeshoptLayout& layout,
+                                  std::span<std::uint8_t> out, std::string& fault);
+
+}  // namespace tessera::scene::gltf
