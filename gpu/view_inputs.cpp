@@ -5,7 +5,6 @@
 namespace tessera::gpu {
 
 scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height) {
-  const scene::CaptureSettings& own = capture.settings;
   scene::CameraChoice choice = scene::choose_camera(capture, width, height);
   if (settings.effects.defocus == EffectMode::kOff || !tilecore::kGeneralEffects)
     choice.camera.lens.aperture_radius = 0;
