@@ -68,7 +68,7 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
   patch.projected.assign(mesh.projected.begin(),
                          mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
   if (scene::has_grid(*drawable.drawable)) {
-    add_grid_triangles(frame.patterns[number], patch);
+    add_grid_triangles(frame.pattern_of(number), patch);
   } else {
     const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
     add_cluster_triangles(clusters, clusters.clusters[number - drawable.drawable->first_patch], patch);

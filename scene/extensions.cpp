@@ -4,6 +4,7 @@ namespace tessera::scene {
 
 const std::vector<Extension>& supported_extensions() {
   static const std::vector<Extension> kExtensions = {
+      {"EXT_mesh_gpu_instancing", "node", "The node's mesh is drawn many times, at a transform each.", {}},
       {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
       {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
       {"KHR_materials_unlit", "material", "Base colour is shown as it is.", {}},

@@ -18,7 +18,26 @@ struct Box {
     high = glm::max(high, p);
   }
   bool empty() const { return !(low.x <= high.x); }
+  // Well inside, so that rounding does not matter.
+  bool surrounds(const DVec3& p) const {
+    const DVec3 slack = (high - low) * 1e-9;
+    return glm::all(glm::greaterThan(p, low + slack)) && glm::all(glm::lessThan(p, high - slack));
+  }
 };
+
+// The points as one instance has them. Points in a box that lies inside already add nothing: of many instances few are
+// looked at point by point.
+void add_points(const std::vector<Vec3>& points, const Box& of_points, const DMat4& to_world, Box& box) {
+  bool inside = true;
+  for (int corner = 0; corner < 8 && inside; ++corner) {
+    const DVec3 p((corner & 1) != 0 ? of_points.high.x : of_points.low.x,
+                  (corner & 2) != 0 ? of_points.high.y : of_points.low.y,
+                  (corner & 4) != 0 ? of_points.high.z : of_points.low.z);
+    inside = box.surrounds(DVec3(to_world * DVec4(p, 1.0)));
+  }
+  if (inside) return;
+  for (const Vec3& p : points) box.add(DVec3(to_world * DVec4(DVec3(p), 1.0)));
+}
 
 // A grid of points is enough to frame an image.
 void add_procedure(const Procedure& procedure, const DMat4& world, Box& box) {
@@ -43,11 +62,13 @@ Box scene_box(const Capture& capture, double time) {
       add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], box);
     if (node.mesh == kNone) continue;
     for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
-      const DMat4 to_world = object_to_world(capture, static_cast<int>(n), primitive, pose);
       Deformed deformed;
       deform(capture, static_cast<int>(n), primitive, pose, deformed);
       const auto& positions = deformed.positions.empty() ? primitive.vertices.positions : deformed.positions;
-      for (const Vec3& p : positions) box.add(DVec3(to_world * DVec4(DVec3(p), 1.0)));
+      Box of_points;
+      for (const Vec3& p : positions) of_points.add(DVec3(p));
+      for (std::size_t i = 0; i < std::max<std::size_t>(node.instances.size(), 1); ++i)
+        add_points(positions, of_points, object_to_world(capture, static_cast<int>(n), i, primitive, pose), box);
     }
   }
   return box;
