@@ -45,11 +45,11 @@ void build_cluster_cells(const scene::MeshClusters& clusters, const scene::Clust
   }
 }
 
-// Records fetched for a sub-patch: its own, and of each other patch that owns one of its boundary vertices when those
+// Records fetched for a sub-patch: its own, that of its instance, and of each other patch that owns one of its boundary vertices when those
 // are displaced (plain edges are computed from the patch's own control points, which are the same).
 std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
                             const scene::CellRange& range, bool displaced) {
-  std::uint64_t bytes = frontend::patch_record_bytes(frame, patch);
+  std::uint64_t bytes = frontend::patch_record_bytes(frame, patch) + frontend::instance_record_bytes(drawable);
   if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !displaced) return bytes;
   const std::uint32_t first = drawable.drawable->first_patch;
   const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
