@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neighbours, state
 constexpr std::uint32_t kBlock = 64;        // patches that a thread takes at a time
+constexpr std::size_t kBlocksAtOnce = 4096;
 
 // `read`: by drawable, empty for all.
 std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const std::vector<std::uint8_t>& read) {
@@ -25,6 +26,14 @@ std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const s
     runs.back().end += drawable.patch_count;
   }
   return runs;
+}
+
+std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
+  std::vector<PatchRun> blocks;
+  for (const PatchRun& run : runs)
+    for (std::uint32_t p = run.first; p < run.end; p = blocks.back().end)
+      blocks.push_back({p, p + std::min(kBlock, run.end - p)});
+  return blocks;
 }
 
 }  // namespace
@@ -46,37 +55,31 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
   all.instances = culling.counters;
   all.ledger = culling.ledger;
   all.read = patches_to_read(frame, culling.read);
-  // Blocks of patches in parallel, joined in order.
-  struct Block {
-    PatchRun patches;
-    std::vector<BoundedSubPatch> sub_patches, deferred;
-  };
   struct Counts {
     FrontendCounters counters;
     memory::Ledger ledger;
   };
-  std::vector<Block> blocks;
-  for (const PatchRun& run : all.read)
-    for (std::uint32_t p = run.first; p < run.end; p += std::min(kBlock, run.end - p))
-      blocks.push_back({{p, p + std::min(kBlock, run.end - p)}, {}, {}});
+  const std::vector<PatchRun> blocks = cut(all.read);
   PerThread<Counts> counts;
-  parallel_for(blocks.size(), [&](std::size_t b) {
-    Block& block = blocks[b];
-    Counts& own = counts.local();
-    PatchSplitter splitter(frame, pyramids, spec, guess);
-    for (std::uint32_t patch = block.patches.first; patch < block.patches.end; ++patch) {
-      own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                      memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
-      splitter.split(patch, block.sub_patches, block.deferred, own.counters);
+  // Blocks of patches in parallel, joined in order; not all at once, as sub-patches of many instances are large.
+  struct Pieces {
+    std::vector<BoundedSubPatch> sub_patches, deferred;
+  };
+  for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
+    std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
+    parallel_for(pieces.size(), [&](std::size_t b) {
+      Counts& own = counts.local();
+      PatchSplitter splitter(frame, pyramids, spec, guess);
+      for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
+        own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                        memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
+        splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
+      }
+    });
+    for (const Pieces& of_block : pieces) {
+      all.sub_patches.insert(all.sub_patches.end(), of_block.sub_patches.begin(), of_block.sub_patches.end());
+      all.deferred.insert(all.deferred.end(), of_block.deferred.begin(), of_block.deferred.end());
     }
-  });
-  std::size_t sub_patches = 0;
-  for (const Block& block : blocks) sub_patches += block.sub_patches.size();
-  all.sub_patches.reserve(sub_patches);
-  for (Block& block : blocks) {
-    all.sub_patches.insert(all.sub_patches.end(), block.sub_patches.begin(), block.sub_patches.end());
-    all.deferred.insert(all.deferred.end(), block.deferred.begin(), block.deferred.end());
-    block = {};  // of many instances the sub-patches are many: no second copy of all
   }
   counts.for_each([&](Counts& own) {
     merge(all.counters, own.counters);

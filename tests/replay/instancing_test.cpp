@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -19,7 +18,7 @@ namespace {
 using nlohmann::json;
 using test::run_tessera;
 
-constexpr int kSide = 316;    // of the field, in instances
+constexpr int kSide = 317;    // of the field, in instances
 constexpr int kSquares = 71;  // of a bumpy square: 10082 triangles
 constexpr float kSpacing = 1.5f;
 
@@ -68,15 +67,13 @@ TEST(InstancedReplay, AHundredThousandTimesTenThousandTrianglesFit) {
   const json drawn = json::parse(run_tessera({"inspect", (folder / "field.glb").string(), "--json"}).output)["drawn"];
   EXPECT_EQ(drawn["instances"], kSide * kSide);
   EXPECT_EQ(drawn["triangles"].get<std::uint64_t>(), std::uint64_t{kSide * kSide} * 2 * kSquares * kSquares);
-  const auto start = std::chrono::steady_clock::now();
   const test::ProcessResult r = run_tessera({"replay", (folder / "field.glb").string(), "--size", "320x180", "--spp",
                                              "4", "--quiet", "--no-report", "--out", (folder / "out").string()},
-                                            {.seconds = 900});
+                                            {.seconds = 300});
   ASSERT_EQ(r.status, 0) << r.errors;
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
-  EXPECT_LT(usage.ru_maxrss, 1L << 20) << "KiB; 4 GiB are allowed, and an eighth is what it takes";
+  EXPECT_LT(usage.ru_maxrss, 1L << 20) << "KiB, of 4 GiB that are allowed";
   const json counters = json::parse(test::read_text(folder / "out" / "stats.json"))["frames"][0]["counters"];
   const auto value = [&](const char* name) { return counters[name].get<double>(); };
   EXPECT_EQ(value("frontend.instances"), kSide * kSide);
@@ -84,10 +81,6 @@ TEST(InstancedReplay, AHundredThousandTimesTenThousandTrianglesFit) {
   EXPECT_GT(value("frontend.instances_culled"), 0.98 * value("frontend.instances"));
   EXPECT_LT(value("frontend.instances_tested"), 0.05 * value("frontend.instances"));
   EXPECT_GT(value("tilecore.samples_visible"), 10000);
-  std::printf("%.1f s, %ld MiB, groups culled %.0f of %.0f, instances tested %.0f, seen %.0f, base patches %.0f\n",
-              seconds, usage.ru_maxrss >> 10, value("frontend.instance_groups_culled"),
-              value("frontend.instance_groups_tested"), value("frontend.instances_tested"),
-              value("frontend.instances") - value("frontend.instances_culled"), value("frontend.base_patches"));
 }
 
 }  // namespace
