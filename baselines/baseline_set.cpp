@@ -59,7 +59,8 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
                                  .tessellate(frame, number, scene::patch_cells(frame, number),
                                              {patch.moving, frame.projection.lens_scale != 0}, mesh)
                                  .domain_evaluations;
-  patch.patch_bytes = memory::burst_bytes(0, frontend::patch_record_bytes(frame, number), job.burst_bytes);
+  patch.patch_bytes = memory::burst_bytes(
+      0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes);
   const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
     to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
   };
@@ -68,7 +69,7 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
   patch.projected.assign(mesh.projected.begin(),
                          mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
   if (scene::has_grid(*drawable.drawable)) {
-    add_grid_triangles(frame.patterns[number], patch);
+    add_grid_triangles(frame.pattern_of(number), patch);
   } else {
     const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
     add_cluster_triangles(clusters, clusters.clusters[number - drawable.drawable->first_patch], patch);
@@ -146,7 +147,8 @@ BaselineCounters measure_patch_machine(const gpu::FrameCounters& counters, const
   out.culled_frustum = counters.frontend.culled_frustum;
   out.culled_backface = counters.frontend.culled_backface;
   out.culled_occlusion = counters.tilecore.culled_occlusion;
-  out.bounding_operations = counters.frontend.bounds_computed;
+  out.bounding_operations =
+      counters.frontend.bounds_computed + counters.instances.groups_tested + counters.instances.instances_tested;
   out.tile_overlaps = counters.binner.tile_overlaps;
   out.entries = counters.binner.entries;
   out.queue_bytes_written = counters.binner.queue_bytes_written;

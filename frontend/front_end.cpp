@@ -10,6 +10,31 @@ namespace tessera::frontend {
 namespace {
 
 constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neighbours, state
+constexpr std::uint32_t kBlock = 64;        // patches that a thread takes at a time
+constexpr std::size_t kBlocksAtOnce = 4096;
+
+// `read`: by drawable, empty for all.
+std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const std::vector<std::uint8_t>& read) {
+  const bool skip_procedures = frame.request.sample_procedures || !frame.request.procedures;
+  std::vector<PatchRun> runs;
+  for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
+    const scene::Drawable& drawable = *frame.drawables[d].drawable;
+    if (drawable.patch_count == 0 || (!read.empty() && read[d] == 0)) continue;
+    if (skip_procedures && frame.drawables[d].procedure != nullptr) continue;
+    if (runs.empty() || runs.back().end != drawable.first_patch)
+      runs.push_back({drawable.first_patch, drawable.first_patch});
+    runs.back().end += drawable.patch_count;
+  }
+  return runs;
+}
+
+std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
+  std::vector<PatchRun> blocks;
+  for (const PatchRun& run : runs)
+    for (std::uint32_t p = run.first; p < run.end; p = blocks.back().end)
+      blocks.push_back({p, p + std::min(kBlock, run.end - p)});
+  return blocks;
+}
 
 }  // namespace
 
@@ -25,30 +50,41 @@ std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_
 
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                              const FrontEndSpec& spec, const OcclusionGuess* guess) {
-  // Blocks of patches in parallel, joined in order.
-  constexpr std::size_t kBlock = 64;
-  const std::size_t patch_count = frame.assembly->patch_count(), block_count = (patch_count + kBlock - 1) / kBlock;
-  std::vector<FrontEndResult> blocks(block_count);
-  parallel_for(block_count, [&](std::size_t b) {
-    FrontEndResult& result = blocks[b];
-    PatchSplitter splitter(frame, pyramids, spec, guess);
-    for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
-      const auto patch = static_cast<std::uint32_t>(p);
-      if ((frame.request.sample_procedures || !frame.request.procedures) &&
-          frame.drawable_of(patch).procedure != nullptr)
-        continue;
-      result.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                         memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
-      splitter.split(patch, result.sub_patches, result.deferred, result.counters);
-    }
-  });
+  InstanceCulling culling = cull_instances(frame, pyramids, spec);
   FrontEndResult all;
-  for (const FrontEndResult& block : blocks) {
-    all.sub_patches.insert(all.sub_patches.end(), block.sub_patches.begin(), block.sub_patches.end());
-    all.deferred.insert(all.deferred.end(), block.deferred.begin(), block.deferred.end());
-    merge(all.counters, block.counters);
-    all.ledger += block.ledger;
+  all.instances = culling.counters;
+  all.ledger = culling.ledger;
+  all.read = patches_to_read(frame, culling.read);
+  struct Counts {
+    FrontendCounters counters;
+    memory::Ledger ledger;
+  };
+  const std::vector<PatchRun> blocks = cut(all.read);
+  PerThread<Counts> counts;
+  // Blocks of patches in parallel, joined in order; not all at once, as sub-patches of many instances are large.
+  struct Pieces {
+    std::vector<BoundedSubPatch> sub_patches, deferred;
+  };
+  for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
+    std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
+    parallel_for(pieces.size(), [&](std::size_t b) {
+      Counts& own = counts.local();
+      PatchSplitter splitter(frame, pyramids, spec, guess);
+      for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
+        own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                        memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
+        splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
+      }
+    });
+    for (const Pieces& of_block : pieces) {
+      all.sub_patches.insert(all.sub_patches.end(), of_block.sub_patches.begin(), of_block.sub_patches.end());
+      all.deferred.insert(all.deferred.end(), of_block.deferred.begin(), of_block.deferred.end());
+    }
   }
+  counts.for_each([&](Counts& own) {
+    merge(all.counters, own.counters);
+    all.ledger += own.ledger;
+  });
   return all;
 }
 
@@ -60,7 +96,8 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
   for (const BoundedSubPatch& piece : front_end.deferred) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                          memory::burst_bytes(0, patch_record_bytes(frame, piece.base_patch), spec.burst_bytes));
+                          memory::burst_bytes(0, patch_record_bytes(frame, piece.base_patch), spec.burst_bytes) +
+                              instance_record_bytes(frame.drawable_of(piece.base_patch)));
     splitter.split_deferred(piece, visible, front_end.counters);
   }
   return visible;

@@ -4,22 +4,30 @@
 #include <vector>
 
 #include "base/counter.h"
+#include "frontend/instance_culling.h"
 #include "frontend/patch_splitter.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
 
 namespace tessera::frontend {
 
-// Bytes of a base patch's record in memory: a header, then control points or cluster vertices at one or two motion keys, then
+// Bytes of a base patch's record in memory, which instances share: a header, then control points or cluster vertices at one or two motion keys, then
 // the cells of a cluster. What the front end and every tile core that needs the patch fetch.
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 
-// The front end's work on one frame after posing: split every base patch, bound the pieces, drop what cannot be seen.
-// Sub-patches come out in the order of their base patches.
+// Base patches [first, end).
+struct PatchRun {
+  std::uint32_t first, end;
+};
+
+// The front end's work on one frame after posing: drop instances that cannot be seen, split every base patch of the
+// others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches.
 // What `guess` hides, if there is one, is deferred.
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches, deferred;
+  std::vector<PatchRun> read;  // base patches whose records were read, in order
   FrontendCounters counters;
+  InstanceCounters instances;
   memory::Ledger ledger;
 };
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,

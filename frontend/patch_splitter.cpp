@@ -14,10 +14,6 @@ std::uint64_t cell_count(const scene::CellRange& r) {
   return static_cast<std::uint64_t>(r.i1 - r.i0) * static_cast<std::uint64_t>(r.j1 - r.j0);
 }
 
-bool outside_frame(const ScreenBounds& b, int width, int height) {
-  return b.x1 < 0 || b.y1 < 0 || b.x0 > static_cast<float>(width) || b.y0 > static_cast<float>(height);
-}
-
 // Longer side of the part of a bound that lies in the frame, in pixels.
 double extent_in_frame(const ScreenBounds& b, int width, int height) {
   const auto side = [](float low, float high, int size) {

@@ -63,7 +63,7 @@ void DisplacementMemory::lines_of(const scene::FrameGeometry& frame, std::uint32
   const scene::PatchDisplacement displacement = scene::patch_displacement(frame, drawable, patch);
   const auto map = maps_.find(displacement.material->texture.get());
   if (map == maps_.end()) return;
-  const auto footprint = displacement.footprint(scene::parameter_range(frame.patterns[patch], range));
+  const auto footprint = displacement.footprint(scene::parameter_range(frame.pattern_of(patch), range));
   const std::vector<Level>& levels = map->second;
   const float level = std::clamp(displacement.lod, 0.0f, static_cast<float>(levels.size() - 1));
   const auto below = static_cast<std::size_t>(level);

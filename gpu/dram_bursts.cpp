@@ -87,7 +87,11 @@ memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& g
   const std::uint64_t of_sample =
       tilecore::TileState::kBytesPerSample +
       static_cast<std::uint64_t>(gpu.tilecore.blend_layers) * tilecore::TileState::kBytesPerLayer;
-  return memory::AddressMap({renderer.assembly().patch_count() * kMaxRecordBytes,
+  const scene::Assembly& assembly = renderer.assembly();
+  std::uint64_t instances = 0;
+  for (const scene::InstancedNode& node : assembly.instanced_nodes)
+    instances += node.order.size() * frontend::kInstanceRecordBytes + node.groups.size() * kMaxRecordBytes;
+  return memory::AddressMap({assembly.record_count * kMaxRecordBytes + instances,
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
 }

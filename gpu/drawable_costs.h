@@ -39,7 +39,7 @@ inline constexpr auto kDrawableCosts = std::to_array<DrawableCost>({
 static_assert(sizeof(tilecore::DrawableCounts) == sizeof(std::uint64_t) * kDrawableCosts.size(),
               "each cost needs exactly one declaration");
 
-// By the number of the drawable in scene::Assembly. They follow from the frame alone, as counters do.
+// By the number of the drawable in scene::Assembly, instance by instance; the library adds those of a node up. They follow from the frame alone, as counters do.
 using DrawableCosts = std::vector<tilecore::DrawableCounts>;
 
 // Adds the costs of another core or view, drawable by drawable; `into` grows where it is shorter.

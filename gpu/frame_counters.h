@@ -13,6 +13,7 @@ namespace tessera::gpu {
 // All counters of one frame, or of several.
 struct FrameCounters : tilecore::CoreCounters {
   frontend::FrontendCounters frontend;
+  frontend::InstanceCounters instances;
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   memory::L2Counters l2;
@@ -29,6 +30,7 @@ struct FrameCounters : tilecore::CoreCounters {
 template <class A, class B, class Visit>
 void for_each_counter_struct(A& a, B& b, const Visit& visit) {
   visit(a.frontend, b.frontend);
+  visit(a.instances, b.instances);
   visit(a.binner, b.binner);
   visit(a.tessellation, b.tessellation);
   tilecore::for_each_unit(a, b, visit);

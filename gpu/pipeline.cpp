@@ -90,6 +90,7 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
                                       result.counters.compression, result.counters.ledger);
   }
   result.counters.frontend = front_end.counters;
+  result.counters.instances = front_end.instances;
   result.counters.ledger += front_end.ledger;
 }
 

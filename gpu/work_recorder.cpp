@@ -31,21 +31,45 @@ std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic&
 
 void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result) {
   frame_ = &frame;
-  if (record_accesses_ && patch_offsets_.empty()) {
-    std::uint64_t next = 0;
-    for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p) {
-      patch_offsets_.push_back(next);
-      next += memory::burst_bytes(0, frontend::patch_record_bytes(frame, p),
-                                  static_cast<std::uint64_t>(gpu_.memory.burst_bytes));
-    }
+  if (record_accesses_ && record_offsets_.empty()) {
+    record_offsets_.push_back(0);
+    for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p)
+      if (frame.assembly->record_of(p) + 1 == record_offsets_.size())  // the first instance that has it
+        record_offsets_.push_back(record_offsets_.back() +
+                                  memory::burst_bytes(0, frontend::patch_record_bytes(frame, p),
+                                                      static_cast<std::uint64_t>(gpu_.memory.burst_bytes)));
   }
   const std::uint64_t bytes = since(result.ledger, front_end_traffic_);
   geometry_.patches += result.counters.base_patches - front_end_.base_patches;
   geometry_.bounds += result.counters.bounds_computed - front_end_.bounds_computed;
+  // The box of a group or an instance takes the time of any other.
+  const auto boxes = [](const frontend::InstanceCounters& c) { return c.groups_tested + c.instances_tested; };
+  geometry_.bounds += boxes(result.instances) - boxes(instances_);
   geometry_bytes_ += bytes;
-  // Records lie one behind the other in the order in which they are read.
-  if (record_accesses_) geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
+  if (record_accesses_) log_front_end(*frame.assembly, result, bytes);
   front_end_ = result.counters;
+  instances_ = result.instances;
+}
+
+void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result,
+                                 std::uint64_t bytes) {
+  const bool first_pass = instances_.instances == 0;
+  if (assembly.instanced_nodes.empty() || !first_pass) {
+    // Records lie one behind the other in the order in which they are read.
+    geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
+    return;
+  }
+  std::uint64_t of_patches = 0;
+  for (const frontend::PatchRun& run : result.read)
+    for (std::uint32_t p = run.first; p < run.end;) {
+      const scene::Drawable& drawable = assembly.drawable_of(p);
+      const std::uint64_t from = record_offsets_[drawable.first_record],
+                          to = record_offsets_[drawable.first_record + drawable.patch_count];
+      geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, from, to - from);
+      of_patches += to - from;
+      p += drawable.patch_count;
+    }
+  geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, record_offsets_.back(), bytes - of_patches);
 }
 
 void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
@@ -138,7 +162,8 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
     slot.work.dram_bytes[kVisibility] += fetched() - bytes;
     // Records of neighbours that it needs are taken to lie behind its own.
     if (record_accesses_)
-      slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, patch_offsets_[r.patch], fetched() - bytes);
+      slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, record_offsets_[frame_->assembly->record_of(r.patch)],
+                   fetched() - bytes);
     if (heights_ == nullptr || !r.displaced || cache.counters().sub_patches == made) continue;
     heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
     for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);

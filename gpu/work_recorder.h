@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "binner/binner.h"
 #include "frontend/front_end.h"
+#include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
@@ -72,6 +73,8 @@ class WorkRecorder {
   };
   void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
              tilecore::TessellationCache& cache);
+  // What the front end read since the last call, `bytes` in all.
+  void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase);
   void end_round();
   // Adds what a ledger moved since `seen` to rounds_; bytes of it.
@@ -86,8 +89,11 @@ class WorkRecorder {
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
   memory::AccessLog geometry_log_;
-  std::vector<std::uint64_t> patch_offsets_;  // of the records in their memory, when transfers are recorded
+  // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of
+  // instances lie behind.
+  std::vector<std::uint64_t> record_offsets_;
   frontend::FrontendCounters front_end_;
+  frontend::InstanceCounters instances_;
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   memory::Traffic rounds_;                              // of all that went to a round

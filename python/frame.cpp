@@ -81,6 +81,7 @@ py::list drawables(const Frame& frame) {
     row["primitive"] = drawable.primitive;
     row["material"] = drawable.material;
     row["material_name"] = drawable.material_name;
+    row["instances"] = drawable.instances;
     row["base_patches"] = drawable.base_patches;
     for (const auto& [name, value] : drawable.costs) row[py::str(name)] = value;
     rows.append(row);

@@ -36,7 +36,7 @@ DVec3 patch_point(const FrameGeometry& frame, const PosedDrawable& drawable, std
 // A vertex of a grid, by the patch that owns it: neighbours meet without cracks here, too.
 DVec3 grid_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, int i, int j,
                   std::size_t key) {
-  const scene::TessellationPattern& pattern = frame.patterns[patch];
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
     const scene::OwnedVertex owned =
@@ -49,7 +49,7 @@ DVec3 grid_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std
 }
 
 DVec3 procedure_vertex(const FrameGeometry& frame, std::uint32_t patch, int i, int j) {
-  const scene::TessellationPattern& pattern = frame.patterns[patch];
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   const scene::ProcedurePatch at = scene::procedure_patch(frame, patch);
   const Vector3<double> p = shaders::shape_point(at.shape, at.piece->input, static_cast<double>(at.u(pattern.u(i, j))),
                                                  static_cast<double>(at.v(pattern.v(i, j))));
@@ -119,9 +119,10 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in)
   drawable_to_raster_.resize(frame.drawables.size());
   for (std::size_t d = 0; d < frame.drawables.size(); ++d)
     for (std::size_t key = 0; key < 2; ++key)
-      drawable_to_raster_[d][key] = centred.matrix() * frame.views[key].world_to_camera *
-                                    scene::object_to_world(*assembly.capture, frame.drawables[d].drawable->node,
-                                                           *frame.drawables[d].primitive, poses[key]);
+      drawable_to_raster_[d][key] =
+          centred.matrix() * frame.views[key].world_to_camera *
+          scene::object_to_world(*assembly.capture, frame.drawables[d].drawable->node,
+                                 frame.drawables[d].drawable->instance, *frame.drawables[d].primitive, poses[key]);
   for (std::size_t patch = 0; patch < assembly.patch_count(); ++patch) add_patch(static_cast<std::uint32_t>(patch));
   for (const Leaf& leaf : leaves) leaf_boxes_.push_back(leaf_boxes(leaf));
   if (!leaves.empty()) {
@@ -166,7 +167,7 @@ void ReferenceScene::finish_leaf(bool moving) {
 void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& to_raster) {
   constexpr int kSide = 3;
   const PosedDrawable& drawable = frame.drawable_of(patch);
-  const scene::TessellationPattern& pattern = frame.patterns[patch];
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   const bool moving = drawable.moving;
   std::vector<std::array<double, 6>> grid;
   for (int j = 0; j <= pattern.nv; ++j)
@@ -244,7 +245,7 @@ void ReferenceScene::add_cluster(std::uint32_t patch, const std::array<DMat4, 2>
 }
 
 ReferenceScene::Parameters ReferenceScene::grid_parameters(const Triangle& triangle, double b1, double b2) const {
-  const scene::TessellationPattern& pattern = frame.patterns[triangle.patch];
+  const scene::TessellationPattern& pattern = frame.pattern_of(triangle.patch);
   const int cell = static_cast<int>(triangle.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
   const bool lower = triangle.triangle % 2 == 0;
   const auto mix = [&](auto&& at) {

@@ -92,7 +92,8 @@ json animations_json(const Capture& capture) {
 
 json inspect(const Capture& capture) {
   const scene::Assembly assembly = scene::assemble(capture);
-  std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0;
+  std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0, instances = 0;
+  for (const scene::InstancedNode& node : assembly.instanced_nodes) instances += node.order.size();
   for (const scene::Drawable& d : assembly.drawables) {
     if (d.kind == scene::Primitive::Kind::kBezierPatches) {
       bezier += d.patch_count;
@@ -118,7 +119,8 @@ json inspect(const Capture& capture) {
   return {{"file", capture.file.string()},
           {"bytes", capture.file_bytes},
           {"drawn",
-           {{"nodes", assembly.drawables.size()},
+           {{"nodes", assembly.drawn.size()},
+            {"instances", instances},
             {"base_patches", assembly.patch_count()},
             {"bezier_patches", bezier},
             {"clusters", clusters},
@@ -151,6 +153,7 @@ void print_table(const json& j) {
   fmt::print("  drawn       {} nodes, {} base patches: {} Bezier patches, {} clusters of {} triangles\n",
              drawn["nodes"].dump(), drawn["base_patches"].dump(), drawn["bezier_patches"].dump(),
              drawn["clusters"].dump(), drawn["triangles"].dump());
+  if (drawn["instances"] != 0) fmt::print("  instances   {}\n", drawn["instances"].dump());
   if (drawn["procedures"] != 0) fmt::print("  procedures  {}\n", drawn["procedures"].dump());
   fmt::print("  settings    {}x{}, {} frames/s, shutter {} to {}, frames {}:{}{}\n", s["resolution"][0].dump(),
              s["resolution"][1].dump(), s["frame_rate"].dump(), s["shutter"][0].dump(), s["shutter"][1].dump(),

@@ -1,14 +1,18 @@
 #include "scene/assembly.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
 #include <meshoptimizer.h>
 
 #include "base/check.h"
+#include "base/error.h"
 #include "scene/pose.h"
 #include "scene/weld.h"
 
@@ -52,6 +56,64 @@ constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {
     {{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
 constexpr std::array<std::size_t, 4> kCornerPoints = {0, 3, 12, 15};
 
+// ---- Instances --------------------------------------------------------------------------------------------------
+
+// The next floats outwards, so that a range of them holds the double.
+void widen(float& low, float& high, double value) {
+  const auto f = static_cast<float>(value);
+  const double back = static_cast<double>(f);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  low = std::min(low, back <= value ? f : std::nextafter(f, -kInfinity));
+  high = std::max(high, back >= value ? f : std::nextafter(f, kInfinity));
+}
+
+InstanceGroup empty_group(std::size_t first) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  InstanceGroup group{};
+  group.first = static_cast<std::uint32_t>(first);
+  group.origin_low.fill(kInfinity), group.origin_high.fill(-kInfinity);
+  for (auto& row : group.linear_low) row.fill(kInfinity);
+  for (auto& row : group.linear_high) row.fill(-kInfinity);
+  return group;
+}
+
+void add_instance(const InstanceTransform& instance, InstanceGroup& group) {
+  const DMat4 m = instance_to_node(instance);
+  ++group.count;
+  for (int row = 0; row < 3; ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    widen(group.origin_low[r], group.origin_high[r], m[3][row]);
+    for (int column = 0; column < 3; ++column) {
+      const auto c = static_cast<std::size_t>(column);
+      widen(group.linear_low[r][c], group.linear_high[r][c], m[column][row]);
+    }
+  }
+}
+
+// ---- Drawables --------------------------------------------------------------------------------------------------
+
+std::size_t instance_count(const Node& node) { return std::max<std::size_t>(node.instances.size(), 1); }
+
+// The patches of a drawable that is otherwise complete.
+void add_drawable(Drawable drawable, std::size_t patches, Assembly& assembly) {
+  drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
+  drawable.patch_count = static_cast<std::uint32_t>(patches);
+  if (has_grid(drawable)) {
+    drawable.first_grid = static_cast<std::uint32_t>(assembly.grid_patches.size());
+    for (std::size_t p = 0; p < patches; ++p)
+      assembly.grid_patches.push_back(drawable.first_patch + static_cast<std::uint32_t>(p));
+  }
+  assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches,
+                                 static_cast<std::uint32_t>(assembly.drawables.size()));
+  assembly.drawables.push_back(drawable);
+}
+
+std::uint32_t take_records(std::size_t patches, Assembly& assembly) {
+  const std::uint32_t first = assembly.record_count;
+  assembly.record_count += static_cast<std::uint32_t>(patches);
+  return first;
+}
+
 // Base patches of a procedure: each piece cut evenly, piece by piece, row by row.
 void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly) {
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
@@ -65,13 +127,101 @@ void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly
     drawable.mesh = drawable.primitive = kNone;
     drawable.material = procedure.material == kNone ? static_cast<int>(capture.materials.size()) : procedure.material;
     drawable.kind = Primitive::Kind::kProcedure;
-    drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
-    drawable.patch_count = static_cast<std::uint32_t>(patches);
     drawable.geometry = static_cast<std::uint32_t>(number);
-    assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches,
-                                   static_cast<std::uint32_t>(assembly.drawables.size()));
-    assembly.drawables.push_back(drawable);
+    drawable.drawn = static_cast<std::uint32_t>(assembly.drawn.size());
+    drawable.first_record = take_records(patches, assembly);
+    assembly.drawn.push_back({static_cast<std::uint32_t>(assembly.drawables.size()), 1, 1});
+    add_drawable(drawable, patches, assembly);
   }
+}
+
+// The geometry of every primitive that is drawn, once, and its number by mesh and primitive.
+using GeometryNumbers = std::map<std::pair<int, int>, std::uint32_t>;
+GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembly& assembly) {
+  GeometryNumbers numbers;
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    const int mesh = capture.nodes[n].mesh;
+    if (mesh == kNone || !rest.in_scene[n]) continue;
+    const auto& primitives = capture.meshes[static_cast<std::size_t>(mesh)].primitives;
+    for (std::size_t p = 0; p < primitives.size(); ++p) {
+      const bool bezier = primitives[p].kind == Primitive::Kind::kBezierPatches;
+      const std::size_t next = bezier ? assembly.neighbours.size() : assembly.clusters.size();
+      if (!numbers.try_emplace({mesh, static_cast<int>(p)}, static_cast<std::uint32_t>(next)).second) continue;
+      if (bezier)
+        assembly.neighbours.push_back(find_neighbours(primitives[p].vertices));
+      else
+        assembly.clusters.push_back(build_clusters(primitives[p]));
+    }
+  }
+  return numbers;
+}
+
+// One primitive of a node, as a drawable that lacks its patches and its instance.
+struct NodePrimitive {
+  Drawable drawable;
+  std::size_t patches;
+};
+std::vector<NodePrimitive> primitives_of(const Capture& capture, std::size_t node, const GeometryNumbers& numbers,
+                                         const Assembly& assembly) {
+  std::vector<NodePrimitive> out;
+  const int mesh = capture.nodes[node].mesh;
+  const auto& primitives = capture.meshes[static_cast<std::size_t>(mesh)].primitives;
+  for (std::size_t p = 0; p < primitives.size(); ++p) {
+    const Primitive& primitive = primitives[p];
+    Drawable drawable{};
+    drawable.node = static_cast<int>(node);
+    drawable.mesh = mesh;
+    drawable.primitive = static_cast<int>(p);
+    drawable.material = primitive.material == kNone ? static_cast<int>(capture.materials.size()) : primitive.material;
+    drawable.kind = primitive.kind;
+    drawable.instanced = !capture.nodes[node].instances.empty();
+    drawable.geometry = numbers.at({mesh, static_cast<int>(p)});
+    out.push_back({drawable, primitive.kind == Primitive::Kind::kBezierPatches
+                                 ? assembly.neighbours[drawable.geometry].size()
+                                 : assembly.clusters[drawable.geometry].clusters.size()});
+  }
+  return out;
+}
+
+// Makes room for all drawables and patches of the nodes' primitives at once.
+void reserve(const Capture& capture, const std::vector<std::vector<NodePrimitive>>& nodes, Assembly& assembly) {
+  std::uint64_t drawables = 0, patches = 0, grids = 0;
+  constexpr std::uint64_t kMaxPatches = 0xffff'fffe;  // patch + 1 is a number as well
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    for (const NodePrimitive& primitive : nodes[n]) {
+      const std::uint64_t count = instance_count(capture.nodes[n]), all = count * primitive.patches;
+      drawables += count, patches += all;
+      if (has_grid(primitive.drawable)) grids += all;
+      if (patches > kMaxPatches || drawables > kMaxPatches)
+        throw LimitError(fmt::format("{}: has more than {} base patches, instances counted one by one",
+                                     capture.file.string(), kMaxPatches));
+    }
+  assembly.drawables.reserve(drawables);
+  assembly.patch_drawable.reserve(patches);
+  assembly.grid_patches.reserve(grids);
+}
+
+void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly& assembly) {
+  const auto stride = static_cast<std::uint32_t>(primitives.size());
+  const auto count = static_cast<std::uint32_t>(instance_count(node));
+  const auto first = static_cast<std::uint32_t>(assembly.drawables.size());
+  if (!node.instances.empty() && stride > 0) {
+    InstancedNode& instanced = assembly.instanced_nodes.emplace_back(group_instances(node.instances));
+    instanced.node = primitives[0].drawable.node;
+    instanced.first_drawable = first;
+    instanced.primitives = stride;
+    instanced.first_drawn = static_cast<std::uint32_t>(assembly.drawn.size());
+  }
+  for (std::uint32_t p = 0; p < stride; ++p) {
+    primitives[p].drawable.drawn = static_cast<std::uint32_t>(assembly.drawn.size());
+    primitives[p].drawable.first_record = take_records(primitives[p].patches, assembly);
+    assembly.drawn.push_back({first + p, stride, count});
+  }
+  for (std::uint32_t i = 0; i < count; ++i)
+    for (NodePrimitive& primitive : primitives) {
+      primitive.drawable.instance = i;
+      add_drawable(primitive.drawable, primitive.patches, assembly);
+    }
 }
 
 }  // namespace
@@ -134,44 +284,37 @@ std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points) {
   return out;
 }
 
+std::size_t cluster_count_bound(std::size_t index_count) {
+  return index_count == 0 ? 0 : meshopt_buildMeshletsBound(index_count, kMaxClusterVertices, kMaxClusterTriangles);
+}
+
+InstancedNode group_instances(const std::vector<InstanceTransform>& instances) {
+  InstancedNode out{};
+  const std::size_t count = instances.size();
+  std::vector<std::uint32_t> place(count);
+  meshopt_spatialSortRemap(place.data(), instances[0].translation.data(), count, sizeof(InstanceTransform));
+  out.order.resize(count);
+  for (std::size_t i = 0; i < count; ++i) out.order[place[i]] = static_cast<std::uint32_t>(i);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k % kInstancesPerGroup == 0) out.groups.push_back(empty_group(k));
+    add_instance(instances[out.order[k]], out.groups.back());
+  }
+  return out;
+}
+
 Assembly assemble(const Capture& capture) {
   Assembly assembly;
   assembly.capture = &capture;
   assembly.materials = capture.materials;
   assembly.materials.push_back(Material{});
   const Pose rest = pose_at(capture, 0.0);
-  std::map<std::pair<int, int>, std::uint32_t> geometry_of;  // (mesh, primitive)
-  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
-    const int mesh = capture.nodes[n].mesh;
-    if (mesh == kNone || !rest.in_scene[n]) continue;
-    const auto& primitives = capture.meshes[static_cast<std::size_t>(mesh)].primitives;
-    for (std::size_t p = 0; p < primitives.size(); ++p) {
-      const Primitive& primitive = primitives[p];
-      const bool bezier = primitive.kind == Primitive::Kind::kBezierPatches;
-      const auto [slot, fresh] = geometry_of.try_emplace({mesh, static_cast<int>(p)}, 0u);
-      if (fresh && bezier) {
-        slot->second = static_cast<std::uint32_t>(assembly.neighbours.size());
-        assembly.neighbours.push_back(find_neighbours(primitive.vertices));
-      } else if (fresh) {
-        slot->second = static_cast<std::uint32_t>(assembly.clusters.size());
-        assembly.clusters.push_back(build_clusters(primitive));
-      }
-      const std::size_t patches =
-          bezier ? assembly.neighbours[slot->second].size() : assembly.clusters[slot->second].clusters.size();
-      Drawable drawable{};
-      drawable.node = static_cast<int>(n);
-      drawable.mesh = mesh;
-      drawable.primitive = static_cast<int>(p);
-      drawable.material = primitive.material == kNone ? static_cast<int>(capture.materials.size()) : primitive.material;
-      drawable.kind = primitive.kind;
-      drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
-      drawable.patch_count = static_cast<std::uint32_t>(patches);
-      drawable.geometry = slot->second;
-      assembly.patch_drawable.insert(assembly.patch_drawable.end(), patches,
-                                     static_cast<std::uint32_t>(assembly.drawables.size()));
-      assembly.drawables.push_back(drawable);
-    }
-  }
+  const GeometryNumbers numbers = build_geometry(capture, rest, assembly);
+  std::vector<std::vector<NodePrimitive>> nodes(capture.nodes.size());
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (capture.nodes[n].mesh != kNone && rest.in_scene[n]) nodes[n] = primitives_of(capture, n, numbers, assembly);
+  reserve(capture, nodes, assembly);
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (!nodes[n].empty()) add_node(capture.nodes[n], nodes[n], assembly);
   add_procedures(capture, rest, assembly);
   return assembly;
 }

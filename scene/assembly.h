@@ -53,14 +53,44 @@ struct PatchNeighbours {
   std::array<CornerOwner, 4> corners;
 };
 
-// One primitive of one node.
+// One primitive of one node, at one of the node's instances where it has any.
 struct Drawable {
   int node, mesh, primitive;  // mesh and primitive are kNone for a procedure
   int material;               // of Assembly::materials
   Primitive::Kind kind;
+  bool instanced;                          // its node has instances
   std::uint32_t first_patch, patch_count;  // base patch numbers of the whole capture
-  std::uint32_t geometry;  // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind
+  std::uint32_t geometry;      // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind
+  std::uint32_t instance;      // of Node::instances; 0 where there are none
+  std::uint32_t drawn;         // of Assembly::drawn
+  std::uint32_t first_record;  // number of its first patch's record in memory; instances share theirs
+  std::uint32_t first_grid;    // of its patches in Assembly::grid_patches, if they have grids
 };
+
+// What the instances of one primitive of one node have in common: everything but a transform. Without instances it is
+// one drawable's.
+struct DrawnPrimitive {
+  std::uint32_t first_drawable, stride, count;  // drawables first, first + stride, ...
+
+  std::uint32_t drawable(std::uint32_t instance) const { return first_drawable + stride * instance; }
+};
+
+// Instances of a node that lie near each other. Each maps a point p of the mesh to origin + linear * p, with all numbers
+// in these ranges (rounded outwards), so that one box holds them all, however the mesh deforms.
+struct InstanceGroup {
+  std::uint32_t first, count;  // in InstancedNode::order
+  std::array<float, 3> origin_low, origin_high;
+  std::array<std::array<float, 3>, 3> linear_low, linear_high;  // [row][column]
+};
+
+// A node with instances. Instance i of its primitive p is drawable first_drawable + i * primitives + p.
+struct InstancedNode {
+  int node;
+  std::uint32_t first_drawable, primitives, first_drawn;
+  std::vector<std::uint32_t> order;  // of the instances, along a space-filling curve
+  std::vector<InstanceGroup> groups;
+};
+inline constexpr std::size_t kInstancesPerGroup = 64;  // [assumed] as many as lanes of a wide SIMD unit test at once
 
 struct Assembly {
   const Capture* capture = nullptr;
@@ -68,18 +98,37 @@ struct Assembly {
   std::vector<MeshClusters> clusters;                    // shared by all nodes that draw the mesh
   std::vector<std::vector<PatchNeighbours>> neighbours;  // per Bezier primitive and patch
   std::vector<Drawable> drawables;
+  std::vector<DrawnPrimitive> drawn;
+  std::vector<InstancedNode> instanced_nodes;
   std::vector<std::uint32_t> patch_drawable;  // per base patch: its drawable
+  std::vector<std::uint32_t> grid_patches;    // base patches that have grids, in order
+  std::uint32_t record_count = 0;             // of base patches in memory: as many as there are but for instances
 
   std::size_t patch_count() const { return patch_drawable.size(); }
+  const Drawable& drawable_of(std::uint32_t patch) const { return drawables[patch_drawable[patch]]; }
+  std::uint32_t record_of(std::uint32_t patch) const {
+    const Drawable& drawable = drawable_of(patch);
+    return drawable.first_record + (patch - drawable.first_patch);
+  }
 };
 
 // Whether a drawable's patches are tessellated on parametric grids; clusters are not.
 inline bool has_grid(const Drawable& drawable) { return drawable.kind != Primitive::Kind::kTriangles; }
 
-// `capture` must outlive the assembly.
+// `capture` must outlive the assembly. Throws LimitError where base patches cannot be numbered with 32 bits.
+//
+// Invariants (cited by the tests):
+//   AS1  Instances are numbered as nodes in their place would be: instance by instance, primitive by primitive.
+//   AS2  Instances of a primitive share clusters, neighbours and records; a further one costs a drawable and four bytes
+//        for each base patch (and its grid).
+//   AS3  Each instance is in one group of its node, whose ranges hold its transform.
 Assembly assemble(const Capture& capture);
 
+// Most clusters that build_clusters() makes of so many indices.
+std::size_t cluster_count_bound(std::size_t index_count);
+
 // Exposed for tests.
+InstancedNode group_instances(const std::vector<InstanceTransform>& instances);
 MeshClusters build_clusters(const Primitive& primitive);
 std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points);
 

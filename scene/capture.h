@@ -131,6 +131,14 @@ struct Transform {
   DVec3 scale{1.0};
 };
 
+// EXT_mesh_gpu_instancing: where a node draws its mesh once more. Applied before the node's own transform; the rotation
+// (x, y, z, w) is normalised when it is used.
+struct InstanceTransform {
+  std::array<float, 3> translation{0, 0, 0};
+  std::array<float, 4> rotation{0, 0, 0, 1};
+  std::array<float, 3> scale{1, 1, 1};
+};
+
 struct Node {
   std::string name;
   int parent = kNone;
@@ -138,7 +146,8 @@ struct Node {
   Transform transform;  // used unless `matrix` is set
   std::optional<DMat4> matrix;
   int mesh = kNone, skin = kNone, camera = kNone, light = kNone, procedure = kNone;
-  std::vector<float> weights;  // overrides the mesh's default weights when not empty
+  std::vector<float> weights;                // overrides the mesh's default weights when not empty
+  std::vector<InstanceTransform> instances;  // not empty: the mesh is drawn at each of them, and only there
 };
 
 struct Skin {

@@ -60,8 +60,12 @@ void deform(const Capture& capture, int node, const Primitive& primitive, const 
   if (is_skinned(capture, node, primitive)) skin(capture, node, primitive, pose, out);
 }
 
-DMat4 object_to_world(const Capture& capture, int node, const Primitive& primitive, const Pose& pose) {
-  return is_skinned(capture, node, primitive) ? DMat4(1.0) : pose.world[static_cast<std::size_t>(node)];
+DMat4 object_to_world(const Capture& capture, int node, std::size_t instance, const Primitive& primitive,
+                      const Pose& pose) {
+  if (is_skinned(capture, node, primitive)) return DMat4(1.0);
+  const DMat4& world = pose.world[static_cast<std::size_t>(node)];
+  const std::vector<InstanceTransform>& instances = node_at(capture, node).instances;
+  return instances.empty() ? world : world * instance_to_node(instances[instance]);
 }
 
 }  // namespace tessera::scene

@@ -4,6 +4,7 @@ namespace tessera::scene {
 
 const std::vector<Extension>& supported_extensions() {
   static const std::vector<Extension> kExtensions = {
+      {"EXT_mesh_gpu_instancing", "node", "The node's mesh is drawn many times, at a transform each.", {}},
       {"EXT_meshopt_compression",
        "buffer view, buffer",
        "Contents compressed with meshoptimizer; fallback buffers are not read.",

@@ -10,9 +10,9 @@ namespace tessera::scene {
 namespace {
 
 // Points the drawable's spans at deformed vertices where there are any, at the capture's otherwise.
-void connect_spans(PosedDrawable& posed) {
+void connect_spans(const std::array<Deformed, 2>& storage, PosedDrawable& posed) {
   for (std::size_t key = 0; key < 2; ++key) {
-    const Deformed& deformed = posed.storage[posed.deforming ? key : 0];
+    const Deformed& deformed = storage[posed.deforming ? key : 0];
     const Vertices& rest = posed.primitive->vertices;
     const bool own = deformed.positions.empty();
     posed.positions[key] = own ? std::span<const Vec3>(rest.positions) : std::span<const Vec3>(deformed.positions);
@@ -33,33 +33,44 @@ std::vector<Material> reduced_materials(const Assembly& assembly, const FrameReq
   return materials;
 }
 
+const Primitive& primitive_of(const Capture& capture, const Drawable& drawable) {
+  static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
+  if (drawable.kind == Primitive::Kind::kProcedure) return kNoPrimitive;
+  return capture.meshes[static_cast<std::size_t>(drawable.mesh)]
+      .primitives[static_cast<std::size_t>(drawable.primitive)];
+}
+
+// Deforms what a primitive's instances share; whether the motion keys differ.
+bool deform_drawn(const Capture& capture, const Drawable& first, const std::array<Pose, 2>& poses,
+                  std::array<Deformed, 2>& storage) {
+  for (std::size_t key = 0; key < 2; ++key)
+    deform(capture, first.node, primitive_of(capture, first), poses[key], storage[key]);
+  return storage[0].positions != storage[1].positions;
+}
+
+// `posed.deforming` is known.
 void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable,
                    const std::array<Pose, 2>& poses, const std::array<DMat4, 2>& world_to_raster,
-                   PosedDrawable& posed) {
+                   const std::array<Deformed, 2>& storage, PosedDrawable& posed) {
   const Capture& capture = *assembly.capture;
-  static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
   posed.drawable = &drawable;
   if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
-  posed.primitive = posed.procedure != nullptr ? &kNoPrimitive
-                                               : &capture.meshes[static_cast<std::size_t>(drawable.mesh)]
-                                                      .primitives[static_cast<std::size_t>(drawable.primitive)];
+  posed.primitive = &primitive_of(capture, drawable);
   posed.material = &materials[static_cast<std::size_t>(drawable.material)];
   for (std::size_t key = 0; key < 2; ++key) {
-    const DMat4 world = object_to_world(capture, drawable.node, *posed.primitive, poses[key]);
+    const DMat4 world = object_to_world(capture, drawable.node, drawable.instance, *posed.primitive, poses[key]);
     posed.to_world[key] = Mat4(world);
     posed.to_raster[key] = Mat4(world_to_raster[key] * world);
     const double determinant = glm::determinant(DMat3(world));
     posed.mirrored = determinant < 0;
     posed.normal_to_world[key] = determinant != 0 ? Mat3(glm::transpose(glm::inverse(DMat3(world)))) : Mat3(1.0f);
-    deform(capture, drawable.node, *posed.primitive, poses[key], posed.storage[key]);
   }
-  posed.deforming = posed.storage[0].positions != posed.storage[1].positions;
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
-  connect_spans(posed);
+  connect_spans(storage, posed);
 }
 
 // Factors of a Bezier patch: each edge by its own control points, the grid by the longest of all rows and columns.
-TessellationPattern pattern_of(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch) {
+TessellationPattern bezier_pattern(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch) {
   std::array<std::array<Vec4, 16>, 2> raster;
   for (std::size_t key = 0; key < 2; ++key) {
     const auto points = frame.control_points(drawable, patch, static_cast<int>(key));
@@ -101,7 +112,7 @@ std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pos
 
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
   const Drawable& drawable = *frame.drawable_of(patch).drawable;
-  if (has_grid(drawable)) return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+  if (has_grid(drawable)) return {0, 0, frame.pattern_of(patch).nu, frame.pattern_of(patch).nv};
   const Cluster& cluster = frame.assembly->clusters[drawable.geometry].clusters[patch - drawable.first_patch];
   return {0, 0, static_cast<std::uint8_t>(cluster.cell_count), 1};
 }
@@ -114,7 +125,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   frame->assembly = &assembly;
   frame->request = request;
   frame->projection = make_projection(camera.camera, request.width, request.height);
-  std::array<Pose, 2> poses;
+  std::array<Pose, 2>& poses = frame->poses;
   poses[0] = pose_at(*assembly.capture, request.open_time);
   poses[1] = request.close_time == request.open_time ? poses[0] : pose_at(*assembly.capture, request.close_time);
   std::array<DMat4, 2> world_to_raster;
@@ -123,22 +134,31 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
     world_to_raster[key] = frame->projection.matrix() * frame->views[key].world_to_camera;
   }
   frame->drawables.resize(assembly.drawables.size());
+  frame->deformed.resize(assembly.drawn.size());
   frame->materials = reduced_materials(assembly, request);
   const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials)
                                                                        : std::span<const Material>(frame->materials);
+  parallel_for(assembly.drawn.size(), [&](std::size_t d) {
+    const DrawnPrimitive& drawn = assembly.drawn[d];
+    const bool deforming =
+        deform_drawn(*assembly.capture, assembly.drawables[drawn.first_drawable], poses, frame->deformed[d]);
+    for (std::uint32_t i = 0; i < drawn.count; ++i) frame->drawables[drawn.drawable(i)].deforming = deforming;
+  });
   parallel_for(assembly.drawables.size(), [&](std::size_t d) {
-    pose_drawable(assembly, materials, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
+    const Drawable& drawable = assembly.drawables[d];
+    pose_drawable(assembly, materials, drawable, poses, world_to_raster, frame->deformed[drawable.drawn],
+                  frame->drawables[d]);
   });
   for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
-  frame->patterns.resize(assembly.patch_count());
-  frame->displacement_lod.resize(assembly.patch_count());
-  parallel_for(assembly.patch_count(), [&](std::size_t p) {
-    const PosedDrawable& drawable = frame->drawable_of(static_cast<std::uint32_t>(p));
-    if (drawable.procedure != nullptr) frame->patterns[p] = procedure_pattern(*frame, static_cast<std::uint32_t>(p));
+  frame->patterns.resize(assembly.grid_patches.size());
+  frame->displacement_lod.resize(assembly.grid_patches.size());
+  parallel_for(assembly.grid_patches.size(), [&](std::size_t g) {
+    const std::uint32_t p = assembly.grid_patches[g];
+    const PosedDrawable& drawable = frame->drawable_of(p);
+    if (drawable.procedure != nullptr) frame->patterns[g] = procedure_pattern(*frame, p);
     if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) return;
-    frame->patterns[p] = pattern_of(*frame, drawable, static_cast<std::uint32_t>(p));
-    if (drawable.material->displacement)
-      frame->displacement_lod[p] = choose_displacement_lod(*frame, drawable, static_cast<std::uint32_t>(p));
+    frame->patterns[g] = bezier_pattern(*frame, drawable, p);
+    if (drawable.material->displacement) frame->displacement_lod[g] = choose_displacement_lod(*frame, drawable, p);
   });
   frame->lights = place_lights(*assembly.capture, poses[0]);
   return frame;

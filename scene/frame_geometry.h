@@ -43,8 +43,6 @@ struct PosedDrawable {
   std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
   std::array<std::span<const Vec3>, 2> positions, normals;
   std::array<std::span<const Vec4>, 2> tangents;
-
-  std::array<Deformed, 2> storage;  // what the spans point at when the pose deforms
 };
 
 // The scene of one frame, read by all later units. Immutable once posed.
@@ -54,14 +52,27 @@ struct FrameGeometry {
   Projection projection;
   std::array<View, 2> views;
   std::vector<Material> materials;  // as Assembly::materials where the request leaves something out of them, else empty
-  std::vector<PosedDrawable> drawables;       // as Assembly::drawables
-  std::vector<TessellationPattern> patterns;  // per base patch; clusters keep the default
-  std::vector<float> displacement_lod;  // per base patch: level of detail of its heights; 0 where nothing displaces
-  std::vector<shaders::Light> lights;   // in world space, at shutter open
+  std::vector<PosedDrawable> drawables;  // as Assembly::drawables
+  // As Assembly::drawn, at both motion keys: what the drawables' spans point at when the pose deforms.
+  std::vector<std::array<Deformed, 2>> deformed;
+  std::vector<TessellationPattern> patterns;  // as Assembly::grid_patches
+  std::vector<float>
+      displacement_lod;  // as Assembly::grid_patches: level of detail of heights; 0 where nothing displaces
+  std::vector<shaders::Light> lights;  // in world space, at shutter open
+  std::array<Pose, 2> poses;           // of the nodes
   bool any_motion = false;
   std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed
 
   const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
+  // Of a patch that has a grid.
+  std::uint32_t grid_of(std::uint32_t patch) const {
+    const Drawable& drawable = assembly->drawable_of(patch);
+    return drawable.first_grid + (patch - drawable.first_patch);
+  }
+  const TessellationPattern& pattern_of(std::uint32_t patch) const {
+    static constexpr TessellationPattern kNoGrid;
+    return has_grid(assembly->drawable_of(patch)) ? patterns[grid_of(patch)] : kNoGrid;
+  }
 
   // Control points of a Bezier patch at a key, in object space.
   std::span<const Vec3, 16> control_points(const PosedDrawable& drawable, std::uint32_t patch, int key) const {

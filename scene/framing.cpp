@@ -35,6 +35,15 @@ class Extent {
     nearest_ = std::max(nearest_, z), farthest_ = std::min(farthest_, z);
   }
   bool empty() const { return !(farthest_ <= nearest_); }
+  // Well inside of what was added, so that rounding does not matter.
+  bool surrounds(const DVec3& p) const {
+    const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, kBack);
+    const double slack = 1e-9 * (std::abs(right_side_) + std::abs(left_side_) + std::abs(top_side_) +
+                                 std::abs(bottom_side_) + std::abs(nearest_) + std::abs(farthest_));
+    return x + tan_x_ * z < right_side_ - slack && -x + tan_x_ * z < left_side_ - slack &&
+           y + tan_y_ * z < top_side_ - slack && -y + tan_y_ * z < bottom_side_ - slack && z < nearest_ - slack &&
+           z > farthest_ + slack;
+  }
 
   // The nearest place from which all points are inside.
   CameraChoice camera() const {
@@ -74,7 +83,7 @@ void add_procedure(const Procedure& procedure, const DMat4& world, Extent& exten
     }
 }
 
-// Corners of the box of a primitive's vertices at rest.
+// Corners of the box of a primitive's vertices.
 std::vector<Vec3> box_corners(const std::vector<Vec3>& positions) {
   Vec3 low(std::numeric_limits<float>::infinity()), high(-std::numeric_limits<float>::infinity());
   for (const Vec3& p : positions) low = glm::min(low, p), high = glm::max(high, p);
@@ -84,13 +93,22 @@ std::vector<Vec3> box_corners(const std::vector<Vec3>& positions) {
   return corners;
 }
 
-// Points of rigid meshes, over all nodes that draw them.
+// The points as one instance has them. A box that lies inside already adds nothing: of many instances few are looked at
+// point by point.
+void add_points(const std::vector<Vec3>& points, const std::vector<Vec3>& corners, const DMat4& to_world,
+                Extent& extent) {
+  const auto placed = [&](const Vec3& p) { return DVec3(to_world * DVec4(DVec3(p), 1.0)); };
+  if (std::all_of(corners.begin(), corners.end(), [&](const Vec3& p) { return extent.surrounds(placed(p)); })) return;
+  for (const Vec3& p : points) extent.add(placed(p));
+}
+
+// Points of rigid meshes, over all instances that draw them.
 std::size_t rigid_points(const Capture& capture) {
   std::size_t points = 0;
   for (const Node& node : capture.nodes)
     if (node.mesh != kNone)
       for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
-        points += primitive.vertices.count();
+        points += primitive.vertices.count() * std::max<std::size_t>(node.instances.size(), 1);
   return points;
 }
 
@@ -126,15 +144,19 @@ CameraChoice frame_scene(const Capture& capture, int width, int height) {
         add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], extent);
       if (node.mesh == kNone) continue;
       for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
-        const DMat4 to_world = object_to_world(capture, static_cast<int>(n), primitive, pose);
         Deformed deformed;
         deform(capture, static_cast<int>(n), primitive, pose, deformed);
-        const std::vector<Vec3>* points = &primitive.vertices.positions;
-        if (!deformed.positions.empty())
-          points = &deformed.positions;
-        else if (by_boxes)
-          points = &boxes.try_emplace(&primitive, box_corners(primitive.vertices.positions)).first->second;
-        for (const Vec3& p : *points) extent.add(DVec3(to_world * DVec4(DVec3(p), 1.0)));
+        const bool rigid = deformed.positions.empty();
+        const std::vector<Vec3>& points = rigid ? primitive.vertices.positions : deformed.positions;
+        std::vector<Vec3> corners;
+        if (const auto known = boxes.find(&primitive); rigid && known != boxes.end())
+          corners = known->second;
+        else
+          corners = box_corners(points);
+        if (rigid) boxes.emplace(&primitive, corners);
+        for (std::size_t i = 0; i < std::max<std::size_t>(node.instances.size(), 1); ++i)
+          add_points(rigid && by_boxes ? corners : points, corners,
+                     object_to_world(capture, static_cast<int>(n), i, primitive, pose), extent);
       }
     }
   }

@@ -14,7 +14,7 @@ PatchDisplacement patch_displacement(const FrameGeometry& frame, const PosedDraw
   constexpr std::array<std::size_t, 4> kCorners = {0, 3, 12, 15};
   for (std::size_t c = 0; c < 4; ++c) out.corner[c] = out.material->transform.apply(texcoords[first + kCorners[c]]);
 
-  out.lod = frame.displacement_lod[patch];
+  out.lod = frame.displacement_lod[frame.grid_of(patch)];
   return out;
 }
 
@@ -23,7 +23,7 @@ float choose_displacement_lod(const FrameGeometry& frame, const PosedDrawable& d
   const auto& base = d.material->texture->levels().front();
   const Vec2 size(static_cast<float>(base.width), static_cast<float>(base.height));
   const auto texels = [&](std::size_t a, std::size_t b) { return glm::length((d.corner[b] - d.corner[a]) * size); };
-  const TessellationPattern& pattern = frame.patterns[patch];
+  const TessellationPattern& pattern = frame.pattern_of(patch);
   const float along_u = std::max(texels(0, 1), texels(2, 3)) / static_cast<float>(pattern.nu);
   const float along_v = std::max(texels(0, 2), texels(1, 3)) / static_cast<float>(pattern.nv);
   const float spacing = std::max(along_u, along_v);

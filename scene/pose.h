@@ -17,6 +17,9 @@ struct Pose {
 // the transforms down the graph (in double precision, so that far-away scenes do not jitter).
 Pose pose_at(const Capture& capture, double time);
 
+// An instance's own space to its node's.
+DMat4 instance_to_node(const InstanceTransform& instance);
+
 // Value of a channel at `time`: `components` numbers. Step, linear (rotations: shortest-way slerp) and cubic spline as
 // glTF 2.0 appendix C defines them. Exposed for tests.
 std::vector<double> evaluate_channel(const AnimationChannel& channel, double time);

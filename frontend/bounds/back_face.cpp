@@ -145,7 +145,7 @@ bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& 
 
   // Chords per unit of the base patch's parameters, and steps of the grid.
   const scene::ParameterRange& r = bounder.range();
-  const scene::TessellationPattern& pattern = frame_.patterns[patch_];
+  const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
   const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
                dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
   const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;

@@ -46,9 +46,13 @@ MovingBox point_box(std::span<const Vec3> key0, std::span<const Vec3> key1, std:
 }
 
 MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_raster) {
+  return corners_of_box(box, {DMat4(to_raster[0]), DMat4(to_raster[1])});
+}
+
+MovingCorners corners_of_box(const MovingBox& box, const std::array<DMat4, 2>& to_raster) {
   MovingCorners corners;
   for (std::size_t key = 0; key < 2; ++key) {
-    const DMat4 m(to_raster[key]);
+    const DMat4& m = to_raster[key];
     // The box's sides in raster space; corners are sums of one end of each.
     std::array<std::array<DVec4, 2>, 3> end;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -22,6 +22,7 @@ MovingBox point_box(std::span<const Vec3> key0, std::span<const Vec3> key1, std:
 
 // Corners of the box in raster space; `to_raster` per key.
 MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_raster);
+MovingCorners corners_of_box(const MovingBox& box, const std::array<DMat4, 2>& to_raster);
 
 // What single-precision evaluation of a vertex inside the box may be off, as a margin for screen_bounds: the position
 // (bicubic form, normal, displacement: below 64 roundings of terms no larger than the largest coordinate of the box or

@@ -17,6 +17,10 @@ struct ScreenBounds {
   bool crosses_near;     // some of it lies nearer than the near plane at some time
 };
 
+inline bool outside_frame(const ScreenBounds& b, int width, int height) {
+  return b.x1 < 0 || b.y1 < 0 || b.x0 > static_cast<float>(width) || b.y0 > static_cast<float>(height);
+}
+
 // Corners of a linearly moving box in raster space (xh, yh, depth, w): eight at key 0, then eight at key 1.
 using MovingCorners = std::array<DVec4, 16>;
 

@@ -246,7 +246,7 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
 }
 
 void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box) {
-  const scene::TessellationPattern& pattern = frame_.patterns[patch_];
+  const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
   const std::array<bool, 4> touches = {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
   std::array<bool, 4> corner{};
   for (std::size_t c = 0; c < 4; ++c)
@@ -283,14 +283,14 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   foreign_boundary_ = false;
   foreign_offsets_ = {0, 0};
   if (drawable_->procedure != nullptr) {
-    range_ = parameter_range(frame_.patterns[patch_], cells);
+    range_ = parameter_range(frame_.pattern_of(patch_), cells);
     const MovingBox box = procedure_box(procedure_patch_, range_);
     for (std::size_t axis = 0; axis < 3; ++axis)
       largest_ = std::max({largest_, std::abs(box.low[0][axis]), std::abs(box.high[0][axis])});
     return box;
   }
   if (!bezier_) return cluster_box();
-  range_ = parameter_range(frame_.patterns[patch_], cells);
+  range_ = parameter_range(frame_.pattern_of(patch_), cells);
   if (displaced_) offsets_ = offset_range(displacement_, range_);
   for (std::size_t key = 0; key < keys_; ++key) nets_[key] = restrict_net(base_[key], range_);
   const bool oriented = method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval;

@@ -40,19 +40,24 @@ std::vector<DrawableCost> drawable_rows(const scene::Assembly& assembly, const g
     return index >= 0 && static_cast<std::size_t>(index) < things.size() ? things[static_cast<std::size_t>(index)].name
                                                                          : std::string();
   };
-  std::vector<DrawableCost> rows(assembly.drawables.size());
-  for (std::size_t d = 0; d < rows.size(); ++d) {
-    const scene::Drawable& drawable = assembly.drawables[d];
-    DrawableCost& row = rows[d];
+  std::vector<DrawableCost> rows(assembly.drawn.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const scene::DrawnPrimitive& drawn = assembly.drawn[r];
+    const scene::Drawable& drawable = assembly.drawables[drawn.first_drawable];
+    DrawableCost& row = rows[r];
     row.node = drawable.node, row.mesh = drawable.mesh, row.primitive = drawable.primitive;
     // The assembly's last material is what primitives without one have.
     row.material =
         static_cast<std::size_t>(drawable.material) < capture.materials.size() ? drawable.material : scene::kNone;
     row.node_name = named(capture.nodes, row.node), row.mesh_name = named(capture.meshes, row.mesh),
     row.material_name = named(capture.materials, row.material);
-    row.base_patches = drawable.patch_count;
-    for (const gpu::DrawableCost& cost : gpu::kDrawableCosts)
-      row.costs.emplace(cost.name, d < costs.size() ? costs[d].*cost.member : 0);
+    row.instances = drawn.count;
+    row.base_patches = std::uint64_t{drawable.patch_count} * drawn.count;
+    for (const gpu::DrawableCost& cost : gpu::kDrawableCosts) {
+      std::uint64_t& sum = row.costs[std::string(cost.name)];
+      for (std::uint32_t i = 0; i < drawn.count; ++i)
+        if (const std::uint32_t d = drawn.drawable(i); d < costs.size()) sum += costs[d].*cost.member;
+    }
   }
   return rows;
 }

@@ -44,12 +44,13 @@ struct TileMap {
   }
 };
 
-// What a drawable of a frame asked of the tile cores: one primitive of a mesh, or one procedure, at one node. Both eyes
-// and second passes included.
+// What a drawable of a frame asked of the tile cores: one primitive of a mesh, or one procedure, at one node, all
+// instances of the node together. Both eyes and second passes included.
 struct DrawableCost {
   int node = 0, mesh = 0, primitive = 0, material = 0;  // indices in the file; -1 where it has none
   std::string node_name, mesh_name, material_name;      // "" where the file names none
-  std::uint64_t base_patches = 0;                       // the units that the front end bounds
+  std::uint64_t instances = 1;                          // of the node; 1 where it has none
+  std::uint64_t base_patches = 0;                       // the units that the front end bounds, of all instances
   // By the names of drawable_cost_descriptions().
   std::map<std::string, std::uint64_t> costs;
 };

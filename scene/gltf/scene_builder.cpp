@@ -1,7 +1,12 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "scene/assembly.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/procedure_builder.h"
 
@@ -44,6 +49,60 @@ std::vector<Node> build_nodes(const Document& document) {
     for (const double w : numbers("weights")) node.weights.push_back(static_cast<float>(w));
   }
   return nodes;
+}
+
+// What posing keeps of an instance, for each primitive of its mesh: the drawable before and after posing, and a number
+// for each base patch, of which a primitive has no more than it has triangles or patches.
+std::uint64_t posed_instance_bytes(const Mesh& mesh) {
+  constexpr std::uint64_t kDrawableBytes = 1024, kPatchBytes = 8, kGridBytes = 24;
+  std::uint64_t bytes = 0;
+  for (const Primitive& primitive : mesh.primitives)
+    bytes += kDrawableBytes + (primitive.kind == Primitive::Kind::kBezierPatches
+                                   ? primitive.vertices.count() / 16 * kGridBytes
+                                   : cluster_count_bound(primitive.indices.size()) * kPatchBytes);
+  return bytes;
+}
+
+// The extension does not say what a skin does to instances. A skinned mesh ignores its node's transform, so they would
+// all lie in one place; three.js draws the mesh as it rests, and so do we.
+void build_instances(Document& document, Capture& capture) {
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    const json* instancing = find_extension(document.json["nodes"][n], "EXT_mesh_gpu_instancing");
+    if (instancing == nullptr || (*instancing)["attributes"].empty()) continue;
+    const Place place = document.root.at("nodes").at(n).at("extensions").at("EXT_mesh_gpu_instancing").at("attributes");
+    Node& node = capture.nodes[n];
+    for (const auto& [name, index] : (*instancing)["attributes"].items()) {
+      const auto accessor = index.get<std::size_t>();
+      const auto count = document.json["accessors"][accessor]["count"].get<std::uint64_t>();
+      if (node.instances.empty()) {
+        document.budget.charge(
+            count,
+            sizeof(InstanceTransform) + posed_instance_bytes(capture.meshes[static_cast<std::size_t>(node.mesh)]),
+            place.pointer() + ": instances");
+        node.instances.resize(count);
+      }
+      if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE") {
+        document.notices.push_back(fmt::format("{}/{}: is not read, it belongs to the application", place.pointer(),
+                                               escape_control(name, 40)));
+        continue;
+      }
+      const std::vector<float> values = read_floats(document, accessor);
+      for (std::size_t i = 0; i < count; ++i) {
+        InstanceTransform& instance = node.instances[i];
+        if (name == "TRANSLATION") std::copy_n(&values[3 * i], 3, instance.translation.begin());
+        if (name == "SCALE") std::copy_n(&values[3 * i], 3, instance.scale.begin());
+        if (name != "ROTATION") continue;
+        std::copy_n(&values[4 * i], 4, instance.rotation.begin());
+        double length2 = 0;
+        for (const float c : instance.rotation) length2 += static_cast<double>(c) * static_cast<double>(c);
+        if (length2 < 1e-6) place.at(name).refuse("rotation of instance {} is zero", i);
+      }
+    }
+    if (node.skin == kNone) continue;
+    node.skin = kNone;
+    document.notices.push_back(document.root.at("nodes").at(n).pointer() +
+                               ": is skinned and has instances; they are drawn as the mesh rests");
+  }
 }
 
 // Roots of the scene to draw: the default one, else the first; without scenes every root.
@@ -241,6 +300,7 @@ CaptureSettings build_settings(const Document& document) {
 
 void build_scene(Document& document, Capture& capture) {
   capture.nodes = build_nodes(document);
+  build_instances(document, capture);
   build_procedures(document, capture);
   capture.roots = build_roots(document, capture.nodes);
   capture.skins = build_skins(document);

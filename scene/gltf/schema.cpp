@@ -255,7 +255,8 @@ Rule node_rule(const json& d, std::size_t light_count) {
       {"translation", numbers(3)},
       {"weights", list(number())},
       {"extensions",
-       object({{"KHR_lights_punctual", object({{"light", light, kRequired}})},
+       object({{"EXT_mesh_gpu_instancing", object({{"attributes", map_of(index_of(d, "accessors")), kRequired}})},
+               {"KHR_lights_punctual", object({{"light", light, kRequired}})},
                {"TESSERA_procedure",
                 [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
   });

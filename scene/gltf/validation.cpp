@@ -193,6 +193,26 @@ void check_node(const json& d, std::size_t i, const Place& place) {
   }
 }
 
+// Attributes of instances other than these are the application's own; as many as the others all the same.
+void check_instancing(const json& d, const json& node, const Place& place) {
+  const json* instancing = extension(node, "EXT_mesh_gpu_instancing");
+  if (instancing == nullptr) return;
+  const Place inner = place.at("extensions").at("EXT_mesh_gpu_instancing");
+  if (!node.contains("mesh")) inner.refuse("needs a mesh on the same node");
+  std::optional<std::uint64_t> count;
+  for (const auto& [name, index] : (*instancing)["attributes"].items()) {
+    const Place at = inner.at("attributes").at(name);
+    const auto accessor = index.get<std::size_t>();
+    if (name == "ROTATION")
+      check_format(d, accessor, {{4}, {kFloat}, {kByte, kShort}}, at);
+    else if (name == "TRANSLATION" || name == "SCALE")
+      check_format(d, accessor, {{3}, {kFloat}, {}}, at);
+    const auto here = d["accessors"][accessor]["count"].get<std::uint64_t>();
+    if (count && *count != here) at.refuse("has {} elements, other attributes have {}", here, *count);
+    count = here;
+  }
+}
+
 // Every node has at most one parent and no node is its own ancestor.
 void check_node_graph(const json& d, const Place& root) {
   const json& nodes = array_of(d, "nodes");
@@ -200,6 +220,7 @@ void check_node_graph(const json& d, const Place& root) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Place place = root.at("nodes").at(i);
     check_node(d, i, place);
+    check_instancing(d, nodes[i], place);
     if (const json* procedure = extension(nodes[i], "TESSERA_procedure"))
       check_procedure_links(d, *procedure, place.at("extensions").at("TESSERA_procedure"));
     const json* children = find(nodes[i], "children");

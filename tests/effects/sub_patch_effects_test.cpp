@@ -142,7 +142,7 @@ TEST(SubPatchEffects, SE4NoPointOfASubPatchWithoutAlphaTestIsBelowTheCutoff) {
       const bool grid = has_grid(*drawable.drawable);
       for (int k = 0; k < 200; ++k) {
         const int i = random.integer(s.range.i0, s.range.i1 - 1), j = random.integer(s.range.j0, s.range.j1 - 1);
-        const int cell = grid ? j * scene.frame->patterns[s.base_patch].nu + i : i;
+        const int cell = grid ? j * scene.frame->pattern_of(s.base_patch).nu + i : i;
         tilecore::SurfaceLocation at{s.base_patch, static_cast<std::uint32_t>(2 * cell), random.uniform(0, 1), 0, 0};
         at.b2 = random.uniform(0, 1.0f - at.b1);
         const bool fails = tilecore::point_alpha(*scene.frame, at, nullptr) < drawable.material->alpha_cutoff;

@@ -78,7 +78,7 @@ struct RasterVertex {
 };
 RasterVertex project(const scene::FrameGeometry& frame, std::uint32_t patch, int i, int j) {
   const scene::PosedDrawable& drawable = frame.drawable_of(patch);
-  const scene::TessellationPattern& pattern = frame.patterns[patch];
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   scene::OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv)
     vertex = boundary_vertex(pattern, frame.assembly->neighbours[0][patch], i, j);
@@ -117,7 +117,7 @@ Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) 
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
     bounder.begin(patch);
     test.begin(patch);
-    const scene::TessellationPattern& pattern = frame.patterns[patch];
+    const scene::TessellationPattern& pattern = frame.pattern_of(patch);
     constexpr int kSide = 6;
     for (int j = 0; j < pattern.nv; j += kSide)
       for (int i = 0; i < pattern.nu; i += kSide) {

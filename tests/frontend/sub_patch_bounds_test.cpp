@@ -292,7 +292,7 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
     bounder.begin(patch);
     const scene::PosedDrawable& drawable = frame.drawable_of(patch);
-    const scene::TessellationPattern& pattern = frame.patterns[patch];
+    const scene::TessellationPattern& pattern = frame.pattern_of(patch);
     const scene::PatchNeighbours& neighbours = frame.assembly->neighbours[0][patch];
     for (int trial = 0; trial < ranges; ++trial) {
       scene::CellRange cells;

@@ -4,6 +4,8 @@
 
 #include <tessera/tessera.h>
 
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <set>
 
@@ -141,6 +143,33 @@ TEST(Library, CostsOfDrawablesAddUpToTheFrames) {
       }
       EXPECT_GE(compared, 7) << name;
     }
+}
+
+// Instances of a node are one row for each primitive of its mesh.
+TEST(Library, CostsOfInstancesAreOneRow) {
+  const std::string file = testing::TempDir() + "library_instances.gltf";
+  // Five instances without data: all in one place.
+  std::ofstream(file) << R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "scene": 0,
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgD8AAAAA"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3},
+                  {"componentType": 5126, "type": "VEC3", "count": 5}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}, {"attributes": {"POSITION": 0}}]}],
+    "nodes": [{"mesh": 0, "name": "many", "extensions":
+              {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}]})";
+  const tessera::Frame frame =
+      tessera::Device(tessera::Scene(file), tessera::Gpu("small"), {}, small_frame()).render(0);
+  std::filesystem::remove(file);
+  ASSERT_EQ(frame.drawables().size(), 2u);
+  std::uint64_t entries = 0;
+  for (const tessera::DrawableCost& row : frame.drawables()) {
+    EXPECT_EQ(row.instances, 5u);
+    EXPECT_EQ(row.base_patches, 5u);
+    EXPECT_EQ(row.node_name, "many");
+    entries += row.costs.at("entries");
+  }
+  EXPECT_EQ(entries, frame.counters().at("tilecore.entries_fetched"));
+  EXPECT_EQ(frame.counters().at("frontend.instances"), 5u);
 }
 
 TEST(Library, ARegionIsThatPartOfTheFrame) {

@@ -128,7 +128,7 @@ TEST(Deformation, OfAnUnskinnedMeshStaysInItsNodesSpace) {
   const Deformed out = scene.deformed();
   for (std::size_t i = 0; i < kVertices; ++i)
     expect_near(out.positions[i], morphed(scene, DVec3(scene.vertices().positions[i]), i, &MorphTarget::positions));
-  EXPECT_EQ(object_to_world(scene.capture, kJoints, scene.primitive(), scene.pose), scene.pose.world[kJoints]);
+  EXPECT_EQ(object_to_world(scene.capture, kJoints, 0, scene.primitive(), scene.pose), scene.pose.world[kJoints]);
 }
 
 TEST(Deformation, OfASkinnedMeshIgnoresItsNode) {
@@ -136,7 +136,7 @@ TEST(Deformation, OfASkinnedMeshIgnoresItsNode) {
   const Deformed before = scene.deformed();
   scene.pose.world[kJoints] = DMat4(7.0);
   EXPECT_EQ(scene.deformed().positions, before.positions);
-  EXPECT_EQ(object_to_world(scene.capture, kJoints, scene.primitive(), scene.pose), DMat4(1.0));
+  EXPECT_EQ(object_to_world(scene.capture, kJoints, 0, scene.primitive(), scene.pose), DMat4(1.0));
 }
 
 TEST(Deformation, WithZeroWeightsKeepsTheVerticesBitForBit) {

@@ -44,7 +44,7 @@ TEST_P(Traps, BoundsRaiseNothing) {
       frontend::SubPatchBounder bounder(*scene.frame, *scene.pyramids, method);
       for (std::uint32_t patch = 0; patch < scene.frame->assembly->patch_count(); ++patch) {
         bounder.begin(patch);
-        const scene::TessellationPattern& pattern = scene.frame->patterns[patch];
+        const scene::TessellationPattern& pattern = scene.frame->pattern_of(patch);
         for (const scene::CellRange& cells :
              {scene::CellRange{0, 0, pattern.nu, pattern.nv}, scene::CellRange{0, 0, 1, 1}}) {
           const frontend::SubPatchBody body = bounder.body(cells);

@@ -31,7 +31,7 @@ struct TestFrame {
 inline scene::CellRange whole_patch(const scene::FrameGeometry& frame, std::uint32_t patch) {
   const auto& drawable = frame.drawable_of(patch);
   if (drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches)
-    return {0, 0, frame.patterns[patch].nu, frame.patterns[patch].nv};
+    return {0, 0, frame.pattern_of(patch).nu, frame.pattern_of(patch).nv};
   const auto& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   return {0, 0, static_cast<std::uint8_t>(clusters.clusters[patch - drawable.drawable->first_patch].cell_count), 1};
 }

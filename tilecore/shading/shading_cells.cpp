@@ -92,7 +92,7 @@ ShadingCells::Grid ShadingCells::grid_of(std::uint32_t patch, std::uint32_t part
   if (m.patch == patch && m.part == part) return m.grid;
   PartSize size;
   if (has_grid(frame_->drawable_of(patch))) {
-    const scene::TessellationPattern& pattern = frame_->patterns[patch];
+    const scene::TessellationPattern& pattern = frame_->pattern_of(patch);
     const int columns = block_bits(*frame_, pattern.nu), rows = block_bits(*frame_, pattern.nv);
     const Vec2 block(1.0f / static_cast<float>(1 << columns), 1.0f / static_cast<float>(1 << rows));
     const Vec2 place(static_cast<float>(part & ((1u << columns) - 1)), static_cast<float>(part >> columns));
@@ -122,7 +122,7 @@ ShadingCell ShadingCells::cell_of(const SurfaceLocation& at) {
     return static_cast<std::uint32_t>(piece);
   };
   if (has_grid(frame_->drawable_of(at.patch))) {
-    const scene::TessellationPattern& pattern = frame_->patterns[at.patch];
+    const scene::TessellationPattern& pattern = frame_->pattern_of(at.patch);
     const int columns = block_bits(*frame_, pattern.nu), rows = block_bits(*frame_, pattern.nv);
     const Vec2 whole = parameters;
     const std::uint32_t column = cut(whole.x, columns, parameters.x), row = cut(whole.y, rows, parameters.y);
@@ -144,7 +144,7 @@ SurfaceLocation ShadingCells::canonical_point(const FrameGeometry& frame, const 
   const Vec2 size(1.0f / static_cast<float>(1 << cell.i_bits), 1.0f / static_cast<float>(1 << cell.j_bits));
   const Vec2 corner = Vec2(static_cast<float>(cell.i), static_cast<float>(cell.j)) * size;
   if (has_grid(frame.drawable_of(cell.patch))) {
-    const scene::TessellationPattern& pattern = frame.patterns[cell.patch];
+    const scene::TessellationPattern& pattern = frame.pattern_of(cell.patch);
     const int columns = block_bits(frame, pattern.nu), rows = block_bits(frame, pattern.nv);
     const Vec2 block(static_cast<float>(cell.part & ((1u << columns) - 1)), static_cast<float>(cell.part >> columns));
     const Vec2 uv =

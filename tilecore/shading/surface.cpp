@@ -115,7 +115,7 @@ ObjectPoint bezier_point(const FrameGeometry& frame, const PosedDrawable& drawab
 
 void fill_bezier(const FrameGeometry& frame, const SurfaceLocation& at, Surface& s) {
   const PosedDrawable& drawable = *s.drawable;
-  const Vec2 uv = patch_parameters(frame.patterns[at.patch], at);
+  const Vec2 uv = patch_parameters(frame.pattern_of(at.patch), at);
   set_bilinear_weights(s, 16 * (at.patch - drawable.drawable->first_patch), uv.x, uv.y);
   std::array<ObjectPoint, 2> point;
   point[0] = bezier_point(frame, drawable, at.patch, uv, 0);
@@ -181,7 +181,7 @@ Surface attribute_weights(const FrameGeometry& frame, const SurfaceLocation& at)
   Surface s;
   s.drawable = &frame.drawable_of(at.patch);
   if (has_grid(*s.drawable)) {
-    const Vec2 uv = patch_parameters(frame.patterns[at.patch], at);
+    const Vec2 uv = patch_parameters(frame.pattern_of(at.patch), at);
     set_bilinear_weights(s, 16 * (at.patch - s.drawable->drawable->first_patch), uv.x, uv.y);
   } else {
     set_triangle_weights(s, cluster_triangle(frame, *s.drawable, at), at.b1, at.b2);
@@ -228,7 +228,7 @@ Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) 
   Surface s;
   s.drawable = &frame.drawable_of(at.patch);
   if (s.drawable->procedure != nullptr)
-    fill_procedure(frame, at.patch, patch_parameters(frame.patterns[at.patch], at), at.t, s);
+    fill_procedure(frame, at.patch, patch_parameters(frame.pattern_of(at.patch), at), at.t, s);
   else if (has_grid(*s.drawable))
     fill_bezier(frame, at, s);
   else
@@ -241,7 +241,7 @@ Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) 
 bool has_grid(const PosedDrawable& drawable) { return scene::has_grid(*drawable.drawable); }
 
 Vec2 surface_parameters(const FrameGeometry& frame, const SurfaceLocation& at) {
-  return has_grid(frame.drawable_of(at.patch)) ? patch_parameters(frame.patterns[at.patch], at) : Vec2(at.b1, at.b2);
+  return has_grid(frame.drawable_of(at.patch)) ? patch_parameters(frame.pattern_of(at.patch), at) : Vec2(at.b1, at.b2);
 }
 
 Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key_number) {

@@ -45,15 +45,15 @@ void build_cluster_cells(const scene::MeshClusters& clusters, const scene::Clust
   }
 }
 
-// Records fetched for a sub-patch: its own, and of each other patch that owns one of its boundary vertices when those
+// Records fetched for a sub-patch: its own, that of its instance, and of each other patch that owns one of its boundary vertices when those
 // are displaced (plain edges are computed from the patch's own control points, which are the same).
 std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
                             const scene::CellRange& range, bool displaced) {
-  std::uint64_t bytes = frontend::patch_record_bytes(frame, patch);
+  std::uint64_t bytes = frontend::patch_record_bytes(frame, patch) + frontend::instance_record_bytes(drawable);
   if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !displaced) return bytes;
   const std::uint32_t first = drawable.drawable->first_patch;
   const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
-  const TessellationPattern& pattern = frame.patterns[patch];
+  const TessellationPattern& pattern = frame.pattern_of(patch);
   const std::array<bool, 4> touches = {range.j0 == 0, range.j1 == pattern.nv, range.i0 == 0, range.i1 == pattern.nu};
   std::set<std::uint32_t> others;
   for (std::size_t e = 0; e < 4; ++e)
@@ -77,7 +77,7 @@ void Tessellator::resize(std::size_t vertices) {
 Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key,
                                   bool displaced) {
   const PosedDrawable& drawable = frame.drawable_of(patch);
-  const TessellationPattern& pattern = frame.patterns[patch];
+  const TessellationPattern& pattern = frame.pattern_of(patch);
   const std::uint32_t first = drawable.drawable->first_patch;
   if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) {
     const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
@@ -92,7 +92,7 @@ Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patc
 template <bool kDisplaced>
 void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
                                const scene::CellRange& range, std::size_t key) {
-  const TessellationPattern& pattern = frame.patterns[patch];
+  const TessellationPattern& pattern = frame.pattern_of(patch);
   const auto c = scene::shader_control_points(frame, drawable, patch, key);
   scene::PatchDisplacement displacement;
   if constexpr (kDisplaced) displacement = scene::patch_displacement(frame, drawable, patch);
@@ -135,7 +135,7 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
 
 // Every vertex is a function of its parameters alone, and patches that share an edge have the same parameters on it.
 void Tessellator::shade_procedure(const FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range) {
-  const TessellationPattern& pattern = frame.patterns[patch];
+  const TessellationPattern& pattern = frame.pattern_of(patch);
   const scene::ProcedurePatch at = scene::procedure_patch(frame, patch);
   std::size_t n = 0;
   for (int j = range.j0; j <= range.j1; ++j)
@@ -200,7 +200,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
 
   mesh.clear_cells();
   if (grid) {
-    build_grid_cells(frame.patterns[patch], range, mesh);
+    build_grid_cells(frame.pattern_of(patch), range, mesh);
   } else {
     const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
     build_cluster_cells(clusters, clusters.clusters[patch - drawable.drawable->first_patch], mesh);

@@ -49,7 +49,7 @@ SurfaceLocation random_location(const MixedScene& scene, Random& random) {
   SurfaceLocation at;
   at.patch = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(scene.assembly->patch_count()) - 1));
   const bool bezier = has_grid(scene.frame->drawable_of(at.patch));
-  const auto& pattern = scene.frame->patterns[at.patch];
+  const auto& pattern = scene.frame->pattern_of(at.patch);
   at.triangle = static_cast<std::uint32_t>(random.integer(0, bezier ? 2 * pattern.nu * pattern.nv - 1 : 7));
   if (!bezier) at.triangle *= 2;  // cells of one triangle each, as no two share an edge
   at.b1 = random.uniform(0, 1);

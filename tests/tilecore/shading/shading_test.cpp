@@ -69,13 +69,13 @@ TEST(Surface, TextureDerivativesFollowTheProjectedSurface) {
   const SurfaceScene flat(false), curved(true);
   for (const float t : {0.0f, 0.5f}) {
     check_derivatives(flat, {0, 0, 0.3f, 0.4f, t}, 0.02f);
-    check_derivatives(curved, {0, 2u * (3u * curved.frame->patterns[0].nu + 4u), 0.3f, 0.3f, t}, 0.1f);
+    check_derivatives(curved, {0, 2u * (3u * curved.frame->pattern_of(0).nu + 4u), 0.3f, 0.3f, t}, 0.1f);
   }
 }
 
 TEST(Surface, PointsLieWhereTheTessellationPutsThem) {
   const SurfaceScene scene(true, true);
-  const auto& pattern = scene.frame->patterns[0];
+  const auto& pattern = scene.frame->pattern_of(0);
   for (const int i : {1, 3, pattern.nu - 2})
     for (const int j : {1, 5, pattern.nv - 2}) {
       const auto cell = static_cast<std::uint32_t>(j * pattern.nu + i);
@@ -90,7 +90,7 @@ TEST(Surface, DisplacedNormalsArePerpendicularToTheDisplacedSurface) {
   const auto& frame = *scene.frame;
   const auto displaced = [&](float u, float v) {
     // The triangle of the grid that holds (u, v), by its exact parameters.
-    const auto& p = frame.patterns[0];
+    const auto& p = frame.pattern_of(0);
     const int i = static_cast<int>(u * static_cast<float>(p.nu)), j = static_cast<int>(v * static_cast<float>(p.nv));
     const float fu = u * static_cast<float>(p.nu) - static_cast<float>(i),
                 fv = v * static_cast<float>(p.nv) - static_cast<float>(j);

@@ -49,7 +49,7 @@ Bits bits_of(const Vec3& p) {
 std::map<Bits, std::set<std::uint32_t>> boundary_vertices(const scene::FrameGeometry& frame, int key) {
   std::map<Bits, std::set<std::uint32_t>> out;
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-    const auto& p = frame.patterns[patch];
+    const auto& p = frame.pattern_of(patch);
     for (int j = 0; j <= p.nv; ++j)
       for (int i = 0; i <= p.nu; ++i)
         if (i == 0 || j == 0 || i == p.nu || j == p.nv)

@@ -121,7 +121,7 @@ TEST(ClosedSurface, ACellLeftOutIsCaught) {
     // The cell that a sample in the middle of the frame sees.
     const TileState& tile = whole[whole.size() / 2];
     const std::uint32_t patch = tile.patch[0], cell = tile.triangle[0] / 2;
-    const scene::TessellationPattern& grid = machine->test.frame->patterns[patch];
+    const scene::TessellationPattern& grid = machine->test.frame->pattern_of(patch);
     const auto i = static_cast<std::uint8_t>(cell % grid.nu), j = static_cast<std::uint8_t>(cell / grid.nu);
     const auto after_i = static_cast<std::uint8_t>(i + 1), after_j = static_cast<std::uint8_t>(j + 1);
     std::erase_if(machine->entries, [&](const binner::QueueEntry& e) { return e.base_patch == patch; });

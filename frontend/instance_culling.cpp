@@ -1,0 +1,176 @@
+#include "frontend/instance_culling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "scene/subpixel.h"
+
+namespace tessera::frontend {
+namespace {
+
+using scene::FrameGeometry;
+using scene::InstancedNode;
+using scene::InstanceGroup;
+
+// Displaced vertices lie no farther from the box of the control points than the largest offset (the unit normal as
+// single precision computes it).
+double largest_offset(const scene::PosedDrawable& drawable, const PyramidLibrary& pyramids) {
+  if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !drawable.material->displacement) return 0;
+  const scene::Displacement& displacement = *drawable.material->displacement;
+  const ValueRange heights = pyramids.of(*displacement.texture).whole();
+  const auto offset = [&](float height) {
+    return std::abs(static_cast<double>(displacement.scale) * static_cast<double>(height)) +
+           std::abs(static_cast<double>(displacement.bias));
+  };
+  return std::max(offset(heights.low), offset(heights.high)) * (1 + 0x1p-18);
+}
+
+double largest_coordinate(const MovingBox& box) {
+  double largest = 0;
+  for (std::size_t key = 0; key < 2; ++key)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      largest = std::max({largest, std::abs(box.low[key][axis]), std::abs(box.high[key][axis])});
+  return largest;
+}
+
+double reach(float low, float high) {
+  return std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
+}
+
+// Where a group's instances have the box, in node space.
+MovingBox placed_box(const InstanceGroup& group, const MovingBox& box) {
+  MovingBox placed = empty_box(box.axes);
+  for (std::size_t key = 0; key < 2; ++key)
+    for (std::size_t row = 0; row < 3; ++row) {
+      double low = static_cast<double>(group.origin_low[row]), high = static_cast<double>(group.origin_high[row]);
+      for (std::size_t column = 0; column < 3; ++column) {
+        const double a = static_cast<double>(group.linear_low[row][column]),
+                     b = static_cast<double>(group.linear_high[row][column]), c = box.low[key][column],
+                     d = box.high[key][column];
+        const auto [least, most] = std::minmax({a * c, a * d, b * c, b * d});
+        low += least, high += most;
+      }
+      const double slack = (std::abs(low) + std::abs(high)) * 0x1p-40;  // double precision is not exact either
+      placed.low[key][row] = low - slack;
+      placed.high[key][row] = high + slack;
+    }
+  return placed;
+}
+
+// Largest coordinate in node space of any step on the way of a vertex there: its error in object space goes along.
+double placed_reach(const InstanceGroup& group, double object_reach) {
+  double largest = 0;
+  for (std::size_t row = 0; row < 3; ++row) {
+    double sum = reach(group.origin_low[row], group.origin_high[row]);
+    for (std::size_t column = 0; column < 3; ++column)
+      sum += reach(group.linear_low[row][column], group.linear_high[row][column]) * object_reach;
+    largest = std::max(largest, sum);
+  }
+  return largest;
+}
+
+bool outside(const SubPatchBody& body, const FrameGeometry& frame) {
+  const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame.projection, body.margin);
+  return !bounds || outside_frame(*bounds, frame.request.width, frame.request.height);
+}
+
+// Tests one group and, unless it is outside, its instances; `read` has the node's drawables.
+InstanceCounters cull_group(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
+                            const InstanceGroup& group, std::uint8_t* read) {
+  InstanceCounters counters;
+  counters.instances = group.count;
+  counters.groups_tested = 1;
+  const bool none = outside(group_body(frame, node, box, group), frame);
+  if (none)
+    counters.groups_culled = 1;
+  else
+    counters.instances_tested = group.count;
+  for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
+    const std::uint32_t instance = node.order[k];
+    const bool culled = none || outside(instance_body(frame, node, box, instance), frame);
+    counters.instances_culled += culled ? 1 : 0;
+    std::fill_n(read + instance * node.primitives, node.primitives, static_cast<std::uint8_t>(culled ? 0 : 1));
+  }
+  return counters;
+}
+
+}  // namespace
+
+MovingBox instanced_box(const FrameGeometry& frame, const InstancedNode& node, const PyramidLibrary& pyramids) {
+  MovingBox box = empty_box({DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)});
+  for (std::uint32_t p = 0; p < node.primitives; ++p) {
+    const scene::PosedDrawable& drawable = frame.drawables[node.first_drawable + p];
+    const double offset = largest_offset(drawable, pyramids);
+    for (std::size_t key = 0; key < 2; ++key)
+      for (const Vec3& point : drawable.positions[key])
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto at = static_cast<double>(point[static_cast<int>(axis)]);
+          box.low[key][axis] = std::min(box.low[key][axis], at - offset);
+          box.high[key][axis] = std::max(box.high[key][axis], at + offset);
+        }
+  }
+  return box;
+}
+
+SubPatchBody instance_body(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
+                           std::uint32_t instance) {
+  const scene::PosedDrawable& drawable = frame.drawables[node.first_drawable + instance * node.primitives];
+  SubPatchBody body{box_corners(box, drawable.to_raster),
+                    vertex_rounding_margin(box, largest_coordinate(box), drawable.to_raster,
+                                           static_cast<double>(frame.request.subpixels())),
+                    {}};
+  body.margin.pixels += static_cast<double>(scene::kStillPixels);
+  return body;
+}
+
+SubPatchBody group_body(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
+                        const InstanceGroup& group) {
+  std::array<DMat4, 2> to_raster;
+  for (std::size_t key = 0; key < 2; ++key)
+    to_raster[key] = frame.projection.matrix() * frame.views[key].world_to_camera *
+                     frame.poses[key].world[static_cast<std::size_t>(node.node)];
+  const MovingBox placed = placed_box(group, box);
+  // Vertices are computed from matrices in single precision: one rounding more a term, and the margin has far more.
+  const double object_reach = largest_coordinate(box) * std::sqrt(3.0);
+  SubPatchBody body{
+      corners_of_box(placed, to_raster),
+      vertex_rounding_margin(placed, placed_reach(group, object_reach), {Mat4(to_raster[0]), Mat4(to_raster[1])},
+                             static_cast<double>(frame.request.subpixels())),
+      {}};
+  body.margin.pixels += static_cast<double>(scene::kStillPixels);
+  return body;
+}
+
+InstanceCulling cull_instances(const FrameGeometry& frame, const std::vector<MovingBox>& boxes,
+                               const FrontEndSpec& spec) {
+  InstanceCulling result;
+  const scene::Assembly& assembly = *frame.assembly;
+  if (assembly.instanced_nodes.empty()) return result;
+  result.read.assign(assembly.drawables.size(), 1);
+  for (std::size_t n = 0; n < boxes.size(); ++n) {
+    const InstancedNode& node = assembly.instanced_nodes[n];
+    std::vector<InstanceCounters> groups(node.groups.size());
+    parallel_for(groups.size(), [&](std::size_t g) {
+      groups[g] = cull_group(frame, node, boxes[n], node.groups[g], &result.read[node.first_drawable]);
+    });
+    for (const InstanceCounters& group : groups) merge(result.counters, group);
+  }
+  const auto charge = [&](std::uint64_t records, std::uint64_t bytes) {
+    result.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                       records * memory::burst_bytes(0, bytes, spec.burst_bytes));
+  };
+  charge(result.counters.groups_tested, kInstanceGroupBytes);
+  charge(result.counters.instances_tested, kInstanceRecordBytes);
+  return result;
+}
+
+InstanceCulling cull_instances(const FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec) {
+  std::vector<MovingBox> boxes;
+  for (const InstancedNode& node : frame.assembly->instanced_nodes)
+    boxes.push_back(instanced_box(frame, node, pyramids));
+  return cull_instances(frame, boxes, spec);
+}
+
+}  // namespace tessera::frontend

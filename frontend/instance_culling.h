@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/counter.h"
+#include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/settings.h"
+#include "memory/ledger.h"
+#include "scene/frame_geometry.h"
+
+namespace tessera::frontend {
+
+// Instances of a node are tested before anything of their mesh is fetched: a group of neighbours by one box, then those
+// of a group that may be seen by a box each.
+//
+// Invariants (cited by the tests):
+//   IC1  An instance's body holds every vertex that the machine computes of it, at both motion keys; a group's body
+//        holds those of its instances. What is dropped appears nowhere in the frame.
+//   IC2  Every group is tested, and every instance of a group that stays; each test reads one record.
+//   IC3  Drawables that stay keep their order: sub-patches are those of a node for each instance, in its order.
+
+// [spec] an instance of VK_KHR_acceleration_structure and of Direct3D 12: a matrix of 3x4 floats, 16 bytes of numbers
+inline constexpr std::uint64_t kInstanceRecordBytes = 64;
+// [assumed] ranges of origin and linear part, first instance and count: scene::InstanceGroup
+inline constexpr std::uint64_t kInstanceGroupBytes = sizeof(scene::InstanceGroup);
+
+struct InstanceCounters {
+  std::uint64_t instances = 0;
+  std::uint64_t groups_tested = 0;
+  std::uint64_t groups_culled = 0;
+  std::uint64_t instances_tested = 0;
+  std::uint64_t instances_culled = 0;
+};
+
+// What a unit that draws a patch of it reads besides the patch's record, which instances share.
+inline std::uint64_t instance_record_bytes(const scene::PosedDrawable& drawable) {
+  return drawable.drawable->instanced ? kInstanceRecordBytes : 0;
+}
+
+// Box of what a node's instances share, in object space at both motion keys, displacement included.
+MovingBox instanced_box(const scene::FrameGeometry& frame, const scene::InstancedNode& node,
+                        const PyramidLibrary& pyramids);
+
+// That box as one instance has it, and one that holds it as every instance of a group has it.
+SubPatchBody instance_body(const scene::FrameGeometry& frame, const scene::InstancedNode& node, const MovingBox& box,
+                           std::uint32_t instance);
+SubPatchBody group_body(const scene::FrameGeometry& frame, const scene::InstancedNode& node, const MovingBox& box,
+                        const scene::InstanceGroup& group);
+
+// Which drawables the front end reads, 1 or 0 each; empty: all. `boxes`: instanced_box() of each instanced node.
+struct InstanceCulling {
+  std::vector<std::uint8_t> read;
+  InstanceCounters counters;
+  memory::Ledger ledger;
+};
+InstanceCulling cull_instances(const scene::FrameGeometry& frame, const std::vector<MovingBox>& boxes,
+                               const FrontEndSpec& spec);
+InstanceCulling cull_instances(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                               const FrontEndSpec& spec);
+
+}  // namespace tessera::frontend
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<frontend::InstanceCounters> = true;
+template <>
+inline constexpr auto kCounterFields<frontend::InstanceCounters> =
+    std::to_array<CounterField<frontend::InstanceCounters>>({
+        {"frontend.instances", &frontend::InstanceCounters::instances, Combine::kSum, "instances",
+         "Instances of nodes that have any (EXT_mesh_gpu_instancing).", ""},
+        {"frontend.instance_groups_tested", &frontend::InstanceCounters::groups_tested, Combine::kSum, "groups",
+         "Groups of neighbouring instances whose common box was tested against the view.", ""},
+        {"frontend.instance_groups_culled", &frontend::InstanceCounters::groups_culled, Combine::kSum, "groups",
+         "Those of frontend.instance_groups_tested that lie outside the view at all times.", ""},
+        {"frontend.instances_tested", &frontend::InstanceCounters::instances_tested, Combine::kSum, "instances",
+         "Instances whose own box was tested against the view: those of groups that may be seen.", ""},
+        {"frontend.instances_culled", &frontend::InstanceCounters::instances_culled, Combine::kSum, "instances",
+         "Instances dropped by their own box or their group's; nothing of their mesh was read for them.", ""},
+    });
+TESSERA_COUNTERS_COVER(frontend::InstanceCounters);
+
+}  // namespace tessera
