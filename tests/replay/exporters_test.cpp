@@ -37,7 +37,7 @@ Extent extent_at(const Capture& capture, double time) {
       if (scene::is_deforming(capture, node, primitive)) scene::deform(capture, node, primitive, pose, deformed);
       const std::vector<Vec3>& positions =
           deformed.positions.empty() ? primitive.vertices.positions : deformed.positions;
-      const DMat4 world = scene::object_to_world(capture, node, primitive, pose);
+      const DMat4 world = scene::object_to_world(capture, node, 0, primitive, pose);
       const auto corner = [&](std::size_t i) {
         return DVec3(world * DVec4(DVec3(positions[primitive.indices[i]]), 1.0));
       };
