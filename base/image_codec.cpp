@@ -246,7 +246,7 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
   int width = head.width, height = head.height, channels = head.channels;
   if (width > limits.max_side || height > limits.max_side ||
       static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > limits.max_pixels)
-    throw LimitError(fmt::format("{} of {}x{} pixels: Tessera reads images of at most {} a side and {} pixels in all",
+    throw LimitError(fmt::format("{} of {}x{} pixels exceeds the limit of {} a side and {} in all for images",
                                  format == ImageFormat::kPng    ? "PNG"
                                  : format == ImageFormat::kJpeg ? "JPEG"
                                                                 : "WebP",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <new>
@@ -52,6 +53,7 @@ std::string unknown_command(const std::vector<std::string>& known, const std::st
 }  // namespace
 
 int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a write that fails, whoever writes it
   CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");
   app.require_subcommand(1);
   app.footer(

@@ -41,9 +41,10 @@ class Decoded {
   // something.
   template <class Wanted, class Visit>
   void for_each(EditedAsset& asset, const Wanted& wanted, const Visit& visit) {
-    for (std::size_t m = 0; m < document_.model.meshes.size(); ++m)
-      for (std::size_t p = 0; p < document_.model.meshes[m].primitives.size(); ++p) {
-        const json& here = document_.json["meshes"][m]["primitives"][p];
+    const auto meshes = document_.json.find("meshes");
+    for (std::size_t m = 0; meshes != document_.json.end() && m < meshes->size(); ++m)
+      for (std::size_t p = 0; p < (*meshes)[m]["primitives"].size(); ++p) {
+        const json& here = (*meshes)[m]["primitives"][p];
         const gltf::Place place = document_.root.at("meshes").at(m).at("primitives").at(p);
         if (!wanted(here)) continue;
         if (auto primitive = gltf::build_primitive(document_, here, place))

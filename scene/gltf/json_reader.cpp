@@ -188,7 +188,11 @@ void charge_objects(const json& document, const std::string& file, MemoryBudget&
   inner_arrays("scenes", "nodes", 2 * sizeof(int) + 16);
   if (const auto materials = document.find("materials"); materials != document.end())
     budget.charge(count_values(*materials), sizeof(tinygltf::Parameter) + 128, file + ": /materials");
-  budget.charge(count_extension_values(document), 2 * kGrowth * sizeof(tinygltf::Value), file + ": /extensions");
+  std::uint64_t values = 0;
+  for (const auto& [name, value] : document.items())
+    if (name != "nodes" && name != "meshes")  // tinygltf does not see them
+      values += name == "extensions" ? count_values(value) : count_extension_values(value);
+  budget.charge(values, 2 * kGrowth * sizeof(tinygltf::Value), file + ": /extensions");
 }
 
 }  // namespace tessera::scene::gltf

@@ -449,7 +449,21 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
       run_tessera({"replay", capture("workshop"), "--size", "16x16", "--quiet", "--out", (out / "procedures").string()})
           .status,
       0);
+  // A triangle at three places.
+  test::write_text(out / "instances.gltf",
+                   R"({"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{"nodes":[0]}],
+      "nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}],
+      "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+      "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+      "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,
+      "uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  ASSERT_EQ(run_tessera({"replay", (out / "instances.gltf").string(), "--size", "16x16", "--quiet", "--out",
+                         (out / "instances").string()})
+                .status,
+            0);
   std::set<std::string> described, counted;
+  const json instances = stats_of(out / "instances")["frames"][0];
+  for (const auto& [name, value] : instances["counters"].items()) counted.insert(name);
   const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output),
              frame = stats_of(out.path())["frames"][0], procedures = stats_of(out / "procedures")["frames"][0];
   for (const json& row : rows) described.insert(row["name"]);
