@@ -19,7 +19,8 @@ DQuat quaternion(const std::vector<double>& v) { return glm::normalize(DQuat(v[3
 
 DMat4 instance_to_node(const InstanceTransform& instance) {
   const auto& [t, r, s] = instance;
-  return matrix_of({DVec3(t[0], t[1], t[2]), glm::normalize(DQuat(r[3], r[0], r[1], r[2])), DVec3(s[0], s[1], s[2])});
+  return matrix_of(
+      {DVec3(t[0], t[1], t[2]), glm::normalize(DQuat(glm::quat(r[3], r[0], r[1], r[2]))), DVec3(s[0], s[1], s[2])});
 }
 
 std::vector<double> evaluate_channel(const AnimationChannel& channel, double time) {

@@ -97,6 +97,7 @@ std::optional<json> SweepFolder::read_point(const std::string& hash) const {
     } else {
       for (const json& frame : result.at("frames")) {
         whole_number(frame.at("frame"));
+        if (!frame.at("counters").is_object() || !frame.at("dram").is_array()) return std::nullopt;
         frame_values(frame);
       }
     }
