@@ -1,9 +1,14 @@
 #include "scene/capture_reader.h"
 
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "base/text.h"
 #include "base/whole_file.h"
+#include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/container.h"
 #include "scene/gltf/json_reader.h"
@@ -12,9 +17,45 @@
 
 namespace tessera::scene {
 
+namespace {
+
+// What reading will charge at least follows from the size of the file and the first bytes of it: what cannot fit is
+// refused unread. `budget` is a copy, nothing is charged yet.
+void check_size(const std::filesystem::path& file, const std::string& name, MemoryBudget budget) {
+  std::error_code unknown;
+  const std::uint64_t size = std::filesystem::file_size(file, unknown);
+  if (unknown) return;
+  std::ifstream stream(file, std::ios::binary);
+  std::array<unsigned char, 20> head{};
+  stream.read(reinterpret_cast<char*>(head.data()), head.size());
+  const bool container = stream.gcount() == 20 && std::memcmp(head.data(), "glTF", 4) == 0;
+  std::uint64_t json = 0;
+  for (std::size_t k = 0; k < 4; ++k) json |= std::uint64_t{head[12 + k]} << (8 * k);
+  budget.charge(size, 2, escape_control(name));
+  budget.charge(container ? std::min(json, size) : size, gltf::kCensusBytes, escape_control(name));
+}
+
+// Keys that a file claims without data for them are zeros that nobody stored: their room is checked before any is made.
+void check_claims(const nlohmann::json& json, const std::string& name, MemoryBudget budget) {
+  const auto animations = json.find("animations");
+  if (animations == json.end()) return;
+  for (const nlohmann::json& animation : *animations)
+    for (const nlohmann::json& sampler : animation["samplers"])
+      for (const char* side : {"input", "output"}) {
+        const auto accessor = sampler[side].get<std::size_t>();
+        if (json["accessors"][accessor].contains("bufferView")) continue;
+        const gltf::AccessorLayout layout = gltf::accessor_layout(json, accessor);
+        budget.charge(layout.count * static_cast<std::uint64_t>(layout.components), sizeof(float),
+                      name + ": /accessors/" + std::to_string(accessor));
+      }
+}
+
+}  // namespace
+
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
   const std::string name = file.string();
   MemoryBudget budget(limits.max_bytes);
+  check_size(file, name, budget);
   std::vector<std::uint8_t> bytes = read_whole_file(
       file, limits.max_file_bytes, name, [&](std::uint64_t size) { budget.charge(size, 1, escape_control(name)); });
   const std::uint64_t file_bytes = bytes.size();
@@ -26,6 +67,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   gltf::check_schema(json, root);
   gltf::charge_objects(json, name, budget);
   gltf::validate_links(json, root);
+  check_claims(json, name, budget);
 
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget);
   Capture capture;

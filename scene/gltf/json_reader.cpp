@@ -150,8 +150,7 @@ std::uint64_t count_extension_values(const json& value) {
 }  // namespace
 
 json read_json(const std::string& text, std::size_t first_byte, const std::string& file, MemoryBudget& budget) {
-  // The census: a hash for each key, which has at least five bytes of text, in a vector that doubles.
-  budget.charge(text.size(), 5, file);
+  budget.charge(text.size(), kCensusBytes, file);
   Census census(file, first_byte);
   json::sax_parse(text, &census);
   // A value is 16 bytes in a vector that doubles, a container 64 more, a key a map node of 96, a text 48; texts too

@@ -258,5 +258,27 @@ TEST(MemoryBudget, RefusesAFileBeforeReadingIt) {
   EXPECT_LE(meter.peak_bytes(), kConstantBytes);
 }
 
+// Files and claims much larger than what stands in them.
+TEST(MemoryBudget, RefusesWhatCannotFitBeforeMakingRoomForIt) {
+  const TemporaryFolder folder;
+  const std::string claim =
+      R"({"asset":{"version":"2.0"},"nodes":[{}],"accessors":[{"componentType":5126,"count":300000000,"type":"SCALAR"},
+      {"componentType":5126,"count":300000000,"type":"VEC3"}],"animations":[{"samplers":[{"input":0,"output":1}],
+      "channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}]}]})";
+  write_text(folder / "keys.gltf", claim);
+  write_text(folder / "zeros.glb", "");
+  fs::resize_file(folder / "zeros.glb", 1'900'000'000);
+  std::string head("glTF\2\0\0\0", 8);
+  head +=
+      std::string("\0\xb3\x3f\x71", 4) + std::string("\xec\xb2\x3f\x71JSON{}", 10);  // 1.9e9 bytes, all of them JSON
+  write_text(folder / "json.glb", head);
+  fs::resize_file(folder / "json.glb", 1'900'000'000);
+  for (const char* name : {"keys.gltf", "zeros.glb", "json.glb"}) {
+    const HeapMeter meter;
+    EXPECT_THROW(scene::read_capture(folder / name), LimitError) << name;
+    EXPECT_LE(meter.peak_bytes(), kConstantBytes) << name;
+  }
+}
+
 }  // namespace
 }  // namespace tessera::test
