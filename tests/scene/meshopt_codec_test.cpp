@@ -157,7 +157,7 @@ ByteVector elements(std::size_t count, std::size_t stride, int kind, Random& ran
     for (std::size_t c = 0; c < stride / 4; ++c) {
       std::uint32_t word = 77;
       const auto f = std::sin(0.05f * static_cast<float>(e) + static_cast<float>(c));
-      if (kind == 0) word = static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFF));
+      if (kind == 0) word = static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFE));
       if (kind == 1) word = static_cast<std::uint32_t>(37 * e) | (static_cast<std::uint32_t>(0xFFFF - 3 * e) << 16);
       if (kind == 2) std::memcpy(&word, &f, 4);
       std::memcpy(&out[e * stride + 4 * c], &word, 4);

@@ -39,7 +39,7 @@ Capture with_node_per_instance(const Capture& capture) {
       child.mesh = parent.mesh;
       child.weights = parent.weights;
       const auto& [t, r, s] = instance;
-      child.transform = {DVec3(t[0], t[1], t[2]), glm::normalize(DQuat(r[3], r[0], r[1], r[2])),
+      child.transform = {DVec3(t[0], t[1], t[2]), glm::normalize(DQuat(glm::quat(r[3], r[0], r[1], r[2]))),
                          DVec3(s[0], s[1], s[2])};
       parent.children.push_back(number[n] + static_cast<int>(children.size()));
     }
