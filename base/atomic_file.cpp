@@ -31,32 +31,30 @@ std::string unique_suffix() {
   throw WriteError(fmt::format("cannot write {}: {}", target.string(), reason));
 }
 
-// While it lives, a write of this thread to a pipe without a reader, or beyond the limit on the size of files, raises no
-// signal but fails.
-class NoWriteSignals {
+// While it lives, a write of this thread to a pipe without a reader raises no signal.
+class NoPipeSignal {
  public:
-  NoWriteSignals() {
+  NoPipeSignal() {
     sigset_t pending;
     ::sigpending(&pending);
-    ::sigemptyset(&ours_);
-    ::sigemptyset(&raised_);
-    for (const int signal : {SIGPIPE, SIGXFSZ}) {
-      ::sigaddset(&ours_, signal);
-      if (::sigismember(&pending, signal) == 0) ::sigaddset(&raised_, signal);
-    }
-    ::pthread_sigmask(SIG_BLOCK, &ours_, &before_);
+    was_pending_ = ::sigismember(&pending, SIGPIPE) == 1;
+    ::sigemptyset(&pipe_);
+    ::sigaddset(&pipe_, SIGPIPE);
+    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
   }
-  ~NoWriteSignals() {
+  ~NoPipeSignal() {
     const timespec at_once{0, 0};
-    while (::sigtimedwait(&raised_, nullptr, &at_once) > 0 || errno == EINTR) {
-    }
+    if (!was_pending_)
+      while (::sigtimedwait(&pipe_, nullptr, &at_once) < 0 && errno == EINTR) {
+      }
     ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
-  NoWriteSignals(const NoWriteSignals&) = delete;
-  NoWriteSignals& operator=(const NoWriteSignals&) = delete;
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
 
  private:
-  sigset_t ours_, raised_, before_;  // raised_: was not pending before
+  sigset_t pipe_, before_;
+  bool was_pending_;
 };
 
 }  // namespace
@@ -138,7 +136,7 @@ std::string irregular_kind(fs::file_status status) {
 }
 
 int write_all(int descriptor, std::string_view bytes) {
-  const NoWriteSignals guard;
+  const NoPipeSignal guard;
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written >= 0) {

@@ -15,8 +15,8 @@ namespace {
 constexpr int kTimes = 17;
 constexpr double kHeightShare = 0.75, kWidthShare = 0.9;
 constexpr double kHalfField = 0.35;  // radians, from the middle of the image to its top
-constexpr std::size_t kMaxPoints = std::size_t{1}
-                                   << 24;  // of rigid meshes, over all times; beyond, their boxes stand in
+// Of rigid meshes, over all times; beyond, their boxes stand in.
+constexpr std::size_t kMaxPoints = 16u << 20;
 
 // What points of the scene ask of a camera that looks along -back: in the frame of (right, up, back) it stands at
 // (cx, cy, cz), and a point is inside |x - cx| <= tan_x (cz - z), |y - cy| <= tan_y (cz - z).
