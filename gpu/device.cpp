@@ -33,14 +33,15 @@ tilecore::ResolveSettings resolve_settings(const RunSettings& settings) {
 Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfiguration& gpu,
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
+      scene_(prepared_->scene(settings.textures.basis_target)),
       gpu_(gpu),
       settings_(settings),
       request_(request),
-      texture_memory_(prepared_->capture, gpu.line_bytes()),
-      displacement_memory_(prepared_->capture, gpu.line_bytes(), texture_memory_.lines()),
+      texture_memory_(scene_.assembly.materials, gpu.line_bytes()),
+      displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings)),
-      pipeline_(gpu_, prepared_->pyramids) {
+      pipeline_(gpu_, scene_.pyramids) {
   for (const double offset : {0.0, settings.stereo.eye_separation}) {
     if (!eyes_.empty() && offset == 0) break;
     eyes_.push_back({camera_, ResolveSequence(resolve_, request.region)});
@@ -118,7 +119,7 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   const StageTimer timer(result, "motion");
   std::unique_ptr<scene::FrameGeometry> previous;
   if (eye.sequence.wants_previous_pose(frame))
-    previous = scene::pose_frame(prepared_->assembly, eye.camera, frame_request(frame - 1));
+    previous = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame - 1));
   tilecore::ResolveFrame& resolve = eye.sequence.begin(frame, geometry, std::move(previous), result.effect_reasons);
   if (left != nullptr)
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
@@ -138,7 +139,7 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
   std::unique_ptr<scene::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
-    geometry = scene::pose_frame(prepared_->assembly, eye.camera, frame_request(frame));
+    geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame));
   }
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
   const tilecore::SamplePattern pattern(sampling_settings(settings_.sampling, frame));
@@ -167,7 +168,7 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
   if (request_.error && job.resolve != nullptr) measure_error(job, result);
   if (observed) {
     const StageTimer timer(result, "observe");
-    observer_->view_rendered({gpu_, prepared_->pyramids, job, record, result});
+    observer_->view_rendered({gpu_, scene_.pyramids, job, record, result});
   }
   return geometry;
 }

@@ -52,7 +52,7 @@ class Device {
 
   // Whether the camera was made up because the capture has none.
   bool automatic_camera() const { return camera_.node == scene::kNone; }
-  const scene::Assembly& assembly() const { return prepared_->assembly; }
+  const scene::Assembly& assembly() const { return scene_.assembly; }
   // Cache lines of all textures, displacement maps last.
   std::uint64_t texture_lines() const { return displacement_memory_.end(); }
 
@@ -79,6 +79,7 @@ class Device {
   void measure_error(const tilecore::TileJob& job, FrameResult& result);
 
   std::shared_ptr<const PreparedCapture> prepared_;
+  const PreparedScene& scene_;  // of prepared_
   GpuConfiguration gpu_;
   RunSettings settings_;
   RenderRequest request_;

@@ -32,12 +32,13 @@ std::vector<std::uint32_t> blocks(shaders::Wrap wrap, float low, float high, int
 
 }  // namespace
 
-DisplacementMemory::DisplacementMemory(const scene::Capture& capture, std::int64_t line_bytes, std::uint64_t first_line)
+DisplacementMemory::DisplacementMemory(std::span<const scene::Material> materials, std::int64_t line_bytes,
+                                       std::uint64_t first_line)
     : end_(first_line) {
   const int heights_log2 = std::bit_width(static_cast<std::uint64_t>(line_bytes / kHeightBytes)) - 1;
   width_log2_ = (heights_log2 + 1) / 2;
   height_log2_ = heights_log2 / 2;
-  for (const scene::Material& material : capture.materials) {
+  for (const scene::Material& material : materials) {
     if (!material.displacement || material.displacement->texture == nullptr) continue;
     const auto [found, fresh] = maps_.try_emplace(material.displacement->texture.get());
     if (!fresh) continue;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace tessera::gpu {
 class DisplacementMemory {
  public:
   // `first_line`: the first that is free.
-  DisplacementMemory(const scene::Capture& capture, std::int64_t line_bytes, std::uint64_t first_line);
+  DisplacementMemory(std::span<const scene::Material> materials, std::int64_t line_bytes, std::uint64_t first_line);
 
   // One line behind the last.
   std::uint64_t end() const { return end_; }

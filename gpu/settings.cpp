@@ -55,6 +55,7 @@ const KeyTable<RunSettings>& settings_keys() {
   static const KeyTable<RunSettings> table(Keys<RunSettings>()
                                                .add(&RunSettings::sampling, tilecore::pattern_keys())
                                                .add(&RunSettings::tessellation, scene::tessellation_keys())
+                                               .add(&RunSettings::textures, scene::texture_keys())
                                                .add(&RunSettings::shading, tilecore::shading_keys())
                                                .add(&RunSettings::effects, effect_keys())
                                                .add(&RunSettings::procedures, tilecore::procedure_keys())

@@ -9,6 +9,7 @@
 #include "base/key_table.h"
 #include "gpu/configuration.h"
 #include "scene/tessellation_settings.h"
+#include "scene/texture_settings.h"
 #include "tilecore/procedural/procedure_settings.h"
 #include "tilecore/resolve/resolve_settings.h"
 #include "tilecore/shading/shading_settings.h"
@@ -47,6 +48,7 @@ struct OutputSettings {
 struct RunSettings {
   tilecore::PatternSettings sampling;
   scene::TessellationSettings tessellation;
+  scene::TextureSettings textures;
   tilecore::ShadingSettings shading;
   EffectSettings effects;
   tilecore::ProcedureSettings procedures;

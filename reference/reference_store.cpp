@@ -38,7 +38,9 @@ struct PosedReference {
       request.tessellation.displacement_bias = 0;
       request.max_factor = kReferenceMaxFactor;
     }
-    frame = scene::pose_frame(prepared.assembly, gpu::frame_camera(prepared.capture, settings, width, height), request);
+    // Textures as the file has them: blocks of a target are the machine's.
+    frame = scene::pose_frame(prepared.scene(ktx2::BasisTarget::kRgba32).assembly,
+                              gpu::frame_camera(prepared.capture, settings, width, height), request);
     scene = std::make_unique<ReferenceScene>(*frame);
   }
   std::unique_ptr<scene::FrameGeometry> frame;

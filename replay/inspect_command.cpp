@@ -29,6 +29,26 @@ const char* alpha_name(scene::AlphaMode mode) {
   return "";
 }
 
+const char* format_name(scene::TextureFormat format) {
+  switch (format) {
+    case scene::TextureFormat::kPng:
+      return "PNG";
+    case scene::TextureFormat::kJpeg:
+      return "JPEG";
+    case scene::TextureFormat::kWebp:
+      return "WebP";
+    case scene::TextureFormat::kKtx2Etc1s:
+      return "KTX2 ETC1S";
+    case scene::TextureFormat::kKtx2Uastc:
+      return "KTX2 UASTC";
+  }
+  return "";
+}
+
+json source_json(const scene::TextureSource& source) {
+  return {{"format", format_name(source.format)}, {"levels", source.levels}};
+}
+
 json meshes_json(const Capture& capture) {
   json rows = json::array();
   for (const scene::Mesh& mesh : capture.meshes) {
@@ -57,23 +77,28 @@ json meshes_json(const Capture& capture) {
 json materials_json(const Capture& capture) {
   json rows = json::array();
   for (const scene::Material& m : capture.materials) {
-    json textures = json::object();
+    json textures = json::object(), sources = json::object();
     const auto add = [&](const char* name, const scene::TextureSlot& slot) {
-      if (slot.texture) textures[name] = {slot.texture->width(), slot.texture->height()};
+      if (!slot.texture) return;
+      textures[name] = {slot.texture->width(), slot.texture->height()};
+      sources[name] = source_json(slot.source);
     };
     add("base_color", m.base_color_texture);
     add("metallic_roughness", m.metallic_roughness_texture);
     add("normal", m.normal_texture);
     add("occlusion", m.occlusion_texture);
     add("emissive", m.emissive_texture);
-    if (m.displacement)
+    if (m.displacement) {
       textures["displacement"] = {m.displacement->texture->levels()[0].width,
                                   m.displacement->texture->levels()[0].height};
+      sources["displacement"] = source_json(m.displacement->source);
+    }
     rows.push_back({{"name", m.name},
                     {"alpha", alpha_name(m.alpha_mode)},
                     {"double_sided", m.double_sided},
                     {"unlit", m.unlit},
-                    {"textures", textures}});
+                    {"textures", textures},
+                    {"texture_files", sources}});
   }
   return rows;
 }
@@ -180,8 +205,11 @@ void print_table(const json& j) {
     fmt::print("  material    {}: {}", quoted(m["name"]), m["alpha"].get<std::string>());
     if (m["double_sided"].get<bool>()) fmt::print(", double sided");
     if (m["unlit"].get<bool>()) fmt::print(", unlit");
-    for (const auto& [name, size] : m["textures"].items())
-      fmt::print(", {} {}x{}", name, size[0].dump(), size[1].dump());
+    for (const auto& [name, size] : m["textures"].items()) {
+      const json& file = m["texture_files"][name];
+      fmt::print(", {} {}x{} {}", name, size[0].dump(), size[1].dump(), file["format"].get<std::string>());
+      if (file["levels"] != 1) fmt::print(" of {} levels", file["levels"].dump());
+    }
     fmt::print("\n");
   }
   for (const json& a : j["animations"])

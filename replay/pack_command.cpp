@@ -51,6 +51,12 @@ class PackCommand final : public Command {
                    "Write images as WebP (EXT_texture_webp): a quality from 0 to 100 (default 80), or lossless")
         ->expected(0, 1)
         ->type_name("[QUALITY]");
+    app.add_option("--ktx2", ktx2_,
+                   "Write images as KTX2 with mip levels (KHR_texture_basisu): uastc; astc is another name of it, as "
+                   "these blocks are ASTC's")
+        ->check(CLI::IsMember({"uastc", "astc"}).description(""))
+        ->excludes(app.get_option("--webp"))
+        ->type_name("FORMAT");
     const auto bits = [&](const char* option, int QuantizationBits::*value, const char* what, int least = 1) {
       const std::string with_meshopt = options_.bits.*value == kMeshoptBits.*value
                                            ? ""
@@ -120,11 +126,14 @@ class PackCommand final : public Command {
     read_surface_options();
     if (meshopt_) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();
+    options_.ktx2 = !ktx2_.empty();
     check_output_file(target_);
     const PackReport report = pack_capture(source_, target_, options_);
     print_surfaces(report.surfaces);
     if (report.webp_images > 0)
       fmt::print(beside_outputs({target_}), "{}: {} images as WebP\n", target_, report.webp_images);
+    if (report.ktx2_images > 0)
+      fmt::print(beside_outputs({target_}), "{}: {} images as KTX2\n", target_, report.ktx2_images);
     fmt::print(beside_outputs({target_}), "{}: {} of {} primitives compressed, {} -> {}\n", target_, report.compressed,
                report.primitives, human_bytes(report.bytes_in), human_bytes(report.bytes_out));
   }
@@ -201,7 +210,7 @@ class PackCommand final : public Command {
   }
 
   static constexpr double kLargest = static_cast<double>(std::numeric_limits<float>::max());
-  std::string source_, target_, size_, shutter_, frames_, levels_, displace_, webp_;
+  std::string source_, target_, size_, shutter_, frames_, levels_, displace_, webp_, ktx2_;
   CLI::Option *subdivide_ = nullptr, *method_ = nullptr, *webp_option_ = nullptr;
   std::vector<std::pair<CLI::Option*, int QuantizationBits::*>> bits_;
   bool meshopt_ = false;

@@ -65,9 +65,17 @@ struct Mesh {
 
 // ---- Materials --------------------------------------------------------------------------------------------------
 
+// What a texture is in the file.
+enum class TextureFormat : std::uint8_t { kPng, kJpeg, kWebp, kKtx2Etc1s, kKtx2Uastc };
+struct TextureSource {
+  TextureFormat format = TextureFormat::kPng;
+  int levels = 1;  // mip levels in the file
+};
+
 // A texture as a material uses it.
 struct TextureSlot {
   std::shared_ptr<const shaders::Texture> texture;  // null: factor only
+  TextureSource source;
   shaders::Sampler sampler;
   int texcoord = 0;
   shaders::TextureTransform transform;
@@ -78,6 +86,7 @@ enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 // TESSERA_displacement: offset along the unit normal = scale * height + bias, height from the red channel.
 struct Displacement {
   std::shared_ptr<const shaders::ScalarTexture> texture;
+  TextureSource source;
   shaders::Sampler sampler;
   int texcoord = 0;
   shaders::TextureTransform transform;
@@ -97,6 +106,14 @@ struct Material {
   bool double_sided = false;
   bool unlit = false;
   std::optional<Displacement> displacement;
+};
+
+// A KTX2 image, and what the materials have of it. Which blocks stand for it in the emulated memory is the replay's
+// choice: scene/basis_textures.h makes them from the file.
+struct BasisImage {
+  std::vector<std::uint8_t> file;
+  std::shared_ptr<const shaders::Texture> texture;        // plain RGBA8; may be null
+  std::shared_ptr<const shaders::ScalarTexture> heights;  // the same; may be null
 };
 
 // ---- Procedures -------------------------------------------------------------------------------------------------
@@ -212,6 +229,7 @@ struct Capture {
   std::vector<Mesh> meshes;
   std::vector<Procedure> procedures;
   std::vector<Material> materials;
+  std::vector<BasisImage> basis_images;
   std::vector<Skin> skins;
   std::vector<Animation> animations;
   std::vector<int> played_animations;  // played together: the first, and every further one that does not fight it

@@ -72,7 +72,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget);
   Capture capture;
   capture.file = file;
-  capture.materials = gltf::build_materials(document);
+  gltf::build_materials(document, capture);
   capture.meshes = gltf::build_meshes(document);
   gltf::build_scene(document, capture);
   capture.extensions_used = document.model.extensionsUsed;

@@ -87,6 +87,17 @@ Texture::Texture(const DecodedImage& image, ColorSpace space) : space_(space) {
       opaque_ = opaque_ && out[3] == 255;
     }
   levels_.push_back(std::move(base));
+  make_levels();
+}
+
+Texture::Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks)
+    : space_(space), blocks_(blocks), levels_(std::move(levels)) {
+  for (const Level& level : levels_)
+    for (std::size_t alpha = 3; alpha < level.rgba.size(); alpha += 4) opaque_ = opaque_ && level.rgba[alpha] == 255;
+  if (levels_.size() == 1) make_levels();
+}
+
+void Texture::make_levels() {
   while (levels_.back().width > 1 || levels_.back().height > 1) {
     const int last = level_count() - 1;
     const int w = std::max(1, levels_.back().width / 2), h = std::max(1, levels_.back().height / 2);

@@ -82,17 +82,31 @@ struct TexelFootprint {
   std::size_t count = 0;
 };
 
-// A mip-mapped 8-bit RGBA texture. Levels halve with rounding down; each texel is the area-weighted mean, in linear
-// light, of what it covers one level up. Immutable once built.
+// How memory holds texels: in blocks of side x side of them, `bytes` each. Plain RGBA8 has blocks of one texel.
+struct TexelBlocks {
+  int side = 1, bytes = 4;
+  bool operator==(const TexelBlocks&) const = default;
+};
+
+// A mip-mapped 8-bit RGBA texture. Levels halve with rounding down. Each texel of a level that is made here is the
+// area-weighted mean, in linear light, of what it covers one level up. Immutable once built.
 class Texture {
  public:
+  struct Level {
+    int width, height;
+    std::vector<std::uint8_t> rgba;  // rows from the top
+  };
+
   Texture(const DecodedImage& image, ColorSpace space);
+  // Levels as they are, the largest first, decoded from blocks of that kind; to a single one the others are made.
+  Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks);
 
   int width(int level = 0) const { return levels_[static_cast<std::size_t>(level)].width; }
   int height(int level = 0) const { return levels_[static_cast<std::size_t>(level)].height; }
   int level_count() const { return static_cast<int>(levels_.size()); }
   // True when every texel's alpha is 1.
   bool opaque() const { return opaque_; }
+  TexelBlocks blocks() const { return blocks_; }
 
   // One texel in linear light, channels RGBA in [0, 1].
   Vec4 texel(int level, int x, int y) const;
@@ -103,13 +117,11 @@ class Texture {
   Vec4 sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint = nullptr) const;
 
  private:
-  struct Level {
-    int width, height;
-    std::vector<std::uint8_t> rgba;
-  };
+  void make_levels();
   Vec4 sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level, TexelFootprint* footprint) const;
 
   ColorSpace space_;
+  TexelBlocks blocks_;
   bool opaque_ = true;
   std::vector<Level> levels_;
 };

@@ -172,13 +172,6 @@ bool read_container(FileBytes bytes, const ImageLimits& limits, Container& conta
          read_scheme(bytes, container, fault);
 }
 
-bool read_ktx2_header(FileBytes bytes, const ImageLimits& limits, Ktx2Header& header, std::string& fault) {
-  Container container;
-  if (!read_container(bytes, limits, container, fault)) return false;
-  header = container.header;
-  return true;
-}
-
 bool read_basis_lz(const Container& container, BasisLzData& data, std::string& fault) {
   // Counts, lengths of four sections, then for each level flags and offset and length of two slices in its data.
   constexpr std::size_t kHeadBytes = 20, kSliceBytes = 20;

@@ -80,6 +80,15 @@ bool decode_uastc(const Container& container, BasisTexture& texture, std::string
 
 }  // namespace
 
+bool read_ktx2_header(FileBytes bytes, const ImageLimits& limits, Ktx2Header& header, std::string& fault) {
+  Container container;
+  if (!read_container(bytes, limits, container, fault)) return false;
+  header = container.header;
+  for (const BasisTarget target : {BasisTarget::kRgba32, BasisTarget::kEtc2, BasisTarget::kAstc4x4})
+    header.unpacking_bytes[static_cast<std::size_t>(target)] = unpacking_bytes(container, target);
+  return true;
+}
+
 bool decode_ktx2(FileBytes bytes, BasisTarget target, const ImageLimits& limits, BasisTexture& texture,
                  std::string& fault, const ChargeBytes& charge) {
   Container container;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -51,6 +52,8 @@ struct Ktx2Header {
   int width = 0, height = 0, levels = 0;
   bool etc1s = false;  // else UASTC
   bool srgb = false, alpha = false;
+  // Most that unpacking takes, the texture included, by target.
+  std::array<std::uint64_t, 3> unpacking_bytes{};
 };
 
 // Whether bytes begin like a KTX 2.0 file.

@@ -15,10 +15,23 @@ struct WebpOptions {
   std::optional<int> quality = 80;  // [spec] gltf-transform's default
 };
 
-// Moves all images of `d` into the chunk. With `webp`, PNG and JPEG images of 8 bits become WebP and their textures
-// name them by EXT_texture_webp; heights of 16 bits, displacement textures, images beyond WebP's 16383 pixels a side
-// and those that WebP would make larger stay as they are. Returns how many were converted.
-std::size_t move_images(scene::gltf::Document& document, nlohmann::json& d, BinaryChunk& chunk,
-                        const std::optional<WebpOptions>& webp);
+// How images are written anew; at most one of them.
+struct ImageOptions {
+  std::optional<WebpOptions> webp;
+  bool ktx2 = false;  // UASTC with Zstandard
+};
+
+struct ImageReport {
+  std::size_t webp = 0, ktx2 = 0;  // images that were converted
+};
+
+// Moves all images of `d` into the chunk; those that can become what the options ask for do, and their textures name
+// them by the extension. Heights of 16 bits and displacement textures stay as they are, and
+//   - for WebP (EXT_texture_webp, PNG and JPEG of 8 bits) images beyond its 16383 pixels a side, and those that it
+//     would make larger;
+//   - for KTX2 (KHR_texture_basisu, with all mip levels) images whose sides are not multiples of 4, that no material
+//     uses, or that are colours to one and data to another.
+ImageReport move_images(scene::gltf::Document& document, nlohmann::json& d, BinaryChunk& chunk,
+                        const ImageOptions& options);
 
 }  // namespace tessera::replay

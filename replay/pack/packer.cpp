@@ -348,7 +348,7 @@ void attach_settings(json& d, const PackOptions& options) {
 }
 
 // What the data now need: nothing that was unpacked, everything that was compressed.
-void list_extensions(json& d, const BinaryChunk& chunk, bool draco, bool webp) {
+void list_extensions(json& d, const BinaryChunk& chunk, bool draco, const ImageReport& images) {
   const auto need = [&](const char* name) {
     for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(d, list, name);
   };
@@ -358,7 +358,8 @@ void list_extensions(json& d, const BinaryChunk& chunk, bool draco, bool webp) {
     else
       drop_extension(d, name);
   if (draco) need(kDraco);
-  if (webp) need("EXT_texture_webp");
+  if (images.webp > 0) need("EXT_texture_webp");
+  if (images.ktx2 > 0) need("KHR_texture_basisu");
 }
 
 std::string glb_bytes(const json& d, const std::vector<std::uint8_t>& binary) {
@@ -449,8 +450,10 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   }
   report.compressed += draco;
   move_accessors(out, chunk, placed);
-  report.webp_images = move_images(document, out, chunk, options.webp);
-  list_extensions(out, chunk, draco > 0, report.webp_images > 0);
+  const ImageReport images = move_images(document, out, chunk, {options.webp, options.ktx2});
+  report.webp_images = images.webp;
+  report.ktx2_images = images.ktx2;
+  list_extensions(out, chunk, draco > 0, images);
   attach_settings(out, options);
   if (out["meshes"].empty()) out.erase("meshes");
   out.erase("buffers");

@@ -137,6 +137,12 @@ std::vector<Knob> shading_knobs() {
                                "pixel-shader invocations")};
 }
 
+std::vector<Knob> texture_knobs() {
+  return {watching(knob("texture_blocks", "KTX2 textures in memory",
+                        values_of("texture.basis_target", {"rgba8", "etc2", "astc"}), "astc", KnobNeed::kBasisTextures),
+                   "texture.cache_misses", "lines that missed the texture cache")};
+}
+
 std::vector<Knob> resolve_knobs() {
   const KeyValues adaptive = {{"resolve.desampling", "adaptive"}};
   std::vector<KnobSetting> speeds;
@@ -186,12 +192,22 @@ bool any_drawable(const scene::FrameGeometry& frame, bool (*has)(const scene::Po
   return std::any_of(frame.drawables.begin(), frame.drawables.end(), has);
 }
 
+bool has_basis_texture(const scene::Material& m) {
+  const auto is_basis = [](const scene::TextureSource& source) {
+    return source.format == scene::TextureFormat::kKtx2Etc1s || source.format == scene::TextureFormat::kKtx2Uastc;
+  };
+  for (const scene::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
+                                         &m.occlusion_texture, &m.emissive_texture})
+    if (slot->texture != nullptr && is_basis(slot->source)) return true;
+  return m.displacement.has_value() && is_basis(m.displacement->source);
+}
+
 }  // namespace
 
 const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
-    for (auto make : {sampling_knobs, geometry_knobs, procedure_knobs, shading_knobs, resolve_knobs})
+    for (auto make : {sampling_knobs, geometry_knobs, procedure_knobs, shading_knobs, texture_knobs, resolve_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
   }();
@@ -228,6 +244,10 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kProcedures:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure != nullptr; }))
         return "the capture has no procedures";
+      break;
+    case KnobNeed::kBasisTextures:
+      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_basis_texture(*d.material); }))
+        return "the capture has no KTX2 textures";
       break;
     case KnobNeed::kNothing:
       break;

@@ -24,7 +24,7 @@ struct KnobSetting {
 };
 
 // What a capture must have for a knob to change anything.
-enum class KnobNeed { kNothing, kMotion, kLens, kDisplacement, kGrids, kProcedures };
+enum class KnobNeed { kNothing, kMotion, kLens, kDisplacement, kGrids, kProcedures, kBasisTextures };
 
 // Something of the emulated machine that buys accuracy and costs something.
 struct Knob {

@@ -123,10 +123,11 @@ class Tradeoff {
   }
 
   std::vector<Block> plan(const gpu::PreparedCapture& prepared) const {
-    const auto frame = scene::pose_frame(
-        prepared.assembly, gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
-        gpu::frame_request(prepared.capture, options_.gpu, options_.settings, options_.width, options_.height,
-                           place_.frame));
+    const auto frame =
+        scene::pose_frame(prepared.scene(options_.settings.textures.basis_target).assembly,
+                          gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
+                          gpu::frame_request(prepared.capture, options_.gpu, options_.settings, options_.width,
+                                             options_.height, place_.frame));
     std::vector<Block> blocks;
     for (const Knob& knob : knobs()) {
       if (!options_.knobs.empty() &&

@@ -109,7 +109,8 @@ class Runner {
     const scene::Capture& capture = prepared_->capture;
     const RoundTimer timer(host);
     const auto frame = scene::pose_frame(
-        prepared_->assembly, gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
+        prepared_->scene(trial.settings.textures.basis_target).assembly,
+        gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const reference::ReferenceScene scene(*frame);
     const tilecore::SamplePattern pattern(sampling_settings(trial.settings.sampling, place_.frame));

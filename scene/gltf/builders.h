@@ -12,7 +12,7 @@ namespace tessera::scene::gltf {
 std::vector<Mesh> build_meshes(Document& document);
 // One primitive as it is stored (a cage stays a cage), or nothing where there is nothing to draw.
 std::optional<Primitive> build_primitive(Document& document, const nlohmann::json& json_primitive, const Place& place);
-std::vector<Material> build_materials(Document& document);
-void build_scene(Document& document, Capture& capture);  // nodes, skins, animations, cameras, lights, settings
+void build_materials(Document& document, Capture& capture);  // and the KTX2 images that they use
+void build_scene(Document& document, Capture& capture);      // nodes, skins, animations, cameras, lights, settings
 
 }  // namespace tessera::scene::gltf

@@ -2,7 +2,10 @@
 #include <map>
 #include <set>
 #include <type_traits>
+#include <utility>
 
+#include "base/ktx2/ktx2.h"
+#include "scene/basis_textures.h"
 #include "scene/gltf/builders.h"
 
 namespace tessera::scene::gltf {
@@ -10,24 +13,44 @@ namespace {
 
 using nlohmann::json;
 
-// Decodes every image once per use (colour, data, heights).
+// Colour or data, with what it is in the file.
+template <class Texture>
+struct Sourced {
+  std::shared_ptr<const Texture> texture;
+  TextureSource source;
+};
+
+// Decodes every image once per use (colour, data, heights); KTX2 images once for colour and data, as their transfer
+// function is theirs.
 class TextureLibrary {
  public:
-  explicit TextureLibrary(Document& document) : document_(document) {}
+  TextureLibrary(Document& document, std::vector<BasisImage>& basis_images)
+      : document_(document), basis_images_(basis_images) {}
 
-  std::shared_ptr<const shaders::Texture> color(std::size_t texture, shaders::ColorSpace space) {
-    return of_first_readable(texture, [&](std::size_t image) {
-      std::shared_ptr<shaders::Texture>& slot = textures_[{image, space}];
-      if (slot == nullptr) slot = std::make_shared<shaders::Texture>(decode(image), space);
-      return std::shared_ptr<const shaders::Texture>(slot);
+  Sourced<shaders::Texture> color(std::size_t texture, shaders::ColorSpace space) {
+    return of_first_readable(texture, [&](const Source& from) {
+      if (from.basis) return basis_color(from.image, space);
+      Sourced<shaders::Texture>& slot = textures_[{from.image, space}];
+      if (slot.texture == nullptr) {
+        const DecodedImage image = decode(from.image, slot.source);
+        slot.texture = std::make_shared<const shaders::Texture>(image, space);
+      }
+      return slot;
     });
   }
 
-  std::shared_ptr<const shaders::ScalarTexture> heights(std::size_t texture) {
-    return of_first_readable(texture, [&](std::size_t image) {
-      std::shared_ptr<shaders::ScalarTexture>& slot = heights_[image];
-      if (slot == nullptr) slot = std::make_shared<shaders::ScalarTexture>(decode(image));
-      return std::shared_ptr<const shaders::ScalarTexture>(slot);
+  Sourced<shaders::ScalarTexture> heights(std::size_t texture) {
+    return of_first_readable(texture, [&](const Source& from) {
+      Sourced<shaders::ScalarTexture>& slot = heights_[from.image];
+      if (slot.texture != nullptr) return slot;
+      if (from.basis) {
+        slot.texture = basis_heights(unpack(from.image, slot.source));
+        basis_image(from.image).heights = slot.texture;
+      } else {
+        const DecodedImage image = decode(from.image, slot.source);
+        slot.texture = std::make_shared<const shaders::ScalarTexture>(image);
+      }
+      return slot;
     });
   }
 
@@ -56,55 +79,135 @@ class TextureLibrary {
  private:
   Place place(std::size_t image) const { return document_.root.at("images").at(image); }
 
-  // Images that a texture offers, the one to be preferred first.
-  std::vector<std::size_t> sources(std::size_t texture) const {
+  // An image that a texture offers.
+  struct Source {
+    std::size_t image;
+    bool basis;  // KTX2, by KHR_texture_basisu
+  };
+
+  // All of them, the one to be preferred first.
+  std::vector<Source> sources(std::size_t texture) const {
     const json& object = document_.json["textures"][texture];
-    std::vector<std::size_t> images;
-    const json* webp = find_extension(object, "EXT_texture_webp");
-    if (webp != nullptr && webp->contains("source")) images.push_back((*webp)["source"].get<std::size_t>());
-    if (object.contains("source")) images.push_back(object["source"].get<std::size_t>());
+    std::vector<Source> images;
+    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
+      const json* extension = find_extension(object, name);
+      if (extension != nullptr && extension->contains("source"))
+        images.push_back({(*extension)["source"].get<std::size_t>(), name[0] == 'K'});
+    }
+    if (object.contains("source")) images.push_back({object["source"].get<std::size_t>(), false});
     if (images.empty())
-      document_.root.at("textures").at(texture).refuse("has no source that Tessera reads (PNG, JPEG or WebP)");
+      document_.root.at("textures").at(texture).refuse("has no source that Tessera reads (PNG, JPEG, WebP or KTX2)");
     return images;
   }
 
   // An image that cannot be read gives way to the next source with a notice; the last one's fault is the texture's.
   template <class Make>
-  std::invoke_result_t<Make, std::size_t> of_first_readable(std::size_t texture, const Make& make) {
-    const std::vector<std::size_t> images = sources(texture);
+  std::invoke_result_t<Make, const Source&> of_first_readable(std::size_t texture, const Make& make) {
+    const std::vector<Source> images = sources(texture);
     for (std::size_t k = 0; k + 1 < images.size(); ++k) {
-      if (unreadable_.contains(images[k])) continue;
+      const std::size_t image = images[k].image;
+      if (unreadable_.contains(image)) continue;
       try {
         return make(images[k]);
       } catch (const InputError& error) {
-        document_.notices.push_back(fmt::format("{}: {}; texture {} shows its next source", place(images[k]).pointer(),
-                                                error.fault(), texture));
-        unreadable_.insert(images[k]);
+        document_.notices.push_back(
+            fmt::format("{}: {}; texture {} shows its next source", place(image).pointer(), error.fault(), texture));
+        unreadable_.insert(image);
       }
     }
     return make(images.back());
   }
 
-  // Decodes, and charges the 8-bit texture with its mip levels, or the 16-bit heights with theirs.
-  DecodedImage decode(std::size_t image) {
-    const Bytes bytes = document_.resources.image(image);
-    DecodedImage decoded;
-    std::string fault;
+  // What `read` returns, limits that it meets with the place of the image.
+  template <class Read>
+  auto of_image(std::size_t image, const Read& read) {
     try {
-      const auto charge = [&](std::uint64_t count) { document_.budget.charge(count, 1, "image"); };
-      if (!decode_image(bytes, document_.limits.image, decoded, fault, charge)) place(image).refuse("{}", fault);
+      return read();
     } catch (const LimitError& error) {
       throw LimitError(fmt::format("{}: {}: {}", document_.root.file(), place(image).pointer(), error.what()));
     }
-    document_.budget.charge(static_cast<std::uint64_t>(decoded.width()) * static_cast<std::uint64_t>(decoded.height()),
-                            6, place(image).pointer());
+  }
+
+  // Decodes, and charges the 8-bit texture with its mip levels, or the 16-bit heights with theirs.
+  DecodedImage decode(std::size_t image, TextureSource& source) {
+    const Bytes bytes = document_.resources.image(image);
+    DecodedImage decoded;
+    of_image(image, [&] {
+      std::string fault;
+      const auto charge = [&](std::uint64_t count) { document_.budget.charge(count, 1, "image"); };
+      if (ktx2::is_ktx2(bytes)) place(image).refuse("is KTX2, which only KHR_texture_basisu may name");
+      if (!decode_image(bytes, document_.limits.image, decoded, fault, charge)) place(image).refuse("{}", fault);
+    });
+    const ImageFormat format = image_format(bytes);
+    source.format = format == ImageFormat::kJpeg   ? TextureFormat::kJpeg
+                    : format == ImageFormat::kWebp ? TextureFormat::kWebp
+                                                   : TextureFormat::kPng;
+    charge_levels(image, decoded.width(), decoded.height(), 1);
     return decoded;
   }
 
+  // Levels that are made: a third more, and sums on the way.
+  void charge_levels(std::size_t image, int width, int height, std::uint64_t copies) {
+    document_.budget.charge(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height), 6 * copies,
+                            place(image).pointer());
+  }
+
+  // Unpacks a KTX2 image, and charges that for all targets: a replay may want each of them.
+  ktx2::BasisTexture unpack(std::size_t image, TextureSource& source) {
+    const Bytes bytes = document_.resources.image(image);
+    ktx2::BasisTexture texture;
+    std::string fault;
+    of_image(image, [&] {
+      ktx2::Ktx2Header header;
+      if (!ktx2::is_ktx2(bytes)) place(image).refuse("is no KTX2 image, which KHR_texture_basisu names");
+      if (!ktx2::read_ktx2_header(bytes, document_.limits.image, header, fault)) place(image).refuse("{}", fault);
+      for (const std::uint64_t size : header.unpacking_bytes) document_.budget.charge(size, 1, "image");
+      charge_levels(image, header.width, header.height, header.unpacking_bytes.size());
+      source = {header.etc1s ? TextureFormat::kKtx2Etc1s : TextureFormat::kKtx2Uastc, header.levels};
+      if (!ktx2::decode_ktx2(bytes, ktx2::BasisTarget::kRgba32, document_.limits.image, texture, fault))
+        place(image).refuse("{}", fault);
+    });
+    return texture;
+  }
+
+  BasisImage& basis_image(std::size_t image) {
+    const auto [found, fresh] = basis_numbers_.try_emplace(image, basis_images_.size());
+    if (fresh) {
+      const Bytes bytes = document_.resources.image(image);
+      document_.budget.charge(bytes.size(), 1, place(image).pointer());
+      basis_images_.emplace_back().file.assign(bytes.begin(), bytes.end());
+    }
+    return basis_images_[found->second];
+  }
+
+  Sourced<shaders::Texture> basis_color(std::size_t image, shaders::ColorSpace space) {
+    Basis& slot = basis_[image];
+    if (slot.color.texture == nullptr) {
+      ktx2::BasisTexture unpacked = unpack(image, slot.color.source);
+      slot.space = unpacked.srgb ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear;
+      slot.color.texture = basis_texture(std::move(unpacked));
+      basis_image(image).texture = slot.color.texture;
+    }
+    if (slot.space != space && !std::exchange(slot.noted, true))
+      document_.notices.push_back(fmt::format("{}: is {} as it says, though it is used for {}", place(image).pointer(),
+                                              slot.space == shaders::ColorSpace::kSrgb ? "sRGB" : "linear",
+                                              space == shaders::ColorSpace::kSrgb ? "colours" : "data"));
+    return slot.color;
+  }
+
+  struct Basis {
+    Sourced<shaders::Texture> color;
+    shaders::ColorSpace space = shaders::ColorSpace::kSrgb;
+    bool noted = false;
+  };
+
   Document& document_;
-  std::map<std::pair<std::size_t, shaders::ColorSpace>, std::shared_ptr<shaders::Texture>> textures_;
-  std::map<std::size_t, std::shared_ptr<shaders::ScalarTexture>> heights_;
-  std::set<std::size_t> unreadable_;  // images
+  std::vector<BasisImage>& basis_images_;
+  std::map<std::pair<std::size_t, shaders::ColorSpace>, Sourced<shaders::Texture>> textures_;
+  std::map<std::size_t, Sourced<shaders::ScalarTexture>> heights_;
+  std::map<std::size_t, Basis> basis_;
+  std::map<std::size_t, std::size_t> basis_numbers_;  // image to basis_images_
+  std::set<std::size_t> unreadable_;                  // images
 };
 
 // KHR_texture_transform: uv' = T * R * S * uv.
@@ -128,7 +231,9 @@ TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char*
   const auto info = owner.find(name);
   if (info == owner.end()) return slot;
   const auto texture = (*info)["index"].get<std::size_t>();
-  slot.texture = library.color(texture, space);
+  Sourced<shaders::Texture> color = library.color(texture, space);
+  slot.texture = std::move(color.texture);
+  slot.source = color.source;
   slot.sampler = library.sampler(texture);
   slot.texcoord = info->value("texCoord", 0);
   slot.transform = texture_transform(*info, slot.texcoord);
@@ -139,7 +244,9 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   Displacement out;
   const json& info = extension["texture"];
   const auto texture = info["index"].get<std::size_t>();
-  out.texture = library.heights(texture);
+  Sourced<shaders::ScalarTexture> heights = library.heights(texture);
+  out.texture = std::move(heights.texture);
+  out.source = heights.source;
   out.sampler = library.sampler(texture);
   out.texcoord = info.value("texCoord", 0);
   out.transform = texture_transform(info, out.texcoord);
@@ -178,12 +285,10 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
 
 }  // namespace
 
-std::vector<Material> build_materials(Document& document) {
-  TextureLibrary library(document);
-  std::vector<Material> materials;
+void build_materials(Document& document, Capture& capture) {
+  TextureLibrary library(document, capture.basis_images);
   for (std::size_t m = 0; m < document.model.materials.size(); ++m)
-    materials.push_back(build_material(library, document.model.materials[m], document.json["materials"][m]));
-  return materials;
+    capture.materials.push_back(build_material(library, document.model.materials[m], document.json["materials"][m]));
 }
 
 }  // namespace tessera::scene::gltf

@@ -372,7 +372,8 @@ Rule document_rule(const json& d) {
       {"textures",
        list(object({{"sampler", index_of(d, "samplers")},
                     {"source", index_of(d, "images")},
-                    {"extensions", object({{"EXT_texture_webp", object({{"source", index_of(d, "images")}})}})}}))},
+                    {"extensions", object({{"EXT_texture_webp", object({{"source", index_of(d, "images")}})},
+                                           {"KHR_texture_basisu", object({{"source", index_of(d, "images")}})}})}}))},
       {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
                              {"TESSERA_capture", capture_settings_rule(d)}})},
   });

@@ -188,7 +188,10 @@ class Rules {
         d_["bufferViews"][image["bufferView"].get<std::size_t>()].value("byteOffset", std::size_t{0}), 3);
     if (image.value("mimeType", "") != (bytes == "\xFF\xD8\xFF" ? "image/jpeg"
                                         : bytes == "RIF"        ? "image/webp"
-                                                                : "image/png"))
+                                        : bytes == "\xAB"
+                                                   "KT"
+                                            ? "image/ktx2"
+                                            : "image/png"))
       fault("image {} has the wrong mimeType", i);
   }
 

@@ -275,7 +275,7 @@ TEST(Textures, ASubPatchAsksForTheHeightsThatItsVerticesLieAmong) {
   request.width = 320;
   request.height = 180;
   const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 320, 180), request);
-  const gpu::DisplacementMemory memory(capture, 64, 1000);
+  const gpu::DisplacementMemory memory(capture.materials, 64, 1000);
   std::vector<std::uint32_t> lines;
   std::size_t displaced = 0;
   for (std::uint32_t p = 0; p < assembly.patch_count(); ++p) {

@@ -226,5 +226,54 @@ TEST(PackWebp, LowerQualityTakesFewerBytes) {
   EXPECT_LT(Packed(textured_grid(), low).bytes.size(), Packed(textured_grid(), high).bytes.size());
 }
 
+// ---- KTX2 -------------------------------------------------------------------------------------------------------
+
+TEST(PackKtx2, ColourImagesBecomeKtx2WithTheirLevelsAndHeightsStay) {
+  PackOptions options = with(PackMethod::kNone);
+  options.ktx2 = true;
+  const Packed p(textured_grid(), options);
+  EXPECT_EQ(p.report.ktx2_images, 2u);
+  const json& d = p.parts.document;
+  const char* const wanted[] = {"image/ktx2", "image/ktx2", "image/png", "image/png"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(d["images"][i]["mimeType"], wanted[i]);
+    EXPECT_EQ(d["textures"][i].contains("source"), i >= 2);
+    if (i < 2) {
+      EXPECT_EQ(d["textures"][i]["extensions"]["KHR_texture_basisu"]["source"], i);
+    }
+  }
+  EXPECT_TRUE(names_in(d, "extensionsRequired").contains("KHR_texture_basisu"));
+  const scene::Capture before = p.before(), after = p.after();
+  EXPECT_TRUE(after.notices.empty());  // transfer functions fit the uses
+  const scene::Material &a = before.materials[0], &b = after.materials[0];
+  EXPECT_EQ(b.displacement->texture->levels()[0].values, a.displacement->texture->levels()[0].values);
+  for (const auto slot : {&scene::Material::base_color_texture, &scene::Material::metallic_roughness_texture}) {
+    const shaders::Texture &from = *(a.*slot).texture, &to = *(b.*slot).texture;
+    EXPECT_EQ((b.*slot).source.format, scene::TextureFormat::kKtx2Uastc);
+    EXPECT_EQ((b.*slot).source.levels, from.level_count());
+    ASSERT_EQ(to.level_count(), from.level_count());
+    for (int level = 0; level < from.level_count(); ++level)
+      for (int y = 0; y < from.height(level); ++y)
+        for (int x = 0; x < from.width(level); ++x) {
+          const Vec4 off = glm::abs(to.texel(level, x, y) - from.texel(level, x, y));
+          EXPECT_LT(std::max({off.x, off.y, off.z, off.w}), 0.04f) << level;
+        }
+  }
+  // Packing again finds nothing to convert.
+  EXPECT_EQ(pack_capture(p.target, p.folder / "again.glb", options).ktx2_images, 0u);
+  EXPECT_TRUE(read_text(p.folder / "again.glb") == p.bytes);
+}
+
+TEST(PackKtx2, ImagesThatTheExtensionForbidsStay) {
+  PackOptions options = with(PackMethod::kNone);
+  options.ktx2 = true;
+  GltfSource both = textured_grid();  // colour to one slot, data to another
+  both.document["materials"][0]["normalTexture"]["index"] = 0;
+  EXPECT_EQ(Packed(both, options).report.ktx2_images, 1u);
+  GltfSource odd = textured_grid();
+  odd.document["images"][0]["bufferView"] = odd.view(encode_png(Image8(30, 16, 3)));
+  EXPECT_EQ(Packed(odd, options).report.ktx2_images, 1u);
+}
+
 }  // namespace
 }  // namespace tessera::replay

@@ -1,6 +1,8 @@
 // Compressed buffer views and WebP images that must be refused.
+#include "base/image_codec.h"
 #include "base/webp_codec.h"
 #include "tests/scene/broken_captures.h"
+#include "tests/support/basis_asset.h"
 #include "tests/support/meshopt_asset.h"
 
 namespace tessera::test {
@@ -205,8 +207,52 @@ BrokenClass images() {
       }};
 }
 
+BrokenCapture ktx2(std::string name, const std::string& bytes, std::string fault = "") {
+  return damaged(
+      std::move(name),
+      [bytes](GltfAsset& a) {
+        a = basis_texture_asset(bytes);
+        a.document["textures"][0].erase("source");
+      },
+      "/images/1", std::move(fault));
+}
+
+BrokenClass basis_images() {
+  const std::string etc1s = basis_file("etc1s_disc_mips_64"), uastc = basis_file("uastc_soft_mips_32"),
+                    zstandard = basis_file("uastc_zstd_cloud_32");
+  const auto with = [](std::string bytes, std::size_t at, char value) {
+    bytes[at] = value;
+    return bytes;
+  };
+  std::string damaged_zstandard = zstandard;
+  for (std::size_t i = zstandard.size() - 40; i < zstandard.size(); ++i) damaged_zstandard[i] = '\x7F';
+  return {"Ktx2ImageBroken",
+          {
+              ktx2("signature_only", etc1s.substr(0, 12)),
+              ktx2("etc1s_cut", etc1s.substr(0, etc1s.size() / 2)),
+              ktx2("uastc_cut", uastc.substr(0, uastc.size() - 1)),
+              ktx2("not_a_basis_format", with(uastc, 12, 37)),
+              ktx2("no_width", with(uastc, 20, 0)),
+              ktx2("three_dimensional", with(uastc, 28, 2)),
+              ktx2("supercompression_unknown", with(uastc, 44, 9)),
+              ktx2("zstandard_damaged", damaged_zstandard, "does not unpack"),
+              ktx2("a_png", encode_png(Image8(4, 4, 3)), "is no KTX2 image"),
+              damaged(
+                  "named_as_a_plain_source",
+                  [etc1s](GltfAsset& a) {
+                    a = basis_texture_asset(etc1s);
+                    a.document["textures"][0] = {{"source", 1}};
+                  },
+                  "/images/1", "only KHR_texture_basisu"),
+              damaged(
+                  "source_out_of_range",
+                  [](GltfAsset& a) { a.document["textures"][0]["extensions"]["KHR_texture_basisu"]["source"] = 7; },
+                  "/textures/0/extensions/KHR_texture_basisu/source", "there are 1"),
+          }};
+}
+
 }  // namespace
 
-std::vector<BrokenClass> broken_compression() { return {views(), streams(), images()}; }
+std::vector<BrokenClass> broken_compression() { return {views(), streams(), images(), basis_images()}; }
 
 }  // namespace tessera::test

@@ -13,6 +13,7 @@
 #include "base/webp_codec.h"
 #include "replay/pack/draco_encoder.h"
 #include "scene/capture_reader.h"
+#include "tests/support/basis_asset.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/heap_meter.h"
@@ -124,6 +125,8 @@ std::vector<Sized> captures() {
        }},
       {"webp.glb", [=] { return textured(encode_webp(noise, 80, false)).glb(); }},
       {"webp_lossless.glb", [=] { return textured(encode_webp(noise, 0, true)).glb(); }},
+      {"ktx2_etc1s.glb", [] { return basis_texture_asset(basis_file("etc1s_q128_cloud_128")).glb(); }},
+      {"ktx2_uastc.glb", [] { return basis_texture_asset(basis_file("uastc_l4_noisea_64")).glb(); }},
       {"png.glb", [=] { return textured(encode_png(noise)).glb(); }},
       {"png_wide.glb", [=] { return textured(encode_png(wide)).glb(); }},
       {"jpeg.glb", [=] { return textured(encode_jpeg(photo, 80)).glb(); }},

@@ -12,15 +12,13 @@ namespace {
 
 using shaders::Texture;
 
-constexpr std::int64_t kTexelBytes = 4;
+int log2_of(std::int64_t power) { return std::bit_width(static_cast<std::uint64_t>(power)) - 1; }
 
 }  // namespace
 
-TextureMemory::TextureMemory(const scene::Capture& capture, std::int64_t line_bytes) {
-  const int texels_log2 = std::bit_width(static_cast<std::uint64_t>(line_bytes / kTexelBytes)) - 1;
-  width_log2_ = (texels_log2 + 1) / 2;
-  height_log2_ = texels_log2 / 2;
-  for (const scene::Material& m : capture.materials)
+TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes)
+    : line_bytes_(line_bytes) {
+  for (const scene::Material& m : materials)
     for (const scene::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
                                            &m.occlusion_texture, &m.emissive_texture})
       add(*slot);
@@ -32,13 +30,17 @@ void TextureMemory::add(const scene::TextureSlot& slot) {
   if (slot.texture == nullptr) return;
   const auto [found, fresh] = layouts_.try_emplace(slot.texture.get());
   if (!fresh) return;
+  const shaders::TexelBlocks blocks = slot.texture->blocks();
+  const int blocks_log2 = log2_of(line_bytes_ / blocks.bytes), side_log2 = log2_of(blocks.side);
+  const int width_log2 = (blocks_log2 + 1) / 2 + side_log2, height_log2 = blocks_log2 / 2 + side_log2;
   for (int level = 0; level < slot.texture->level_count(); ++level) {
-    const auto blocks = [](int texels, int log2) {
+    const auto lines = [](int texels, int log2) {
       return (static_cast<std::uint64_t>(texels) + (std::uint64_t{1} << log2) - 1) >> log2;
     };
-    const std::uint64_t across = blocks(slot.texture->width(level), width_log2_),
-                        down = blocks(slot.texture->height(level), height_log2_);
-    found->second.push_back({static_cast<std::uint32_t>(lines_), static_cast<std::uint32_t>(across)});
+    const std::uint64_t across = lines(slot.texture->width(level), width_log2),
+                        down = lines(slot.texture->height(level), height_log2);
+    found->second.push_back({static_cast<std::uint32_t>(lines_), static_cast<std::uint32_t>(across),
+                             static_cast<std::uint8_t>(width_log2), static_cast<std::uint8_t>(height_log2)});
     lines_ += across * down;
   }
 }
@@ -62,14 +64,14 @@ const TextureMemory::Layout& TextureUnit::layout_of(const Texture& texture) {
 
 void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& footprint) {
   const TextureMemory::Layout& layout = layout_of(texture);
-  const int w = settings_.memory->block_width_log2(), h = settings_.memory->block_height_log2();
   counters_.texels += footprint.count;
   for (std::size_t k = 0; k < footprint.count; ++k) {
     const auto& [level, s, t] = footprint.levels[k];
     const TextureMemory::Level& l = layout[static_cast<std::size_t>(level)];
+    const int w = l.width_log2, h = l.height_log2;
     const auto column0 = static_cast<std::uint32_t>(s.first >> w), column1 = static_cast<std::uint32_t>(s.second >> w);
-    const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.blocks_across,
-                        row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.blocks_across;
+    const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.lines_across,
+                        row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.lines_across;
     need_line(row0 + column0);
     if (column1 != column0) need_line(row0 + column1);
     if (row1 == row0) continue;

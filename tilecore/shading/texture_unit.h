@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -14,27 +15,31 @@
 namespace tessera::tilecore {
 
 // Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
-// order of their materials, level by level, each level in rows of square blocks of texels (4 bytes a texel, a block is
-// a line of 64 bytes: 4x4; twice as wide as high where the line is not a square). Made once for a capture.
+// order of their materials, level by level, each level in rows of lines. A line is a square of the texture's blocks,
+// or twice as wide as high: of 64 bytes, 4x4 texels of RGBA8, 2x2 blocks of ASTC, 4x2 blocks of ETC2 without alpha.
+//
+// Invariants (cited by the tests):
+//   TL1  A level of w x h texels in blocks of s x s takes the lines that cover ceil(w/s) x ceil(h/s) blocks, no more.
+//   TL2  A line holds line_bytes / block bytes blocks.
 class TextureMemory {
  public:
-  TextureMemory(const scene::Capture& capture, std::int64_t line_bytes);
+  // `materials`: those that frames are drawn with.
+  TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes);
 
   struct Level {
-    std::uint32_t first_line, blocks_across;
+    std::uint32_t first_line, lines_across;
+    std::uint8_t width_log2, height_log2;  // texels of a line
   };
   using Layout = std::vector<Level>;
 
-  // Of a texture of the capture.
+  // Of a texture of the materials.
   const Layout& layout(const shaders::Texture* texture) const { return layouts_.at(texture); }
-  int block_width_log2() const { return width_log2_; }
-  int block_height_log2() const { return height_log2_; }
   std::uint64_t lines() const { return lines_; }
 
  private:
   void add(const scene::TextureSlot& slot);
 
-  int width_log2_, height_log2_;
+  std::int64_t line_bytes_;
   std::uint64_t lines_ = 0;
   std::unordered_map<const shaders::Texture*, Layout> layouts_;
 };

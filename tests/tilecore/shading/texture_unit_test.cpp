@@ -50,8 +50,8 @@ TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
   for (const std::int64_t line_bytes : {16, 32, 64, 128}) {
     const auto dark = black(kSize, kSize);
     const scene::Capture capture = with_texture(dark);
-    const TextureMemory memory(capture, line_bytes);
-    const int w = memory.block_width_log2(), h = memory.block_height_log2();
+    const TextureMemory memory(capture.materials, line_bytes);
+    const int w = memory.layout(dark.get()).front().width_log2, h = memory.layout(dark.get()).front().height_log2;
     EXPECT_EQ((1 << (w + h)) * 4, line_bytes);
     for (int round = 0; round < 40; ++round) {
       Sampler sampler;
@@ -74,7 +74,7 @@ TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
 TEST(TextureUnit, ATrilinearLookUpIsTwoAndEachLevelHasLinesOfItsOwn) {
   const auto texture = black(64, 32);
   const scene::Capture capture = with_texture(texture);
-  const TextureMemory memory(capture, 64);
+  const TextureMemory memory(capture.materials, 64);
   // 16x8 blocks, 8x4, 4x2, 2x1, then three levels of one.
   EXPECT_EQ(memory.lines(), 128u + 32 + 8 + 2 + 1 + 1 + 1);
   TextureCounters counters;
@@ -96,7 +96,7 @@ TEST(TextureUnit, ATrilinearLookUpIsTwoAndEachLevelHasLinesOfItsOwn) {
 TEST(TextureUnit, EveryTileFindsTheCacheEmpty) {
   const auto texture = black(64, 64);
   const scene::Capture capture = with_texture(texture);
-  const TextureMemory memory(capture, 64);
+  const TextureMemory memory(capture.materials, 64);
   TextureUnit unit;
   const auto tile = [&](bool begin) {
     if (begin) unit.begin_tile({&memory, 1 << 14, 4, 64});
@@ -120,11 +120,77 @@ TEST(TextureMemory, TexturesOfACaptureLieBehindEachOtherAndSharedOnesLieOnce) {
   second.base_color_texture.texture = a;
   second.normal_texture.texture = b;
   test::add_material(capture, second);
-  const TextureMemory memory(capture, 64);
+  const TextureMemory memory(capture.materials, 64);
   const std::uint32_t lines_a = 16 + 4 + 1 + 1 + 1;
   EXPECT_EQ(memory.layout(a.get()).front().first_line, 0u);
   EXPECT_EQ(memory.layout(b.get()).front().first_line, lines_a);
   EXPECT_EQ(memory.lines(), lines_a + 4u + 1 + 1 + 1);
+}
+
+// ---- Textures of blocks -----------------------------------------------------------------------------------------
+
+std::shared_ptr<const Texture> in_blocks(int width, int height, shaders::TexelBlocks blocks, int levels = 0) {
+  std::vector<Texture::Level> all;
+  for (int level = 0; level < std::max(1, levels); ++level) {
+    const int w = std::max(1, width >> level), h = std::max(1, height >> level);
+    all.push_back({w, h, std::vector<std::uint8_t>(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4)});
+  }
+  return std::make_shared<const Texture>(std::move(all), shaders::ColorSpace::kLinear, blocks);
+}
+
+constexpr shaders::TexelBlocks kRgba8{1, 4}, kEtc2Rgb{4, 8}, kAstc{4, 16};
+
+// Invariants TL1 and TL2: lines = blocks * bytes / line, rounded up to whole lines along both axes.
+TEST(TextureMemory, ALevelTakesTheLinesOfItsBlocks) {
+  for (const std::int64_t line_bytes : {16, 32, 64, 128, 256})
+    for (const shaders::TexelBlocks blocks : {kRgba8, kEtc2Rgb, kAstc})
+      for (const auto& [width, height] : {std::pair{256, 128}, {64, 64}, {20, 12}, {7, 5}, {1, 1}}) {
+        const auto texture = in_blocks(width, height, blocks, 1);
+        const TextureMemory memory(with_texture(texture).materials, line_bytes);
+        const TextureMemory::Level& base = memory.layout(texture.get()).front();
+        const std::uint64_t per_line = static_cast<std::uint64_t>(line_bytes / blocks.bytes);
+        EXPECT_EQ(1u << (base.width_log2 + base.height_log2),
+                  per_line * static_cast<unsigned>(blocks.side * blocks.side));
+        if (width < 64) continue;  // the small ones fill no line
+        const auto count =
+            static_cast<std::uint64_t>(width / blocks.side) * static_cast<unsigned>(height / blocks.side);
+        EXPECT_EQ(memory.layout(texture.get())[1].first_line, count / per_line) << line_bytes << " " << blocks.bytes;
+      }
+}
+
+// Seen 1:1, every texel looked up once: (w/4)(h/4) blocks, each line once.
+std::uint64_t misses_one_to_one(const Texture& texture, std::int64_t line_bytes) {
+  scene::Material material;
+  material.base_color_texture.texture = {std::shared_ptr<const Texture>(), &texture};
+  const TextureMemory memory(std::span(&material, 1), line_bytes);
+  TextureUnit unit;
+  unit.begin_tile({&memory, 1 << 20, 16, line_bytes});
+  Sampler nearest;
+  nearest.magnify_linear = false;
+  for (int y = 0; y < texture.height(); ++y)
+    for (int x = 0; x < texture.width(); ++x) {
+      shaders::TexelFootprint footprint;
+      texture.sample(nearest,
+                     Vec2((static_cast<float>(x) + 0.5f) / static_cast<float>(texture.width()),
+                          (static_cast<float>(y) + 0.5f) / static_cast<float>(texture.height())),
+                     0, &footprint);
+      unit.fetch(texture, footprint);
+    }
+  return unit.take_counters().cache_misses;
+}
+
+TEST(TextureUnit, ATextureSeenOneToOneTakesTheBytesOfItsBlocks) {
+  for (const std::int64_t line_bytes : {16, 64, 128}) {
+    const std::uint64_t blocks = (64 / 4) * (32 / 4), line = static_cast<std::uint64_t>(line_bytes);
+    EXPECT_EQ(misses_one_to_one(*in_blocks(64, 32, kAstc), line_bytes), blocks * 16 / line);
+    EXPECT_EQ(misses_one_to_one(*in_blocks(64, 32, kEtc2Rgb), line_bytes), blocks * 8 / line);
+    EXPECT_EQ(misses_one_to_one(*in_blocks(64, 32, kRgba8), line_bytes), blocks * 64 / line);
+  }
+}
+
+// The twin: texels that were taken for plain ones would cost four times the lines.
+TEST(TextureUnit, BlocksTakenForPlainTexelsAreCaught) {
+  EXPECT_NE(misses_one_to_one(*in_blocks(64, 32, kAstc), 64), misses_one_to_one(*in_blocks(64, 32, kRgba8), 64));
 }
 
 }  // namespace
