@@ -19,8 +19,8 @@ namespace tessera::tilecore {
 // or twice as wide as high: of 64 bytes, 4x4 texels of RGBA8, 2x2 blocks of ASTC, 4x2 blocks of ETC2 without alpha.
 //
 // Invariants (cited by the tests):
-//   TL1  A level of w x h texels in blocks of s x s takes the lines that cover ceil(w/s) x ceil(h/s) blocks, no more.
-//   TL2  A line holds line_bytes / block bytes blocks.
+//   TX3  A level of w x h texels in blocks of s x s takes the lines that cover ceil(w/s) x ceil(h/s) blocks, no more.
+//   TX4  A line holds line_bytes / block bytes blocks.
 class TextureMemory {
  public:
   // `materials`: those that frames are drawn with.

@@ -140,7 +140,7 @@ std::shared_ptr<const Texture> in_blocks(int width, int height, shaders::TexelBl
 
 constexpr shaders::TexelBlocks kRgba8{1, 4}, kEtc2Rgb{4, 8}, kAstc{4, 16};
 
-// Invariants TL1 and TL2: lines = blocks * bytes / line, rounded up to whole lines along both axes.
+// Invariants TX3 and TX4: lines = blocks * bytes / line, rounded up to whole lines along both axes.
 TEST(TextureMemory, ALevelTakesTheLinesOfItsBlocks) {
   for (const std::int64_t line_bytes : {16, 32, 64, 128, 256})
     for (const shaders::TexelBlocks blocks : {kRgba8, kEtc2Rgb, kAstc})
