@@ -111,6 +111,7 @@ class SettingsKeys(TypedDict, total=False):
     sampling__lens_points: int  # 0 to 65536 points. Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a point of its own for every sample of the pattern, moved from block to block.
     tessellation__target_edge_pixels: float  # 0.25 to 64 pixels. Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower.
     tessellation__displacement_bias: float  # -16 to 16 levels. Added to the level of the height map that vertices and normals are made from; 0 fits it to the tessellated cells, more is smoother, less aliases.
+    texture__basis_target: Literal["rgba8", "etc2", "astc"]  # What KTX2 textures become in memory: 4 bytes a texel; blocks of 4x4 texels, ETC2 of 8 bytes (16 with alpha); ASTC of 16. Images show what the blocks decode to.
     shading__rate: Literal["pixel", "sample", "cache"]  # Pixel-shader invocations: once per pixel and surface (multisampling), once per visible sample, or once per cell of the surface about a pixel wide, while the shading cache holds it.
     shading__cell_pixels: float  # 0.125 to 16 pixels. With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower.
     shading__attributes: Literal["float", "half"]  # Precision of interpolated attributes (texture coordinates, colours, normals) on their way to the pixel shader: single, or half as in GLSL's mediump.

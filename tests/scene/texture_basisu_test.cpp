@@ -4,12 +4,16 @@
 
 #include <filesystem>
 
+#include <fmt/format.h>
+
 #include "base/color.h"
+#include "base/error.h"
 #include "base/ktx2/ktx2.h"
 #include "scene/basis_textures.h"
 #include "scene/capture_reader.h"
 #include "tests/support/basis_asset.h"
 #include "tests/support/captures.h"
+#include "tests/support/heap_meter.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tessera::scene {
