@@ -155,7 +155,8 @@ TEST(TextureBasisu, HeightsAreTheRedChannelAndTheirCoarserLevelsMeans) {
   const Capture capture = read(basis_texture_asset(file).gltf());
   for (const BasisTarget target : kTargets) {
     const ktx2::BasisTexture wanted = unpacked(file, target);
-    const auto& levels = materials_for(capture, target).at(1).displacement->texture->levels();
+    const std::vector<Material> materials = materials_for(capture, target);
+    const auto& levels = materials.at(1).displacement->texture->levels();
     ASSERT_EQ(levels.size(), 7u);
     for (std::size_t i = 0; i < levels[0].values.size(); ++i)
       ASSERT_EQ(levels[0].values[i], static_cast<float>(wanted.levels[0].texels[4 * i]) / 255.0f);
