@@ -208,7 +208,7 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
     throw LimitError(fmt::format("image of {}x{} pixels exceeds the limit of {} a side and {} in all", width, height,
                                  limits.max_side, limits.max_pixels));
   const bool wide = format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size);
-  if (charge) charge(decoder_bytes(bytes.size(), width, height, channels, wide));
+  if (charge) charge(decoder_bytes(bytes.size(), width, height, std::max(channels, jpeg.stored_channels), wide));
   if (format == ImageFormat::kPng && !check_png_data(data_chunks, png_raw_bytes(bytes), fault)) return false;
 
   if (format == ImageFormat::kJpeg) {
