@@ -34,9 +34,9 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
     PatchSplitter splitter(frame, pyramids, spec, guess);
     for (std::size_t p = b * kBlock; p < std::min(patch_count, (b + 1) * kBlock); ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
-      if ((frame.request.sample_procedures || !frame.request.procedures) &&
-          frame.drawable_of(patch).procedure != nullptr)
-        continue;
+      const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+      const bool skip_procedures = frame.request.sample_procedures || !frame.request.procedures;
+      if (!drawable.visible || (skip_procedures && drawable.procedure != nullptr)) continue;
       result.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
                          memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
       splitter.split(patch, result.sub_patches, result.deferred, result.counters);

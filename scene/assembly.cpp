@@ -74,6 +74,55 @@ void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly
   }
 }
 
+// ---- Materials --------------------------------------------------------------------------------------------------
+
+// Materials as primitives can have them: without the textures whose coordinates a primitive lacks, and for points and
+// lines seen from both sides and, without normals, unlit (glTF 2.0 section 3.7.2.1).
+class MaterialVariants {
+ public:
+  explicit MaterialVariants(Assembly& assembly) : assembly_(assembly) {}
+
+  int of(const Primitive& primitive) {
+    const auto plain = static_cast<std::size_t>(primitive.material == kNone ? default_ : primitive.material);
+    Material material = assembly_.materials[plain];
+    const auto lacks = [&](int set) {
+      const auto& sets = primitive.vertices.texcoords;
+      return static_cast<std::size_t>(set) >= sets.size() || sets[static_cast<std::size_t>(set)].empty();
+    };
+    unsigned changes = 0;
+    for (std::size_t s = 0; s < material.slots().size(); ++s)
+      if (TextureSlot& slot = *material.slots()[s]; slot.texture != nullptr && lacks(slot.texcoord)) {
+        slot.texture = nullptr;
+        changes |= 1u << s;
+      }
+    if (material.displacement && lacks(material.displacement->texcoord)) {
+      material.displacement.reset();
+      changes |= kNoDisplacement;
+    }
+    if (primitive.wire != Primitive::Wire::kSurface) {
+      material.double_sided = true;
+      changes |= kWire;
+      if (primitive.vertices.normals.empty() && !material.unlit) {
+        material.unlit = material.glows_unlit = true;
+        changes |= kGlow;
+      }
+    }
+    if (changes == 0) return static_cast<int>(plain);
+    const auto [number, fresh] = variants_.try_emplace({plain, changes}, static_cast<int>(assembly_.materials.size()));
+    if (fresh) {
+      assembly_.materials.push_back(std::move(material));
+      assembly_.material_source.push_back(assembly_.material_source[plain]);
+    }
+    return number->second;
+  }
+
+ private:
+  static constexpr unsigned kNoDisplacement = 1u << 5, kWire = 1u << 6, kGlow = 1u << 7;
+  Assembly& assembly_;
+  const int default_ = static_cast<int>(assembly_.materials.size()) - 1;
+  std::map<std::pair<std::size_t, unsigned>, int> variants_;
+};
+
 }  // namespace
 
 MeshClusters build_clusters(const Primitive& primitive) {
@@ -139,6 +188,9 @@ Assembly assemble(const Capture& capture) {
   assembly.capture = &capture;
   assembly.materials = capture.materials;
   assembly.materials.push_back(Material{});
+  for (std::size_t m = 0; m < capture.materials.size(); ++m) assembly.material_source.push_back(static_cast<int>(m));
+  assembly.material_source.push_back(kNone);
+  MaterialVariants variants(assembly);
   const Pose rest = pose_at(capture, 0.0);
   std::map<std::pair<int, int>, std::uint32_t> geometry_of;  // (mesh, primitive)
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
@@ -162,7 +214,7 @@ Assembly assemble(const Capture& capture) {
       drawable.node = static_cast<int>(n);
       drawable.mesh = mesh;
       drawable.primitive = static_cast<int>(p);
-      drawable.material = primitive.material == kNone ? static_cast<int>(capture.materials.size()) : primitive.material;
+      drawable.material = variants.of(primitive);
       drawable.kind = primitive.kind;
       drawable.first_patch = static_cast<std::uint32_t>(assembly.patch_count());
       drawable.patch_count = static_cast<std::uint32_t>(patches);

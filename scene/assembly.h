@@ -64,7 +64,9 @@ struct Drawable {
 
 struct Assembly {
   const Capture* capture = nullptr;
-  std::vector<Material> materials;                       // the capture's, and a last one for primitives without
+  // The capture's, then one for primitives without, then those that primitives of the capture's need otherwise.
+  std::vector<Material> materials;
+  std::vector<int> material_source;                      // of each, the capture's that it comes from, or kNone
   std::vector<MeshClusters> clusters;                    // shared by all nodes that draw the mesh
   std::vector<std::vector<PatchNeighbours>> neighbours;  // per Bezier primitive and patch
   std::vector<Drawable> drawables;

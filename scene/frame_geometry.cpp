@@ -3,8 +3,10 @@
 #include <atomic>
 
 #include "base/parallel.h"
+#include "scene/animated_values.h"
 #include "scene/patch_displacement.h"
 #include "scene/procedure_patch.h"
+#include "scene/wires.h"
 
 namespace tessera::scene {
 namespace {
@@ -21,10 +23,11 @@ void connect_spans(PosedDrawable& posed) {
   }
 }
 
-// The materials without what the request leaves out; empty when it leaves out nothing.
-std::vector<Material> reduced_materials(const Assembly& assembly, const FrameRequest& request) {
-  if (request.displacement && request.alpha_test && request.blending) return {};
+// The materials at shutter open, without what the request leaves out; empty when they are the assembly's.
+std::vector<Material> frame_materials(const Assembly& assembly, const FrameRequest& request, bool animated) {
+  if (request.displacement && request.alpha_test && request.blending && !animated) return {};
   std::vector<Material> materials = assembly.materials;
+  if (animated) animate_materials(*assembly.capture, request.open_time, assembly.material_source, materials);
   for (Material& material : materials) {
     if (!request.displacement) material.displacement.reset();
     if (!request.alpha_test && material.alpha_mode == AlphaMode::kMask) material.alpha_mode = AlphaMode::kOpaque;
@@ -33,25 +36,34 @@ std::vector<Material> reduced_materials(const Assembly& assembly, const FrameReq
   return materials;
 }
 
-void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable,
+void pose_drawable(const FrameGeometry& frame, std::span<const Material> materials, const Drawable& drawable,
                    const std::array<Pose, 2>& poses, const std::array<DMat4, 2>& world_to_raster,
                    PosedDrawable& posed) {
+  const Assembly& assembly = *frame.assembly;
   const Capture& capture = *assembly.capture;
-  static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
+  static const Primitive kNoPrimitive = [] {
+    Primitive none;
+    none.kind = Primitive::Kind::kProcedure;
+    return none;
+  }();
   posed.drawable = &drawable;
   if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
   posed.primitive = posed.procedure != nullptr ? &kNoPrimitive
                                                : &capture.meshes[static_cast<std::size_t>(drawable.mesh)]
                                                       .primitives[static_cast<std::size_t>(drawable.primitive)];
   posed.material = &materials[static_cast<std::size_t>(drawable.material)];
+  posed.visible = poses[0].visible[static_cast<std::size_t>(drawable.node)];
   for (std::size_t key = 0; key < 2; ++key) {
-    const DMat4 world = object_to_world(capture, drawable.node, *posed.primitive, poses[key]);
+    const DMat4 world = vertices_to_world(capture, drawable.node, *posed.primitive, poses[key], frame.views[key]);
     posed.to_world[key] = Mat4(world);
     posed.to_raster[key] = Mat4(world_to_raster[key] * world);
     const double determinant = glm::determinant(DMat3(world));
     posed.mirrored = determinant < 0;
     posed.normal_to_world[key] = determinant != 0 ? Mat3(glm::transpose(glm::inverse(DMat3(world)))) : Mat3(1.0f);
     deform(capture, drawable.node, *posed.primitive, poses[key], posed.storage[key]);
+    if (posed.primitive->wire != Primitive::Wire::kSurface)
+      spread_wires(*posed.primitive, object_to_world(capture, drawable.node, *posed.primitive, poses[key]),
+                   frame.views[key], frame.projection, posed.storage[key]);
   }
   posed.deforming = posed.storage[0].positions != posed.storage[1].positions;
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
@@ -82,12 +94,13 @@ TessellationPattern pattern_of(const FrameGeometry& frame, const PosedDrawable& 
   return pattern;
 }
 
-std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pose) {
+std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pose, double time) {
+  const std::vector<shaders::Light> unplaced = animate_lights(capture, time);
   std::vector<shaders::Light> lights;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const int light = capture.nodes[n].light;
-    if (light == kNone || !pose.in_scene[n]) continue;
-    shaders::Light placed = capture.lights[static_cast<std::size_t>(light)];
+    if (light == kNone || !pose.in_scene[n] || !pose.visible[n]) continue;
+    shaders::Light placed = unplaced[static_cast<std::size_t>(light)];
     const DMat4& world = pose.world[n];
     placed.position = Vec3(DVec3(world[3]));
     const DVec3 forward = -DVec3(world[2]);
@@ -113,7 +126,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   frame->identity = ++last_identity;
   frame->assembly = &assembly;
   frame->request = request;
-  frame->projection = make_projection(camera.camera, request.width, request.height);
+  frame->projection = make_projection(camera.at(*assembly.capture, request.open_time), request.width, request.height);
   std::array<Pose, 2> poses;
   poses[0] = pose_at(*assembly.capture, request.open_time);
   poses[1] = request.close_time == request.open_time ? poses[0] : pose_at(*assembly.capture, request.close_time);
@@ -123,11 +136,12 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
     world_to_raster[key] = frame->projection.matrix() * frame->views[key].world_to_camera;
   }
   frame->drawables.resize(assembly.drawables.size());
-  frame->materials = reduced_materials(assembly, request);
+  frame->material_values = animated_material_values(*assembly.capture, request.open_time);
+  frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
   const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials)
                                                                        : std::span<const Material>(frame->materials);
   parallel_for(assembly.drawables.size(), [&](std::size_t d) {
-    pose_drawable(assembly, materials, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
+    pose_drawable(*frame, materials, assembly.drawables[d], poses, world_to_raster, frame->drawables[d]);
   });
   for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
   frame->patterns.resize(assembly.patch_count());
@@ -140,7 +154,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
     if (drawable.material->displacement)
       frame->displacement_lod[p] = choose_displacement_lod(*frame, drawable, static_cast<std::uint32_t>(p));
   });
-  frame->lights = place_lights(*assembly.capture, poses[0]);
+  frame->lights = place_lights(*assembly.capture, poses[0], request.open_time);
   return frame;
 }
 

@@ -38,6 +38,7 @@ struct PosedDrawable {
   bool moving = false;                   // anything differs between the keys, camera included
   bool deforming = false;                // the vertices themselves differ
   bool mirrored = false;                 // the transform turns triangles inside out
+  bool visible = true;                   // at shutter open (KHR_node_visibility); what is not is nobody's work
   std::array<Mat4, 2> to_raster;         // object space to (xh, yh, depth, w)
   std::array<Mat4, 2> to_world;
   std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
@@ -53,7 +54,9 @@ struct FrameGeometry {
   FrameRequest request;
   Projection projection;
   std::array<View, 2> views;
-  std::vector<Material> materials;  // as Assembly::materials where the request leaves something out of them, else empty
+  // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
+  std::vector<Material> materials;
+  std::vector<double> material_values;        // that animations give them, for telling frames apart
   std::vector<PosedDrawable> drawables;       // as Assembly::drawables
   std::vector<TessellationPattern> patterns;  // per base patch; clusters keep the default
   std::vector<float> displacement_lod;  // per base patch: level of detail of its heights; 0 where nothing displaces

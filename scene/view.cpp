@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/animated_values.h"
 #include "scene/deform.h"
 #include "shaders_cpp/procedures/procedures.h"
 
@@ -131,6 +132,11 @@ View CameraChoice::view(const Pose& pose) const {
   view.camera_to_world[3] += view.camera_to_world[0] * eye_offset;
   view.world_to_camera[3].x -= eye_offset;
   return view;
+}
+
+Camera CameraChoice::at(const Capture& capture, double time) const {
+  const int number = node == kNone ? kNone : capture.nodes[static_cast<std::size_t>(node)].camera;
+  return number == kNone ? camera : animate_camera(capture, time, number, camera);
 }
 
 CameraChoice choose_camera(const Capture& capture, double time, int width, int height) {
