@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -89,6 +90,16 @@ json animations_json(const Capture& capture) {
   return rows;
 }
 
+// Those that the file says it uses and those that it has, once each.
+json extensions_json(const Capture& capture) {
+  const std::set<std::string> unread(capture.extensions_unread.begin(), capture.extensions_unread.end());
+  std::set<std::string> all = unread;
+  all.insert(capture.extensions_used.begin(), capture.extensions_used.end());
+  json rows = json::array();
+  for (const std::string& name : all) rows.push_back({{"name", name}, {"read", !unread.contains(name)}});
+  return rows;
+}
+
 json inspect(const Capture& capture) {
   const scene::Assembly assembly = scene::assemble(capture);
   std::size_t triangles = 0, bezier = 0, clusters = 0, procedures = 0;
@@ -136,7 +147,7 @@ json inspect(const Capture& capture) {
             {"shutter", {s.shutter_open, s.shutter_close}},
             {"first_frame", s.first_frame},
             {"frames", s.frame_count}}},
-          {"extensions", capture.extensions_used},
+          {"extensions", extensions_json(capture)},
           {"notices", capture.notices}};
 }
 
@@ -183,8 +194,12 @@ void print_table(const json& j) {
   for (const json& a : j["animations"])
     fmt::print("  animation   {}: {} channels, {} s{}\n", quoted(a["name"]), a["channels"].dump(),
                fmt::format("{:g}", a["seconds"].get<double>()), a["played"].get<bool>() ? "" : ", not played");
-  if (!j["extensions"].empty())
-    fmt::print("  extensions  {}\n", fmt::join(j["extensions"].get<std::vector<std::string>>(), ", "));
+  for (const bool read : {true, false}) {
+    std::vector<std::string> names;
+    for (const json& e : j["extensions"])
+      if (e["read"].get<bool>() == read) names.push_back(escape_control(e["name"].get<std::string>(), 60));
+    if (!names.empty()) fmt::print("  extensions  {}: {}\n", read ? "read" : "not read", fmt::join(names, ", "));
+  }
   for (const json& notice : j["notices"]) fmt::print("  note        {}\n", notice.get<std::string>());
 }
 
@@ -195,9 +210,10 @@ class InspectCommand final : public Command {
         ->required()
         ->type_name("FILE");
     app.add_flag("--json", json_, "As JSON");
+    add_strict_flag(app, strict_);
   }
   void run() override {
-    const json report = inspect(scene::read_capture(capture_));
+    const json report = inspect(scene::read_capture(capture_, {.strict = strict_}));
     if (json_)
       fmt::print("{}\n", report.dump(2, ' ', false, json::error_handler_t::replace));
     else
@@ -206,7 +222,7 @@ class InspectCommand final : public Command {
 
  private:
   std::string capture_;
-  bool json_ = false;
+  bool json_ = false, strict_ = false;
 };
 
 }  // namespace

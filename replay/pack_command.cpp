@@ -50,6 +50,7 @@ class PackCommand final : public Command {
     bits("--texcoord-bits", options_.bits.texcoord, "texture coordinates");
     bits("--color-bits", options_.bits.color, "vertex colours");
     bits("--generic-bits", options_.bits.generic, "tangents and weights");
+    add_strict_flag(app, options_.strict);
     const char* surfaces = "Surfaces";
     app.add_option("--subdivide", levels_,
                    "Make meshes Catmull-Clark cages: triangles are paired into quads, refined so many times (0 to 4, "

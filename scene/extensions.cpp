@@ -4,10 +4,16 @@ namespace tessera::scene {
 
 const std::vector<Extension>& supported_extensions() {
   static const std::vector<Extension> kExtensions = {
+      {"KHR_animation_pointer",
+       "animation channel target",
+       "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
+       "texture transformations; cameras and lights. Pointers at anything else are skipped.",
+       {}},
       {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
       {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
       {"KHR_materials_unlit", "material", "Base colour is shown as it is.", {}},
       {"KHR_mesh_quantization", "root", "Vertex attributes of small integer types.", {}},
+      {"KHR_node_visibility", "node", "Hides a node and all below it.", {}},
       {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
       {"TESSERA_bezier_patches",
        "mesh primitive",

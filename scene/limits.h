@@ -15,7 +15,8 @@ namespace tessera::scene {
 struct CaptureLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one capture, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
-  ImageLimits image;
+  ImageLimits image{};
+  bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
 };
 
 // The account of one reading.
@@ -27,8 +28,9 @@ class MemoryBudget {
   void charge(std::uint64_t count, std::uint64_t size, const std::string& what) {
     const std::uint64_t left = max_bytes_ - used_;
     if (size != 0 && count > left / size)
-      throw LimitError(fmt::format("{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)",
-                                   what, count, size, human_bytes(max_bytes_)));
+      throw LimitError(fmt::format(
+          "{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)", what,
+          count, size, human_bytes(max_bytes_)));
     used_ += count * size;
   }
   std::uint64_t used_bytes() const { return used_; }

@@ -10,12 +10,17 @@ namespace {
 using nlohmann::json;
 
 // What tinygltf gets to see: no buffers and images (it would fetch them), no index accessors (it insists that each has
-// a buffer view, which Draco's need not), no extras (it walks them recursively), and whole numbers written as 4.0 as
+// a buffer view, which Draco's need not), no strides and targets of views (it refuses some), no extras (it walks them recursively), and whole numbers written as 4.0 as
 // integers (it does not take them for such).
 json structure_only(json document) {
   document.erase("buffers");
   document.erase("images");
   document.erase("extensionsRequired");
+  if (const auto views = document.find("bufferViews"); views != document.end())
+    for (json& view : *views) view.erase("byteStride"), view.erase("target");
+  if (const json::json_pointer lights("/extensions/KHR_lights_punctual/lights"); document.contains(lights))
+    for (json& light : document[lights])
+      if (light["type"] == "spot" && !light.contains("spot")) light["spot"] = json::object();
   if (const auto meshes = document.find("meshes"); meshes != document.end())
     for (json& mesh : *meshes)
       for (json& primitive : mesh["primitives"]) primitive.erase("indices");
@@ -35,9 +40,10 @@ json structure_only(json document) {
 }  // namespace
 
 Document::Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
-                   bool has_binary, const CaptureLimits& limits_in, MemoryBudget& budget_in)
+                   bool has_binary, const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in)
     : json(std::move(checked)),
-      resources(json, file, std::move(binary), has_binary, limits_in, budget_in),
+      notes(std::move(notes_in)),
+      resources(json, file, std::move(binary), has_binary, limits_in, budget_in, notes),
       root(file.string()),
       limits(limits_in),
       budget(budget_in) {

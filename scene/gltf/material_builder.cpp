@@ -1,5 +1,5 @@
-#include <cmath>
 #include <map>
+#include <optional>
 
 #include "scene/gltf/builders.h"
 
@@ -14,7 +14,9 @@ class TextureLibrary {
   explicit TextureLibrary(Document& document) : document_(document) {}
 
   std::shared_ptr<const shaders::Texture> color(std::size_t texture, shaders::ColorSpace space) {
-    const std::size_t image = source(texture);
+    const std::optional<std::size_t> source = image_of(texture);
+    if (!source) return nullptr;
+    const std::size_t image = *source;
     auto& slot = textures_[{image, space}];
     if (slot == nullptr) {
       const DecodedImage decoded = decode(image);
@@ -28,7 +30,9 @@ class TextureLibrary {
   }
 
   std::shared_ptr<const shaders::ScalarTexture> heights(std::size_t texture) {
-    const std::size_t image = source(texture);
+    const std::optional<std::size_t> source = image_of(texture);
+    if (!source) return nullptr;
+    const std::size_t image = *source;
     auto& slot = heights_[image];
     if (slot == nullptr) {
       const DecodedImage decoded = decode(image);
@@ -65,10 +69,13 @@ class TextureLibrary {
  private:
   Place place(std::size_t image) const { return document_.root.at("images").at(image); }
 
-  std::size_t source(std::size_t texture) const {
+  // Nothing where no source is read: the factor stands alone.
+  std::optional<std::size_t> image_of(std::size_t texture) {
     const int image = document_.model.textures[texture].source;
-    if (image < 0) document_.root.at("textures").at(texture).refuse("has no source that Tessera reads (PNG or JPEG)");
-    return static_cast<std::size_t>(image);
+    if (image >= 0) return static_cast<std::size_t>(image);
+    document_.notes.violation(document_.root.at("textures").at(texture), "materials do without it",
+                              "has no source that Tessera reads (PNG or JPEG)");
+    return std::nullopt;
   }
 
   DecodedImage decode(std::size_t image) {
@@ -89,18 +96,15 @@ class TextureLibrary {
   std::map<std::size_t, std::shared_ptr<shaders::ScalarTexture>> heights_;
 };
 
-// KHR_texture_transform: uv' = T * R * S * uv.
-shaders::TextureTransform texture_transform(const json& info, int& texcoord) {
-  shaders::TextureTransform out;
+TextureShift texture_shift(const json& info, int& texcoord) {
+  TextureShift out;
   const json* extension = find_extension(info, "KHR_texture_transform");
   if (extension == nullptr) return out;
   texcoord = extension->value("texCoord", texcoord);
-  const float angle = extension->value("rotation", 0.0f), c = std::cos(angle), s = std::sin(angle);
+  out.rotation = extension->value("rotation", 0.0f);
   const auto scale = extension->value("scale", std::vector<float>{1.0f, 1.0f});
   const auto offset = extension->value("offset", std::vector<float>{0.0f, 0.0f});
-  // Columns of R * S. The rotation is counter-clockwise as seen with v pointing down, R = [c s; -s c]; viewers agree on
-  // this and the Khronos test model asks for it, the GLSL in the extension's text turns the other way.
-  out.matrix = glm::mat2(c * scale[0], -s * scale[0], s * scale[1], c * scale[1]);
+  out.scale = {scale[0], scale[1]};
   out.offset = {offset[0], offset[1]};
   return out;
 }
@@ -113,7 +117,8 @@ TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char*
   slot.texture = library.color(texture, space);
   slot.sampler = library.sampler(texture);
   slot.texcoord = info->value("texCoord", 0);
-  slot.transform = texture_transform(*info, slot.texcoord);
+  slot.shift = texture_shift(*info, slot.texcoord);
+  slot.transform = slot.shift.transform();
   return slot;
 }
 
@@ -124,7 +129,7 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   out.texture = library.heights(texture);
   out.sampler = library.sampler(texture);
   out.texcoord = info.value("texCoord", 0);
-  out.transform = texture_transform(info, out.texcoord);
+  out.transform = texture_shift(info, out.texcoord).transform();
   out.scale = extension.value("scale", 1.0f);
   out.bias = extension.value("bias", 0.0f);
   return out;
@@ -154,7 +159,8 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
   out.double_sided = model.doubleSided;
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
   if (const json* extension = find_extension(material, "TESSERA_displacement"))
-    out.displacement = displacement(library, *extension);
+    if (Displacement heights = displacement(library, *extension); heights.texture != nullptr)
+      out.displacement = std::move(heights);
   return out;
 }
 

@@ -109,7 +109,6 @@ std::vector<Harmless> documents() {
       edited("extras_that_look_broken", "/nodes/0/extras", {{"mesh", -7}, {"matrix", "x"}, {"extensions", 5}}),
       edited("extras_a_number", "/extras", 7),
       edited("property_unknown", "/nodes/0/colour", "red"),
-      edited("arrays_empty", "/animations/0/channels", json::array()),
       edited("children_empty", "/nodes/3/children", json::array()),
       edited("skins_empty", "/textures", {{{"source", 0}, {"sampler", 0}}}),
       edited("scene_empty", "/scenes/0/nodes", json::array()),
