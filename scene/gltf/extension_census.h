@@ -12,7 +12,7 @@ namespace tessera::scene::gltf {
 
 // Names of all extensions that a document uses, by saying so or by an object of theirs, and that supported_extensions()
 // does not have; sorted. What stands in extras is the application's own and does not count.
-//   NT3  One note of the file names every one of them and what carries it.
+//   EC1  One note of the file names every one of them and what carries it.
 std::vector<std::string> find_unread_extensions(const nlohmann::json& document, const Place& root, MemoryBudget& budget,
                                                 Notes& notes);
 

@@ -62,7 +62,7 @@ TEST(LenientReader, NotesShowNoControlCharacters) {
   EXPECT_THAT(capture.notices, ElementsAre(HasSubstr("A\\x1B[31m: is not")));
 }
 
-TEST(LenientReader, OneNoteNamesEveryExtensionThatIsNotRead) {  // NT3
+TEST(LenientReader, OneNoteNamesEveryExtensionThatIsNotRead) {  // EC1
   const Capture capture = read_with({{"/extensionsUsed", {"MADE_used", "KHR_lights_punctual", "MADE_both"}},
                                      {"/materials/0/extensions", {{"MADE_both", {{"extras", 1}}}}},
                                      {"/materials/0/pbrMetallicRoughness/extensions", {{"MADE_inner", json::object()}}},
