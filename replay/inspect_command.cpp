@@ -32,7 +32,7 @@ const char* alpha_name(scene::AlphaMode mode) {
 json meshes_json(const Capture& capture) {
   json rows = json::array();
   for (const scene::Mesh& mesh : capture.meshes) {
-    std::size_t triangles = 0, patches = 0, vertices = 0, targets = 0;
+    std::size_t triangles = 0, patches = 0, vertices = 0, targets = 0, points = 0, lines = 0;
     bool skinned = false;
     for (const scene::Primitive& p : mesh.primitives) {
       vertices += p.vertices.count();
@@ -40,6 +40,8 @@ json meshes_json(const Capture& capture) {
       skinned = skinned || !p.vertices.influences.empty();
       if (p.kind == scene::Primitive::Kind::kBezierPatches)
         patches += p.vertices.count() / 16;
+      else if (p.wire != scene::Primitive::Wire::kSurface)
+        (p.wire == scene::Primitive::Wire::kPoints ? points : lines) += p.vertices.count() / 4;
       else
         triangles += p.indices.size() / 3;
     }
@@ -48,6 +50,8 @@ json meshes_json(const Capture& capture) {
                     {"vertices", vertices},
                     {"triangles", triangles},
                     {"bezier_patches", patches},
+                    {"points", points},
+                    {"lines", lines},
                     {"morph_targets", targets},
                     {"skinned", skinned}});
   }
@@ -179,6 +183,8 @@ void print_table(const json& j) {
     fmt::print("  mesh        {}: {} vertices", quoted(m["name"]), m["vertices"].dump());
     if (m["triangles"] != 0) fmt::print(", {} triangles", m["triangles"].dump());
     if (m["bezier_patches"] != 0) fmt::print(", {} Bezier patches", m["bezier_patches"].dump());
+    if (m["points"] != 0) fmt::print(", {} points", m["points"].dump());
+    if (m["lines"] != 0) fmt::print(", {} lines", m["lines"].dump());
     if (m["morph_targets"] != 0) fmt::print(", {} morph targets", m["morph_targets"].dump());
     if (m["skinned"].get<bool>()) fmt::print(", skinned");
     fmt::print("\n");

@@ -75,7 +75,7 @@ TEST(WiresInTheMachine, APointCoversTheAreaOfAPixel) {
 TEST(WiresInTheMachine, ASlantedLineCoversItsLengthTimesOnePixel) {
   Capture capture = stage();
   test::add_node(capture, test::segments({at(5, 4), at(40, 25)}, white(capture)));
-  const Image image = render(capture, with_samples(64));
+  const Image image = render(capture, with_samples(1024));
   double sum = 0;
   for (std::size_t i = 0; i < image.values.size(); i += static_cast<std::size_t>(image.channels))
     sum += static_cast<double>(image.values[i]);
