@@ -254,8 +254,9 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
   const int size = static_cast<int>(bytes.size());
   const bool wide = format == ImageFormat::kPng && tessera_stb_is_16_bit(bytes.data(), size);
   if (charge)
-    charge(format == ImageFormat::kWebp ? webp_decoder_bytes(head.webp, bytes.size())
-                                        : decoder_bytes(bytes.size(), width, height, channels, wide));
+    charge(format == ImageFormat::kWebp
+               ? webp_decoder_bytes(head.webp, bytes.size())
+               : decoder_bytes(bytes.size(), width, height, std::max(channels, jpeg.stored_channels), wide));
   if (format == ImageFormat::kPng && !check_png_data(head.png_data, png_raw_bytes(bytes), fault)) return false;
 
   if (format != ImageFormat::kPng) {

@@ -82,6 +82,7 @@ BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const gpu::
                                        std::uint64_t frame_bytes) {
   constexpr std::size_t kBatch = 64;
   struct Prepared {
+    bool drawn = false;
     TessellatedPatch patch;
     TriangleList list;
     BaselineCounters counters;
@@ -99,10 +100,13 @@ BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const gpu::
     parallel_for(batch.size(), [&](std::size_t k) {
       Scratch& own = scratch.local();
       Prepared& prepared = batch[k];
+      if (!job.frame->drawable_of(static_cast<std::uint32_t>(first + k)).visible) return;
+      prepared.drawn = true;
       prepared.patch = tessellate_first(job, static_cast<std::uint32_t>(first + k), own.tessellator, own.mesh);
       prepared.list = post.setup().run(prepared.patch, prepared.counters);
     });
     for (const Prepared& prepared : batch) {
+      if (!prepared.drawn) continue;
       merge(counters, prepared.counters);
       post.add(prepared.patch, prepared.list);
     }

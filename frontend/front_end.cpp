@@ -20,7 +20,7 @@ std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const s
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const scene::Drawable& drawable = *frame.drawables[d].drawable;
     if (drawable.patch_count == 0 || (!read.empty() && read[d] == 0)) continue;
-    if (skip_procedures && frame.drawables[d].procedure != nullptr) continue;
+    if (!frame.drawables[d].visible || (skip_procedures && frame.drawables[d].procedure != nullptr)) continue;
     if (runs.empty() || runs.back().end != drawable.first_patch)
       runs.push_back({drawable.first_patch, drawable.first_patch});
     runs.back().end += drawable.patch_count;

@@ -151,6 +151,7 @@ InstanceCulling cull_instances(const FrameGeometry& frame, const std::vector<Mov
   result.read.assign(assembly.drawables.size(), 1);
   for (std::size_t n = 0; n < boxes.size(); ++n) {
     const InstancedNode& node = assembly.instanced_nodes[n];
+    if (!frame.drawables[node.first_drawable].visible) continue;
     std::vector<InstanceCounters> groups(node.groups.size());
     parallel_for(groups.size(), [&](std::size_t g) {
       groups[g] = cull_group(frame, node, boxes[n], node.groups[g], &result.read[node.first_drawable]);

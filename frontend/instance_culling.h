@@ -17,7 +17,7 @@ namespace tessera::frontend {
 // Invariants (cited by the tests):
 //   IC1  An instance's body holds every vertex that the machine computes of it, at both motion keys; a group's body
 //        holds those of its instances. What is dropped appears nowhere in the frame.
-//   IC2  Every group is tested, and every instance of a group that stays; each test reads one record.
+//   IC2  Every group of a visible node is tested, and every instance of a group that stays; each test reads one record.
 //   IC3  Drawables that stay keep their order: sub-patches are those of a node for each instance, in its order.
 
 // [spec] an instance of VK_KHR_acceleration_structure and of Direct3D 12: a matrix of 3x4 floats, 16 bytes of numbers

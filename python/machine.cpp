@@ -90,13 +90,15 @@ std::unique_ptr<SharedDevice> make_device(const Scene& scene, const py::object& 
 
 void add_scene(py::module_& module) {
   py::class_<Scene>(module, "Scene", "A capture: what is drawn, and how its file wants it to be drawn. Immutable.")
-      .def(py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes) {
+      .def(py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes,
+                       bool strict) {
              const py::gil_scoped_release unlocked;
-             return Scene(file, {max_bytes, max_file_bytes});
+             return Scene(file, {max_bytes, max_file_bytes, strict});
            }),
            py::arg("file"), py::kw_only(), py::arg("max_bytes") = ReadLimits().max_bytes,
-           py::arg("max_file_bytes") = ReadLimits().max_file_bytes,
-           "Reads any glTF 2.0 asset (.gltf or .glb). Raises InputError, LimitError, SystemError.")
+           py::arg("max_file_bytes") = ReadLimits().max_file_bytes, py::arg("strict") = false,
+           "Reads any glTF 2.0 asset (.gltf or .glb). What glTF forbids although its meaning is clear is one of the "
+           "notices, or raises where strict. Raises InputError, LimitError, SystemError.")
       .def_property_readonly("file", [](const Scene& scene) { return scene.file().string(); })
       .def_property_readonly("width", &Scene::width, "Of the image that the file asks for, in pixels.")
       .def_property_readonly("height", &Scene::height)

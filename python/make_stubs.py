@@ -30,7 +30,8 @@ Eye = Literal["left", "right"]
 CLASSES = '''
 class Scene:
     def __init__(
-        self, file: str | os.PathLike[str], *, max_bytes: int = 4294967296, max_file_bytes: int = 2147483648
+        self, file: str | os.PathLike[str], *, max_bytes: int = 4294967296, max_file_bytes: int = 2147483648,
+        strict: bool = False,
     ) -> None: ...
     @property
     def file(self) -> str: ...

@@ -7,6 +7,7 @@
 
 #include "scene/domain_shader.h"
 #include "scene/procedure_patch.h"
+#include "scene/wires.h"
 #include "shaders_cpp/bicubic.h"
 #include "shaders_cpp/procedures/procedures.h"
 
@@ -121,8 +122,9 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in)
     for (std::size_t key = 0; key < 2; ++key)
       drawable_to_raster_[d][key] =
           centred.matrix() * frame.views[key].world_to_camera *
-          scene::object_to_world(*assembly.capture, frame.drawables[d].drawable->node,
-                                 frame.drawables[d].drawable->instance, *frame.drawables[d].primitive, poses[key]);
+          scene::vertices_to_world(*assembly.capture, frame.drawables[d].drawable->node,
+                                   frame.drawables[d].drawable->instance, *frame.drawables[d].primitive, poses[key],
+                                   frame.views[key]);
   for (std::size_t patch = 0; patch < assembly.patch_count(); ++patch) add_patch(static_cast<std::uint32_t>(patch));
   for (const Leaf& leaf : leaves) leaf_boxes_.push_back(leaf_boxes(leaf));
   if (!leaves.empty()) {
@@ -149,6 +151,7 @@ ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const 
 
 void ReferenceScene::add_patch(std::uint32_t patch) {
   const std::array<DMat4, 2>& to_raster = drawable_to_raster_[frame.assembly->patch_drawable[patch]];
+  if (!frame.drawable_of(patch).visible) return;
   if (scene::has_grid(*frame.drawable_of(patch).drawable))
     add_grid(patch, to_raster);
   else

@@ -52,6 +52,11 @@ std::string unknown_command(const std::vector<std::string>& known, const std::st
 
 }  // namespace
 
+void add_strict_flag(CLI::App& app, bool& strict) {
+  app.add_flag("--strict", strict,
+               "Refuse what the glTF specification forbids also where its meaning is clear, instead of a note");
+}
+
 int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a write that fails, whoever writes it
   CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");

@@ -16,6 +16,9 @@ class Command {
   virtual void run() = 0;
 };
 
+// --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
+void add_strict_flag(CLI::App& app, bool& strict);
+
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
 std::unique_ptr<Command> make_inspect_command(CLI::App& app);
 std::unique_ptr<Command> make_pack_command(CLI::App& app);

@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -52,7 +53,7 @@ json source_json(const scene::TextureSource& source) {
 json meshes_json(const Capture& capture) {
   json rows = json::array();
   for (const scene::Mesh& mesh : capture.meshes) {
-    std::size_t triangles = 0, patches = 0, vertices = 0, targets = 0;
+    std::size_t triangles = 0, patches = 0, vertices = 0, targets = 0, points = 0, lines = 0;
     bool skinned = false;
     for (const scene::Primitive& p : mesh.primitives) {
       vertices += p.vertices.count();
@@ -60,6 +61,8 @@ json meshes_json(const Capture& capture) {
       skinned = skinned || !p.vertices.influences.empty();
       if (p.kind == scene::Primitive::Kind::kBezierPatches)
         patches += p.vertices.count() / 16;
+      else if (p.wire != scene::Primitive::Wire::kSurface)
+        (p.wire == scene::Primitive::Wire::kPoints ? points : lines) += p.vertices.count() / 4;
       else
         triangles += p.indices.size() / 3;
     }
@@ -68,6 +71,8 @@ json meshes_json(const Capture& capture) {
                     {"vertices", vertices},
                     {"triangles", triangles},
                     {"bezier_patches", patches},
+                    {"points", points},
+                    {"lines", lines},
                     {"morph_targets", targets},
                     {"skinned", skinned}});
   }
@@ -112,6 +117,16 @@ json animations_json(const Capture& capture) {
                     {"seconds", capture.animations[a].duration()},
                     {"played", std::find(played.begin(), played.end(), static_cast<int>(a)) != played.end()}});
   }
+  return rows;
+}
+
+// Those that the file says it uses and those that it has, once each.
+json extensions_json(const Capture& capture) {
+  const std::set<std::string> unread(capture.extensions_unread.begin(), capture.extensions_unread.end());
+  std::set<std::string> all = unread;
+  all.insert(capture.extensions_used.begin(), capture.extensions_used.end());
+  json rows = json::array();
+  for (const std::string& name : all) rows.push_back({{"name", name}, {"read", !unread.contains(name)}});
   return rows;
 }
 
@@ -164,7 +179,7 @@ json inspect(const Capture& capture) {
             {"shutter", {s.shutter_open, s.shutter_close}},
             {"first_frame", s.first_frame},
             {"frames", s.frame_count}}},
-          {"extensions", capture.extensions_used},
+          {"extensions", extensions_json(capture)},
           {"notices", capture.notices}};
 }
 
@@ -197,6 +212,8 @@ void print_table(const json& j) {
     fmt::print("  mesh        {}: {} vertices", quoted(m["name"]), m["vertices"].dump());
     if (m["triangles"] != 0) fmt::print(", {} triangles", m["triangles"].dump());
     if (m["bezier_patches"] != 0) fmt::print(", {} Bezier patches", m["bezier_patches"].dump());
+    if (m["points"] != 0) fmt::print(", {} points", m["points"].dump());
+    if (m["lines"] != 0) fmt::print(", {} lines", m["lines"].dump());
     if (m["morph_targets"] != 0) fmt::print(", {} morph targets", m["morph_targets"].dump());
     if (m["skinned"].get<bool>()) fmt::print(", skinned");
     fmt::print("\n");
@@ -215,8 +232,12 @@ void print_table(const json& j) {
   for (const json& a : j["animations"])
     fmt::print("  animation   {}: {} channels, {} s{}\n", quoted(a["name"]), a["channels"].dump(),
                fmt::format("{:g}", a["seconds"].get<double>()), a["played"].get<bool>() ? "" : ", not played");
-  if (!j["extensions"].empty())
-    fmt::print("  extensions  {}\n", fmt::join(j["extensions"].get<std::vector<std::string>>(), ", "));
+  for (const bool read : {true, false}) {
+    std::vector<std::string> names;
+    for (const json& e : j["extensions"])
+      if (e["read"].get<bool>() == read) names.push_back(escape_control(e["name"].get<std::string>(), 60));
+    if (!names.empty()) fmt::print("  extensions  {}: {}\n", read ? "read" : "not read", fmt::join(names, ", "));
+  }
   for (const json& notice : j["notices"]) fmt::print("  note        {}\n", notice.get<std::string>());
 }
 
@@ -227,9 +248,10 @@ class InspectCommand final : public Command {
         ->required()
         ->type_name("FILE");
     app.add_flag("--json", json_, "As JSON");
+    add_strict_flag(app, strict_);
   }
   void run() override {
-    const json report = inspect(scene::read_capture(capture_));
+    const json report = inspect(scene::read_capture(capture_, {.strict = strict_}));
     if (json_)
       fmt::print("{}\n", json_text(report, 2));
     else
@@ -238,7 +260,7 @@ class InspectCommand final : public Command {
 
  private:
   std::string capture_;
-  bool json_ = false;
+  bool json_ = false, strict_ = false;
 };
 
 }  // namespace

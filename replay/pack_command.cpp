@@ -73,6 +73,7 @@ class PackCommand final : public Command {
     bits("--texcoord-bits", &QuantizationBits::texcoord, "texture coordinates");
     bits("--color-bits", &QuantizationBits::color, "vertex colours");
     bits("--generic-bits", &QuantizationBits::generic, "tangents (of Draco) and weights");
+    add_strict_flag(app, options_.strict);
     const char* surfaces = "Surfaces";
     app.add_option("--subdivide", levels_,
                    "Make meshes Catmull-Clark cages: triangles are paired into quads, refined so many times (0 to 4, "

@@ -72,6 +72,7 @@ class ReplayCommand final : public Command {
                    "Most memory that reading the capture and the images may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
+    add_strict_flag(app, strict_);
     app.add_option("--trace", trace_, "Write when each unit did what, for Perfetto or chrome://tracing (JSON)")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
@@ -118,6 +119,7 @@ class ReplayCommand final : public Command {
     scene::CaptureLimits limits;
     limits.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
+    limits.strict = strict_;
     const scene::Capture capture = scene::read_capture(capture_, limits);
     const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
@@ -284,7 +286,7 @@ class ReplayCommand final : public Command {
   int warmup_ = 0;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;
-  bool quiet_ = false, baselines_ = false, no_report_ = false;
+  bool quiet_ = false, baselines_ = false, no_report_ = false, strict_ = false;
 };
 
 }  // namespace

@@ -211,8 +211,8 @@ std::vector<SelfCheck> check_identities() {
   return checks;
 }
 
-SelfCheck check_tiling(const std::filesystem::path& file) {
-  const scene::Capture capture = scene::read_capture(file);
+SelfCheck check_tiling(const std::filesystem::path& file, bool strict) {
+  const scene::Capture capture = scene::read_capture(file, {.strict = strict});
   std::string all;
   double at_32 = 0;
   std::uint64_t least = ~std::uint64_t{0};

@@ -20,6 +20,7 @@ struct SelfCheck {
 std::vector<SelfCheck> check_identities();
 
 // Traffic of tiling against immediate mode on one capture (published: 1.96 times less, tiles of 32x32 best).
-SelfCheck check_tiling(const std::filesystem::path& capture);
+// `strict`: scene::CaptureLimits::strict.
+SelfCheck check_tiling(const std::filesystem::path& capture, bool strict = false);
 
 }  // namespace tessera::replay

@@ -19,6 +19,7 @@ class SelfCheckCommand final : public Command {
                    "captures, if it is there)")
         ->type_name("FILE");
     app.add_flag("--json", json_, "As JSON");
+    add_strict_flag(app, strict_);
     app.footer(
         "Identities and published figures, computed again by the units of the machine. Exit status 1 when one does not "
         "hold.");
@@ -26,7 +27,7 @@ class SelfCheckCommand final : public Command {
 
   void run() override {
     std::vector<SelfCheck> checks = check_identities();
-    for (const std::filesystem::path& capture : captures()) checks.push_back(check_tiling(capture));
+    for (const std::filesystem::path& capture : captures()) checks.push_back(check_tiling(capture, strict_));
     if (json_)
       print_json(checks);
     else
@@ -72,7 +73,7 @@ class SelfCheckCommand final : public Command {
   }
 
   std::vector<std::string> captures_;
-  bool json_ = false;
+  bool json_ = false, strict_ = false;
 };
 
 }  // namespace

@@ -36,6 +36,7 @@ class SweepCommand final : public Command {
                    "Most memory that a capture, and the images of all points at work, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
+    add_strict_flag(app, strict_);
     app.add_option("--max-points", max_points_, "Refuse studies with more points")
         ->type_name("N")
         ->check(CLI::Range(1, 100000000))
@@ -53,6 +54,7 @@ class SweepCommand final : public Command {
   void run() override {
     const double gib = check_number("--max-memory", max_memory_gib_, 0, 1048576, true);
     SweepOptions options;
+    options.strict = strict_;
     options.max_bytes = static_cast<std::uint64_t>(gib * 1073741824.0);
     options.quiet = quiet_;
     options.threads = threads_ > 0 ? threads_ : std::max(1u, std::thread::hardware_concurrency());
@@ -123,7 +125,7 @@ class SweepCommand final : public Command {
   unsigned threads_ = 0, jobs_ = 0;
   double max_memory_gib_ = 4;
   std::uint64_t max_points_ = 100000;
-  bool quiet_ = false;
+  bool quiet_ = false, strict_ = false;
 };
 
 }  // namespace

@@ -107,6 +107,7 @@ class TradeoffCommand final : public Command {
                    "Most memory that reading the capture, and the images, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
+    add_strict_flag(app, strict_);
     app.add_flag("--quiet", quiet_, "No progress, no table");
     app.footer(
         "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against "
@@ -171,6 +172,7 @@ class TradeoffCommand final : public Command {
     options.knobs = listed_names(knobs_);
     options.joint = listed_names(joint_ == "usual" ? kUsualJoint : joint_);
     options.max_points = static_cast<std::size_t>(max_points_);
+    options.strict = strict_;
     options.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     options.quiet = quiet_;
@@ -207,7 +209,7 @@ class TradeoffCommand final : public Command {
   int run_ = 6, rounds_ = 3, samples_ = 1024, max_points_ = 400;
   double edge_ = 1.0, max_memory_gib_ = 4;
   unsigned threads_ = 0;
-  bool quiet_ = false;
+  bool quiet_ = false, strict_ = false;
 };
 
 }  // namespace

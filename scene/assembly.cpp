@@ -135,6 +135,55 @@ void add_procedures(const Capture& capture, const Pose& rest, Assembly& assembly
   }
 }
 
+// ---- Materials --------------------------------------------------------------------------------------------------
+
+// Materials as primitives can have them: without the textures whose coordinates a primitive lacks, and for points and
+// lines seen from both sides and, without normals, unlit (glTF 2.0 section 3.7.2.1).
+class MaterialVariants {
+ public:
+  explicit MaterialVariants(Assembly& assembly) : assembly_(assembly) {}
+
+  int of(const Primitive& primitive) {
+    const auto plain = static_cast<std::size_t>(primitive.material == kNone ? default_ : primitive.material);
+    Material material = assembly_.materials[plain];
+    const auto lacks = [&](int set) {
+      const auto& sets = primitive.vertices.texcoords;
+      return static_cast<std::size_t>(set) >= sets.size() || sets[static_cast<std::size_t>(set)].empty();
+    };
+    unsigned changes = 0;
+    for (std::size_t s = 0; s < material.slots().size(); ++s)
+      if (TextureSlot& slot = *material.slots()[s]; slot.texture != nullptr && lacks(slot.texcoord)) {
+        slot.texture = nullptr;
+        changes |= 1u << s;
+      }
+    if (material.displacement && lacks(material.displacement->texcoord)) {
+      material.displacement.reset();
+      changes |= kNoDisplacement;
+    }
+    if (primitive.wire != Primitive::Wire::kSurface) {
+      material.double_sided = true;
+      changes |= kWire;
+      if (primitive.vertices.normals.empty() && !material.unlit) {
+        material.unlit = material.glows_unlit = true;
+        changes |= kGlow;
+      }
+    }
+    if (changes == 0) return static_cast<int>(plain);
+    const auto [number, fresh] = variants_.try_emplace({plain, changes}, static_cast<int>(assembly_.materials.size()));
+    if (fresh) {
+      assembly_.materials.push_back(std::move(material));
+      assembly_.material_source.push_back(assembly_.material_source[plain]);
+    }
+    return number->second;
+  }
+
+ private:
+  static constexpr unsigned kNoDisplacement = 1u << 5, kWire = 1u << 6, kGlow = 1u << 7;
+  Assembly& assembly_;
+  const int default_ = static_cast<int>(assembly_.materials.size()) - 1;
+  std::map<std::pair<std::size_t, unsigned>, int> variants_;
+};
+
 // The geometry of every primitive that is drawn, once, and its number by mesh and primitive.
 using GeometryNumbers = std::map<std::pair<int, int>, std::uint32_t>;
 GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembly& assembly) {
@@ -162,7 +211,7 @@ struct NodePrimitive {
   std::size_t patches;
 };
 std::vector<NodePrimitive> primitives_of(const Capture& capture, std::size_t node, const GeometryNumbers& numbers,
-                                         const Assembly& assembly) {
+                                         const Assembly& assembly, MaterialVariants& variants) {
   std::vector<NodePrimitive> out;
   const int mesh = capture.nodes[node].mesh;
   const auto& primitives = capture.meshes[static_cast<std::size_t>(mesh)].primitives;
@@ -172,9 +221,10 @@ std::vector<NodePrimitive> primitives_of(const Capture& capture, std::size_t nod
     drawable.node = static_cast<int>(node);
     drawable.mesh = mesh;
     drawable.primitive = static_cast<int>(p);
-    drawable.material = primitive.material == kNone ? static_cast<int>(capture.materials.size()) : primitive.material;
+    drawable.material = variants.of(primitive);
     drawable.kind = primitive.kind;
     drawable.instanced = !capture.nodes[node].instances.empty();
+    drawable.wire = primitive.wire != Primitive::Wire::kSurface;
     drawable.geometry = numbers.at({mesh, static_cast<int>(p)});
     out.push_back({drawable, primitive.kind == Primitive::Kind::kBezierPatches
                                  ? assembly.neighbours[drawable.geometry].size()
@@ -205,7 +255,8 @@ void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly
   const auto stride = static_cast<std::uint32_t>(primitives.size());
   const auto count = static_cast<std::uint32_t>(instance_count(node));
   const auto first = static_cast<std::uint32_t>(assembly.drawables.size());
-  if (!node.instances.empty() && stride > 0) {
+  const bool wires = std::any_of(primitives.begin(), primitives.end(), [](const auto& p) { return p.drawable.wire; });
+  if (!node.instances.empty() && stride > 0 && !wires) {
     InstancedNode& instanced = assembly.instanced_nodes.emplace_back(group_instances(node.instances));
     instanced.node = primitives[0].drawable.node;
     instanced.first_drawable = first;
@@ -215,12 +266,17 @@ void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly
   for (std::uint32_t p = 0; p < stride; ++p) {
     primitives[p].drawable.drawn = static_cast<std::uint32_t>(assembly.drawn.size());
     primitives[p].drawable.first_record = take_records(primitives[p].patches, assembly);
-    assembly.drawn.push_back({first + p, stride, count});
+    // The vertices of points and lines depend on the view: no two instances share them.
+    const bool shared = !primitives[p].drawable.wire;
+    for (std::uint32_t i = 0; i < (shared ? 1 : count); ++i)
+      assembly.drawn.push_back({first + p + i * stride, stride, shared ? count : 1});
   }
   for (std::uint32_t i = 0; i < count; ++i)
-    for (NodePrimitive& primitive : primitives) {
-      primitive.drawable.instance = i;
-      add_drawable(primitive.drawable, primitive.patches, assembly);
+    for (const NodePrimitive& primitive : primitives) {
+      Drawable drawable = primitive.drawable;
+      drawable.instance = i;
+      drawable.drawn += drawable.wire ? i : 0;
+      add_drawable(drawable, primitive.patches, assembly);
     }
 }
 
@@ -307,11 +363,15 @@ Assembly assemble(const Capture& capture) {
   assembly.capture = &capture;
   assembly.materials = capture.materials;
   assembly.materials.push_back(Material{});
+  for (std::size_t m = 0; m < capture.materials.size(); ++m) assembly.material_source.push_back(static_cast<int>(m));
+  assembly.material_source.push_back(kNone);
+  MaterialVariants variants(assembly);
   const Pose rest = pose_at(capture, 0.0);
   const GeometryNumbers numbers = build_geometry(capture, rest, assembly);
   std::vector<std::vector<NodePrimitive>> nodes(capture.nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n)
-    if (capture.nodes[n].mesh != kNone && rest.in_scene[n]) nodes[n] = primitives_of(capture, n, numbers, assembly);
+    if (capture.nodes[n].mesh != kNone && rest.in_scene[n])
+      nodes[n] = primitives_of(capture, n, numbers, assembly, variants);
   reserve(capture, nodes, assembly);
   for (std::size_t n = 0; n < nodes.size(); ++n)
     if (!nodes[n].empty()) add_node(capture.nodes[n], nodes[n], assembly);

@@ -59,6 +59,7 @@ struct Drawable {
   int material;               // of Assembly::materials
   Primitive::Kind kind;
   bool instanced;                          // its node has instances
+  bool wire;                               // points or lines
   std::uint32_t first_patch, patch_count;  // base patch numbers of the whole capture
   std::uint32_t geometry;      // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind
   std::uint32_t instance;      // of Node::instances; 0 where there are none
@@ -83,7 +84,7 @@ struct InstanceGroup {
   std::array<std::array<float, 3>, 3> linear_low, linear_high;  // [row][column]
 };
 
-// A node with instances. Instance i of its primitive p is drawable first_drawable + i * primitives + p.
+// A node with instances, surfaces only. Instance i of its primitive p is drawable first_drawable + i * primitives + p.
 struct InstancedNode {
   int node;
   std::uint32_t first_drawable, primitives, first_drawn;
@@ -94,7 +95,9 @@ inline constexpr std::size_t kInstancesPerGroup = 64;  // [assumed] as many as l
 
 struct Assembly {
   const Capture* capture = nullptr;
-  std::vector<Material> materials;                       // the capture's, and a last one for primitives without
+  // The capture's, then one for primitives without, then those that primitives of the capture's need otherwise.
+  std::vector<Material> materials;
+  std::vector<int> material_source;                      // of each, the capture's that it comes from, or kNone
   std::vector<MeshClusters> clusters;                    // shared by all nodes that draw the mesh
   std::vector<std::vector<PatchNeighbours>> neighbours;  // per Bezier primitive and patch
   std::vector<Drawable> drawables;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -37,7 +38,7 @@ struct Vertices {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;                 // may be empty: flat
   std::vector<Vec4> tangents;                // may be empty; w = handedness
-  std::vector<std::vector<Vec2>> texcoords;  // by set number
+  std::vector<std::vector<Vec2>> texcoords;  // by set number; one that the file does not have is empty
   std::vector<Vec4> colors;                  // may be empty: white
   std::vector<SkinInfluence> influences;     // may be empty: not skinned
   std::vector<MorphTarget> morph_targets;
@@ -51,7 +52,11 @@ struct Primitive {
     kBezierPatches,  // 16 vertices per patch, in order: vertex 16*p + 4*j + i is control point i along u, j along v
     kProcedure,      // no vertices: a Procedure's pieces
   };
+  // Points and lines are triangles whose vertices are moved apart in the image when they are posed (wires.h). A point
+  // is four vertices where it is; a segment two where it begins and two where it ends.
+  enum class Wire : std::uint8_t { kSurface, kPoints, kSegments };
   Kind kind = Kind::kTriangles;
+  Wire wire = Wire::kSurface;
   Vertices vertices;
   std::vector<std::uint32_t> indices;
   int material = kNone;  // kNone: the default material
@@ -72,12 +77,25 @@ struct TextureSource {
   int levels = 1;  // mip levels in the file
 };
 
+// KHR_texture_transform as a file has it: uv' = offset + R(rotation) * (scale * uv).
+struct TextureShift {
+  Vec2 offset{0.0f}, scale{1.0f};
+  float rotation = 0.0f;
+  shaders::TextureTransform transform() const {
+    const float c = std::cos(rotation), s = std::sin(rotation);
+    // Columns of R * S. The rotation is counter-clockwise as seen with v pointing down, R = [c s; -s c]; viewers agree
+    // on this and the Khronos test model asks for it, the GLSL in the extension's text turns the other way.
+    return {glm::mat2(c * scale[0], -s * scale[0], s * scale[1], c * scale[1]), offset};
+  }
+};
+
 // A texture as a material uses it.
 struct TextureSlot {
   std::shared_ptr<const shaders::Texture> texture;  // null: factor only
   TextureSource source;
   shaders::Sampler sampler;
   int texcoord = 0;
+  TextureShift shift;  // what `transform` is made from, for animations of it
   shaders::TextureTransform transform;
 };
 
@@ -105,8 +123,15 @@ struct Material {
   float alpha_cutoff = 0.5f;
   bool double_sided = false;
   bool unlit = false;
+  bool glows_unlit = false;  // unlit, and its emission is added: points and lines without normals
   std::optional<Displacement> displacement;
+
+  // By MaterialTexture.
+  std::array<TextureSlot*, 5> slots() {
+    return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture, &emissive_texture};
+  }
 };
+enum class MaterialTexture : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
 
 // A KTX2 image, and what the materials have of it. Which blocks stand for it in the emulated memory is the replay's
 // choice: scene/basis_textures.h makes them from the file.
@@ -165,6 +190,7 @@ struct Node {
   int mesh = kNone, skin = kNone, camera = kNone, light = kNone, procedure = kNone;
   std::vector<float> weights;                // overrides the mesh's default weights when not empty
   std::vector<InstanceTransform> instances;  // not empty: the mesh is drawn at each of them, and only there
+  bool visible = true;                       // KHR_node_visibility: false hides what is below, too
 };
 
 struct Skin {
@@ -173,10 +199,39 @@ struct Skin {
 };
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
-enum class AnimatedPath : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
+// What a channel moves; all but the first four by KHR_animation_pointer alone.
+enum class AnimatedPath : std::uint8_t {
+  kTranslation,
+  kRotation,
+  kScale,
+  kWeights,
+  kVisible,  // of a node
+  kBaseColor,
+  kMetallic,
+  kRoughness,
+  kEmissive,
+  kAlphaCutoff,
+  kNormalScale,  // of a material
+  kOcclusionStrength,
+  kTextureOffset,
+  kTextureRotation,
+  kTextureScale,  // (of one of its textures)
+  kFieldOfView,
+  kXMag,
+  kYMag,
+  kNear,
+  kFar,  // of a camera
+  kLightColor,
+  kLightIntensity,
+  kLightRange,
+  kInnerCone,
+  kOuterCone,  // of a light
+};
 
 struct AnimationChannel {
-  int node = kNone;
+  int node = kNone;                                       // of the paths of nodes
+  int object = kNone;                                     // the material, camera or light of the others
+  MaterialTexture texture = MaterialTexture::kBaseColor;  // of the paths of a texture
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
   int components = 3;         // floats per value: 3, 4 or the number of morph targets
@@ -207,6 +262,19 @@ struct Camera {
   Lens lens;
 };
 
+// A light's parameters as the file has them; Capture::lights holds what is made from them.
+struct LightParameters {
+  Vec3 color{1.0f};
+  float intensity = 1.0f;
+  double inner_cone = 0.0, outer_cone = 0.7853981633974483;  // radians
+
+  void apply(shaders::Light& light) const {
+    light.color = color * intensity;
+    light.cos_inner = static_cast<float>(std::cos(inner_cone));
+    light.cos_outer = static_cast<float>(std::cos(outer_cone));
+  }
+};
+
 // TESSERA_capture: how the file wants to be replayed.
 struct CaptureSettings {
   int width = 1280, height = 720;
@@ -234,10 +302,11 @@ struct Capture {
   std::vector<Animation> animations;
   std::vector<int> played_animations;  // played together: the first, and every further one that does not fight it
   std::vector<Camera> cameras;
-  std::vector<shaders::Light> lights;  // colour, cone and range; placed by their nodes
+  std::vector<shaders::Light> lights;             // colour, cone and range; placed by their nodes
+  std::vector<LightParameters> light_parameters;  // of each light
   CaptureSettings settings;
-  std::vector<std::string> extensions_used;
-  std::vector<std::string> notices;  // what the reader skipped or assumed, for people
+  std::vector<std::string> extensions_used, extensions_unread;  // as the file says; all that the reader passes over
+  std::vector<std::string> notices;                             // what the reader skipped or assumed, for people
 };
 
 }  // namespace tessera::scene

@@ -11,6 +11,7 @@
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/container.h"
+#include "scene/gltf/extension_census.h"
 #include "scene/gltf/json_reader.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/validation.h"
@@ -60,23 +61,27 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
       file, limits.max_file_bytes, name, [&](std::uint64_t size) { budget.charge(size, 1, escape_control(name)); });
   const std::uint64_t file_bytes = bytes.size();
   budget.charge(file_bytes, 1, name);  // taken apart into chunks
-  gltf::Container container = gltf::open_container(std::move(bytes), name);
+  gltf::Notes notes(limits.strict);
+  gltf::Container container = gltf::open_container(std::move(bytes), name, notes);
 
   nlohmann::json json = gltf::read_json(container.json, container.json_offset, name, budget);
   const gltf::Place root(name);
   gltf::check_schema(json, root);
   gltf::charge_objects(json, name, budget);
-  gltf::validate_links(json, root);
+  gltf::validate_links(json, root, notes);
   check_claims(json, name, budget);
 
-  gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget);
+  const std::vector<std::string> unread = gltf::find_unread_extensions(json, root, budget, notes);
+  gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget,
+                          std::move(notes));
   Capture capture;
   capture.file = file;
   gltf::build_materials(document, capture);
   capture.meshes = gltf::build_meshes(document);
   gltf::build_scene(document, capture);
   capture.extensions_used = document.model.extensionsUsed;
-  capture.notices = std::move(document.notices);
+  capture.extensions_unread = unread;
+  capture.notices = document.notes.lines();
   capture.charged_bytes = budget.used_bytes();
   capture.file_bytes = file_bytes + document.resources.bytes_read();
   return capture;

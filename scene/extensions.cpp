@@ -13,6 +13,11 @@ const std::vector<Extension>& supported_extensions() {
        "texture",
        "A WebP image, lossy or lossless; where it cannot be read, the texture's source.",
        {}},
+      {"KHR_animation_pointer",
+       "animation channel target",
+       "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
+       "texture transformations; cameras and lights. Pointers at anything else are skipped.",
+       {}},
       {"KHR_draco_mesh_compression", "mesh primitive", "Vertices and indices compressed with Draco.", {}},
       {"KHR_lights_punctual", "root, node", "Directional, point and spot lights.", {}},
       {"KHR_materials_unlit", "material", "Base colour is shown as it is.", {}},
@@ -26,6 +31,7 @@ const std::vector<Extension>& supported_extensions() {
        "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
        "texture's source. The setting texture.basis_target chooses what memory holds of it.",
        {}},
+      {"KHR_node_visibility", "node", "Hides a node and all below it.", {}},
       {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
       {"TESSERA_bezier_patches",
        "mesh primitive",

@@ -3,8 +3,10 @@
 #include <atomic>
 
 #include "base/parallel.h"
+#include "scene/animated_values.h"
 #include "scene/patch_displacement.h"
 #include "scene/procedure_patch.h"
+#include "scene/wires.h"
 
 namespace tessera::scene {
 namespace {
@@ -21,10 +23,11 @@ void connect_spans(const std::array<Deformed, 2>& storage, PosedDrawable& posed)
   }
 }
 
-// The materials without what the request leaves out; empty when it leaves out nothing.
-std::vector<Material> reduced_materials(const Assembly& assembly, const FrameRequest& request) {
-  if (request.displacement && request.alpha_test && request.blending) return {};
+// The materials at shutter open, without what the request leaves out; empty when they are the assembly's.
+std::vector<Material> frame_materials(const Assembly& assembly, const FrameRequest& request, bool animated) {
+  if (request.displacement && request.alpha_test && request.blending && !animated) return {};
   std::vector<Material> materials = assembly.materials;
+  if (animated) animate_materials(*assembly.capture, request.open_time, assembly.material_source, materials);
   for (Material& material : materials) {
     if (!request.displacement) material.displacement.reset();
     if (!request.alpha_test && material.alpha_mode == AlphaMode::kMask) material.alpha_mode = AlphaMode::kOpaque;
@@ -34,31 +37,42 @@ std::vector<Material> reduced_materials(const Assembly& assembly, const FrameReq
 }
 
 const Primitive& primitive_of(const Capture& capture, const Drawable& drawable) {
-  static const Primitive kNoPrimitive{Primitive::Kind::kProcedure, {}, {}, kNone};
+  static const Primitive kNoPrimitive = [] {
+    Primitive none;
+    none.kind = Primitive::Kind::kProcedure;
+    return none;
+  }();
   if (drawable.kind == Primitive::Kind::kProcedure) return kNoPrimitive;
   return capture.meshes[static_cast<std::size_t>(drawable.mesh)]
       .primitives[static_cast<std::size_t>(drawable.primitive)];
 }
 
-// Deforms what a primitive's instances share; whether the motion keys differ.
-bool deform_drawn(const Capture& capture, const Drawable& first, const std::array<Pose, 2>& poses,
-                  std::array<Deformed, 2>& storage) {
-  for (std::size_t key = 0; key < 2; ++key)
-    deform(capture, first.node, primitive_of(capture, first), poses[key], storage[key]);
+// Deforms what a primitive's instances share; whether the motion keys differ. Views and poses are known.
+bool deform_drawn(const FrameGeometry& frame, const Drawable& first, std::array<Deformed, 2>& storage) {
+  const Capture& capture = *frame.assembly->capture;
+  const Primitive& primitive = primitive_of(capture, first);
+  for (std::size_t key = 0; key < 2; ++key) {
+    deform(capture, first.node, primitive, frame.poses[key], storage[key]);
+    if (primitive.wire != Primitive::Wire::kSurface)
+      spread_wires(primitive, object_to_world(capture, first.node, first.instance, primitive, frame.poses[key]),
+                   frame.views[key], frame.projection, storage[key]);
+  }
   return storage[0].positions != storage[1].positions;
 }
 
 // `posed.deforming` is known.
-void pose_drawable(const Assembly& assembly, std::span<const Material> materials, const Drawable& drawable,
-                   const std::array<Pose, 2>& poses, const std::array<DMat4, 2>& world_to_raster,
-                   const std::array<Deformed, 2>& storage, PosedDrawable& posed) {
+void pose_drawable(const FrameGeometry& frame, std::span<const Material> materials, const Drawable& drawable,
+                   const std::array<DMat4, 2>& world_to_raster, PosedDrawable& posed) {
+  const Assembly& assembly = *frame.assembly;
   const Capture& capture = *assembly.capture;
   posed.drawable = &drawable;
   if (drawable.kind == Primitive::Kind::kProcedure) posed.procedure = &capture.procedures[drawable.geometry];
   posed.primitive = &primitive_of(capture, drawable);
   posed.material = &materials[static_cast<std::size_t>(drawable.material)];
+  posed.visible = frame.poses[0].visible[static_cast<std::size_t>(drawable.node)];
   for (std::size_t key = 0; key < 2; ++key) {
-    const DMat4 world = object_to_world(capture, drawable.node, drawable.instance, *posed.primitive, poses[key]);
+    const DMat4 world = vertices_to_world(capture, drawable.node, drawable.instance, *posed.primitive, frame.poses[key],
+                                          frame.views[key]);
     posed.to_world[key] = Mat4(world);
     posed.to_raster[key] = Mat4(world_to_raster[key] * world);
     const double determinant = glm::determinant(DMat3(world));
@@ -66,7 +80,7 @@ void pose_drawable(const Assembly& assembly, std::span<const Material> materials
     posed.normal_to_world[key] = determinant != 0 ? Mat3(glm::transpose(glm::inverse(DMat3(world)))) : Mat3(1.0f);
   }
   posed.moving = posed.deforming || posed.to_raster[0] != posed.to_raster[1];
-  connect_spans(storage, posed);
+  connect_spans(frame.deformed[drawable.drawn], posed);
 }
 
 // Factors of a Bezier patch: each edge by its own control points, the grid by the longest of all rows and columns.
@@ -93,12 +107,13 @@ TessellationPattern bezier_pattern(const FrameGeometry& frame, const PosedDrawab
   return pattern;
 }
 
-std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pose) {
+std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pose, double time) {
+  const std::vector<shaders::Light> unplaced = animate_lights(capture, time);
   std::vector<shaders::Light> lights;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const int light = capture.nodes[n].light;
-    if (light == kNone || !pose.in_scene[n]) continue;
-    shaders::Light placed = capture.lights[static_cast<std::size_t>(light)];
+    if (light == kNone || !pose.in_scene[n] || !pose.visible[n]) continue;
+    shaders::Light placed = unplaced[static_cast<std::size_t>(light)];
     const DMat4& world = pose.world[n];
     placed.position = Vec3(DVec3(world[3]));
     const DVec3 forward = -DVec3(world[2]);
@@ -124,7 +139,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   frame->identity = ++last_identity;
   frame->assembly = &assembly;
   frame->request = request;
-  frame->projection = make_projection(camera.camera, request.width, request.height);
+  frame->projection = make_projection(camera.at(*assembly.capture, request.open_time), request.width, request.height);
   std::array<Pose, 2>& poses = frame->poses;
   poses[0] = pose_at(*assembly.capture, request.open_time);
   poses[1] = request.close_time == request.open_time ? poses[0] : pose_at(*assembly.capture, request.close_time);
@@ -135,19 +150,17 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   }
   frame->drawables.resize(assembly.drawables.size());
   frame->deformed.resize(assembly.drawn.size());
-  frame->materials = reduced_materials(assembly, request);
+  frame->material_values = animated_material_values(*assembly.capture, request.open_time);
+  frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
   const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials)
                                                                        : std::span<const Material>(frame->materials);
   parallel_for(assembly.drawn.size(), [&](std::size_t d) {
     const DrawnPrimitive& drawn = assembly.drawn[d];
-    const bool deforming =
-        deform_drawn(*assembly.capture, assembly.drawables[drawn.first_drawable], poses, frame->deformed[d]);
+    const bool deforming = deform_drawn(*frame, assembly.drawables[drawn.first_drawable], frame->deformed[d]);
     for (std::uint32_t i = 0; i < drawn.count; ++i) frame->drawables[drawn.drawable(i)].deforming = deforming;
   });
   parallel_for(assembly.drawables.size(), [&](std::size_t d) {
-    const Drawable& drawable = assembly.drawables[d];
-    pose_drawable(assembly, materials, drawable, poses, world_to_raster, frame->deformed[drawable.drawn],
-                  frame->drawables[d]);
+    pose_drawable(*frame, materials, assembly.drawables[d], world_to_raster, frame->drawables[d]);
   });
   for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
   frame->patterns.resize(assembly.grid_patches.size());
@@ -160,7 +173,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
     frame->patterns[g] = bezier_pattern(*frame, drawable, p);
     if (drawable.material->displacement) frame->displacement_lod[g] = choose_displacement_lod(*frame, drawable, p);
   });
-  frame->lights = place_lights(*assembly.capture, poses[0]);
+  frame->lights = place_lights(*assembly.capture, poses[0], request.open_time);
   return frame;
 }
 

@@ -38,6 +38,7 @@ struct PosedDrawable {
   bool moving = false;                   // anything differs between the keys, camera included
   bool deforming = false;                // the vertices themselves differ
   bool mirrored = false;                 // the transform turns triangles inside out
+  bool visible = true;                   // at shutter open (KHR_node_visibility); what is not is nobody's work
   std::array<Mat4, 2> to_raster;         // object space to (xh, yh, depth, w)
   std::array<Mat4, 2> to_world;
   std::array<Mat3, 2> normal_to_world;  // inverse transpose of to_world's linear part; identity where that is singular
@@ -51,7 +52,9 @@ struct FrameGeometry {
   FrameRequest request;
   Projection projection;
   std::array<View, 2> views;
-  std::vector<Material> materials;  // as Assembly::materials where the request leaves something out of them, else empty
+  // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
+  std::vector<Material> materials;
+  std::vector<double> material_values;   // that animations give them, for telling frames apart
   std::vector<PosedDrawable> drawables;  // as Assembly::drawables
   // As Assembly::drawn, at both motion keys: what the drawables' spans point at when the pose deforms.
   std::vector<std::array<Deformed, 2>> deformed;

@@ -15,7 +15,8 @@ namespace tessera::scene {
 struct CaptureLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one capture, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
-  ImageLimits image;
+  ImageLimits image{};
+  bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
 };
 
 // The account of one reading.

@@ -63,10 +63,12 @@ Pose pose_at(const Capture& capture, double time) {
   Pose pose;
   pose.world.assign(count, DMat4(1.0));
   pose.in_scene.assign(count, false);
+  pose.visible.assign(count, true);
   pose.weights.resize(count);
   for (std::size_t n = 0; n < count; ++n) {
     const Node& node = capture.nodes[n];
     local[n] = node.transform;
+    pose.visible[n] = node.visible;
     if (node.mesh == kNone) continue;
     pose.weights[n] =
         node.weights.empty() ? capture.meshes[static_cast<std::size_t>(node.mesh)].default_weights : node.weights;
@@ -74,6 +76,7 @@ Pose pose_at(const Capture& capture, double time) {
 
   for (const int a : capture.played_animations)
     for (const AnimationChannel& channel : capture.animations[static_cast<std::size_t>(a)].channels) {
+      if (channel.node == kNone) continue;
       const auto n = static_cast<std::size_t>(channel.node);
       const std::vector<double> v = evaluate_channel(channel, time);
       switch (channel.path) {
@@ -88,6 +91,11 @@ Pose pose_at(const Capture& capture, double time) {
           break;
         case AnimatedPath::kWeights:
           pose.weights[n].assign(v.begin(), v.end());
+          break;
+        case AnimatedPath::kVisible:
+          pose.visible[n] = v[0] != 0;
+          break;
+        default:
           break;
       }
     }
@@ -108,6 +116,7 @@ Pose pose_at(const Capture& capture, double time) {
     } else {
       pose.world[n] = pose.world[static_cast<std::size_t>(node.parent)] * m;
       if (pose.in_scene[static_cast<std::size_t>(node.parent)]) pose.in_scene[n] = true;
+      if (!pose.visible[static_cast<std::size_t>(node.parent)]) pose.visible[n] = false;
     }
     stack.insert(stack.end(), node.children.begin(), node.children.end());
   }

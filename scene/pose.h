@@ -10,6 +10,7 @@ namespace tessera::scene {
 struct Pose {
   std::vector<DMat4> world;                 // per node: node space to world
   std::vector<bool> in_scene;               // per node: reachable from the scene's roots
+  std::vector<bool> visible;                // per node: neither it nor what is above it is hidden
   std::vector<std::vector<float>> weights;  // per node: morph weights that are in force
 };
 

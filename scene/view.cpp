@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/animated_values.h"
 #include "scene/framing.h"
 
 namespace tessera::scene {
@@ -64,6 +65,11 @@ View CameraChoice::view(const Pose& pose) const {
   view.camera_to_world[3] += view.camera_to_world[0] * eye_offset;
   view.world_to_camera[3].x -= eye_offset;
   return view;
+}
+
+Camera CameraChoice::at(const Capture& capture, double time) const {
+  const int number = node == kNone ? kNone : capture.nodes[static_cast<std::size_t>(node)].camera;
+  return number == kNone ? camera : animate_camera(capture, time, number, camera);
 }
 
 CameraChoice choose_camera(const Capture& capture, int width, int height) {

@@ -45,6 +45,8 @@ struct CameraChoice {
   double eye_offset = 0;  // moves the camera to its right, in scene units: the other eye of a stereo pair
 
   View view(const Pose& pose) const;
+  // The camera itself, with what animations give it at `time`.
+  Camera at(const Capture& capture, double time) const;
 };
 
 // The camera of the capture's settings, else the first camera of the scene, else one that frames it (scene/framing.h).

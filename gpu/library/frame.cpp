@@ -46,9 +46,7 @@ std::vector<DrawableCost> drawable_rows(const scene::Assembly& assembly, const g
     const scene::Drawable& drawable = assembly.drawables[drawn.first_drawable];
     DrawableCost& row = rows[r];
     row.node = drawable.node, row.mesh = drawable.mesh, row.primitive = drawable.primitive;
-    // The assembly's last material is what primitives without one have.
-    row.material =
-        static_cast<std::size_t>(drawable.material) < capture.materials.size() ? drawable.material : scene::kNone;
+    row.material = assembly.material_source[static_cast<std::size_t>(drawable.material)];
     row.node_name = named(capture.nodes, row.node), row.mesh_name = named(capture.meshes, row.mesh),
     row.material_name = named(capture.materials, row.material);
     row.instances = drawn.count;

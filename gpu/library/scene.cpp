@@ -12,6 +12,7 @@ scene::CaptureLimits reader_limits(const ReadLimits& limits) {
   scene::CaptureLimits out;
   out.max_bytes = limits.max_bytes;
   out.max_file_bytes = limits.max_file_bytes;
+  out.strict = limits.strict;
   return out;
 }
 

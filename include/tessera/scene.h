@@ -14,6 +14,8 @@ namespace tessera {
 struct ReadLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one scene, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
+  // What glTF forbids is an InputError also where its meaning is clear; else it is one of Scene::notices().
+  bool strict = false;
 };
 
 // A capture: what is drawn, and how its file wants it to be drawn. Immutable; copies share one content, and any number

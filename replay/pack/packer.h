@@ -25,6 +25,7 @@ struct PackOptions {
   // TESSERA_lens for every camera.
   std::optional<double> aperture_radius, focus_distance;
   SurfaceOptions surfaces;
+  bool strict = false;  // scene::CaptureLimits::strict, for the asset
 };
 
 struct PackReport {

@@ -99,7 +99,8 @@ void EditedAsset::write_primitive(json& json_primitive, const scene::Primitive& 
   if (!v.normals.empty()) attributes["NORMAL"] = add_accessor(v.normals, gltf::kFloat, "VEC3");
   if (!v.tangents.empty()) attributes["TANGENT"] = add_accessor(v.tangents, gltf::kFloat, "VEC4");
   for (std::size_t set = 0; set < v.texcoords.size(); ++set)
-    attributes["TEXCOORD_" + std::to_string(set)] = add_accessor(v.texcoords[set], gltf::kFloat, "VEC2");
+    if (!v.texcoords[set].empty())
+      attributes["TEXCOORD_" + std::to_string(set)] = add_accessor(v.texcoords[set], gltf::kFloat, "VEC2");
   if (!v.colors.empty()) attributes["COLOR_0"] = add_accessor(v.colors, gltf::kFloat, "VEC4");
   for (std::size_t set = 0; !v.influences.empty() && set < (any_beyond_four(v.influences) ? 2u : 1u); ++set) {
     const auto [joints, weights] = influence_set(v.influences, 4 * set);

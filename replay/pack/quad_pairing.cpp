@@ -23,7 +23,8 @@ std::vector<std::uint32_t> first_alike(const scene::Vertices& vertices) {
   for (std::size_t v = 0; v < out.size(); ++v) {
     std::vector<std::uint32_t> key = {point[v]};
     const auto add = [&](float f) { key.push_back(std::bit_cast<std::uint32_t>(f + 0.0f)); };
-    for (const auto& set : vertices.texcoords) add(set[v].x), add(set[v].y);
+    for (const auto& set : vertices.texcoords)
+      if (!set.empty()) add(set[v].x), add(set[v].y);
     if (!vertices.colors.empty())
       for (int c = 0; c < 4; ++c) add(vertices.colors[v][c]);
     out[v] = first.emplace(std::move(key), static_cast<std::uint32_t>(v)).first->second;

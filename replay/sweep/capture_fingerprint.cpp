@@ -31,7 +31,7 @@ void add_named_files(const json& document, const fs::path& file, Sha256& hash) {
     for (const json& item : *items) {
       if (!item.is_object() || !item.contains("uri") || !item["uri"].is_string()) continue;
       const std::string& uri = item["uri"].get_ref<const std::string&>();
-      if (!uri.starts_with("data:"))
+      if (!scene::gltf::is_data_uri(uri))
         add_file(scene::gltf::resolve_uri(uri, file.parent_path(), Place(file.string())), hash);
     }
   }

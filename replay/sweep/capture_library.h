@@ -23,8 +23,8 @@ std::string capture_fingerprint(const std::filesystem::path& file);
 class CaptureLibrary {
  public:
   // Decoded data of a capture may take `max_bytes`.
-  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes)
-      : files_(std::move(files)), max_bytes_(max_bytes) {}
+  CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes, bool strict = false)
+      : files_(std::move(files)), max_bytes_(max_bytes), strict_(strict) {}
 
   struct Loaded {
     std::shared_ptr<const scene::Capture> capture;  // outlives what is prepared from it
@@ -43,6 +43,7 @@ class CaptureLibrary {
 
   std::vector<std::filesystem::path> files_;
   std::uint64_t max_bytes_;
+  bool strict_;
   std::mutex mutex_;
   std::condition_variable released_;
   std::size_t current_ = kNone, users_ = 0, loads_ = 0;

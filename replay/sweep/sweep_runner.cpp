@@ -65,7 +65,7 @@ class Run {
       : study_(study),
         points_(points),
         folder_(folder),
-        library_(study.captures, options.max_bytes),
+        library_(study.captures, options.max_bytes, options.strict),
         memory_(options.max_bytes) {
     std::set<std::string> asked;
     for (std::size_t p = options.shard; p < points.size(); p += options.shards) {

@@ -15,6 +15,7 @@ struct SweepOptions {
   std::size_t threads = 1;                           // host threads in all
   std::size_t jobs = 1;                              // most points at once
   std::uint64_t max_bytes = std::uint64_t{4} << 30;  // of a capture; of all images in work
+  bool strict = false;                               // scene::CaptureLimits::strict
   bool quiet = false;
 };
 

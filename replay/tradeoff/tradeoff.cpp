@@ -47,6 +47,7 @@ class Tradeoff {
     check();
     scene::CaptureLimits limits;
     limits.max_bytes = options_.max_bytes;
+    limits.strict = options_.strict;
     const scene::Capture capture = scene::read_capture(options_.capture, limits);
     const auto prepared = std::make_shared<const gpu::PreparedCapture>(capture);
     place(capture);

@@ -35,7 +35,8 @@ AccessorLayout accessor_layout(const nlohmann::json& document, std::size_t acces
     layout.columns = type.back() - '0';
     layout.components = layout.columns * layout.columns;
   }
-  layout.normalized = json.value("normalized", false);
+  layout.normalized =
+      json.value("normalized", false) && layout.component_type != kFloat && layout.component_type != kUnsignedInt;
   layout.count = json["count"].get<std::uint64_t>();
   layout.byte_offset = json.value("byteOffset", std::uint64_t{0});
   layout.element_bytes = layout.column_bytes() * static_cast<std::uint64_t>(layout.columns);

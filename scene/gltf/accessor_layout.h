@@ -16,9 +16,9 @@ std::uint64_t component_bytes(int component_type);
 // How an accessor's elements lie in memory, from its JSON and that of its buffer view.
 struct AccessorLayout {
   int component_type = kFloat;
-  int components = 1;  // scalars per element: 1 to 4, 4, 9, 16
-  int columns = 1;     // matrices: columns start at multiples of 4 bytes
-  bool normalized = false;
+  int components = 1;             // scalars per element: 1 to 4, 4, 9, 16
+  int columns = 1;                // matrices: columns start at multiples of 4 bytes
+  bool normalized = false;        // never of types that cannot be
   std::uint64_t count = 0;        // elements
   std::uint64_t byte_offset = 0;  // within the buffer view
   std::uint64_t stride = 0;       // bytes from element to element

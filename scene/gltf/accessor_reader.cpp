@@ -93,7 +93,8 @@ float dequantize(std::int64_t value, int component_type) {
   }
 }
 
-std::vector<float> read_floats(Document& document, std::size_t index) {
+std::vector<float> read_floats(Document& document, std::size_t index,
+                               const std::function<bool(std::uint64_t)>& is_used) {
   const AccessorLayout layout = accessor_layout(document.json, index);
   const auto components = static_cast<std::uint64_t>(layout.components);
   const Place place = document.root.at("accessors").at(index);
@@ -103,7 +104,12 @@ std::vector<float> read_floats(Document& document, std::size_t index) {
     float value;
     if (layout.component_type == kFloat) {
       value = load<float>(at);
-      if (!std::isfinite(value)) place.refuse("element {} is not a finite number", e);
+      if (!std::isfinite(value)) {
+        if (!is_used || is_used(e)) place.refuse("element {} is not a finite number", e);
+        document.notes.violation(place, "taken for zero where no index names its vertex",
+                                 "element {} is not a finite number", e);
+        value = 0;
+      }
     } else {
       const std::int64_t integer = load_integer(at, layout.component_type);
       value = layout.normalized ? dequantize(integer, layout.component_type) : static_cast<float>(integer);

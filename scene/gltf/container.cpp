@@ -18,7 +18,20 @@ std::uint32_t little_endian32(const std::vector<std::uint8_t>& bytes, std::size_
          (std::uint32_t{bytes[at + 3]} << 24);
 }
 
-Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string& file) {
+// Where the chunk after one of `size` bytes that ends at `end` begins: there, as all readers take it, or at the next
+// multiple of 4 where only that holds a chunk's header, or padding up to the file's end.
+std::size_t next_chunk(const std::vector<std::uint8_t>& bytes, std::size_t end, std::size_t size, std::size_t length) {
+  const std::size_t padded = end + (4 - size % 4) % 4;
+  const auto is_chunk = [&](std::size_t at) {
+    if (length - at < 8) return false;
+    const std::uint32_t type = little_endian32(bytes, at + 4);
+    return type == kJsonChunk || type == kBinaryChunk;
+  };
+  if (length - end < 4) return length;
+  return padded <= length && !is_chunk(end) && is_chunk(padded) ? padded : end;
+}
+
+Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string& file, Notes& notes) {
   const auto refuse = [&](std::size_t at, const std::string& fault) {
     throw InputError(file, fmt::format("byte {}", at), fault);
   };
@@ -37,7 +50,9 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
     const std::size_t size = little_endian32(bytes, at);
     const std::uint32_t type = little_endian32(bytes, at + 4);
     if (size > length - at - 8) refuse(at, fmt::format("GLB chunk of {} bytes reaches past the end of the file", size));
-    if (size % 4 != 0) refuse(at, fmt::format("GLB chunk length {} is not a multiple of 4", size));
+    if (size % 4 != 0)
+      notes.violation(Place(file, fmt::format("byte {}", at)), "read to its last byte",
+                      "GLB chunk length {} is not a multiple of 4", size);
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at) + 8;
     const auto end = begin + static_cast<std::ptrdiff_t>(size);
     if (!has_json) {
@@ -52,7 +67,7 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
       container.binary.assign(begin, end);
       container.has_binary = true;
     }  // chunks of other types are to be ignored
-    at += 8 + size;
+    at = size % 4 == 0 ? at + 8 + size : next_chunk(bytes, at + 8 + size, size, length);
   }
   if (!has_json) refuse(at, "GLB holds no JSON chunk");
   return container;
@@ -61,7 +76,12 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
 }  // namespace
 
 Container open_container(std::vector<std::uint8_t> bytes, const std::string& file) {
-  if (bytes.size() >= 4 && little_endian32(bytes, 0) == kMagic) return open_binary(bytes, file);
+  Notes ignored;
+  return open_container(std::move(bytes), file, ignored);
+}
+
+Container open_container(std::vector<std::uint8_t> bytes, const std::string& file, Notes& notes) {
+  if (bytes.size() >= 4 && little_endian32(bytes, 0) == kMagic) return open_binary(bytes, file, notes);
   if (bytes.empty()) throw InputError(file, "byte 0", "the file is empty");
   Container container;
   container.json.assign(bytes.begin(), bytes.end());

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/gltf/notes.h"
 #include "scene/limits.h"
 
 namespace tessera::scene::gltf {
@@ -18,6 +19,8 @@ struct Container {
 };
 
 // Tells .glb from .gltf by the magic number and checks the chunk structure of a .glb. Throws InputError.
+Container open_container(std::vector<std::uint8_t> bytes, const std::string& file, Notes& notes);
+// The same, whose notes nobody asks for.
 Container open_container(std::vector<std::uint8_t> bytes, const std::string& file);
 
 }  // namespace tessera::scene::gltf

@@ -10,13 +10,18 @@ namespace {
 using nlohmann::json;
 
 // What tinygltf gets to see: no buffers and images (it would fetch them), no nodes and meshes (there may be millions,
-// and it parses text a second time), no extras (it walks them recursively), and whole numbers written as 4.0 as integers
-// (it does not take them for such).
+// and it parses text a second time), no strides and targets of views (it refuses some), no extras (it walks them
+// recursively), and whole numbers written as 4.0 as integers (it does not take them for such).
 json structure_only(const json& whole) {
   json document = json::object();
   for (const auto& [name, value] : whole.items())
     if (name != "buffers" && name != "images" && name != "extensionsRequired" && name != "nodes" && name != "meshes")
       document[name] = value;
+  if (const auto views = document.find("bufferViews"); views != document.end())
+    for (json& view : *views) view.erase("byteStride"), view.erase("target");
+  if (const json::json_pointer lights("/extensions/KHR_lights_punctual/lights"); document.contains(lights))
+    for (json& light : document[lights])
+      if (light["type"] == "spot" && !light.contains("spot")) light["spot"] = json::object();
   const auto simplify = [](auto& self, json& value) -> void {
     constexpr double kExact = 9007199254740992.0;
     if (value.is_number_float())
@@ -33,9 +38,10 @@ json structure_only(const json& whole) {
 }  // namespace
 
 Document::Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
-                   bool has_binary, const CaptureLimits& limits_in, MemoryBudget& budget_in)
+                   bool has_binary, const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in)
     : json(std::move(checked)),
-      resources(json, file, std::move(binary), has_binary, limits_in, budget_in),
+      notes(std::move(notes_in)),
+      resources(json, file, std::move(binary), has_binary, limits_in, budget_in, notes),
       root(file.string()),
       limits(limits_in),
       budget(budget_in) {

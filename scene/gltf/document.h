@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
 
+#include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 #include "scene/gltf/resources.h"
 #include "scene/limits.h"
@@ -17,14 +19,14 @@ namespace tessera::scene::gltf {
 struct Document {
   nlohmann::json json;
   tinygltf::Model model;
+  Notes notes;
   Resources resources;
   Place root;
   const CaptureLimits& limits;
   MemoryBudget& budget;
-  std::vector<std::string> notices;
 
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
-           const CaptureLimits& limits_in, MemoryBudget& budget_in);
+           const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
 };
 
 // A member of an extension object, or null.
@@ -33,8 +35,10 @@ const nlohmann::json* find_extension(const nlohmann::json& object, const char* n
 // ---- Accessors --------------------------------------------------------------------------------------------------
 
 // All scalars of an accessor as floats: sparse values applied, normalised integers mapped to [0, 1] or [-1, 1], other
-// integers converted. Refuses NaN and infinity, naming the element.
-std::vector<float> read_floats(Document& document, std::size_t accessor);
+// integers converted. Refuses NaN and infinity, naming the element; where `is_used` says that nothing uses an element,
+// it becomes zero, with a note.
+std::vector<float> read_floats(Document& document, std::size_t accessor,
+                               const std::function<bool(std::uint64_t)>& is_used = {});
 
 // All scalars of an accessor with an unsigned integer component type.
 std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t accessor);

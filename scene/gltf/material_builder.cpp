@@ -1,4 +1,3 @@
-#include <cmath>
 #include <map>
 #include <set>
 #include <type_traits>
@@ -85,8 +84,8 @@ class TextureLibrary {
     bool basis;  // KTX2, by KHR_texture_basisu
   };
 
-  // All of them, the one to be preferred first.
-  std::vector<Source> sources(std::size_t texture) const {
+  // All of them, the one to be preferred first; none where Tessera reads none: the factor stands alone.
+  std::vector<Source> sources(std::size_t texture) {
     const json& object = document_.json["textures"][texture];
     std::vector<Source> images;
     for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp"}) {
@@ -96,22 +95,23 @@ class TextureLibrary {
     }
     if (object.contains("source")) images.push_back({object["source"].get<std::size_t>(), false});
     if (images.empty())
-      document_.root.at("textures").at(texture).refuse("has no source that Tessera reads (PNG, JPEG, WebP or KTX2)");
+      document_.notes.violation(document_.root.at("textures").at(texture), "materials do without it",
+                                "has no source that Tessera reads (PNG, JPEG, WebP or KTX2)");
     return images;
   }
 
-  // An image that cannot be read gives way to the next source with a notice; the last one's fault is the texture's.
+  // An image that cannot be read gives way to the next source with a note; the last one's fault is the texture's.
   template <class Make>
   std::invoke_result_t<Make, const Source&> of_first_readable(std::size_t texture, const Make& make) {
     const std::vector<Source> images = sources(texture);
+    if (images.empty()) return {};
     for (std::size_t k = 0; k + 1 < images.size(); ++k) {
       const std::size_t image = images[k].image;
       if (unreadable_.contains(image)) continue;
       try {
         return make(images[k]);
       } catch (const InputError& error) {
-        document_.notices.push_back(
-            fmt::format("{}: {}; texture {} shows its next source", place(image).pointer(), error.fault(), texture));
+        document_.notes.add(place(image), "its textures show their next source", error.fault());
         unreadable_.insert(image);
       }
     }
@@ -189,9 +189,10 @@ class TextureLibrary {
       basis_image(image).texture = slot.color.texture;
     }
     if (slot.space != space && !std::exchange(slot.noted, true))
-      document_.notices.push_back(fmt::format("{}: is {} as it says, though it is used for {}", place(image).pointer(),
-                                              slot.space == shaders::ColorSpace::kSrgb ? "sRGB" : "linear",
-                                              space == shaders::ColorSpace::kSrgb ? "colours" : "data"));
+      document_.notes.add(place(image), "",
+                          fmt::format("is {} as it says, though it is used for {}",
+                                      slot.space == shaders::ColorSpace::kSrgb ? "sRGB" : "linear",
+                                      space == shaders::ColorSpace::kSrgb ? "colours" : "data"));
     return slot.color;
   }
 
@@ -210,18 +211,15 @@ class TextureLibrary {
   std::set<std::size_t> unreadable_;                  // images
 };
 
-// KHR_texture_transform: uv' = T * R * S * uv.
-shaders::TextureTransform texture_transform(const json& info, int& texcoord) {
-  shaders::TextureTransform out;
+TextureShift texture_shift(const json& info, int& texcoord) {
+  TextureShift out;
   const json* extension = find_extension(info, "KHR_texture_transform");
   if (extension == nullptr) return out;
   texcoord = extension->value("texCoord", texcoord);
-  const float angle = extension->value("rotation", 0.0f), c = std::cos(angle), s = std::sin(angle);
+  out.rotation = extension->value("rotation", 0.0f);
   const auto scale = extension->value("scale", std::vector<float>{1.0f, 1.0f});
   const auto offset = extension->value("offset", std::vector<float>{0.0f, 0.0f});
-  // Columns of R * S. The rotation is counter-clockwise as seen with v pointing down, R = [c s; -s c]; viewers agree on
-  // this and the Khronos test model asks for it, the GLSL in the extension's text turns the other way.
-  out.matrix = glm::mat2(c * scale[0], -s * scale[0], s * scale[1], c * scale[1]);
+  out.scale = {scale[0], scale[1]};
   out.offset = {offset[0], offset[1]};
   return out;
 }
@@ -236,7 +234,8 @@ TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char*
   slot.source = color.source;
   slot.sampler = library.sampler(texture);
   slot.texcoord = info->value("texCoord", 0);
-  slot.transform = texture_transform(*info, slot.texcoord);
+  slot.shift = texture_shift(*info, slot.texcoord);
+  slot.transform = slot.shift.transform();
   return slot;
 }
 
@@ -249,7 +248,7 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   out.source = heights.source;
   out.sampler = library.sampler(texture);
   out.texcoord = info.value("texCoord", 0);
-  out.transform = texture_transform(info, out.texcoord);
+  out.transform = texture_shift(info, out.texcoord).transform();
   out.scale = extension.value("scale", 1.0f);
   out.bias = extension.value("bias", 0.0f);
   return out;
@@ -279,7 +278,8 @@ Material build_material(TextureLibrary& library, const tinygltf::Material& model
   out.double_sided = model.doubleSided;
   out.unlit = find_extension(material, "KHR_materials_unlit") != nullptr;
   if (const json* extension = find_extension(material, "TESSERA_displacement"))
-    out.displacement = displacement(library, *extension);
+    if (Displacement heights = displacement(library, *extension); heights.texture != nullptr)
+      out.displacement = std::move(heights);
   return out;
 }
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
-#include <set>
 
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
@@ -12,7 +12,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;
+constexpr int kModePoints = 0, kModeLines = 1, kModeLineLoop = 2, kTriangles = 4,
+              kTriangleFan = 6;            // LINE_STRIP, TRIANGLE_STRIP: others
+constexpr std::size_t kMaxTexcoords = 64;  // sets that materials may name
 
 std::vector<Vec3> as_vec3(const std::vector<float>& scalars) {
   std::vector<Vec3> out(scalars.size() / 3);
@@ -38,8 +40,10 @@ std::vector<Vec4> as_vec4(const std::vector<float>& scalars, int components) {
 // Attribute values of one primitive, from its Draco stream where that has them, from accessors otherwise.
 class AttributeSource {
  public:
-  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco, const Place& place)
-      : document_(document), primitive_(primitive), draco_(draco), place_(place) {}
+  // `indices`: those of all vertices that are drawn; null: all are.
+  AttributeSource(Document& document, const json& primitive, const DracoMesh* draco,
+                  const std::vector<std::uint32_t>* indices, const Place& place)
+      : document_(document), primitive_(primitive), draco_(draco), indices_(indices), place_(place) {}
 
   bool has(const std::string& name) const { return primitive_["attributes"].contains(name); }
 
@@ -54,13 +58,19 @@ class AttributeSource {
         charge(values->size(), sizeof(float));
         return *values;
       }
-    std::vector<float> values = read_floats(document_, accessor(name));
+    std::vector<float> values = read(accessor(name));
     if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
       place_.at("attributes")
           .at(name)
           .refuse("has {} elements outside the Draco stream, which has {} points",
                   values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
     return values;
+  }
+
+  // An accessor with an element per vertex; what nobody draws need not be finite.
+  std::vector<float> read(std::size_t accessor) {
+    if (indices_ == nullptr) return read_floats(document_, accessor);
+    return read_floats(document_, accessor, [this](std::uint64_t vertex) { return is_drawn(vertex); });
   }
 
   // For vectors that are made from the scalars.
@@ -86,9 +96,21 @@ class AttributeSource {
  private:
   std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
 
+  bool is_drawn(std::uint64_t vertex) {
+    if (drawn_.empty()) {
+      const std::uint32_t last = indices_->empty() ? 0 : *std::max_element(indices_->begin(), indices_->end());
+      charge(std::size_t{last} + 1, 1);
+      drawn_.assign(std::size_t{last} + 1, false);
+      for (const std::uint32_t index : *indices_) drawn_[index] = true;
+    }
+    return vertex < drawn_.size() && drawn_[vertex];
+  }
+
   Document& document_;
   const json& primitive_;
   const DracoMesh* draco_;
+  const std::vector<std::uint32_t>* indices_;
+  std::vector<bool> drawn_;  // by vertex; empty until it matters
   const Place& place_;
 };
 
@@ -122,8 +144,8 @@ std::vector<SkinInfluence> build_influences(AttributeSource& source, std::size_t
   return influences;
 }
 
-std::vector<MorphTarget> build_targets(Document& document, const json& primitive, std::size_t vertex_count,
-                                       const Place& place) {
+std::vector<MorphTarget> build_targets(Document& document, AttributeSource& source, const json& primitive,
+                                       std::size_t vertex_count, const Place& place) {
   std::vector<MorphTarget> targets;
   const auto list = primitive.find("targets");
   if (list == primitive.end()) return targets;
@@ -134,7 +156,7 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
     const auto read = [&](const char* name, std::vector<Vec3>& out) {
       const auto found = (*list)[t].find(name);
       if (found == (*list)[t].end()) return;
-      const std::vector<float> scalars = read_floats(document, found->get<std::size_t>());
+      const std::vector<float> scalars = source.read(found->get<std::size_t>());
       document.budget.charge(scalars.size(), sizeof(float), place.pointer());
       out = as_vec3(scalars);
       if (out.size() != vertex_count)
@@ -148,17 +170,22 @@ std::vector<MorphTarget> build_targets(Document& document, const json& primitive
   return targets;
 }
 
-Vertices build_vertices(Document& document, const json& primitive, const DracoMesh* draco, const Place& place) {
-  AttributeSource source(document, primitive, draco, place);
+Vertices build_vertices(Document& document, const json& primitive, const DracoMesh* draco,
+                        const std::vector<std::uint32_t>* indices, const Place& place) {
+  AttributeSource source(document, primitive, draco, indices, place);
   Vertices vertices;
   vertices.positions = source.vec3("POSITION");
   if (source.has("NORMAL")) vertices.normals = source.vec3("NORMAL");
   if (source.has("TANGENT")) vertices.tangents = source.vec4("TANGENT");
-  for (int set = 0; source.has("TEXCOORD_" + std::to_string(set)); ++set)
-    vertices.texcoords.push_back(source.vec2("TEXCOORD_" + std::to_string(set)));
+  for (std::size_t set = 0; set < kMaxTexcoords; ++set) {
+    const std::string name = "TEXCOORD_" + std::to_string(set);
+    if (!source.has(name)) continue;
+    vertices.texcoords.resize(set);
+    vertices.texcoords.push_back(source.vec2(name));
+  }
   if (source.has("COLOR_0")) vertices.colors = source.vec4("COLOR_0");
   if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place);
-  vertices.morph_targets = build_targets(document, primitive, vertices.count(), place);
+  vertices.morph_targets = build_targets(document, source, primitive, vertices.count(), place);
   return vertices;
 }
 
@@ -182,6 +209,15 @@ std::vector<std::uint32_t> triangle_list(const std::vector<std::uint32_t>& in, i
   return out;
 }
 
+// Both ends of each segment of any of glTF's three line modes; an incomplete last line is dropped.
+std::vector<std::uint32_t> segment_list(const std::vector<std::uint32_t>& in, int mode) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t i = 0; i + 1 < in.size(); i += mode == kModeLines ? 2 : 1) out.insert(out.end(), {in[i], in[i + 1]});
+  if (mode == kModeLineLoop && in.size() > 1) out.insert(out.end(), {in.back(), in.front()});
+  return out;
+}
+
+// Triangles as three indices each, segments as two, points as one.
 std::vector<std::uint32_t> build_indices(Document& document, const json& primitive, std::size_t vertex_count, int mode,
                                          const Place& place) {
   std::vector<std::uint32_t> indices;
@@ -201,20 +237,64 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
     indices.resize(vertex_count);
     std::iota(indices.begin(), indices.end(), 0u);
   }
-  document.budget.charge(indices.size(), mode == kTriangles ? 4 : 12, place.pointer());
-  return triangle_list(indices, mode);
+  if (mode == kModePoints) return indices;
+  // Of a vector that grows: the old block and the new one.
+  document.budget.charge(indices.size(), mode == kTriangles ? 4 : mode < kTriangles ? 24 : 12, place.pointer());
+  return mode < kTriangles ? segment_list(indices, mode) : triangle_list(indices, mode);
+}
+
+template <class Value>
+void gather(std::vector<Value>& values, const std::vector<std::uint32_t>& from) {
+  if (values.empty()) return;
+  std::vector<Value> out;
+  out.reserve(from.size());
+  for (const std::uint32_t v : from) out.push_back(values[v]);
+  values = std::move(out);
+}
+
+// Points or segments, by their ends, as two triangles each (Primitive::Wire).
+void expand_wires(Document& document, const std::vector<std::uint32_t>& ends, int mode, const Place& place,
+                  Primitive& primitive) {
+  primitive.wire = mode == kModePoints ? Primitive::Wire::kPoints : Primitive::Wire::kSegments;
+  const std::uint64_t copies = mode == kModePoints ? 4 : 2, count = copies * ends.size();
+  if (count > std::numeric_limits<std::uint32_t>::max())
+    throw LimitError(
+        fmt::format("{}: {}: more points or lines than 32 bits can number", document.root.file(), place.pointer()));
+  Vertices& v = primitive.vertices;
+  std::uint64_t vertex_bytes = sizeof(Vec3) + (v.normals.empty() ? 0 : sizeof(Vec3)) +
+                               (v.tangents.empty() ? 0 : sizeof(Vec4)) + (v.colors.empty() ? 0 : sizeof(Vec4)) +
+                               (v.influences.empty() ? 0 : sizeof(SkinInfluence));
+  for (const auto& set : v.texcoords) vertex_bytes += set.empty() ? 0 : sizeof(Vec2);
+  for (const MorphTarget& target : v.morph_targets)
+    for (const auto* list : {&target.positions, &target.normals, &target.tangents})
+      vertex_bytes += list->empty() ? 0 : sizeof(Vec3);
+  // And a vertex's number, and six indices for four vertices.
+  document.budget.charge(count, vertex_bytes + sizeof(std::uint32_t) + 6, place.pointer());
+  std::vector<std::uint32_t> from;
+  from.reserve(count);
+  for (const std::uint32_t end : ends) from.insert(from.end(), copies, end);
+  gather(v.positions, from);
+  gather(v.normals, from);
+  gather(v.tangents, from);
+  gather(v.colors, from);
+  gather(v.influences, from);
+  for (auto& set : v.texcoords) gather(set, from);
+  for (MorphTarget& target : v.morph_targets) {
+    gather(target.positions, from);
+    gather(target.normals, from);
+    gather(target.tangents, from);
+  }
+  primitive.indices.reserve(count / 4 * 6);
+  for (std::uint32_t first = 0; first < count; first += 4)
+    primitive.indices.insert(primitive.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
 }
 
 }  // namespace
 
 std::optional<Primitive> build_primitive(Document& document, const json& json_primitive, const Place& place) {
   const int mode = json_primitive.value("mode", kTriangles);
-  if (mode < kTriangles) {
-    document.notices.push_back(place.pointer() + ": points and lines are not drawn");
-    return std::nullopt;
-  }
   if (!json_primitive["attributes"].contains("POSITION")) {
-    document.notices.push_back(place.pointer() + ": has no POSITION and is not drawn");
+    document.notes.add(place, "such primitives are not drawn", "has no POSITION");
     return std::nullopt;
   }
   Primitive primitive;
@@ -222,11 +302,20 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
   if (find_extension(json_primitive, "KHR_draco_mesh_compression") != nullptr) {
     // Draco streams always hold triangle lists, whatever mode says.
     DracoMesh draco = read_draco(document, json_primitive, place);
-    primitive.vertices = build_vertices(document, json_primitive, &draco, place);
+    primitive.vertices = build_vertices(document, json_primitive, &draco, nullptr, place);
     primitive.indices = std::move(draco.indices);
   } else {
-    primitive.vertices = build_vertices(document, json_primitive, nullptr, place);
-    primitive.indices = build_indices(document, json_primitive, primitive.vertices.count(), mode, place);
+    const auto position = json_primitive["attributes"]["POSITION"].get<std::size_t>();
+    const std::uint64_t vertex_count = accessor_layout(document.json, position).count;
+    std::vector<std::uint32_t> indices = build_indices(document, json_primitive, vertex_count, mode, place);
+    // Patches are drawn by all of their points, whatever the indices of their cage say.
+    const bool is_surface = find_extension(json_primitive, "TESSERA_bezier_patches") != nullptr ||
+                            find_extension(json_primitive, kSubdivision) != nullptr;
+    primitive.vertices = build_vertices(document, json_primitive, nullptr, is_surface ? nullptr : &indices, place);
+    if (mode < kTriangles)
+      expand_wires(document, indices, mode, place, primitive);
+    else
+      primitive.indices = std::move(indices);
   }
   if (const json* bezier = find_extension(json_primitive, "TESSERA_bezier_patches")) {
     primitive.kind = Primitive::Kind::kBezierPatches;
@@ -251,16 +340,18 @@ std::vector<Mesh> build_meshes(Document& document) {
     mesh.name = model.value("name", std::string());
     if (const auto weights = model.find("weights"); weights != model.end())
       mesh.default_weights = weights->get<std::vector<float>>();
+    std::size_t targets = 0;
     const Place primitives = document.root.at("meshes").at(m).at("primitives");
     for (std::size_t p = 0; p < model["primitives"].size(); ++p) {
       const Place place = primitives.at(p);
       const json& json_primitive = model["primitives"][p];
       if (auto primitive = build_primitive(document, json_primitive, place)) {
         subdivide(document, json_primitive, place, *primitive);
-        mesh.default_weights.resize(primitive->vertices.morph_targets.size(), 0.0f);
+        targets = std::max(targets, primitive->vertices.morph_targets.size());
         mesh.primitives.push_back(std::move(*primitive));
       }
     }
+    if (!mesh.primitives.empty()) mesh.default_weights.resize(targets, 0.0f);
   }
   return meshes;
 }

@@ -66,6 +66,11 @@ std::vector<std::uint8_t> base64_decode(std::string_view text, const Place& plac
   return out;
 }
 
+bool equal_but_for_case(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+}
+
 // "scheme:" as RFC 3986 defines it.
 bool has_scheme(std::string_view uri) {
   const std::size_t colon = uri.find(':');
@@ -99,31 +104,37 @@ std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem:
   return target;
 }
 
+bool is_data_uri(std::string_view uri) { return equal_but_for_case(uri.substr(0, 5), "data:"); }
+
 std::vector<std::uint8_t> decode_data_uri(const std::string& uri, const Place& place) {
   const std::size_t comma = uri.find(',');
   if (comma == std::string::npos) place.refuse("is a data URI without data");
   const std::string_view head = std::string_view(uri).substr(5, comma - 5);
   const std::string_view data = std::string_view(uri).substr(comma + 1);
-  if (head.ends_with(";base64")) return base64_decode(data, place);
+  constexpr std::string_view kMarker = ";base64";
+  if (head.size() >= kMarker.size() && equal_but_for_case(head.substr(head.size() - kMarker.size()), kMarker))
+    return base64_decode(data, place);
   const std::string decoded = percent_decode(data, place);
   return {decoded.begin(), decoded.end()};
 }
 
 Resources::Resources(const json& document, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
-                     bool has_binary, const CaptureLimits& limits, MemoryBudget& budget)
+                     bool has_binary, const CaptureLimits& limits, MemoryBudget& budget, Notes& notes)
     : document_(document),
       root_(file.string()),
       folder_(file.has_parent_path() ? file.parent_path() : std::filesystem::path(".")),
       binary_(std::move(binary)),
       has_binary_(has_binary),
       limits_(limits),
-      budget_(budget) {}
+      budget_(budget),
+      notes_(notes) {}
 
 const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, const Place& place) {
   const auto known = loaded_.find(uri);
   if (known != loaded_.end()) return known->second;
   std::vector<std::uint8_t> bytes;
-  if (uri.starts_with("data:")) {
+  if (is_data_uri(uri)) {
+    if (!uri.starts_with("data:")) notes_.add(place, "schemes are case-insensitive", "has its scheme in capitals");
     budget_.charge(uri.size(), 4, place.pointer());  // kept as a key, unescaped text that doubles, bytes
     bytes = decode_data_uri(uri, place);
   } else {

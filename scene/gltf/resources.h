@@ -6,10 +6,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 #include "scene/limits.h"
 
@@ -23,7 +25,7 @@ class Resources {
  public:
   // `document` must have passed check_schema and outlive this object.
   Resources(const nlohmann::json& document, const std::filesystem::path& file, std::vector<std::uint8_t> binary,
-            bool has_binary, const CaptureLimits& limits, MemoryBudget& budget);
+            bool has_binary, const CaptureLimits& limits, MemoryBudget& budget, Notes& notes);
 
   // The buffer's byteLength bytes. A longer file or chunk is fine, a shorter one is refused.
   Bytes buffer(std::size_t index);
@@ -46,6 +48,7 @@ class Resources {
   bool has_binary_;
   const CaptureLimits& limits_;
   MemoryBudget& budget_;
+  Notes& notes_;
   std::map<std::string, std::vector<std::uint8_t>> loaded_;   // by URI
   std::map<std::size_t, std::vector<std::uint8_t>> decoded_;  // compressed views
   std::uint64_t bytes_read_ = 0;
@@ -54,6 +57,9 @@ class Resources {
 // The file that a relative URI names, or a refusal: schemes, absolute paths, and paths that leave `folder` (also
 // through links) are not followed. Exposed for tests.
 std::filesystem::path resolve_uri(const std::string& uri, const std::filesystem::path& folder, const Place& place);
+
+// Whether a URI holds its data. Schemes are case-insensitive (RFC 3986 section 3.1).
+bool is_data_uri(std::string_view uri);
 
 // Bytes of a "data:" URI (base64 or percent-encoded). Refuses what is neither.
 std::vector<std::uint8_t> decode_data_uri(const std::string& uri, const Place& place);

@@ -1,12 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
-
-#include <fmt/format.h>
+#include <tuple>
 
 #include "base/text.h"
 #include "scene/assembly.h"
+#include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/procedure_builder.h"
 
@@ -22,7 +23,7 @@ DMat4 matrix_from(const double* m) {
   return out;
 }
 
-std::vector<Node> build_nodes(const Document& document) {
+std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshes) {
   const auto array = document.json.find("nodes");
   std::vector<Node> nodes(array == document.json.end() ? 0 : array->size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -43,10 +44,17 @@ std::vector<Node> build_nodes(const Document& document) {
       node.transform.rotation = glm::normalize(DQuat(r[3], r[0], r[1], r[2]));
     if (const std::vector<double> m = numbers("matrix"); !m.empty()) node.matrix = matrix_from(m.data());
     node.mesh = model.value("mesh", kNone);
-    node.skin = model.value("skin", kNone);
+    node.skin = node.mesh == kNone ? kNone : model.value("skin", kNone);
     node.camera = model.value("camera", kNone);
     if (const json* light = find_extension(model, "KHR_lights_punctual")) node.light = (*light)["light"].get<int>();
+    if (const json* visibility = find_extension(model, "KHR_node_visibility"))
+      node.visible = visibility->value("visible", true);
+    if (node.mesh == kNone) continue;
     for (const double w : numbers("weights")) node.weights.push_back(static_cast<float>(w));
+    if (node.weights.empty()) continue;
+    const std::size_t targets = meshes[static_cast<std::size_t>(node.mesh)].default_weights.size();
+    document.budget.charge(targets, sizeof(float), document.root.at("nodes").at(i).pointer());
+    node.weights.resize(targets);
   }
   return nodes;
 }
@@ -55,11 +63,14 @@ std::vector<Node> build_nodes(const Document& document) {
 // for each base patch, of which a primitive has no more than it has triangles or patches.
 std::uint64_t posed_instance_bytes(const Mesh& mesh) {
   constexpr std::uint64_t kDrawableBytes = 1024, kPatchBytes = 8, kGridBytes = 24;
+  constexpr std::uint64_t kWireBytes = 2 * (2 * sizeof(Vec3) + sizeof(Vec4));  // posed apart at both motion keys
   std::uint64_t bytes = 0;
-  for (const Primitive& primitive : mesh.primitives)
+  for (const Primitive& primitive : mesh.primitives) {
+    if (primitive.wire != Primitive::Wire::kSurface) bytes += primitive.vertices.count() * kWireBytes;
     bytes += kDrawableBytes + (primitive.kind == Primitive::Kind::kBezierPatches
                                    ? primitive.vertices.count() / 16 * kGridBytes
                                    : cluster_count_bound(primitive.indices.size()) * kPatchBytes);
+  }
   return bytes;
 }
 
@@ -82,8 +93,7 @@ void build_instances(Document& document, Capture& capture) {
         node.instances.resize(count);
       }
       if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE") {
-        document.notices.push_back(fmt::format("{}/{}: is not read, it belongs to the application", place.pointer(),
-                                               escape_control(name, 40)));
+        document.notes.add(place.at(name), "such attributes of instances are not read", "belongs to the application");
         continue;
       }
       const std::vector<float> values = read_floats(document, accessor);
@@ -100,8 +110,8 @@ void build_instances(Document& document, Capture& capture) {
     }
     if (node.skin == kNone) continue;
     node.skin = kNone;
-    document.notices.push_back(document.root.at("nodes").at(n).pointer() +
-                               ": is skinned and has instances; they are drawn as the mesh rests");
+    document.notes.add(document.root.at("nodes").at(n), "they are drawn as the mesh rests",
+                       "is skinned and has instances");
   }
 }
 
@@ -171,43 +181,69 @@ void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
   }
 }
 
-AnimationChannel build_channel(Document& document, const tinygltf::Animation& animation,
-                               const tinygltf::AnimationChannel& model, const std::vector<Node>& nodes) {
-  const tinygltf::AnimationSampler& sampler = animation.samplers[static_cast<std::size_t>(model.sampler)];
+// What a channel moves, or nothing where it is to be ignored.
+std::optional<AnimationChannel> channel_target(const Document& document, const json& json_channel) {
   AnimationChannel channel;
-  channel.node = model.target_node;
-  channel.path = model.target_path == "translation" ? AnimatedPath::kTranslation
-                 : model.target_path == "rotation"  ? AnimatedPath::kRotation
-                 : model.target_path == "scale"     ? AnimatedPath::kScale
-                                                    : AnimatedPath::kWeights;
-  channel.interpolation = sampler.interpolation == "STEP"          ? Interpolation::kStep
-                          : sampler.interpolation == "CUBICSPLINE" ? Interpolation::kCubicSpline
-                                                                   : Interpolation::kLinear;
-  channel.times = read_floats(document, static_cast<std::size_t>(sampler.input));
-  const Place place = document.root.at("accessors").at(static_cast<std::size_t>(sampler.input));
+  if (const std::string* pointer = animation_pointer(json_channel)) {
+    const std::optional<PointerTarget> target = resolve_pointer(document.json, *pointer, document.root);
+    if (!target || !target->defined) return std::nullopt;
+    channel.path = target->path;
+    (target->path <= AnimatedPath::kVisible ? channel.node : channel.object) = target->object;
+    channel.texture = target->texture;
+    channel.components = target->components;
+    return channel;
+  }
+  const json& target = json_channel["target"];
+  if (!target.contains("node")) return std::nullopt;
+  channel.node = target["node"].get<int>();
+  const auto& path = target["path"].get_ref<const std::string&>();
+  channel.path = path == "translation" ? AnimatedPath::kTranslation
+                 : path == "rotation"  ? AnimatedPath::kRotation
+                 : path == "scale"     ? AnimatedPath::kScale
+                                       : AnimatedPath::kWeights;
+  return channel;
+}
+
+void read_keys(Document& document, const json& sampler, const Capture& capture, AnimationChannel& channel) {
+  const std::string interpolation = sampler.value("interpolation", std::string("LINEAR"));
+  channel.interpolation = interpolation == "STEP"          ? Interpolation::kStep
+                          : interpolation == "CUBICSPLINE" ? Interpolation::kCubicSpline
+                                                           : Interpolation::kLinear;
+  if (channel.path == AnimatedPath::kVisible) channel.interpolation = Interpolation::kStep;
+  const auto input = sampler["input"].get<std::size_t>(), output = sampler["output"].get<std::size_t>();
+  channel.times = read_floats(document, input);
+  const Place place = document.root.at("accessors").at(input);
   for (std::size_t k = 0; k < channel.times.size(); ++k) {
     if (channel.times[k] < 0) place.refuse("key time {} is negative", k);
     if (k > 0 && channel.times[k] <= channel.times[k - 1]) place.refuse("key time {} does not increase", k);
   }
-  channel.values = read_floats(document, static_cast<std::size_t>(sampler.output));
+  channel.values = read_floats(document, output);
   if (channel.path == AnimatedPath::kRotation) {
     channel.components = 4;
-    check_rotation_keys(channel, document.root.at("accessors").at(static_cast<std::size_t>(sampler.output)));
+    check_rotation_keys(channel, document.root.at("accessors").at(output));
   }
   if (channel.path == AnimatedPath::kWeights) {
-    const auto mesh = static_cast<std::size_t>(nodes[static_cast<std::size_t>(channel.node)].mesh);
-    channel.components = static_cast<int>(document.json["meshes"][mesh]["primitives"][0]["targets"].size());
+    std::size_t targets = 0;
+    const auto mesh = static_cast<std::size_t>(capture.nodes[static_cast<std::size_t>(channel.node)].mesh);
+    for (const json& primitive : document.json["meshes"][mesh]["primitives"])
+      if (const auto list = primitive.find("targets"); list != primitive.end())
+        targets = std::max(targets, list->size());
+    channel.components = static_cast<int>(targets);
   }
-  return channel;
 }
 
-std::vector<Animation> build_animations(Document& document, const std::vector<Node>& nodes) {
+std::vector<Animation> build_animations(Document& document, const Capture& capture) {
   std::vector<Animation> animations;
-  for (const tinygltf::Animation& model : document.model.animations) {
+  const auto list = document.json.find("animations");
+  for (std::size_t a = 0; list != document.json.end() && a < list->size(); ++a) {
+    const json& json_animation = (*list)[a];
     Animation& animation = animations.emplace_back();
-    animation.name = model.name;
-    for (const tinygltf::AnimationChannel& channel : model.channels)
-      if (channel.target_node >= 0) animation.channels.push_back(build_channel(document, model, channel, nodes));
+    animation.name = json_animation.value("name", std::string());
+    for (const json& json_channel : json_animation["channels"])
+      if (std::optional<AnimationChannel> channel = channel_target(document, json_channel)) {
+        read_keys(document, json_animation["samplers"][json_channel["sampler"].get<std::size_t>()], capture, *channel);
+        animation.channels.push_back(std::move(*channel));
+      }
   }
   return animations;
 }
@@ -215,13 +251,13 @@ std::vector<Animation> build_animations(Document& document, const std::vector<No
 // glTF leaves open which animations play. The first does, and each further one that moves nothing already moved.
 std::vector<int> choose_animations(const std::vector<Animation>& animations) {
   std::vector<int> played;
-  std::set<std::pair<int, AnimatedPath>> moved;
+  const auto target = [](const AnimationChannel& c) { return std::tuple(c.path, c.node, c.object, c.texture); };
+  std::set<std::tuple<AnimatedPath, int, int, MaterialTexture>> moved;
   for (std::size_t a = 0; a < animations.size(); ++a) {
     bool free = true;
-    for (const AnimationChannel& channel : animations[a].channels)
-      free = free && !moved.contains({channel.node, channel.path});
+    for (const AnimationChannel& channel : animations[a].channels) free = free && !moved.contains(target(channel));
     if (!free) continue;
-    for (const AnimationChannel& channel : animations[a].channels) moved.emplace(channel.node, channel.path);
+    for (const AnimationChannel& channel : animations[a].channels) moved.insert(target(channel));
     played.push_back(static_cast<int>(a));
   }
   return played;
@@ -252,20 +288,20 @@ std::vector<Camera> build_cameras(const Document& document) {
   return cameras;
 }
 
-std::vector<shaders::Light> build_lights(const Document& document) {
-  std::vector<shaders::Light> lights;
+void build_lights(const Document& document, Capture& capture) {
   for (const tinygltf::Light& model : document.model.lights) {
-    shaders::Light& light = lights.emplace_back();
+    shaders::Light& light = capture.lights.emplace_back();
+    LightParameters& parameters = capture.light_parameters.emplace_back();
     light.type = model.type == "directional" ? shaders::Light::Type::kDirectional
                  : model.type == "point"     ? shaders::Light::Type::kPoint
                                              : shaders::Light::Type::kSpot;
-    if (model.color.size() == 3) light.color = {model.color[0], model.color[1], model.color[2]};
-    light.color *= static_cast<float>(model.intensity);
+    if (model.color.size() == 3) parameters.color = {model.color[0], model.color[1], model.color[2]};
+    parameters.intensity = static_cast<float>(model.intensity);
+    parameters.inner_cone = model.spot.innerConeAngle;
+    parameters.outer_cone = model.spot.outerConeAngle;
     light.range = static_cast<float>(model.range);
-    light.cos_inner = static_cast<float>(std::cos(model.spot.innerConeAngle));
-    light.cos_outer = static_cast<float>(std::cos(model.spot.outerConeAngle));
+    parameters.apply(light);
   }
-  return lights;
 }
 
 CaptureSettings build_settings(const Document& document) {
@@ -299,16 +335,16 @@ CaptureSettings build_settings(const Document& document) {
 }  // namespace
 
 void build_scene(Document& document, Capture& capture) {
-  capture.nodes = build_nodes(document);
+  capture.nodes = build_nodes(document, capture.meshes);
   build_instances(document, capture);
   build_procedures(document, capture);
   capture.roots = build_roots(document, capture.nodes);
   capture.skins = build_skins(document);
   check_joints(document, capture);
-  capture.animations = build_animations(document, capture.nodes);
+  capture.animations = build_animations(document, capture);
   capture.played_animations = choose_animations(capture.animations);
   capture.cameras = build_cameras(document);
-  capture.lights = build_lights(document);
+  build_lights(document, capture);
   capture.settings = build_settings(document);
 }
 

@@ -257,6 +257,7 @@ Rule node_rule(const json& d, std::size_t light_count) {
       {"extensions",
        object({{"EXT_mesh_gpu_instancing", object({{"attributes", map_of(index_of(d, "accessors")), kRequired}})},
                {"KHR_lights_punctual", object({{"light", light, kRequired}})},
+               {"KHR_node_visibility", object({{"visible", boolean()}})},
                {"TESSERA_procedure",
                 [&d](const json& value, const Place& place) { check_procedure_schema(d, value, place); }}})},
   });
@@ -265,16 +266,23 @@ Rule node_rule(const json& d, std::size_t light_count) {
 Rule animation_rule(const json& d) {
   const Rule target = object({
       {"node", index_of(d, "nodes")},
-      {"path", choice({"translation", "rotation", "scale", "weights"}), kRequired},
+      {"path", choice({"translation", "rotation", "scale", "weights", "pointer"}), kRequired},
+      {"extensions", object({{"KHR_animation_pointer", object({{"pointer", text(), kRequired}})}})},
   });
   const Rule sampler = object({
       {"input", index_of(d, "accessors"), kRequired},
       {"interpolation", choice({"LINEAR", "STEP", "CUBICSPLINE"})},
       {"output", index_of(d, "accessors"), kRequired},
   });
+  // An animation that moves nothing is refused: what its writer meant to move is lost.
+  const Rule channels = [channel = list(object({{"sampler", integer(), kRequired}, {"target", target, kRequired}}))](
+                            const json& value, const Place& place) {
+    channel(value, place);
+    if (value.empty()) place.refuse("are none: an animation without channels moves nothing");
+  };
   return object({
       {"name", text()},
-      {"channels", list(object({{"sampler", integer(), kRequired}, {"target", target, kRequired}})), kRequired},
+      {"channels", channels, kRequired},
       {"samplers", list(sampler), kRequired},
   });
 }

@@ -17,14 +17,13 @@
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/meshopt_reader.h"
 #include "scene/gltf/procedure_builder.h"
-#include "scene/gltf/subdivision_builder.h"
+#include "scene/gltf/validation_parts.h"
 
 namespace tessera::scene::gltf {
-namespace {
+namespace validation {
 
 using nlohmann::json;
 
-// A top-level array of the document, or an empty one.
 const json& array_of(const json& document, const char* name) {
   static const json kEmpty = json::array();
   const auto found = document.find(name);
@@ -40,6 +39,28 @@ const json* extension(const json& object, const char* name) {
   const json* extensions = find(object, "extensions");
   return extensions == nullptr ? nullptr : find(*extensions, name);
 }
+
+void check_format(const json& d, std::size_t accessor, const Format& format, const Place& place) {
+  const AccessorLayout layout = accessor_layout(d, accessor);
+  const auto contains = [](const std::vector<int>& list, int value) {
+    return std::find(list.begin(), list.end(), value) != list.end();
+  };
+  if (!contains(format.components, layout.components) || (layout.columns > 1 && layout.components != 16))
+    place.refuse("has accessor {} of type {}, which does not fit here", accessor,
+                 d["accessors"][accessor]["type"].get_ref<const std::string&>());
+  if (!contains(layout.normalized ? format.normalized : format.plain, layout.component_type))
+    place.refuse("has accessor {} of component type {}{}, which does not fit here", accessor, layout.component_type,
+                 layout.normalized ? " (normalized)" : "");
+}
+
+std::size_t target_count(const json& mesh) {
+  std::size_t count = 0;
+  for (const json& primitive : mesh["primitives"])
+    if (const json* targets = find(primitive, "targets")) count = std::max(count, targets->size());
+  return count;
+}
+
+namespace {
 
 // ---- Asset and extensions ---------------------------------------------------------------------------------------
 
@@ -67,7 +88,13 @@ void check_required_extensions(const json& d, const Place& root) {
 
 // ---- Views and accessors ----------------------------------------------------------------------------------------
 
-void check_buffer_views(const json& d, const Place& root) {
+void check_buffer_views(const json& d, const Place& root, Notes& notes) {
+  const auto empty = [&](const Place& place) {
+    notes.violation(place.at("byteLength"), "holds nothing", "is 0, outside [1, 9007199254740992]");
+  };
+  const json& buffers = array_of(d, "buffers");
+  for (std::size_t i = 0; i < buffers.size(); ++i)
+    if (buffers[i]["byteLength"].get<double>() == 0) empty(root.at("buffers").at(i));
   const json& views = array_of(d, "bufferViews");
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto offset = views[i].value("byteOffset", std::uint64_t{0}),
@@ -77,8 +104,13 @@ void check_buffer_views(const json& d, const Place& root) {
       root.at("bufferViews")
           .at(i)
           .refuse("bytes {} to {} lie outside its buffer of {} bytes", offset, offset + length, size);
+    const Place place = root.at("bufferViews").at(i);
+    if (length == 0) empty(place);
     if (views[i].value("byteStride", 4) % 4 != 0)
-      root.at("bufferViews").at(i).at("byteStride").refuse("is not a multiple of 4");
+      notes.violation(place.at("byteStride"), "taken as it is", "is not a multiple of 4");
+    if (const json* target = find(views[i], "target"); target != nullptr && *target != 34962 && *target != 34963)
+      notes.violation(place.at("target"), "targets mean nothing here", "is {}, which glTF does not define here",
+                      escape_control(target->dump(), 40));
   }
 }
 
@@ -88,6 +120,8 @@ void check_range(const json& d, std::size_t view, std::uint64_t offset, std::uin
   const json& v = d["bufferViews"][view];
   const auto length = v["byteLength"].get<std::uint64_t>();
   if (stride < bytes) place.refuse("elements of {} bytes do not fit the view's stride of {}", bytes, stride);
+  if (stride % alignment != 0)
+    place.refuse("has a view whose stride of {} is not a multiple of its component size, {}", stride, alignment);
   // count and stride are below 2^31 and 2^8: no overflow.
   const std::uint64_t needed = (count - 1) * stride + bytes;
   if (offset > length || needed > length - offset)
@@ -96,14 +130,14 @@ void check_range(const json& d, std::size_t view, std::uint64_t offset, std::uin
     place.refuse("does not start at a multiple of its component size, {}", alignment);
 }
 
-void check_accessors(const json& d, const Place& root) {
+void check_accessors(const json& d, const Place& root, Notes& notes) {
   const json& accessors = array_of(d, "accessors");
   for (std::size_t i = 0; i < accessors.size(); ++i) {
     const Place place = root.at("accessors").at(i);
     const AccessorLayout layout = accessor_layout(d, i);
     const std::uint64_t size = component_bytes(layout.component_type);
-    if (layout.normalized && (layout.component_type == kFloat || layout.component_type == kUnsignedInt))
-      place.at("normalized").refuse("is true for a component type that cannot be");
+    if (accessors[i].value("normalized", false) && !layout.normalized)
+      notes.violation(place.at("normalized"), "taken for false", "is true for a component type that cannot be");
     if (layout.has_view)
       check_range(d, accessors[i]["bufferView"].get<std::size_t>(), layout.byte_offset, layout.count, layout.stride,
                   layout.element_bytes, size, place);
@@ -119,26 +153,6 @@ void check_accessors(const json& d, const Place& root) {
     check_range(d, values["bufferView"].get<std::size_t>(), values.value("byteOffset", std::uint64_t{0}), count,
                 layout.element_bytes, layout.element_bytes, size, inner.at("values"));
   }
-}
-
-// What an accessor must look like for a use: number of components and component types, "n" marking normalised ones.
-struct Format {
-  std::vector<int> components;
-  std::vector<int> plain;       // component types allowed without normalisation
-  std::vector<int> normalized;  // component types allowed with it
-};
-
-void check_format(const json& d, std::size_t accessor, const Format& format, const Place& place) {
-  const AccessorLayout layout = accessor_layout(d, accessor);
-  const auto contains = [](const std::vector<int>& list, int value) {
-    return std::find(list.begin(), list.end(), value) != list.end();
-  };
-  if (!contains(format.components, layout.components) || (layout.columns > 1 && layout.components != 16))
-    place.refuse("has accessor {} of type {}, which does not fit here", accessor,
-                 d["accessors"][accessor]["type"].get_ref<const std::string&>());
-  if (!contains(layout.normalized ? format.normalized : format.plain, layout.component_type))
-    place.refuse("has accessor {} of component type {}{}, which does not fit here", accessor, layout.component_type,
-                 layout.normalized ? " (normalized)" : "");
 }
 
 // ---- Images and textures ----------------------------------------------------------------------------------------
@@ -170,11 +184,11 @@ void check_matrix(const json& matrix, const Place& place) {
     }
 }
 
-void check_node(const json& d, std::size_t i, const Place& place) {
+void check_node(const json& d, std::size_t i, const Place& place, Notes& notes) {
   const json& node = d["nodes"][i];
   if (const json* matrix = find(node, "matrix")) {
     for (const char* name : {"translation", "rotation", "scale"})
-      if (node.contains(name)) place.refuse("has both a matrix and a {}", name);
+      if (node.contains(name)) notes.violation(place, "its matrix holds", "has both a matrix and a {}", name);
     check_matrix(*matrix, place.at("matrix"));
   }
   if (const json* rotation = find(node, "rotation")) {
@@ -183,13 +197,17 @@ void check_node(const json& d, std::size_t i, const Place& place) {
     if (std::abs(length2 - 1.0) > 0.01)
       place.at("rotation").refuse("is not a unit quaternion: length {:g}", std::sqrt(length2));
   }
-  if (node.contains("skin") && !node.contains("mesh")) place.at("skin").refuse("needs a mesh on the same node");
+  constexpr const char* kNoMesh = "needs a mesh on the same node";
+  if (node.contains("skin") && !node.contains("mesh"))
+    notes.violation(place.at("skin"), "the skin is ignored", "{}", kNoMesh);
   if (const json* weights = find(node, "weights")) {
-    if (!node.contains("mesh")) place.at("weights").refuse("need a mesh on the same node");
-    const json& primitive = d["meshes"][node["mesh"].get<std::size_t>()]["primitives"][0];
-    const std::size_t targets = primitive.contains("targets") ? primitive["targets"].size() : 0;
-    if (weights->size() != targets)
-      place.at("weights").refuse("are {}, the mesh has {} morph targets", weights->size(), targets);
+    const json* mesh = find(node, "mesh");
+    const std::size_t targets = mesh == nullptr ? 0 : target_count(d["meshes"][mesh->get<std::size_t>()]);
+    if (mesh == nullptr)
+      notes.violation(place.at("weights"), "the weights are ignored", "need a mesh on the same node");
+    else if (weights->size() != targets)
+      notes.violation(place.at("weights"), "the others are zero or ignored", "are {}, the mesh has {} morph targets",
+                      weights->size(), targets);
   }
 }
 
@@ -214,12 +232,12 @@ void check_instancing(const json& d, const json& node, const Place& place) {
 }
 
 // Every node has at most one parent and no node is its own ancestor.
-void check_node_graph(const json& d, const Place& root) {
+void check_node_graph(const json& d, const Place& root, Notes& notes) {
   const json& nodes = array_of(d, "nodes");
   std::vector<std::optional<std::size_t>> parent(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Place place = root.at("nodes").at(i);
-    check_node(d, i, place);
+    check_node(d, i, place, notes);
     check_instancing(d, nodes[i], place);
     if (const json* procedure = extension(nodes[i], "TESSERA_procedure"))
       check_procedure_links(d, *procedure, place.at("extensions").at("TESSERA_procedure"));
@@ -249,189 +267,24 @@ void check_node_graph(const json& d, const Place& root) {
     for (std::size_t k = 0; list != nullptr && k < list->size(); ++k) {
       const Place place = root.at("scenes").at(s).at("nodes").at(k);
       const auto node = (*list)[k].get<std::size_t>();
-      if (parent[node]) place.refuse("is node {}, which is not a root", node);
-      if (!seen.insert(node).second) place.refuse("lists node {} twice", node);
+      if (parent[node])
+        notes.violation(place, "drawn once, where its parents put it", "is node {}, which is not a root", node);
+      if (!seen.insert(node).second) notes.violation(place, "drawn once", "lists node {} twice", node);
     }
-  }
-}
-
-// ---- Meshes -----------------------------------------------------------------------------------------------------
-
-bool uses_extension(const json& d, const char* name) {
-  for (const json& used : array_of(d, "extensionsUsed"))
-    if (used == name) return true;
-  return false;
-}
-
-// Formats of glTF 2.0 section 3.7.2.1, with those that KHR_mesh_quantization adds.
-std::optional<Format> attribute_format(std::string_view name, bool quantized) {
-  const auto numbered = [&](std::string_view prefix) {
-    return name.starts_with(prefix) && name.size() > prefix.size() &&
-           std::all_of(name.begin() + static_cast<std::ptrdiff_t>(prefix.size()), name.end(),
-                       [](char c) { return c >= '0' && c <= '9'; });
-  };
-  const std::vector<int> small = {kByte, kUnsignedByte, kShort, kUnsignedShort};
-  if (name == "POSITION")
-    return quantized ? Format{{3}, {kFloat, kByte, kUnsignedByte, kShort, kUnsignedShort}, small}
-                     : Format{{3}, {kFloat}, {}};
-  if (name == "NORMAL") return Format{{3}, {kFloat}, quantized ? std::vector<int>{kByte, kShort} : std::vector<int>{}};
-  if (name == "TANGENT") return Format{{4}, {kFloat}, quantized ? std::vector<int>{kByte, kShort} : std::vector<int>{}};
-  if (numbered("TEXCOORD_"))
-    return quantized ? Format{{2}, {kFloat, kByte, kUnsignedByte, kShort, kUnsignedShort}, small}
-                     : Format{{2}, {kFloat}, {kUnsignedByte, kUnsignedShort}};
-  if (numbered("COLOR_")) return Format{{3, 4}, {kFloat}, {kUnsignedByte, kUnsignedShort}};
-  if (numbered("JOINTS_")) return Format{{4}, {kUnsignedByte, kUnsignedShort}, {}};
-  if (numbered("WEIGHTS_")) return Format{{4}, {kFloat}, {kUnsignedByte, kUnsignedShort}};
-  return std::nullopt;
-}
-
-void check_attributes(const json& d, const json& attributes, bool targets, const Place& place) {
-  const bool quantized = uses_extension(d, "KHR_mesh_quantization");
-  std::optional<std::uint64_t> count;
-  for (const auto& [name, index] : attributes.items()) {
-    const auto accessor = index.get<std::size_t>();
-    const std::optional<Format> format = attribute_format(name, quantized);
-    if (!format) {
-      if (!name.starts_with("_")) place.at(name).refuse("is not an attribute that glTF defines");
-      continue;
-    }
-    Format wanted = *format;
-    if (targets) {
-      // A target's tangent has no handedness; differences of colours and coordinates may be signed.
-      if (name == "TANGENT") wanted.components = {3};
-      for (const int type : {kByte, kShort})
-        if (name != "POSITION" && name != "NORMAL" && name != "TANGENT") wanted.normalized.push_back(type);
-    }
-    check_format(d, accessor, wanted, place.at(name));
-    const std::uint64_t here = d["accessors"][accessor]["count"].get<std::uint64_t>();
-    if (count && *count != here) place.at(name).refuse("has {} elements, other attributes have {}", here, *count);
-    count = here;
-  }
-}
-
-void check_numbered_sets(const json& attributes, const Place& place) {
-  for (const char* prefix : {"TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"}) {
-    std::size_t count = 0;
-    for (const auto& [name, index] : attributes.items()) count += name.starts_with(prefix) ? 1 : 0;
-    for (std::size_t i = 0; i < count; ++i)
-      if (!attributes.contains(prefix + std::to_string(i)))
-        place.refuse("has {} {} sets but no {}{}", count, prefix, prefix, i);
-  }
-  for (int i = 0; i < 2; ++i)
-    if (attributes.contains("JOINTS_" + std::to_string(i)) != attributes.contains("WEIGHTS_" + std::to_string(i)))
-      place.refuse("needs JOINTS_{} and WEIGHTS_{} together", i, i);
-}
-
-void check_draco(const json& primitive, const json& draco, const Place& place) {
-  const int mode = primitive.value("mode", 4);
-  if (mode != 4 && mode != 5) place.at("mode").refuse("is {}, KHR_draco_mesh_compression holds triangles", mode);
-  if (!primitive.contains("indices")) place.refuse("uses KHR_draco_mesh_compression without indices");
-  std::set<std::uint64_t> ids;
-  const Place inner = place.at("extensions").at("KHR_draco_mesh_compression").at("attributes");
-  for (const auto& [name, id] : draco["attributes"].items()) {
-    if (!primitive["attributes"].contains(name)) inner.at(name).refuse("is not an attribute of the primitive");
-    if (!ids.insert(id.get<std::uint64_t>()).second)
-      inner.at(name).refuse("shares its id {} with another attribute", id.dump());
-  }
-}
-
-void check_primitive(const json& d, const json& primitive, const Place& place) {
-  const json& attributes = primitive["attributes"];
-  check_attributes(d, attributes, false, place.at("attributes"));
-  check_numbered_sets(attributes, place.at("attributes"));
-  const json* draco = extension(primitive, "KHR_draco_mesh_compression");
-  if (draco != nullptr) check_draco(primitive, *draco, place);
-  for (const auto& [name, index] : attributes.items()) {
-    const json& accessor = d["accessors"][index.get<std::size_t>()];
-    const bool inside_draco = draco != nullptr && (*draco)["attributes"].contains(name);
-    if (name == "POSITION" && !inside_draco && !accessor.contains("bufferView") && !accessor.contains("sparse"))
-      place.at("attributes").at(name).refuse("has an accessor without data");
-  }
-  if (const json* indices = find(primitive, "indices")) {
-    const auto accessor = indices->get<std::size_t>();
-    check_format(d, accessor, {{1}, {kUnsignedByte, kUnsignedShort, kUnsignedInt}, {}}, place.at("indices"));
-    // Viewers differ in whether they honour it.
-    if (const json* view = find(d["accessors"][accessor], "bufferView"))
-      if (d["bufferViews"][view->get<std::size_t>()].contains("byteStride"))
-        place.at("indices").refuse("has a view with a byteStride");
-  }
-  const json* targets = find(primitive, "targets");
-  for (std::size_t t = 0; targets != nullptr && t < targets->size(); ++t) {
-    const Place inner = place.at("targets").at(t);
-    check_attributes(d, (*targets)[t], true, inner);
-    for (const auto& [name, index] : (*targets)[t].items()) {
-      if (!attributes.contains(name)) {
-        if (!name.starts_with("_")) inner.at(name).refuse("moves an attribute that the primitive does not have");
-        continue;
-      }
-      const auto count = d["accessors"][index.get<std::size_t>()]["count"].get<std::uint64_t>();
-      const auto base = d["accessors"][attributes[name].get<std::size_t>()]["count"].get<std::uint64_t>();
-      if (count != base) inner.at(name).refuse("has {} elements, the attribute has {}", count, base);
-    }
-  }
-  if (const json* bezier = extension(primitive, "TESSERA_bezier_patches")) {
-    const Place inner = place.at("extensions").at("TESSERA_bezier_patches");
-    if (primitive.value("mode", 4) != 4) inner.refuse("needs a control cage of triangles (mode 4)");
-    if (!attributes.contains("POSITION")) inner.refuse("needs POSITION");
-    const auto vertices = d["accessors"][attributes["POSITION"].get<std::size_t>()]["count"].get<std::uint64_t>();
-    const auto count = (*bezier)["count"].get<std::uint64_t>();
-    if (vertices != 16 * count)
-      inner.at("count").refuse("is {} patches of 16 control points, POSITION has {}", count, vertices);
-  }
-  check_subdivision(d, primitive, place);
-}
-
-void check_material_texcoords(const json& d, const json& primitive, const Place& place) {
-  const json* index = find(primitive, "material");
-  if (index == nullptr) return;
-  const json& material = d["materials"][index->get<std::size_t>()];
-  const auto check = [&](const json* info) {
-    if (info == nullptr) return;
-    const json* transform = extension(*info, "KHR_texture_transform");
-    int set = info->value("texCoord", 0);
-    if (transform != nullptr) set = transform->value("texCoord", set);
-    if (!primitive["attributes"].contains("TEXCOORD_" + std::to_string(set)))
-      place.refuse("lacks TEXCOORD_{}, which its material {} reads", set, index->get<std::size_t>());
-  };
-  if (const json* pbr = find(material, "pbrMetallicRoughness"))
-    for (const char* name : {"baseColorTexture", "metallicRoughnessTexture"}) check(find(*pbr, name));
-  for (const char* name : {"normalTexture", "occlusionTexture", "emissiveTexture"}) check(find(material, name));
-  if (const json* displacement = extension(material, "TESSERA_displacement")) check(&(*displacement)["texture"]);
-}
-
-void check_meshes(const json& d, const Place& root) {
-  const json& meshes = array_of(d, "meshes");
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const Place place = root.at("meshes").at(m);
-    const json& primitives = meshes[m]["primitives"];
-    const auto target_count = [](const json& primitive) {
-      return primitive.contains("targets") ? primitive["targets"].size() : std::size_t{0};
-    };
-    for (std::size_t p = 0; p < primitives.size(); ++p) {
-      const Place inner = place.at("primitives").at(p);
-      check_primitive(d, primitives[p], inner);
-      check_material_texcoords(d, primitives[p], inner.at("attributes"));
-      if (target_count(primitives[p]) != target_count(primitives[0]))
-        inner.at("targets").refuse("are {}, the first primitive has {}", target_count(primitives[p]),
-                                   target_count(primitives[0]));
-    }
-    if (const json* weights = find(meshes[m], "weights"))
-      if (weights->size() != target_count(primitives[0]))
-        place.at("weights").refuse("are {}, the primitives have {} morph targets", weights->size(),
-                                   target_count(primitives[0]));
   }
 }
 
 // ---- Skins, animations ------------------------------------------------------------------------------------------
 
-void check_skins(const json& d, const Place& root) {
+void check_skins(const json& d, const Place& root, Notes& notes) {
   const json& skins = array_of(d, "skins");
   for (std::size_t s = 0; s < skins.size(); ++s) {
     const Place place = root.at("skins").at(s);
     std::set<std::size_t> seen;
     const json& joints = skins[s]["joints"];
     for (std::size_t k = 0; k < joints.size(); ++k)
-      if (!seen.insert(joints[k].get<std::size_t>()).second) place.at("joints").at(k).refuse("names a joint twice");
+      if (!seen.insert(joints[k].get<std::size_t>()).second)
+        notes.violation(place.at("joints").at(k), "both follow it", "names a joint twice");
     if (const json* matrices = find(skins[s], "inverseBindMatrices")) {
       const auto accessor = matrices->get<std::size_t>();
       check_format(d, accessor, {{16}, {kFloat}, {}}, place.at("inverseBindMatrices"));
@@ -443,66 +296,10 @@ void check_skins(const json& d, const Place& root) {
   // A skinned mesh ignores its node's transform; viewers disagree about one without joints.
   const json& nodes = array_of(d, "nodes");
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (!nodes[n].contains("skin")) continue;
+    if (!nodes[n].contains("skin") || !nodes[n].contains("mesh")) continue;
     for (const json& primitive : d["meshes"][nodes[n]["mesh"].get<std::size_t>()]["primitives"])
       if (!primitive["attributes"].contains("JOINTS_0"))
         root.at("nodes").at(n).at("skin").refuse("needs a mesh with JOINTS_0 and WEIGHTS_0");
-  }
-}
-
-void check_animation_channel(const json& d, const json& animation, std::size_t c, const Place& place) {
-  const json& channel = animation["channels"][c];
-  const auto sampler_index = channel["sampler"].get<std::size_t>();
-  if (sampler_index >= animation["samplers"].size())
-    place.at("sampler").refuse("points at sampler {}, there are {}", sampler_index, animation["samplers"].size());
-  const json& sampler = animation["samplers"][sampler_index];
-  const auto input = sampler["input"].get<std::size_t>(), output = sampler["output"].get<std::size_t>();
-  check_format(d, input, {{1}, {kFloat}, {}}, place);
-
-  const auto& path = channel["target"]["path"].get_ref<const std::string&>();
-  const bool integers_allowed = path == "rotation" || path == "weights";
-  const std::vector<int> normalized =
-      integers_allowed ? std::vector<int>{kByte, kUnsignedByte, kShort, kUnsignedShort} : std::vector<int>{};
-  const int components = path == "rotation" ? 4 : path == "weights" ? 1 : 3;
-  check_format(d, output, {{components}, {kFloat}, normalized}, place);
-
-  const bool cubic = sampler.value("interpolation", std::string("LINEAR")) == "CUBICSPLINE";
-  const auto keys = d["accessors"][input]["count"].get<std::uint64_t>();
-  const auto values = d["accessors"][output]["count"].get<std::uint64_t>();
-  std::uint64_t per_key = cubic ? 3 : 1;
-  const json* node_index = find(channel["target"], "node");
-  if (node_index != nullptr) {
-    const json& node = d["nodes"][node_index->get<std::size_t>()];
-    if (path == "weights") {
-      if (!node.contains("mesh")) place.at("target").refuse("animates weights of a node without a mesh");
-      const json& primitive = d["meshes"][node["mesh"].get<std::size_t>()]["primitives"][0];
-      const std::size_t targets = primitive.contains("targets") ? primitive["targets"].size() : 0;
-      if (targets == 0) place.at("target").refuse("animates weights of a mesh without morph targets");
-      per_key *= targets;
-    } else if (node.contains("matrix")) {
-      place.at("target").refuse("animates a node that has a matrix");
-    }
-  } else if (path == "weights") {
-    return;  // no node: the channel is to be ignored, and its value count cannot be known
-  }
-  if (values != keys * per_key)
-    place.refuse("has {} output values for {} keys, needs {}", values, keys, keys * per_key);
-}
-
-void check_animations(const json& d, const Place& root) {
-  const json& animations = array_of(d, "animations");
-  for (std::size_t a = 0; a < animations.size(); ++a) {
-    const Place place = root.at("animations").at(a);
-    std::set<std::pair<std::size_t, std::string>> targets;
-    const json& channels = animations[a]["channels"];
-    for (std::size_t c = 0; c < channels.size(); ++c) {
-      const Place inner = place.at("channels").at(c);
-      check_animation_channel(d, animations[a], c, inner);
-      const json& target = channels[c]["target"];
-      if (target.contains("node") &&
-          !targets.emplace(target["node"].get<std::size_t>(), target["path"].get<std::string>()).second)
-        inner.at("target").refuse("is animated twice in one animation");
-    }
   }
 }
 
@@ -525,7 +322,7 @@ void check_cameras(const json& d, const Place& root) {
   }
 }
 
-void check_lights(const json& d, const Place& root) {
+void check_lights(const json& d, const Place& root, Notes& notes) {
   const json* extension_json = extension(d, "KHR_lights_punctual");
   if (extension_json == nullptr) return;
   const json& lights = (*extension_json)["lights"];
@@ -533,7 +330,10 @@ void check_lights(const json& d, const Place& root) {
     const Place place = root.at("extensions").at("KHR_lights_punctual").at("lights").at(l);
     if (lights[l]["type"] != "spot") continue;
     const json* spot = find(lights[l], "spot");
-    if (spot == nullptr) place.refuse("is a spot light without a spot property");
+    if (spot == nullptr) {
+      notes.violation(place, "its cone is the default one", "is a spot light without a spot property");
+      continue;
+    }
     if (!(spot->value("innerConeAngle", 0.0) < spot->value("outerConeAngle", 0.7853981633974483)))
       place.at("spot").refuse("has an inner cone that is not smaller than the outer one");
   }
@@ -551,20 +351,22 @@ void check_capture_settings(const json& d, const Place& root) {
 }
 
 }  // namespace
+}  // namespace validation
 
-void validate_links(const json& d, const Place& root) {
+void validate_links(const nlohmann::json& d, const Place& root, Notes& notes) {
+  using namespace validation;
   check_version(d, root);
   check_required_extensions(d, root);
-  check_buffer_views(d, root);
+  check_buffer_views(d, root, notes);
   check_meshopt(d, root);
-  check_accessors(d, root);
+  check_accessors(d, root, notes);
   check_images(d, root);
-  check_node_graph(d, root);
-  check_meshes(d, root);
-  check_skins(d, root);
-  check_animations(d, root);
+  check_node_graph(d, root, notes);
+  check_meshes(d, root, notes);
+  check_skins(d, root, notes);
+  check_animations(d, root, notes);
   check_cameras(d, root);
-  check_lights(d, root);
+  check_lights(d, root, notes);
   check_capture_settings(d, root);
 }
 

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 
 namespace tessera::scene::gltf {
@@ -10,6 +11,6 @@ namespace tessera::scene::gltf {
 // views and accessors inside what holds them, the node graph (a forest), formats and counts of vertex attributes,
 // indices, morph targets, skins and animations, cameras and lights. Reads no buffer data: values inside the buffers
 // are checked where they are decoded. Throws InputError at the first fault.
-void validate_links(const nlohmann::json& document, const Place& root);
+void validate_links(const nlohmann::json& document, const Place& root, Notes& notes);
 
 }  // namespace tessera::scene::gltf

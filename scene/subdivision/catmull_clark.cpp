@@ -74,7 +74,7 @@ class Conversion {
       if (!target.positions.empty()) converted.positions = points(target.positions);
     }
     if (!in_.influences.empty()) out.influences = influences();
-    for (const std::vector<Vec2>& set : in_.texcoords) out.texcoords.push_back(corners(set));
+    for (const std::vector<Vec2>& set : in_.texcoords) out.texcoords.push_back(set.empty() ? set : corners(set));
     if (!in_.colors.empty()) out.colors = corners(in_.colors);
     return out;
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -67,6 +68,11 @@ std::size_t segment_end(const Bytes& bytes, std::size_t at) {
 }
 
 constexpr std::uint8_t kApp14 = 0xEE, kHuffman = 0xC4, kQuantisation = 0xDB, kFrame = 0xC0, kScan = 0xDA;
+
+void remove_segment(Bytes& bytes, std::size_t at) {
+  bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+              bytes.begin() + static_cast<std::ptrdiff_t>(segment_end(bytes, at)));
+}
 
 struct Answer {
   bool accepted = false;
@@ -178,21 +184,67 @@ TEST(JpegDecoder, TheBitsAreTheSameWithoutSimd) {
   EXPECT_NE(plain.output.find(digests), std::string::npos) << plain.output;
 }
 
-// ---- Refusals ---------------------------------------------------------------------------------------------------
+// ---- Four channels ----------------------------------------------------------------------------------------------
 
-TEST(JpegDecoder, FourChannelsAreRefused) {
-  Bytes ycck = encode(ramps(16, 16, 4), TJSAMP_444), cmyk = ycck;
-  // Adobe's segment says by its last byte how the channels are stored: 2 YCCK, 0 as they are.
-  const std::size_t transform = segment_end(cmyk, segment(cmyk, kApp14)) - 1;
-  ASSERT_EQ(cmyk[transform], 2);
-  cmyk[transform] = 0;
-  for (const Bytes& bytes : {ycck, cmyk}) {
-    const Answer answer = decode(bytes);
-    EXPECT_FALSE(answer.accepted);
-    EXPECT_EQ(answer.fault, "JPEG has four channels (CMYK), of which no texture can be made");
-  }
-  EXPECT_TRUE(decode(encode(ramps(16, 16, 3), TJSAMP_444)).accepted);
+// What cyan, magenta, yellow and black (as stored) let through of red, green and blue.
+Image8 seen(const Image8& inks, bool inverted) {
+  Image8 rgb(inks.width, inks.height, 3);
+  for (int y = 0; y < inks.height; ++y)
+    for (int x = 0; x < inks.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        const auto through = [&](int channel) {
+          const int stored = inks.at(x, y)[channel];
+          return (inverted ? stored : 255 - stored) / 255.0;
+        };
+        rgb.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(255.0 * through(c) * through(3)));
+      }
+  return rgb;
 }
+
+TEST(JpegDecoder, InksOfAdobesFilesAreInverted) {  // YCCK; 255 is no ink
+  const Image8 inks = ramps(40, 24, 4);
+  const Answer answer = decode(encode(inks, TJSAMP_444));
+  ASSERT_TRUE(answer.accepted) << answer.fault;
+  ASSERT_EQ(answer.image.channels, 3);
+  EXPECT_LE(greatest_difference(answer.image, seen(inks, true)), 4);
+  EXPECT_GT(greatest_difference(answer.image, seen(inks, false)), 100);
+}
+
+TEST(JpegDecoder, InksThatAreStoredAsTheyAreAreKnownByTheMarker) {
+  // Greys of the three inks are the same in YCCK, but for two channels in the middle: the file says CMYK instead.
+  Image8 inks(16, 16, 4);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x)
+      for (int c = 0; c < 4; ++c) inks.at(x, y)[c] = static_cast<std::uint8_t>(c == 3 ? 200 : 90);
+  Bytes bytes = encode(inks, TJSAMP_444);
+  // Adobe's segment says by its last byte how the channels are stored: 2 YCCK, 0 as they are.
+  const std::size_t transform = segment_end(bytes, segment(bytes, kApp14)) - 1;
+  ASSERT_EQ(bytes[transform], 2);
+  bytes[transform] = 0;
+  // As stored: what YCCK has for this grey. Its luminance is that of the inverted inks.
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) inks.at(x, y)[0] = 255 - 90, inks.at(x, y)[1] = inks.at(x, y)[2] = 128;
+  const Answer adobe = decode(bytes);
+  ASSERT_TRUE(adobe.accepted) << adobe.fault;
+  EXPECT_LE(greatest_difference(adobe.image, seen(inks, true)), 3);
+  // Without the segment nothing is inverted.
+  remove_segment(bytes, segment(bytes, kApp14));
+  const Answer plain = decode(bytes);
+  ASSERT_TRUE(plain.accepted) << plain.fault;
+  EXPECT_LE(greatest_difference(plain.image, seen(inks, false)), 3);
+}
+
+TEST(JpegDecoder, WhatFourChannelsTakeIsCharged) {
+  DecodedImage image;
+  std::string fault;
+  std::uint64_t charged = 0;
+  const Bytes bytes = encode(ramps(100, 70, 4), TJSAMP_444);
+  const test::HeapMeter heap;
+  ASSERT_TRUE(decode_image(bytes, {}, image, fault, [&](std::uint64_t count) { charged += count; })) << fault;
+  EXPECT_LE(heap.peak_bytes(), charged);
+}
+
+// ---- Refusals ---------------------------------------------------------------------------------------------------
 
 TEST(JpegDecoder, EveryTruncatedFileIsRefused) {
   for (const Kind& kind : kKinds) {
@@ -231,11 +283,6 @@ struct Mutation {
   const char* name;
   void (*apply)(Bytes& bytes);
 };
-
-void remove_segment(Bytes& bytes, std::size_t at) {
-  bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-              bytes.begin() + static_cast<std::ptrdiff_t>(segment_end(bytes, at)));
-}
 
 // A table of codes in place of the first: how many there are of each length, then as many values.
 void replace_codes(Bytes& bytes, const std::array<std::uint8_t, 16>& counts) {

@@ -77,6 +77,70 @@ std::string moving_capture() {
   return asset.glb();
 }
 
+// What writers of files err in, all of it with one meaning each.
+std::string erring_capture() {
+  test::GltfAsset asset = test::everything_asset();
+  json& d = asset.document;
+  d["scenes"][0]["nodes"] = {0, 3, 3};
+  json& attributes = d["meshes"][0]["primitives"][0]["attributes"];
+  attributes["COLOUR"] = test::kPositions;
+  attributes["TEXCOORD_2"] = attributes["TEXCOORD_0"];
+  attributes.erase("TEXCOORD_0");
+  d["meshes"][0]["primitives"][0]["targets"][0]["TANGENT"] = test::kMorph;
+  d["meshes"][0]["weights"] = {0.5, 1, 2};
+  d["accessors"][test::kIndices]["normalized"] = true;
+  d["nodes"][3]["skin"] = 0;
+  d["nodes"][7]["scale"] = {1, 1, 1};
+  d["textures"][0] = {{"extensions", {{"MADE_up", {{"source", 0}}}}}};
+  d["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 0}, {"target", 1}});
+  return asset.glb();
+}
+
+// Channels that move materials, cameras, lights and visibility.
+std::string pointing_capture() {
+  test::GltfAsset asset = test::everything_asset();
+  json& d = asset.document;
+  d["nodes"][2]["extensions"]["KHR_node_visibility"] = {{"visible", true}};
+  d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] = {
+      {"rotation", 1}};
+  const int times = asset.add_accessor<float>("SCALAR", {0, 1}), one = asset.add_accessor<float>("SCALAR", {0.5f, 1}),
+            two = asset.add_accessor<float>("VEC2", {0, 0, 1, 1}),
+            flags = asset.add_accessor<std::uint8_t>("SCALAR", {1, 0});
+  json channels = json::array();
+  const auto add = [&](const char* pointer, int sampler) {
+    channels.push_back(
+        {{"sampler", sampler},
+         {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}}}});
+  };
+  add("/materials/0/pbrMetallicRoughness/roughnessFactor", 0);
+  add("/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset", 1);
+  add("/cameras/0/perspective/yfov", 0);
+  add("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle", 0);
+  add("/nodes/2/extensions/KHR_node_visibility/visible", 2);
+  d["animations"].push_back({{"channels", channels},
+                             {"samplers",
+                              {{{"input", times}, {"output", one}},
+                               {{"input", times}, {"output", two}},
+                               {{"input", times}, {"output", flags}, {"interpolation", "STEP"}}}}});
+  return asset.glb();
+}
+
+// Points, and lines of each mode.
+std::string wire_capture() {
+  test::GltfAsset asset;
+  const int positions = asset.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 1, 1, 0.5f}),
+            normals = asset.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1}),
+            list = asset.add_accessor<std::uint8_t>("SCALAR", {0, 1, 2, 0});
+  json primitives = json::array();
+  for (int mode = 0; mode < 4; ++mode)
+    primitives.push_back({{"mode", mode}, {"attributes", {{"POSITION", positions}}}});
+  primitives[1]["attributes"]["NORMAL"] = normals;
+  primitives[2]["indices"] = list;
+  asset.add("meshes", {{"primitives", primitives}});
+  asset.add("nodes", {{"mesh", 0}});
+  return asset.glb();
+}
+
 }  // namespace
 
 std::vector<std::string> small_captures() {
@@ -86,7 +150,10 @@ std::vector<std::string> small_captures() {
                                   test::draco_asset(false).glb(),
                                   test::everything_asset().gltf_with_file("beside.bin"),
                                   cage_capture(),
-                                  moving_capture()};
+                                  moving_capture(),
+                                  erring_capture(),
+                                  pointing_capture(),
+                                  wire_capture()};
   for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"})
     all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
   for (const shaders::StageDeclaration& shape : shaders::shape_declarations())

@@ -31,6 +31,9 @@ void require_sound_primitive(const Capture& capture, const scene::Primitive& pri
   for (const scene::MorphTarget& target : v.morph_targets)
     for (const auto* list : {&target.positions, &target.normals, &target.tangents})
       require(list->empty() || list->size() == v.count(), "a morph target is not one per vertex");
+  if (primitive.wire != scene::Primitive::Wire::kSurface)
+    require(v.count() % 4 == 0 && primitive.kind == scene::Primitive::Kind::kTriangles,
+            "points and lines are not fours");
   if (primitive.kind == scene::Primitive::Kind::kTriangles)
     require(primitive.indices.size() % 3 == 0, "indices are not three per triangle");
   if (primitive.kind == scene::Primitive::Kind::kBezierPatches)
@@ -70,6 +73,14 @@ void require_sound(const Capture& capture) {
   for (const scene::Animation& animation : capture.animations)
     for (const scene::AnimationChannel& channel : animation.channels) {
       require(names_one(channel.node, capture.nodes), "an animated node is not there");
+      const bool of_node = channel.path <= scene::AnimatedPath::kVisible;
+      require((channel.node != kNone) == of_node && (channel.object == kNone) == of_node, "a channel moves two things");
+      if (channel.path > scene::AnimatedPath::kVisible && channel.path <= scene::AnimatedPath::kTextureScale)
+        require(names_one(channel.object, capture.materials), "an animated material is not there");
+      else if (channel.path > scene::AnimatedPath::kVisible && channel.path <= scene::AnimatedPath::kFar)
+        require(names_one(channel.object, capture.cameras), "an animated camera is not there");
+      else if (!of_node)
+        require(names_one(channel.object, capture.lights), "an animated light is not there");
       for (std::size_t k = 0; k < channel.times.size(); ++k)
         require(std::isfinite(channel.times[k]) && (k == 0 || channel.times[k] > channel.times[k - 1]),
                 "key times do not increase");
@@ -79,6 +90,7 @@ void require_sound(const Capture& capture) {
     }
   for (const int played : capture.played_animations)
     require(played != kNone && names_one(played, capture.animations), "a played animation is not there");
+  require(capture.lights.size() == capture.light_parameters.size(), "a light has no parameters");
   require(capture.charged_bytes <= kMaxBytes, "more was charged than allowed");
 }
 

@@ -297,6 +297,36 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
   }
 }
 
+TEST(Reference, DrawsPointsLinesAndHiddenNodesAsTheMachineDoes) {
+  Capture capture;
+  test::Random random(9);
+  std::vector<Vec3> points, ends;
+  for (int k = 0; k < 60; ++k) points.push_back(random.in_box(1)), ends.push_back(random.in_box(3));
+  test::add_node(capture, test::points(points), DVec3(1000, 0, 0));
+  test::add_node(capture, test::segments(ends), DVec3(1000, 0, 0));
+  const int hidden = test::add_node(capture, test::closed_patches(scene::kNone), DVec3(1000, 0, 0));
+  test::add_camera(capture, DVec3(1000, 0, 3));
+  test::add_motion(capture, 3, DVec3(0.1, 0, -0.2));
+  capture.settings.frame_rate = 1;
+  capture.settings.shutter_close = 1;
+  capture.settings.background = Vec3(0.0f);
+  // At the same samples, as above.
+  const auto difference = [&](const Capture& machine_capture) {
+    const Posed posed(capture, 96, 54, 0, 3.0);
+    const ReferenceScene scene(*posed.frame);
+    const tilecore::SamplePattern pattern(tilecore::SamplingSettings{});
+    ReferenceRequest request = posed.request({});
+    request.pattern = &pattern;
+    return shown_psnr(render_reference(scene, request).front(), machine_image(machine_capture, 96, 54, 0, 4));
+  };
+  for (const int node : {hidden, 0}) {
+    const Capture before = capture;
+    capture.nodes[static_cast<std::size_t>(node)].visible = false;
+    EXPECT_GT(difference(capture), 34) << node;
+    EXPECT_LT(difference(before), 30) << "the twin: what is hidden here is not in the machine";
+  }
+}
+
 TEST(Reference, IsWhereTheMachineGoesWithMoreSamples) {
   const Capture capture = shipped("serpent");
   const Posed posed(capture, 96, 54, 12, 3.0);

@@ -41,6 +41,11 @@ BrokenCapture file_of(std::string name, std::string contents, std::string place,
           std::move(fault)};
 }
 
+BrokenCapture strictly(BrokenCapture broken) {
+  broken.strict = true;
+  return broken;
+}
+
 std::vector<BrokenClass> broken_captures() {
   std::vector<BrokenClass> out = broken_containers();
   for (const auto& part : {broken_documents(), broken_contents(), broken_compression()})

@@ -15,9 +15,10 @@ struct BrokenCapture {
   std::string name;
   // Writes the files into an empty folder and returns the capture.
   std::function<std::filesystem::path(const std::filesystem::path& folder)> make;
-  std::string place;  // part of the message that says where: JSON pointer, "byte N"; empty: the file as a whole
-  std::string fault;  // part of the message that says what; empty: any
-  int status = 3;     // 4: a limit refuses it, not its contents
+  std::string place;    // part of the message that says where: JSON pointer, "byte N"; empty: the file as a whole
+  std::string fault;    // part of the message that says what; empty: any
+  int status = 3;       // 4: a limit refuses it, not its contents
+  bool strict = false;  // only with --strict: its meaning is clear, and without it loads with a note
 };
 
 struct BrokenClass {
@@ -42,6 +43,9 @@ BrokenCapture edited(std::string name, const char* pointer, nlohmann::json value
 BrokenCapture without(std::string name, const char* pointer, std::string place, std::string fault = "");
 // A file of these bytes.
 BrokenCapture file_of(std::string name, std::string contents, std::string place, std::string fault = "");
+
+// The same capture, refused only with --strict.
+BrokenCapture strictly(BrokenCapture broken);
 
 // ---- The corpus -------------------------------------------------------------------------------------------------
 

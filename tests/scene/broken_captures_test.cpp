@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "scene/capture_reader.h"
 #include "tests/scene/broken_captures.h"
 #include "tests/support/captures.h"
 #include "tests/support/meshopt_asset.h"
@@ -37,7 +39,9 @@ void expect_refused(const BrokenCapture& broken) {
   const TemporaryFolder folder;
   const fs::path capture = broken.make(folder.path());
   const std::set<fs::path> before = files_below(folder.path());
-  const ProcessResult result = run_tessera({"inspect", capture.string()}, kLimits);
+  std::vector<std::string> arguments = {"inspect", capture.string()};
+  if (broken.strict) arguments.push_back("--strict");
+  const ProcessResult result = run_tessera(arguments, kLimits);
   EXPECT_FALSE(result.timed_out);
   EXPECT_EQ(result.status, broken.status) << "signal " << result.signal << ": " << result.errors;
   EXPECT_EQ(result.output, "");
@@ -57,6 +61,27 @@ TEST_P(BrokenCaptures, AreRefusedInOneLineThatNamesFilePlaceAndFault) {  // M6
 
 INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(broken_captures()),
                          [](const auto& instance) { return instance.param.name; });
+
+// What --strict alone refuses loads without it, and a note says of it what the refusal says.
+TEST(BrokenCaptureCorpus, WhatHasAClearMeaningLoadsWithANote) {  // NT1
+  std::size_t count = 0;
+  for (const BrokenClass& c : broken_captures())
+    for (const BrokenCapture& broken : c.captures) {
+      if (!broken.strict) continue;
+      SCOPED_TRACE(c.name + "/" + broken.name);
+      const TemporaryFolder folder;
+      const fs::path file = broken.make(folder.path());
+      ++count;
+      try {
+        const scene::Capture capture = scene::read_capture(file);
+        EXPECT_THAT(capture.notices, testing::Contains(testing::AllOf(testing::HasSubstr(broken.place),
+                                                                      testing::HasSubstr(broken.fault))));
+      } catch (const std::exception& error) {
+        ADD_FAILURE() << error.what();
+      }
+    }
+  EXPECT_GE(count, 25u);
+}
 
 TEST(BrokenCaptureCorpus, HoldsAtLeast130DifferentlyNamedCaptures) {
   std::set<std::string> names;

@@ -50,6 +50,14 @@ BrokenClass values() {
               poked("index_restarts_strip", kIndices, 5, std::uint16_t{0xFFFF}, "65535"),
               poked("joint_out_of_range", kJoints, 1 + 4, std::uint8_t{2}, "joint 2", "/nodes/1"),
               poked("control_point_nan", kControlPoints, 0, kNaN, "finite"),
+              strictly(damaged(
+                  "position_nan_that_no_index_names",
+                  [](GltfAsset& a) {
+                    for (const int index : {0, 1, 2})
+                      a.poke(kIndices, static_cast<std::size_t>(index) + 3, std::uint16_t(index));
+                    a.poke(kPositions, 9, kNaN);
+                  },
+                  "/accessors/" + std::to_string(kPositions), "element 3 is not a finite number")),
               damaged(
                   "sparse_value_nan",
                   [](GltfAsset& a) {

@@ -82,48 +82,79 @@ BrokenClass wrong_types() {
 }
 
 BrokenClass ranges() {
-  return {"ViewOrAccessorOutOfRange",
-          {
-              accessor_edit("count_zero", kPositions, "count", 0, "/accessors/0/count"),
-              accessor_edit("count_negative", kPositions, "count", -1, "/accessors/0/count"),
-              accessor_edit("count_one_too_many", kPositions, "count", 5, "", "bytes 0 to 60"),
-              accessor_edit("count_2_to_31", kPositions, "count", kTwoTo31, "/accessors/0/count"),
-              accessor_edit("count_2_to_31_less_1", kPositions, "count", kTwoTo31 - 1),
-              accessor_edit("count_2_to_53", kPositions, "count", kTwoTo53, "/accessors/0/count"),
-              accessor_edit("count_times_stride_wraps_32_bits", kPositions, "count", 357913942),
-              accessor_edit("offset_beyond_view", kPositions, "byteOffset", 48),
-              accessor_edit("offset_one_element_on", kPositions, "byteOffset", 12),
-              accessor_edit("offset_2_to_31", kPositions, "byteOffset", kTwoTo31, "/accessors/0/byteOffset"),
-              accessor_edit("offset_2_to_53", kPositions, "byteOffset", kTwoTo53, "/accessors/0/byteOffset"),
-              accessor_edit("offset_negative", kPositions, "byteOffset", -4, "/accessors/0/byteOffset"),
-              accessor_edit("view_out_of_range", kPositions, "bufferView", 99, "/accessors/0/bufferView"),
-              edited("view_length_zero", "/bufferViews/0/byteLength", 0),
-              edited("view_beyond_buffer", "/bufferViews/0/byteLength", 100000, "/bufferViews/0"),
-              edited("view_length_2_to_53", "/bufferViews/0/byteLength", kTwoTo53, "/bufferViews/0"),
-              edited("view_length_2_to_63", "/bufferViews/0/byteLength", 9223372036854775807ll),
-              edited("view_offset_wraps", "/bufferViews/0/byteOffset", 18446744073709551600ull),
-              edited("view_offset_2_to_53", "/bufferViews/0/byteOffset", kTwoTo53, "/bufferViews/0"),
-              edited("view_offset_negative", "/bufferViews/0/byteOffset", -1),
-              edited("buffer_length_2_to_53", "/buffers/0/byteLength", kTwoTo53, "/buffers/0"),
-              edited("buffer_length_negative", "/buffers/0/byteLength", -1),
-              edited("stride_below_element", "/bufferViews/0/byteStride", 8, "/accessors/0", "stride"),
-              edited("stride_not_multiple_of_4", "/bufferViews/0/byteStride", 14),
-              edited("stride_above_252", "/bufferViews/0/byteStride", 256),
-              edited("stride_reaches_past_view", "/bufferViews/0/byteStride", 16, "/accessors/0"),
-              damaged(
-                  "stride_on_indices",
-                  [](GltfAsset& a) {
-                    a.document["bufferViews"][3].update({{"byteStride", 4}, {"byteLength", 24}});
-                  },
-                  "/meshes/0/primitives/0/indices", "byteStride"),
-              damaged(
-                  "misaligned_in_view",
-                  [](GltfAsset& a) {
-                    accessor(a, kMorphWeights).update({{"byteOffset", 2}, {"count", 2}});
-                  },
-                  at_accessor(kMorphWeights), "multiple"),
-              edited("misaligned_view", "/bufferViews/2/byteOffset", 97, "/accessors/2", "multiple"),
-          }};
+  return {
+      "ViewOrAccessorOutOfRange",
+      {
+          accessor_edit("count_zero", kPositions, "count", 0, "/accessors/0/count"),
+          accessor_edit("count_negative", kPositions, "count", -1, "/accessors/0/count"),
+          accessor_edit("count_one_too_many", kPositions, "count", 5, "", "bytes 0 to 60"),
+          accessor_edit("count_2_to_31", kPositions, "count", kTwoTo31, "/accessors/0/count"),
+          accessor_edit("count_2_to_31_less_1", kPositions, "count", kTwoTo31 - 1),
+          accessor_edit("count_2_to_53", kPositions, "count", kTwoTo53, "/accessors/0/count"),
+          accessor_edit("count_times_stride_wraps_32_bits", kPositions, "count", 357913942),
+          accessor_edit("offset_beyond_view", kPositions, "byteOffset", 48),
+          accessor_edit("offset_one_element_on", kPositions, "byteOffset", 12),
+          accessor_edit("offset_2_to_31", kPositions, "byteOffset", kTwoTo31, "/accessors/0/byteOffset"),
+          accessor_edit("offset_2_to_53", kPositions, "byteOffset", kTwoTo53, "/accessors/0/byteOffset"),
+          accessor_edit("offset_negative", kPositions, "byteOffset", -4, "/accessors/0/byteOffset"),
+          accessor_edit("view_out_of_range", kPositions, "bufferView", 99, "/accessors/0/bufferView"),
+          strictly(damaged(
+              "view_length_zero",
+              [](GltfAsset& a) {
+                a.add("bufferViews", {{"buffer", 0}, {"byteLength", 0}});
+              },
+              "/byteLength", "is 0, outside [1, 9007199254740992]")),
+          strictly(damaged(
+              "buffer_length_zero",
+              [](GltfAsset& a) {
+                a.add("buffers", {{"byteLength", 0}});
+              },
+              "/buffers/1/byteLength", "is 0, outside [1, 9007199254740992]")),
+          edited("view_length_zero_of_what_is_read", "/bufferViews/0/byteLength", 0, "/accessors/0"),
+          strictly(edited("view_target_unknown", "/bufferViews/0/target", 1, "", "does not define")),
+          edited("view_beyond_buffer", "/bufferViews/0/byteLength", 100000, "/bufferViews/0"),
+          edited("view_length_2_to_53", "/bufferViews/0/byteLength", kTwoTo53, "/bufferViews/0"),
+          edited("view_length_2_to_63", "/bufferViews/0/byteLength", 9223372036854775807ll),
+          edited("view_offset_wraps", "/bufferViews/0/byteOffset", 18446744073709551600ull),
+          edited("view_offset_2_to_53", "/bufferViews/0/byteOffset", kTwoTo53, "/bufferViews/0"),
+          edited("view_offset_negative", "/bufferViews/0/byteOffset", -1),
+          edited("buffer_length_2_to_53", "/buffers/0/byteLength", kTwoTo53, "/buffers/0"),
+          edited("buffer_length_negative", "/buffers/0/byteLength", -1),
+          edited("stride_below_element", "/bufferViews/0/byteStride", 8, "/accessors/0", "stride"),
+          edited("stride_not_multiple_of_component", "/bufferViews/0/byteStride", 14, "/accessors/0", "component size"),
+          strictly(damaged(
+              "stride_not_multiple_of_4",
+              [](GltfAsset& a) {
+                const std::vector<std::uint16_t> pairs(16, 7);
+                const int view =
+                    a.add_view({reinterpret_cast<const std::uint8_t*>(pairs.data()), 32}, {{"byteStride", 6}});
+                a.add("accessors", {{"bufferView", view}, {"componentType", 5123}, {"type", "VEC2"}, {"count", 4}});
+              },
+              "/byteStride", "is not a multiple of 4")),
+          edited("stride_above_252", "/bufferViews/0/byteStride", 256),
+          edited("stride_reaches_past_view", "/bufferViews/0/byteStride", 16, "/accessors/0"),
+          damaged(
+              "stride_on_indices",
+              [](GltfAsset& a) {
+                a.document["bufferViews"][3].update({{"byteStride", 4}, {"byteLength", 24}});
+              },
+              "/meshes/0/primitives/0/indices", "byteStride"),
+          strictly(damaged(
+              "stride_of_indices_as_they_are",
+              [](GltfAsset& a) {
+                const std::vector<std::uint32_t> list = {0, 1, 2, 2, 1, 3};
+                a.document["meshes"][0]["primitives"][0]["indices"] = a.add_accessor("SCALAR", list);
+                a.document["bufferViews"].back()["byteStride"] = 4;
+              },
+              "/meshes/0/primitives/0/indices", "byteStride")),
+          damaged(
+              "misaligned_in_view",
+              [](GltfAsset& a) {
+                accessor(a, kMorphWeights).update({{"byteOffset", 2}, {"count", 2}});
+              },
+              at_accessor(kMorphWeights), "multiple"),
+          edited("misaligned_view", "/bufferViews/2/byteOffset", 97, "/accessors/2", "multiple"),
+      }};
 }
 
 BrokenClass sparse_accessors() {
@@ -170,62 +201,66 @@ BrokenClass meshes() {
     return edited(name, full.c_str(), std::move(value), place.empty() ? full : place, std::move(fault));
   };
   const std::string attributes = "/meshes/0/primitives/0/attributes";
-  return {"MeshThatDoesNotFitTogether",
-          {
-              primitive("position_vec2", "/attributes/POSITION", kTexcoords),
-              primitive("position_out_of_range", "/attributes/POSITION", 99),
-              primitive("position_bytes_without_quantization", "/attributes/POSITION", kJoints),
-              primitive("normal_vec2", "/attributes/NORMAL", kTexcoords),
-              primitive("tangent_vec3", "/attributes/TANGENT", kNormals),
-              primitive("texcoord_vec3", "/attributes/TEXCOORD_0", kNormals),
-              primitive("color_vec2", "/attributes/COLOR_0", kTexcoords),
-              primitive("joints_float", "/attributes/JOINTS_0", kWeights),
-              primitive("weights_integers", "/attributes/WEIGHTS_0", kJoints),
-              primitive("attribute_unknown", "/attributes/COLOUR", kPositions),
-              primitive("texcoord_1_without_0", "/attributes", {{"POSITION", kPositions}, {"TEXCOORD_1", kTexcoords}}),
-              primitive("counts_differ", "/attributes/NORMAL", kControlPoints, attributes),
-              without("joints_without_weights", "/meshes/0/primitives/0/attributes/WEIGHTS_0", attributes, "together"),
-              without("weights_without_joints", "/meshes/0/primitives/0/attributes/JOINTS_0", attributes, "together"),
-              damaged(
-                  "skin_without_joints",
-                  [](GltfAsset& a) {
-                    a.document["meshes"][0]["primitives"][0]["attributes"].erase("JOINTS_0");
-                    a.document["meshes"][0]["primitives"][0]["attributes"].erase("WEIGHTS_0");
-                  },
-                  "/nodes/1/skin", "JOINTS_0"),
-              primitive("indices_float", "/indices", kMorphWeights),
-              primitive("indices_vec4", "/indices", kJoints),
-              accessor_edit("indices_signed", kIndices, "componentType", 5122, "/meshes/0/primitives/0/indices"),
-              accessor_edit("indices_normalized", kIndices, "normalized", true, "/meshes/0/primitives/0/indices"),
-              accessor_edit("floats_normalized", kPositions, "normalized", true, "/accessors/0/normalized"),
-              primitive("material_out_of_range", "/material", 2),
-              without("texcoord_of_material_missing", "/meshes/0/primitives/0/attributes/TEXCOORD_0", attributes,
-                      "TEXCOORD_0"),
-              edited("texcoord_1_of_material_missing", "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord", 1,
-                     attributes, "TEXCOORD_1"),
-              primitive("target_vec2", "/targets/0/POSITION", kTexcoords),
-              primitive("target_count_differs", "/targets/0/POSITION", kControlPoints),
-              primitive("target_moves_missing_attribute", "/targets/0/TANGENT", kMorph),
-              damaged(
-                  "target_counts_differ_between_primitives",
-                  [](GltfAsset& a) {
-                    json copy = a.document["meshes"][0]["primitives"][0];
-                    copy.erase("targets");
-                    a.document["meshes"][0]["primitives"].push_back(copy);
-                  },
-                  "/meshes/0/primitives/1/targets"),
-              edited("mesh_weights_of_two", "/meshes/0/weights", {0, 1}),
-              edited("node_weights_of_two", "/nodes/1/weights", {0, 1}),
-              edited("node_weights_without_mesh", "/nodes/3/weights", {1}),
-              edited("node_weights_of_empty_mesh", "/meshes/0", {{"primitives", json::array()}}, "/"),
-              edited("patch_count_differs", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count", 2),
-              edited("patch_count_zero", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count", 0),
-              edited("patch_count_2_to_31", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count", kTwoTo31),
-              without("patch_count_missing", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count",
-                      "TESSERA_bezier_patches"),
-              edited("patches_of_strips", "/meshes/1/primitives/0/mode", 5,
-                     "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches"),
-          }};
+  return {
+      "MeshThatDoesNotFitTogether",
+      {
+          primitive("position_vec2", "/attributes/POSITION", kTexcoords),
+          primitive("position_out_of_range", "/attributes/POSITION", 99),
+          primitive("position_bytes_without_quantization", "/attributes/POSITION", kJoints),
+          primitive("normal_vec2", "/attributes/NORMAL", kTexcoords),
+          primitive("tangent_vec3", "/attributes/TANGENT", kNormals),
+          primitive("texcoord_vec3", "/attributes/TEXCOORD_0", kNormals),
+          primitive("color_vec2", "/attributes/COLOR_0", kTexcoords),
+          primitive("joints_float", "/attributes/JOINTS_0", kWeights),
+          primitive("weights_integers", "/attributes/WEIGHTS_0", kJoints),
+          strictly(primitive("attribute_unknown", "/attributes/COLOUR", kPositions)),
+          strictly(primitive(
+              "texcoord_1_without_0", "/attributes",
+              {{"POSITION", kPositions}, {"TEXCOORD_1", kTexcoords}, {"JOINTS_0", kJoints}, {"WEIGHTS_0", kWeights}})),
+          without("joints_0_missing", "/meshes/0/primitives/0/attributes/JOINTS_0", attributes, "JOINTS_0"),
+          primitive("counts_differ", "/attributes/NORMAL", kControlPoints, attributes),
+          without("joints_without_weights", "/meshes/0/primitives/0/attributes/WEIGHTS_0", attributes, "together"),
+          without("weights_without_joints", "/meshes/0/primitives/0/attributes/JOINTS_0", attributes, "together"),
+          damaged(
+              "skin_without_joints",
+              [](GltfAsset& a) {
+                a.document["meshes"][0]["primitives"][0]["attributes"].erase("JOINTS_0");
+                a.document["meshes"][0]["primitives"][0]["attributes"].erase("WEIGHTS_0");
+              },
+              "/nodes/1/skin", "JOINTS_0"),
+          primitive("indices_float", "/indices", kMorphWeights),
+          primitive("indices_vec4", "/indices", kJoints),
+          accessor_edit("indices_signed", kIndices, "componentType", 5122, "/meshes/0/primitives/0/indices"),
+          strictly(accessor_edit("indices_normalized", kIndices, "normalized", true, "/meshes/0/primitives/0/indices")),
+          strictly(accessor_edit("floats_normalized", kPositions, "normalized", true, "/accessors/0/normalized")),
+          primitive("material_out_of_range", "/material", 2),
+          strictly(without("texcoord_of_material_missing", "/meshes/0/primitives/0/attributes/TEXCOORD_0", attributes,
+                           "TEXCOORD_0")),
+          strictly(edited("texcoord_1_of_material_missing",
+                          "/materials/0/pbrMetallicRoughness/baseColorTexture/texCoord", 1, attributes, "TEXCOORD_1")),
+          primitive("target_vec2", "/targets/0/POSITION", kTexcoords),
+          primitive("target_count_differs", "/targets/0/POSITION", kControlPoints),
+          strictly(primitive("target_moves_missing_attribute", "/targets/0/TANGENT", kMorph)),
+          strictly(damaged(
+              "target_counts_differ_between_primitives",
+              [](GltfAsset& a) {
+                json copy = a.document["meshes"][0]["primitives"][0];
+                copy.erase("targets");
+                a.document["meshes"][0]["primitives"].push_back(copy);
+              },
+              "/meshes/0/primitives/1/targets")),
+          strictly(edited("mesh_weights_of_two", "/meshes/0/weights", {0, 1})),
+          strictly(edited("node_weights_of_two", "/nodes/1/weights", {0, 1})),
+          strictly(edited("node_weights_without_mesh", "/nodes/3/weights", {1})),
+          edited("node_weights_of_empty_mesh", "/meshes/0", {{"primitives", json::array()}}, "/"),
+          edited("patch_count_differs", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count", 2),
+          edited("patch_count_zero", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count", 0),
+          edited("patch_count_2_to_31", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count", kTwoTo31),
+          without("patch_count_missing", "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches/count",
+                  "TESSERA_bezier_patches"),
+          edited("patches_of_strips", "/meshes/1/primitives/0/mode", 5,
+                 "/meshes/1/primitives/0/extensions/TESSERA_bezier_patches"),
+      }};
 }
 
 BrokenClass materials() {
@@ -236,7 +271,7 @@ BrokenClass materials() {
               edited("texture_a_number", "/materials/0/pbrMetallicRoughness/baseColorTexture", 0),
               edited("source_out_of_range", "/textures/0/source", 1),
               edited("sampler_out_of_range", "/textures/0/sampler", 1),
-              without("source_missing", "/textures/0/source", "/textures/0"),
+              strictly(without("source_missing", "/textures/0/source", "/textures/0")),
               edited("image_has_uri_and_view", "/images/0/uri", "a.png", "/images/0"),
               without("image_has_neither", "/images/0/bufferView", "/images/0"),
               edited("image_view_out_of_range", "/images/0/bufferView", 99),
@@ -268,9 +303,9 @@ BrokenClass node_graph() {
                   "/nodes/", "ancestor"),
               edited("two_parents", "/nodes/4/children", {3}, "/nodes/4/children/0", "parent"),
               edited("child_twice", "/nodes/2/children", {3, 3}, "/nodes/2/children/1", "parent"),
-              edited("scene_root_is_a_child", "/scenes/0/nodes", {0, 3}, "/scenes/0/nodes/1", "root"),
-              edited("scene_root_twice", "/scenes/0/nodes", {0, 0}, "/scenes/0/nodes/1", "twice"),
-              edited("matrix_and_translation", "/nodes/7/translation", {0, 0, 0}, "/nodes/7", "matrix"),
+              strictly(edited("scene_root_is_a_child", "/scenes/0/nodes", {0, 3}, "/scenes/0/nodes/1", "root")),
+              strictly(edited("scene_root_twice", "/scenes/0/nodes", {0, 0}, "/scenes/0/nodes/1", "twice")),
+              strictly(edited("matrix_and_translation", "/nodes/7/translation", {0, 0, 0}, "/nodes/7", "matrix")),
               edited("matrix_of_15", "/nodes/7/matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0}),
               edited("matrix_projective", "/nodes/7/matrix/3", 1, "/nodes/7/matrix"),
               edited("matrix_that_shears", "/nodes/7/matrix/4", 1, "/nodes/7/matrix", "shears"),
@@ -278,9 +313,9 @@ BrokenClass node_graph() {
               edited("rotation_not_unit", "/nodes/2/rotation", {0, 0, 0.5, 0.5}, "", "unit"),
               edited("rotation_zero", "/nodes/2/rotation", {0, 0, 0, 0}, "", "unit"),
               edited("rotation_above_1", "/nodes/2/rotation", {0, 0, 0, 2}, "/nodes/2/rotation/3"),
-              edited("skin_without_mesh", "/nodes/3/skin", 0, "/nodes/3/skin"),
+              strictly(edited("skin_without_mesh", "/nodes/3/skin", 0, "/nodes/3/skin")),
               edited("joint_out_of_range", "/skins/0/joints/1", 99),
-              edited("joint_twice", "/skins/0/joints/1", 2, "", "twice"),
+              strictly(edited("joint_twice", "/skins/0/joints/1", 2, "", "twice")),
               edited("joints_empty", "/skins/0/joints", json::array()),
               accessor_edit("inverse_bind_too_few", kInverseBind, "count", 1, "/skins/0/inverseBindMatrices"),
               edited("inverse_bind_of_vectors", "/skins/0/inverseBindMatrices", kPositions),
@@ -298,6 +333,9 @@ BrokenClass animations() {
           edit("sampler_out_of_range", "/channels/0/sampler", 4, "/channels/0/sampler"),
           edit("sampler_negative", "/channels/0/sampler", -1, "/channels/0/sampler"),
           edit("target_out_of_range", "/channels/0/target/node", 8, "/channels/0/target/node"),
+          edit("channels_empty", "/channels", json::array(), "/channels", "moves nothing"),
+          edit("pointer_without_extension", "/channels/0/target", {{"path", "pointer"}}, "/channels/0/target",
+               "KHR_animation_pointer"),
           edit("path_unknown", "/channels/0/target/path", "visibility", "/channels/0/target/path"),
           edit("target_twice", "/channels/0/target/node", 3, "/channels/2/target", "twice"),
           edit("target_has_a_matrix", "/channels/0/target/node", 7, "/channels/0/target", "matrix"),
@@ -341,7 +379,7 @@ BrokenClass cameras_and_lights() {
                   "/cameras/0/extensions/TESSERA_lens", "apertureRadius"),
           edited("focus_at_zero", "/cameras/0/extensions/TESSERA_lens/focusDistance", 0),
           edited("light_type_unknown", (light + "/type").c_str(), "area"),
-          without("spot_missing", (light + "/spot").c_str(), light, "spot"),
+          strictly(without("spot_missing", (light + "/spot").c_str(), light, "spot")),
           edited("cone_inner_above_outer", (light + "/spot/innerConeAngle").c_str(), 0.7, light + "/spot", "inner"),
           edited("cone_inner_equals_outer", (light + "/spot/innerConeAngle").c_str(), 0.6, light + "/spot", "inner"),
           edited("cone_above_half_pi", (light + "/spot/outerConeAngle").c_str(), 1.6),

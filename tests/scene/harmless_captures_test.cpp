@@ -109,7 +109,6 @@ std::vector<Harmless> documents() {
       edited("extras_that_look_broken", "/nodes/0/extras", {{"mesh", -7}, {"matrix", "x"}, {"extensions", 5}}),
       edited("extras_a_number", "/extras", 7),
       edited("property_unknown", "/nodes/0/colour", "red"),
-      edited("arrays_empty", "/animations/0/channels", json::array()),
       edited("children_empty", "/nodes/3/children", json::array()),
       edited("skins_empty", "/textures", {{{"source", 0}, {"sampler", 0}}}),
       edited("scene_empty", "/scenes/0/nodes", json::array()),
@@ -150,9 +149,16 @@ std::vector<Harmless> documents() {
       odd("lines_and_points",
           [](GltfAsset& a) {
             json lines = a.document["meshes"][0]["primitives"][0];
-            lines["mode"] = 1;
-            a.document["meshes"][0]["primitives"].push_back(lines);
+            for (lines["mode"] = 0; lines["mode"] < 4; lines["mode"] = lines["mode"].get<int>() + 1)
+              a.document["meshes"][0]["primitives"].push_back(lines);
           }),
+      odd("positions_without_view", [](GltfAsset& a) { a.document["accessors"][kPositions].erase("bufferView"); }),
+      odd("pointer_at_what_is_not_read",
+          [](GltfAsset& a) {
+            a.document["animations"][0]["channels"][0]["target"] = {
+                {"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", "/made/up"}}}}}};
+          }),
+      edited("hidden_node", "/nodes/1/extensions", {{"KHR_node_visibility", {{"visible", false}}}}),
       odd("channel_without_node",
           [](GltfAsset& a) { a.document["animations"][0]["channels"][0]["target"].erase("node"); }),
       odd("animation_without_view", [](GltfAsset& a) { a.document["accessors"][kTranslations].erase("bufferView"); }),

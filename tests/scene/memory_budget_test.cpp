@@ -114,6 +114,25 @@ std::vector<Sized> captures() {
       {"triangles.glb", [] { return grid(150, 4, true).glb(); }},
       {"strip.glb", [] { return grid(150, 5, true).glb(); }},
       {"fan_without_indices.glb", [] { return grid(150, 6, false).glb(); }},
+      {"points.glb", [] { return grid(150, 0, true).glb(); }},
+      {"points_without_indices.glb", [] { return grid(150, 0, false).glb(); }},
+      {"lines.glb", [] { return grid(150, 1, true).glb(); }},
+      {"line_loop.glb", [] { return grid(150, 2, true).glb(); }},
+      {"line_strip_without_indices.glb", [] { return grid(150, 3, false).glb(); }},
+      {"weights_that_are_missing.glb",
+       [] {
+         GltfAsset out = grid(2, 4, true);
+         json& targets = out.document["meshes"][0]["primitives"][0]["targets"];
+         for (int k = 0; k < 2000; ++k) targets.push_back(json::object());
+         for (int k = 0; k < 2000; ++k) out.add("nodes", {{"mesh", 0}, {"weights", {0}}});
+         return out.glb();
+       }},
+      {"extensions_that_are_not_read.gltf",
+       [=] {
+         std::string out = asset + R"("extensionsUsed":["E")";
+         for (int i = 0; i < 20000; ++i) out += fmt::format(R"(,"{}")", i);
+         return out + "]}";
+       }},
       {"data_uri.gltf", [] { return grid(150, 4, true).gltf(); }},
       {"sequential.glb", [] { return draco_grid(150, true).glb(); }},
       {"edgebreaker.glb", [] { return draco_grid(150, false).glb(); }},

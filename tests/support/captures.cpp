@@ -59,6 +59,27 @@ Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indi
   return primitive;
 }
 
+namespace {
+
+Primitive wires(Primitive::Wire wire, const std::vector<Vec3>& ends, std::size_t copies, int material) {
+  Primitive primitive;
+  primitive.wire = wire;
+  primitive.material = material;
+  for (const Vec3& end : ends) primitive.vertices.positions.insert(primitive.vertices.positions.end(), copies, end);
+  for (std::uint32_t v = 0; v < primitive.vertices.count(); v += 4)
+    primitive.indices.insert(primitive.indices.end(), {v, v + 1, v + 2, v, v + 2, v + 3});
+  return primitive;
+}
+
+}  // namespace
+
+Primitive points(const std::vector<Vec3>& positions, int material) {
+  return wires(Primitive::Wire::kPoints, positions, 4, material);
+}
+Primitive segments(const std::vector<Vec3>& ends, int material) {
+  return wires(Primitive::Wire::kSegments, ends, 2, material);
+}
+
 Primitive patches(std::vector<Vec3> control_points, int material) {
   Primitive primitive;
   primitive.kind = Primitive::Kind::kBezierPatches;

@@ -26,6 +26,9 @@ void add_motion(scene::Capture& capture, int node, const DVec3& way);
 
 scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
                            int material = scene::kNone);
+// Points, or segments by both ends of each.
+scene::Primitive points(const std::vector<Vec3>& positions, int material = scene::kNone);
+scene::Primitive segments(const std::vector<Vec3>& ends, int material = scene::kNone);
 // Bezier patches of 16 control points each.
 scene::Primitive patches(std::vector<Vec3> control_points, int material = scene::kNone);
 // 16 control points of the flat patch p(u,v) = origin + u * a + v * b.

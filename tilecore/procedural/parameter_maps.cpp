@@ -132,7 +132,7 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const binner::TileGrid&
   operations_.resize(frame.drawables.size());
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const Procedure* procedure = frame.drawables[d].procedure;
-    if (procedure == nullptr) continue;
+    if (procedure == nullptr || !frame.drawables[d].visible) continue;
     ++counters_.objects;
     ledger_.read(memory::Unit::kSampling, memory::Purpose::kPatchData,
                  memory::burst_bytes(0, frontend::patch_record_bytes(frame, frame.drawables[d].drawable->first_patch),

@@ -81,7 +81,7 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
     motions_.push_back(motion_of(now, then, d));
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
-  same_lights_ = now.lights.size() == then.lights.size() &&
+  same_lights_ = now.material_values == then.material_values && now.lights.size() == then.lights.size() &&
                  std::equal(now.lights.begin(), now.lights.end(), then.lights.begin(), same_light);
 }
 

@@ -114,6 +114,8 @@ ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, co
   out.normal = normal;
   if (material.unlit) {
     out.color = Vec3(base);
+    if (material.glows_unlit)
+      out.color += material.emissive * Vec3(sample_slot(material.emissive_texture, surface, textures));
     return out;
   }
   const Vec4 metallic_roughness = sample_slot(material.metallic_roughness_texture, surface, textures);

@@ -1,0 +1,121 @@
+#include "scene/gltf/animation_pointer.h"
+
+#include <array>
+#include <charconv>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::scene::gltf {
+namespace {
+
+using nlohmann::json;
+
+// A property as the glTF 2.0 Asset Object Model names it; "#" is a number.
+struct Property {
+  std::string_view pointer;
+  AnimatedPath path;
+  int components;
+  bool has_default = true;
+};
+constexpr Property kProperties[] = {
+    {"/nodes/#/translation", AnimatedPath::kTranslation, 3},
+    {"/nodes/#/rotation", AnimatedPath::kRotation, 4},
+    {"/nodes/#/scale", AnimatedPath::kScale, 3},
+    {"/nodes/#/weights", AnimatedPath::kWeights, 1},
+    {"/nodes/#/extensions/KHR_node_visibility/visible", AnimatedPath::kVisible, 1},
+    {"/materials/#/pbrMetallicRoughness/baseColorFactor", AnimatedPath::kBaseColor, 4},
+    {"/materials/#/pbrMetallicRoughness/metallicFactor", AnimatedPath::kMetallic, 1},
+    {"/materials/#/pbrMetallicRoughness/roughnessFactor", AnimatedPath::kRoughness, 1},
+    {"/materials/#/emissiveFactor", AnimatedPath::kEmissive, 3},
+    {"/materials/#/alphaCutoff", AnimatedPath::kAlphaCutoff, 1},
+    {"/materials/#/normalTexture/scale", AnimatedPath::kNormalScale, 1},
+    {"/materials/#/occlusionTexture/strength", AnimatedPath::kOcclusionStrength, 1},
+    {"/cameras/#/perspective/yfov", AnimatedPath::kFieldOfView, 1},
+    {"/cameras/#/perspective/znear", AnimatedPath::kNear, 1},
+    {"/cameras/#/perspective/zfar", AnimatedPath::kFar, 1, false},
+    {"/cameras/#/orthographic/xmag", AnimatedPath::kXMag, 1},
+    {"/cameras/#/orthographic/ymag", AnimatedPath::kYMag, 1},
+    {"/cameras/#/orthographic/znear", AnimatedPath::kNear, 1},
+    {"/cameras/#/orthographic/zfar", AnimatedPath::kFar, 1},
+    {"/extensions/KHR_lights_punctual/lights/#/color", AnimatedPath::kLightColor, 3},
+    {"/extensions/KHR_lights_punctual/lights/#/intensity", AnimatedPath::kLightIntensity, 1},
+    {"/extensions/KHR_lights_punctual/lights/#/range", AnimatedPath::kLightRange, 1, false},
+    {"/extensions/KHR_lights_punctual/lights/#/spot/innerConeAngle", AnimatedPath::kInnerCone, 1},
+    {"/extensions/KHR_lights_punctual/lights/#/spot/outerConeAngle", AnimatedPath::kOuterCone, 1},
+};
+
+// By MaterialTexture: where a material has them, and what KHR_texture_transform adds there.
+constexpr std::array<std::string_view, 5> kTextures = {
+    "/materials/#/pbrMetallicRoughness/baseColorTexture", "/materials/#/pbrMetallicRoughness/metallicRoughnessTexture",
+    "/materials/#/normalTexture", "/materials/#/occlusionTexture", "/materials/#/emissiveTexture"};
+constexpr Property kShifts[] = {
+    {"/extensions/KHR_texture_transform/offset", AnimatedPath::kTextureOffset, 2},
+    {"/extensions/KHR_texture_transform/rotation", AnimatedPath::kTextureRotation, 1},
+    {"/extensions/KHR_texture_transform/scale", AnimatedPath::kTextureScale, 2},
+};
+
+// What is left of `pointer` behind `pattern`, or nothing where it does not begin with it; `digits`: what stood for "#".
+std::optional<std::string_view> rest_behind(std::string_view pointer, std::string_view pattern,
+                                            std::string_view& digits) {
+  const std::size_t hash = pattern.find('#');
+  if (!pointer.starts_with(pattern.substr(0, hash))) return std::nullopt;
+  pointer.remove_prefix(hash);
+  digits = pointer.substr(0, pointer.find('/'));
+  pointer.remove_prefix(digits.size());
+  const std::string_view tail = pattern.substr(hash + 1);
+  if (!pointer.starts_with(tail)) return std::nullopt;
+  return pointer.substr(tail.size());
+}
+
+// The number of an object of the list that holds it. Nothing for a text that is no index (RFC 6901 section 4).
+std::optional<int> object_of(const json& document, std::string_view pointer, std::string_view digits,
+                             const Place& place) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size() || number < 0 ||
+      (digits.size() > 1 && digits[0] == '0'))
+    return std::nullopt;
+  const json::json_pointer list(
+      std::string(pointer.substr(0, static_cast<std::size_t>(digits.data() - pointer.data()) - 1)));
+  const std::size_t count = document.contains(list) ? document.at(list).size() : 0;
+  if (static_cast<std::size_t>(number) >= count)
+    place.refuse("points at {}/{}, there are {}", list.to_string(), number, count);
+  return number;
+}
+
+bool is_defined(const json& document, const std::string& pointer, bool has_default) {
+  const json::json_pointer property(pointer);
+  return document.contains(has_default ? property.parent_pointer() : property);
+}
+
+}  // namespace
+
+std::optional<PointerTarget> resolve_pointer(const json& document, const std::string& pointer, const Place& place) {
+  std::string_view digits;
+  for (const Property& property : kProperties)
+    if (rest_behind(pointer, property.pointer, digits) == "") {
+      const std::optional<int> object = object_of(document, pointer, digits, place);
+      if (!object) return std::nullopt;
+      return PointerTarget{
+          property.path, *object, {}, property.components, is_defined(document, pointer, property.has_default)};
+    }
+  for (std::size_t slot = 0; slot < kTextures.size(); ++slot)
+    for (const Property& shift : kShifts)
+      if (rest_behind(pointer, kTextures[slot], digits) == shift.pointer) {
+        const std::optional<int> object = object_of(document, pointer, digits, place);
+        if (!object) return std::nullopt;
+        return PointerTarget{shift.path, *object, static_cast<MaterialTexture>(slot), shift.components,
+                             is_defined(document, pointer, true)};
+      }
+  return std::nullopt;
+}
+
+const std::string* animation_pointer(const json& channel) {
+  const json& target = channel["target"];
+  return target["path"] == "pointer"
+             ? &target["extensions"]["KHR_animation_pointer"]["pointer"].get_ref<const std::string&>()
+             : nullptr;
+}
+
+}  // namespace tessera::scene::gltf

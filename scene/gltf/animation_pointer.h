@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "scene/capture.h"
+#include "scene/gltf/place.h"
+
+namespace tessera::scene::gltf {
+
+// What a pointer of KHR_animation_pointer names, of what Tessera reads.
+struct PointerTarget {
+  AnimatedPath path;
+  int object;  // the node, material, camera or light
+  MaterialTexture texture;
+  int components;  // of a value; of weights 1
+  bool defined;    // the document has the object that holds the property, and the property if it has no default
+};
+
+// Nothing for a pointer at anything that is not read. Refuses one at an object that is not there. `document` must have
+// passed check_schema().
+std::optional<PointerTarget> resolve_pointer(const nlohmann::json& document, const std::string& pointer,
+                                             const Place& place);
+
+// The pointer of a channel's target, or null: its path is one of a node's.
+const std::string* animation_pointer(const nlohmann::json& channel);
+
+}  // namespace tessera::scene::gltf
