@@ -256,7 +256,7 @@ bool decode_image(Bytes bytes, const ImageLimits& limits, DecodedImage& image, s
   if (charge)
     charge(format == ImageFormat::kWebp
                ? webp_decoder_bytes(head.webp, bytes.size())
-               : decoder_bytes(bytes.size(), width, height, std::max(channels, jpeg.stored_channels), wide));
+               : decoder_bytes(bytes.size(), width, height, std::max(channels, head.jpeg.stored_channels), wide));
   if (format == ImageFormat::kPng && !check_png_data(head.png_data, png_raw_bytes(bytes), fault)) return false;
 
   if (format != ImageFormat::kPng) {

@@ -51,7 +51,8 @@ void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const fron
     TileCoverageUnit unit = coverage_;
     for (std::size_t i = block * kBlock; i < std::min(ahead_.size(), (block + 1) * kBlock); ++i) {
       const frontend::BoundedSubPatch& sub_patch = sub_patches[first + i];
-      const TileCoverage& coverage = unit.cover(sub_patch, moves(frame, sub_patch), grid_);
+      const TileCoverage& coverage =
+          unit.cover({sub_patch.bounds, sub_patch.corners(frame)}, moves(frame, sub_patch), grid_);
       hierarchy_.place(coverage, frontend::patch_record_bytes(frame, sub_patch.base_patch), ahead_[i].placements);
       ahead_[i].covered = coverage.covered;
       ahead_[i].dropped_exact = coverage.dropped_exact;

@@ -33,12 +33,12 @@ std::size_t convex_hull(const Points& sorted, std::array<Point, 33>& hull) {
 
 }  // namespace
 
-ExactCoverage::ExactCoverage(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid) : grid_(grid) {
-  if (!has_hull(sub_patch)) return;
+ExactCoverage::ExactCoverage(const MovingBody& body, const TileGrid& grid) : grid_(grid) {
+  if (!has_hull(body)) return;
   Points points;
   double size = std::max(std::abs(grid.column_edge(grid.columns())), std::abs(grid.row_edge(grid.rows())));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const DVec4& corner = sub_patch.corners[i];
+    const DVec4& corner = body.corners[i];
     points[i] = {corner.x / corner.w, corner.y / corner.w};
     size = std::max({size, std::abs(points[i][0]), std::abs(points[i][1])});
   }
@@ -47,8 +47,8 @@ ExactCoverage::ExactCoverage(const frontend::BoundedSubPatch& sub_patch, const T
   std::array<Point, 33> hull;
   const std::size_t count = convex_hull(sorted, hull);
   for (std::size_t k = 0; k < count && edge_count_ < edges_.size(); ++k)
-    add_edge(hull[k + 1][1] - hull[k][1], hull[k][0] - hull[k + 1][0], points,
-             static_cast<double>(sub_patch.bounds.grow), size);
+    add_edge(hull[k + 1][1] - hull[k][1], hull[k][0] - hull[k + 1][0], points, static_cast<double>(body.bounds.grow),
+             size);
 }
 
 void ExactCoverage::add_edge(double x, double y, const Points& points, double grow, double size) {

@@ -2,8 +2,8 @@
 
 #include <array>
 
+#include "binner/moving_hull.h"
 #include "binner/tile_grid.h"
-#include "frontend/front_end.h"
 
 namespace tessera::binner {
 
@@ -19,7 +19,7 @@ namespace tessera::binner {
 // Built once per sub-patch; a test costs two multiplications per edge.
 class ExactCoverage {
  public:
-  ExactCoverage(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+  ExactCoverage(const MovingBody& body, const TileGrid& grid);
 
   bool touches(int column, int row) const;
 

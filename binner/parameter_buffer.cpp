@@ -52,7 +52,13 @@ bool ParameterBuffer::add_chunk(Head& head) {
   }
   TESSERA_CHECK(chunks_in_use_ < std::numeric_limits<std::uint32_t>::max(), "chunk numbers fit 32 bits");
   const auto chunk = static_cast<std::uint32_t>(chunks_in_use_++);
-  memory_.resize(chunk_address(chunks_in_use_));
+  const std::uint64_t needed = chunk_address(chunks_in_use_);
+  if (needed > memory_.capacity()) {
+    const std::uint64_t room = std::max<std::uint64_t>(needed, 2 * memory_.capacity());
+    if (budget_ != nullptr) budget_->charge(room, 1, "a frame's tile lists");
+    memory_.reserve(room);
+  }
+  memory_.resize(needed);
   if (head.entries == 0) {
     head.first_chunk = chunk;
   } else {

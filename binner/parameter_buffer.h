@@ -9,6 +9,7 @@
 #include "binner/settings.h"
 #include "binner/write_combiner.h"
 #include "memory/ledger.h"
+#include "scene/limits.h"
 
 namespace tessera::binner {
 
@@ -63,6 +64,8 @@ class ParameterBuffer {
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
+  // What the buffer takes of the emulator's memory from now on is charged to `budget`; LimitError when that is too much.
+  void limit(scene::MemoryBudget* budget) { budget_ = budget; }
   // The binner's own transfers from now on also go to `log`.
   void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
 
@@ -79,6 +82,7 @@ class ParameterBuffer {
   std::uint64_t capacity_, chunk_bytes_, burst_bytes_, entries_per_chunk_, heads_bytes_;
   bool spill_;
   std::vector<std::uint8_t> memory_;  // grows with the chunks in use
+  scene::MemoryBudget* budget_ = nullptr;
   std::uint64_t chunks_in_use_ = 0;
   BinnerCounters counters_;
   memory::Ledger ledger_;

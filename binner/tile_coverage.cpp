@@ -11,19 +11,18 @@ TileCoverageUnit::TileCoverageUnit(const Settings& settings)
       time_intervals_(settings.time_intervals),
       time_segments_(settings.time_segments) {}
 
-const TileCoverage& TileCoverageUnit::cover(const frontend::BoundedSubPatch& sub_patch, bool moving,
-                                            const TileGrid& grid) {
+const TileCoverage& TileCoverageUnit::cover(const MovingBody& body, bool moving, const TileGrid& grid) {
   TileCoverage& c = coverage_;
-  c.tiles = grid.covered(sub_patch.bounds);
+  c.tiles = grid.covered(body.bounds);
   const auto count = static_cast<std::uint64_t>(c.tiles.width()) * static_cast<std::uint64_t>(c.tiles.height());
   c.times.assign(count, TimeInterval{});
   c.covered = count;
   c.dropped_exact = c.dropped_time = 0;
   // Inside one tile there is nothing to drop; where the rectangle leaves the frame there might be, but rarely.
-  if (exact_ && count > 1) apply_exact(sub_patch, grid);
-  if (moving && count > 0 && has_hull(sub_patch)) {
-    if (time_intervals_) apply_intervals(sub_patch, grid);
-    if (time_segments_ != 1) apply_segments(sub_patch, grid);
+  if (exact_ && count > 1) apply_exact(body, grid);
+  if (moving && count > 0 && has_hull(body)) {
+    if (time_intervals_) apply_intervals(body, grid);
+    if (time_segments_ != 1) apply_segments(body, grid);
     std::uint64_t left = 0;
     for (const TimeInterval& times : c.times) left += times.empty() ? 0 : 1;
     c.dropped_time = c.covered - left;
@@ -32,8 +31,8 @@ const TileCoverage& TileCoverageUnit::cover(const frontend::BoundedSubPatch& sub
   return c;
 }
 
-void TileCoverageUnit::apply_exact(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid) {
-  const ExactCoverage exact(sub_patch, grid);
+void TileCoverageUnit::apply_exact(const MovingBody& body, const TileGrid& grid) {
+  const ExactCoverage exact(body, grid);
   std::size_t tile = 0;
   for (int row = coverage_.tiles.y0; row < coverage_.tiles.y1; ++row)
     for (int column = coverage_.tiles.x0; column < coverage_.tiles.x1; ++column, ++tile)
@@ -44,17 +43,17 @@ void TileCoverageUnit::apply_exact(const frontend::BoundedSubPatch& sub_patch, c
   coverage_.covered -= coverage_.dropped_exact;
 }
 
-void TileCoverageUnit::apply_intervals(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid) {
+void TileCoverageUnit::apply_intervals(const MovingBody& body, const TileGrid& grid) {
   const IntRect& tiles = coverage_.tiles;
-  const auto grow = static_cast<double>(sub_patch.bounds.grow);
+  const auto grow = static_cast<double>(body.bounds.grow);
   column_times_.clear();
   for (int column = tiles.x0; column < tiles.x1; ++column)
     column_times_.push_back(
-        times_in_strip(sub_patch.corners, Axis::kX, grid.column_edge(column), grid.column_edge(column + 1), grow));
+        times_in_strip(body.corners, Axis::kX, grid.column_edge(column), grid.column_edge(column + 1), grow));
   std::size_t tile = 0;
   for (int row = tiles.y0; row < tiles.y1; ++row) {
     const TimeInterval row_times =
-        times_in_strip(sub_patch.corners, Axis::kY, grid.row_edge(row), grid.row_edge(row + 1), grow);
+        times_in_strip(body.corners, Axis::kY, grid.row_edge(row), grid.row_edge(row + 1), grow);
     for (const TimeInterval& times : column_times_) {
       coverage_.times[tile] = coverage_.times[tile].intersect(times).intersect(row_times);
       ++tile;
@@ -62,8 +61,8 @@ void TileCoverageUnit::apply_intervals(const frontend::BoundedSubPatch& sub_patc
   }
 }
 
-void TileCoverageUnit::apply_segments(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid) {
-  const TimeSegments segments(sub_patch, grid, time_segments_);
+void TileCoverageUnit::apply_segments(const MovingBody& body, const TileGrid& grid) {
+  const TimeSegments segments(body, grid, time_segments_);
   std::size_t tile = 0;
   for (int row = coverage_.tiles.y0; row < coverage_.tiles.y1; ++row)
     for (int column = coverage_.tiles.x0; column < coverage_.tiles.x1; ++column, ++tile)

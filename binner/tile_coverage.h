@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "binner/moving_hull.h"
 #include "binner/settings.h"
 #include "binner/tile_grid.h"
 #include "binner/time_interval.h"
-#include "frontend/front_end.h"
 
 namespace tessera::binner {
 
@@ -30,12 +30,12 @@ class TileCoverageUnit {
  public:
   explicit TileCoverageUnit(const Settings& settings);
 
-  const TileCoverage& cover(const frontend::BoundedSubPatch& sub_patch, bool moving, const TileGrid& grid);
+  const TileCoverage& cover(const MovingBody& body, bool moving, const TileGrid& grid);
 
  private:
-  void apply_exact(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
-  void apply_intervals(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
-  void apply_segments(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+  void apply_exact(const MovingBody& body, const TileGrid& grid);
+  void apply_intervals(const MovingBody& body, const TileGrid& grid);
+  void apply_segments(const MovingBody& body, const TileGrid& grid);
 
   bool exact_, time_intervals_;
   int time_segments_;

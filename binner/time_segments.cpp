@@ -62,27 +62,27 @@ ScreenBox screen_box_at(const frontend::MovingCorners& corners, double t) {
           farthest(corners, 1, t, 1)};
 }
 
-int TimeSegments::chosen_count(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid) {
-  if (!has_hull(sub_patch)) return 1;
-  const ScreenBox a = screen_box_at(sub_patch.corners, 0), b = screen_box_at(sub_patch.corners, 1);
+int TimeSegments::chosen_count(const MovingBody& body, const TileGrid& grid) {
+  if (!has_hull(body)) return 1;
+  const ScreenBox a = screen_box_at(body.corners, 0), b = screen_box_at(body.corners, 1);
   const double blur = 0.5 * std::max(std::abs(a.x0 + a.x1 - b.x0 - b.x1), std::abs(a.y0 + a.y1 - b.y0 - b.y1));
   const double tile = std::max(grid.tile_width(), grid.tile_height());
   const double size = std::max({tile, a.x1 - a.x0, a.y1 - a.y0, b.x1 - b.x0, b.y1 - b.y0});
   return static_cast<int>(std::clamp(std::ceil(blur / size), 1.0, static_cast<double>(kMax)));
 }
 
-TimeSegments::TimeSegments(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid, int count) {
-  const int wanted = count == 0 ? chosen_count(sub_patch, grid) : count;
-  if (wanted == 1 || !has_hull(sub_patch)) {
-    segments_[0] = {TimeInterval{}, grid.covered(sub_patch.bounds)};
+TimeSegments::TimeSegments(const MovingBody& body, const TileGrid& grid, int count) {
+  const int wanted = count == 0 ? chosen_count(body, grid) : count;
+  if (wanted == 1 || !has_hull(body)) {
+    segments_[0] = {TimeInterval{}, grid.covered(body.bounds)};
     return;
   }
   count_ = wanted;
-  const double grow = static_cast<double>(sub_patch.bounds.grow) + rounding_slack(sub_patch.corners);
-  ScreenBox open = screen_box_at(sub_patch.corners, 0);
+  const double grow = static_cast<double>(body.bounds.grow) + rounding_slack(body.corners);
+  ScreenBox open = screen_box_at(body.corners, 0);
   for (int k = 0; k < count_; ++k) {
     const int begin = 256 * k / count_, end = 256 * (k + 1) / count_;
-    const ScreenBox close = screen_box_at(sub_patch.corners, end / 256.0);
+    const ScreenBox close = screen_box_at(body.corners, end / 256.0);
     // Points of the box at `begin` move straight to points of the box at `end`: in between they project into the hull.
     const IntRect tiles = grid.covered(bounds_of(open, close, grow));
     segments_[static_cast<std::size_t>(k)] = {{begin, end - 1}, tiles};

@@ -3,9 +3,9 @@
 #include <array>
 #include <cstddef>
 
+#include "binner/moving_hull.h"
 #include "binner/tile_grid.h"
 #include "binner/time_interval.h"
-#include "frontend/front_end.h"
 
 namespace tessera::binner {
 
@@ -17,14 +17,14 @@ class TimeSegments {
 
   // `count` 1 to kMax; 0: chosen_count(). Bodies without a hull (has_hull) keep one segment with the rectangle
   // of the whole shutter.
-  TimeSegments(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid, int count);
+  TimeSegments(const MovingBody& body, const TileGrid& grid, int count);
 
   int count() const { return count_; }
   TimeInterval times(int column, int row) const;
 
   // Blur length over primitive size: how many times its own larger side (or that of a tile, if larger) the box's centre
   // travels on screen, rounded up; 1 to kMax.
-  static int chosen_count(const frontend::BoundedSubPatch& sub_patch, const TileGrid& grid);
+  static int chosen_count(const MovingBody& body, const TileGrid& grid);
 
  private:
   struct Segment {

@@ -11,7 +11,39 @@ namespace {
 
 constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neighbours, state
 constexpr std::uint32_t kBlock = 64;        // patches that a thread takes at a time
-constexpr std::size_t kBlocksAtOnce = 4096;
+constexpr std::size_t kBlocksAtOnce = 512;
+
+// Sub-patches of a frame, of which there may be millions: a vector that grew by doubling would need three times its room.
+class SubPatchStore {
+ public:
+  void add(const std::vector<BoundedSubPatch>& pieces) {
+    if (chunks_.empty() || chunks_.back().size() + pieces.size() > kChunk) {
+      chunks_.emplace_back();
+      if (chunks_.size() > 1) chunks_.back().reserve(std::max(kChunk, pieces.size()));
+    }
+    chunks_.back().insert(chunks_.back().end(), pieces.begin(), pieces.end());
+    size_ += pieces.size();
+  }
+  std::size_t size() const { return size_; }
+
+  // All of them, in order; each chunk is freed when it is copied.
+  std::vector<BoundedSubPatch> take() {
+    if (chunks_.size() == 1) return std::move(chunks_[0]);
+    std::vector<BoundedSubPatch> all;
+    all.reserve(size_);
+    for (std::vector<BoundedSubPatch>& chunk : chunks_) {
+      all.insert(all.end(), chunk.begin(), chunk.end());
+      std::vector<BoundedSubPatch>().swap(chunk);
+    }
+    return all;
+  }
+
+ private:
+  // So many that the allocator gives a chunk's pages back to the system.
+  static constexpr std::size_t kChunk = (std::size_t{40} << 20) / sizeof(BoundedSubPatch);
+  std::vector<std::vector<BoundedSubPatch>> chunks_;
+  std::size_t size_ = 0;
+};
 
 // `read`: by drawable, empty for all.
 std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const std::vector<std::uint8_t>& read) {
@@ -49,7 +81,7 @@ std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_
 }
 
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const FrontEndSpec& spec, const OcclusionGuess* guess) {
+                             const FrontEndSpec& spec, const OcclusionGuess* guess, scene::MemoryBudget* budget) {
   InstanceCulling culling = cull_instances(frame, pyramids, spec);
   FrontEndResult all;
   all.instances = culling.counters;
@@ -61,10 +93,11 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
   };
   const std::vector<PatchRun> blocks = cut(all.read);
   PerThread<Counts> counts;
-  // Blocks of patches in parallel, joined in order; not all at once, as sub-patches of many instances are large.
+  // Blocks of patches in parallel, joined in order; not all at once, so that what is too much is noticed early.
   struct Pieces {
     std::vector<BoundedSubPatch> sub_patches, deferred;
   };
+  SubPatchStore sub_patches, deferred;
   for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
@@ -76,11 +109,16 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
         splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
       }
     });
+    const std::size_t before = sub_patches.size() + deferred.size();
     for (const Pieces& of_block : pieces) {
-      all.sub_patches.insert(all.sub_patches.end(), of_block.sub_patches.begin(), of_block.sub_patches.end());
-      all.deferred.insert(all.deferred.end(), of_block.deferred.begin(), of_block.deferred.end());
+      sub_patches.add(of_block.sub_patches);
+      deferred.add(of_block.deferred);
     }
+    if (budget != nullptr)
+      budget->charge(sub_patches.size() + deferred.size() - before, sizeof(BoundedSubPatch), "a frame's sub-patches");
   }
+  all.sub_patches = sub_patches.take();
+  all.deferred = deferred.take();
   counts.for_each([&](Counts& own) {
     merge(all.counters, own.counters);
     all.ledger += own.ledger;

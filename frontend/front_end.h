@@ -8,6 +8,7 @@
 #include "frontend/patch_splitter.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
+#include "scene/limits.h"
 
 namespace tessera::frontend {
 
@@ -22,7 +23,8 @@ struct PatchRun {
 
 // The front end's work on one frame after posing: drop instances that cannot be seen, split every base patch of the
 // others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches.
-// What `guess` hides, if there is one, is deferred.
+// What `guess` hides, if there is one, is deferred. Throws LimitError where the sub-patches need more memory than `budget`
+// has; what it exceeds is no more than what 32768 base patches become.
 struct FrontEndResult {
   std::vector<BoundedSubPatch> sub_patches, deferred;
   std::vector<PatchRun> read;  // base patches whose records were read, in order
@@ -31,7 +33,8 @@ struct FrontEndResult {
   memory::Ledger ledger;
 };
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const FrontEndSpec& spec, const OcclusionGuess* guess = nullptr);
+                             const FrontEndSpec& spec, const OcclusionGuess* guess = nullptr,
+                             scene::MemoryBudget* budget = nullptr);
 
 // Sub-patches of what was deferred and, now that the frame's own depth is known, is not hidden by it. Counts into
 // `front_end` and charges the records that are fetched again.

@@ -78,13 +78,13 @@ std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along
   return {first, second};
 }
 
-double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
+double PatchSplitter::priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const {
   const int width = piece.range.i1 - piece.range.i0, height = piece.range.j1 - piece.range.j0;
   if (std::max(width, height) > settings_.max_cells) return kMandatory;
   if (depth >= settings_.split_depth || std::max(width, height) < 2 * kSmallestSide) return 0;
   const ScreenBounds& b = piece.bounds;
   const double extent =
-      std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(piece.corners));
+      std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(corners));
   if (!(extent > settings_.split_pixels)) return 0;
   switch (settings_.split_criterion) {
     case SplitCriterion::kScreenExtent:
@@ -106,7 +106,7 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, int depth) const {
       return cones ? std::max(cones->sine_u, cones->sine_v) : 2.0;
     }
     case SplitCriterion::kSurfaceArea:
-      return box_area(piece.corners);
+      return box_area(corners);
   }
   return 0;
 }
@@ -130,11 +130,12 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   if (deferred != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
     ++counters.culled_previous_depth;
     counters.cells_culled_previous_depth += cell_count(range);
-    deferred->push_back({patch, range, *bounds, body.corners, kAllSubPatchEffects});
+    deferred->push_back({patch, range, *bounds, body.box, kAllSubPatchEffects});
     return std::nullopt;
   }
-  Node node{0, visited_++, depth, {patch, range, *bounds, body.corners, effects_.select(bounder_, body, *bounds)}};
-  if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, depth);
+  Node node{
+      0, visited_++, depth, {patch, range, *bounds, body.box, effects_.select(bounder_, body, *bounds)}, body.corners};
+  if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, node.corners, depth);
   return node;
 }
 
@@ -191,7 +192,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
     const scene::CellRange& r = node.piece.range;
     const int width = r.i1 - r.i0, height = r.j1 - r.j0;
     // Where only one side is too long for a tile core, that one; else the longer on screen.
-    bool along_u = side_length2(node.piece.corners, 1) >= side_length2(node.piece.corners, 2);
+    bool along_u = side_length2(node.corners, 1) >= side_length2(node.corners, 2);
     if (mandatory && std::min(width, height) <= settings_.max_cells) along_u = width > height;
     if (std::min(width, height) < 2 * kSmallestSide) along_u = width > height;
     for (const scene::CellRange& half : halves(r, along_u)) keep(half, mandatory ? node.depth : node.depth + 1);

@@ -43,10 +43,15 @@ struct FrontendCounters {
 struct BoundedSubPatch {
   std::uint32_t base_patch;
   scene::CellRange range;
-  ScreenBounds bounds;  // over the whole shutter and lens
-  MovingCorners
-      corners;  // of its moving box; bounds.grow pixels around their projections hold everything that is drawn
+  ScreenBounds bounds;                         // over the whole shutter and lens
+  MovingBox box;                               // in object space
   std::uint8_t effects = kAllSubPatchEffects;  // that its kernels need: bits of SubPatchEffect
+
+  // Of its moving box; bounds.grow pixels around their projections hold everything that is drawn. Computed each time:
+  // they take three times the room of the box, and a frame may have millions of sub-patches.
+  MovingCorners corners(const scene::FrameGeometry& frame) const {
+    return box_corners(box, frame.drawable_of(base_patch).to_raster);
+  }
 };
 
 // Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
@@ -78,13 +83,14 @@ class PatchSplitter {
     std::uint32_t order;
     int depth;
     BoundedSubPatch piece;
+    MovingCorners corners;
   };
   // Bounds and tests; nothing when culled or deferred.
   std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth,
                             std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
   void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
                    std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
-  double priority(const BoundedSubPatch& piece, int depth) const;
+  double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
   const scene::FrameGeometry& frame_;

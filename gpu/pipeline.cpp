@@ -62,15 +62,18 @@ void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const t
 void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess) {
   const tilecore::TileJob& job = run.job;
   FrameResult& result = run.result;
+  // What reading the capture left.
+  scene::MemoryBudget budget(job.frame->assembly->capture->bytes_left);
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
-    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu_.front_end_spec(), guess);
+    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu_.front_end_spec(), guess, &budget);
   }
   run.recorder.front_end(*job.frame, front_end);
   if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
   binner::Binner binner(gpu_.binner_spec(), *job.grid);
   binner.buffer().record_accesses(run.recorder.binner_log());
+  binner.buffer().limit(&budget);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   result.maps = TileMaps(*job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));

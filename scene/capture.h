@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -292,6 +293,7 @@ struct Capture {
   std::filesystem::path file;
   std::uint64_t file_bytes = 0;     // of the file and its buffers and images
   std::uint64_t charged_bytes = 0;  // of CaptureLimits::max_bytes, by reading it
+  std::uint64_t bytes_left = std::numeric_limits<std::uint64_t>::max();  // of them, for each frame that is drawn
   std::vector<Node> nodes;
   std::vector<int> roots;  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;

@@ -156,7 +156,7 @@ void measure_overlap(const scene::FrameGeometry& frame, const PyramidLibrary& py
         const scene::PosedDrawable& drawable = frame.drawable_of(piece.base_patch);
         if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches) continue;
         ++pieces;
-        overlaps += unit.cover(piece, drawable.moving, grid).covered;
+        overlaps += unit.cover({piece.bounds, piece.corners(frame)}, drawable.moving, grid).covered;
         touched += touched_tiles(frame, piece, grid);
       }
       const double ratio = static_cast<double>(overlaps) / static_cast<double>(touched);

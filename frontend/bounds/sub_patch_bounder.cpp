@@ -313,7 +313,8 @@ SubPatchBody SubPatchBounder::body(const scene::CellRange& cells) {
   const auto subpixels = static_cast<double>(frame_.request.subpixels());
   SubPatchBody body{box_corners(box, drawable_->to_raster),
                     vertex_rounding_margin(box, largest_, drawable_->to_raster, subpixels),
-                    {}};
+                    {},
+                    box};
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
   body.margin.pixels += static_cast<double>(scene::kStillPixels);

@@ -41,6 +41,7 @@ struct SubPatchBody {
   // The same for the difference of a vertex's coordinates at both motion keys, as far as it comes from the vertex itself and
   // not from its transformation; of rigid drawables, whose vertex is the same at both.
   RoundingMargin way_margin{};
+  MovingBox box{};  // in object space
 };
 
 // Bounds the sub-patches of one base patch after another. A box holds every vertex that the machine computes for the

@@ -1,7 +1,6 @@
 #include "replay/report/report.h"
 
 #include <array>
-#include <ranges>
 #include <vector>
 
 #include <fmt/format.h>
@@ -85,12 +84,14 @@ json meanings(const std::vector<std::string>& topics, const char* name) {
 }  // namespace
 
 std::string missing_for_reports() {
+  std::vector<std::string> folders;
+  for (const fs::path& folder : vega_folders()) folders.push_back(folder.string());
   for (const char* name : kVegaModules)
     if (find_vega_module(name).empty())
       return fmt::format(
           "{}.min.js is in none of {}; install Vega 5 (Debian's package libjs-vega) or say in TESSERA_VEGA where its "
           "files are",
-          name, fmt::join(vega_folders() | std::views::transform([](const fs::path& p) { return p.string(); }), ", "));
+          name, fmt::join(folders, ", "));
   return "";
 }
 

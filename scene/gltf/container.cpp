@@ -51,8 +51,8 @@ Container open_binary(const std::vector<std::uint8_t>& bytes, const std::string&
     const std::uint32_t type = little_endian32(bytes, at + 4);
     if (size > length - at - 8) refuse(at, fmt::format("GLB chunk of {} bytes reaches past the end of the file", size));
     if (size % 4 != 0)
-      notes.violation(Place(file, fmt::format("byte {}", at)), "read to its last byte",
-                      "GLB chunk length {} is not a multiple of 4", size);
+      notes.violation(Place::byte(file, at), "read to its last byte", "GLB chunk length {} is not a multiple of 4",
+                      size);
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at) + 8;
     const auto end = begin + static_cast<std::ptrdiff_t>(size);
     if (!has_json) {

@@ -20,7 +20,7 @@ constexpr std::uint64_t kMaxBlock = 256;
 constexpr std::uint64_t kCodeTable = 16, kIndexPadding = 4;
 
 // Bytes up to the tail; past the end every read fails and `ok` stays false.
-struct Cursor {
+struct CodedBytes {
   Bytes bytes;
   std::size_t at = 0;
   bool ok = true;
@@ -67,7 +67,7 @@ std::uint64_t tail_bytes(bool version1, std::uint64_t stride) {
 }
 
 // 16 deltas of `bits` bits each (0: all are zero, 8: bytes). All ones stand for a byte that follows the packed bits.
-void read_group(Cursor& in, int bits, std::uint8_t* out) {
+void read_group(CodedBytes& in, int bits, std::uint8_t* out) {
   if (bits == 0) {
     std::fill_n(out, kGroup, std::uint8_t{0});
     return;
@@ -88,7 +88,7 @@ void read_group(Cursor& in, int bits, std::uint8_t* out) {
 }
 
 // Deltas of one byte position of a block: two bits of header for each group choose its number of bits.
-void read_groups(Cursor& in, const std::array<int, 4>& bits, std::uint64_t elements, std::uint8_t* out) {
+void read_groups(CodedBytes& in, const std::array<int, 4>& bits, std::uint64_t elements, std::uint8_t* out) {
   const std::uint64_t groups = (elements + kGroup - 1) / kGroup;
   const Bytes header = in.take((groups + 3) / 4);
   for (std::uint64_t g = 0; g < groups && in.ok; ++g)
@@ -98,7 +98,7 @@ void read_groups(Cursor& in, const std::array<int, 4>& bits, std::uint64_t eleme
 using Deltas = std::array<std::array<std::uint8_t, kMaxBlock>, 4>;  // of the 4 bytes of a channel
 
 // How version 1 stores the deltas of a byte position.
-void read_controlled(Cursor& in, int control, std::uint64_t elements, std::uint8_t* out) {
+void read_controlled(CodedBytes& in, int control, std::uint64_t elements, std::uint8_t* out) {
   if (control == 0) {
     read_groups(in, {0, 1, 2, 4}, elements, out);
   } else if (control == 1) {
@@ -149,7 +149,7 @@ bool decode_attributes(Bytes stream, std::uint64_t count, std::uint64_t stride, 
 
   std::array<std::uint8_t, 256> last{};
   std::copy(first.begin(), first.end(), last.begin());
-  Cursor in{stream.subspan(1, stream.size() - 1 - tail)};
+  CodedBytes in{stream.subspan(1, stream.size() - 1 - tail)};
   Deltas deltas;
   for (std::uint64_t begin = 0; begin < count && in.ok;) {
     const std::uint64_t elements = std::min(count - begin, block_elements(stride));
@@ -224,7 +224,7 @@ class TriangleDecoder {
     return true;
   }
 
-  const Cursor& data() const { return in_; }
+  const CodedBytes& data() const { return in_; }
 
  private:
   bool beside_edge(std::uint32_t edge_age, std::uint32_t y, std::array<std::uint32_t, 3>& corners) {
@@ -254,7 +254,7 @@ class TriangleDecoder {
   }
   std::uint32_t explicit_index() { return last_ += unzigzag(in_.varint()); }
 
-  Cursor in_;
+  CodedBytes in_;
   Bytes table_;
   std::uint32_t next_ = 0, last_ = 0;
   Fifo<Edge> edges_;
@@ -275,7 +275,7 @@ bool decode_triangles(Bytes stream, std::uint64_t count, std::uint64_t stride, s
       return fault = fmt::format("triangle {} refers to what was not written before", t), false;
     for (std::uint64_t k = 0; k < 3; ++k) put_index(out, 3 * t + k, stride, corners[k]);
   }
-  const Cursor& data = decoder.data();
+  const CodedBytes& data = decoder.data();
   if (!data.ok) return fault = fmt::format("ends before its {} triangles", triangles), false;
   if (data.at != data.bytes.size())
     return fault = fmt::format("has {} bytes more than its {} triangles need", data.bytes.size() - data.at, triangles),
@@ -285,7 +285,7 @@ bool decode_triangles(Bytes stream, std::uint64_t count, std::uint64_t stride, s
 
 bool decode_indices(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
   if (stream[0] != kIndices1) return fault = fmt::format("begins with 0x{:02x}, indices with 0xd1", stream[0]), false;
-  Cursor in{stream.subspan(1, stream.size() - 1 - kIndexPadding)};
+  CodedBytes in{stream.subspan(1, stream.size() - 1 - kIndexPadding)};
   std::array<std::uint32_t, 2> last{};
   for (std::uint64_t i = 0; i < count && in.ok; ++i) {
     const std::uint32_t v = in.varint();

@@ -21,6 +21,11 @@ class Place {
  public:
   explicit Place(std::string file) : file_(std::make_shared<const std::string>(std::move(file))) {}
 
+  // A place before there is JSON: a byte of the file.
+  static Place byte(std::string file, std::size_t at) {
+    return Place(Place(std::move(file)), "byte " + std::to_string(at), kByte);
+  }
+
   Place at(std::string_view key) const { return Place(*this, std::string(key), kKey); }
   Place at(std::size_t index) const { return Place(*this, {}, index); }
 
@@ -38,11 +43,11 @@ class Place {
   }
 
  private:
-  static constexpr std::size_t kKey = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kKey = static_cast<std::size_t>(-1), kByte = kKey - 1;
   struct Step {
     std::shared_ptr<const Step> before;
     std::string key;
-    std::size_t index;  // kKey: `key` is the step
+    std::size_t index;  // kKey, kByte: `key` is the step
   };
 
   Place(const Place& outer, std::string key, std::size_t index)
@@ -51,7 +56,9 @@ class Place {
   static void append_to(std::string& text, const Step* step) {
     if (step == nullptr) return;
     append_to(text, step->before.get());
-    text += step->index == kKey ? pointer_step(step->key) : "/" + std::to_string(step->index);
+    text += step->index == kKey    ? pointer_step(step->key)
+            : step->index == kByte ? step->key
+                                   : "/" + std::to_string(step->index);
   }
 
   std::shared_ptr<const std::string> file_;

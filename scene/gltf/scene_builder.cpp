@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "scene/assembly.h"
+#include "scene/deform.h"
 #include "scene/gltf/animation_pointer.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/procedure_builder.h"
@@ -59,14 +60,18 @@ std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshe
   return nodes;
 }
 
-// What posing keeps of an instance, for each primitive of its mesh: the drawable before and after posing, and a number
-// for each base patch, of which a primitive has no more than it has triangles or patches.
-std::uint64_t posed_instance_bytes(const Mesh& mesh) {
+// Vertices of its own that a drawable has at both motion keys.
+std::uint64_t deformed_bytes(const Primitive& primitive) {
+  return primitive.vertices.count() * 2 * (2 * sizeof(Vec3) + sizeof(Vec4));
+}
+
+// What posing keeps of a node or an instance, for each primitive of its mesh: the drawable before and after posing, and a
+// number for each base patch, of which a primitive has no more than it has triangles or patches.
+std::uint64_t posed_bytes(const Mesh& mesh) {
   constexpr std::uint64_t kDrawableBytes = 1024, kPatchBytes = 8, kGridBytes = 24;
-  constexpr std::uint64_t kWireBytes = 2 * (2 * sizeof(Vec3) + sizeof(Vec4));  // posed apart at both motion keys
   std::uint64_t bytes = 0;
   for (const Primitive& primitive : mesh.primitives) {
-    if (primitive.wire != Primitive::Wire::kSurface) bytes += primitive.vertices.count() * kWireBytes;
+    if (primitive.wire != Primitive::Wire::kSurface) bytes += deformed_bytes(primitive);
     bytes += kDrawableBytes + (primitive.kind == Primitive::Kind::kBezierPatches
                                    ? primitive.vertices.count() / 16 * kGridBytes
                                    : cluster_count_bound(primitive.indices.size()) * kPatchBytes);
@@ -87,8 +92,7 @@ void build_instances(Document& document, Capture& capture) {
       const auto count = document.json["accessors"][accessor]["count"].get<std::uint64_t>();
       if (node.instances.empty()) {
         document.budget.charge(
-            count,
-            sizeof(InstanceTransform) + posed_instance_bytes(capture.meshes[static_cast<std::size_t>(node.mesh)]),
+            count, sizeof(InstanceTransform) + posed_bytes(capture.meshes[static_cast<std::size_t>(node.mesh)]),
             place.pointer() + ": instances");
         node.instances.resize(count);
       }
@@ -112,6 +116,21 @@ void build_instances(Document& document, Capture& capture) {
     node.skin = kNone;
     document.notes.add(document.root.at("nodes").at(n), "they are drawn as the mesh rests",
                        "is skinned and has instances");
+  }
+}
+
+// Charges what posing keeps of nodes without instances, which may share a large mesh, and of vertices that deform.
+void charge_poses(Document& document, const Capture& capture) {
+  std::vector<std::uint64_t> rigid;
+  for (const Mesh& mesh : capture.meshes) rigid.push_back(posed_bytes(mesh));
+  for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
+    const Node& node = capture.nodes[n];
+    if (node.mesh == kNone) continue;
+    std::uint64_t bytes = node.instances.empty() ? rigid[static_cast<std::size_t>(node.mesh)] : 0;
+    for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+      if (primitive.wire == Primitive::Wire::kSurface && is_deforming(capture, static_cast<int>(n), primitive))
+        bytes += deformed_bytes(primitive);
+    if (bytes > 0) document.budget.charge(bytes, 1, "posing /nodes/" + std::to_string(n));
   }
 }
 
@@ -340,6 +359,7 @@ void build_scene(Document& document, Capture& capture) {
   build_procedures(document, capture);
   capture.roots = build_roots(document, capture.nodes);
   capture.skins = build_skins(document);
+  charge_poses(document, capture);
   check_joints(document, capture);
   capture.animations = build_animations(document, capture);
   capture.played_animations = choose_animations(capture.animations);

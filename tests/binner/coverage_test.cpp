@@ -13,7 +13,6 @@
 namespace tessera::binner {
 namespace {
 
-using frontend::BoundedSubPatch;
 using frontend::MovingCorners;
 using scene::Projection;
 using test::Random;
@@ -72,7 +71,7 @@ DVec4 random_point(Random& random, const MovingCorners& corners, std::size_t key
 
 // Times that a method gives the tiles of one sub-patch.
 using TimesOfTile = std::function<TimeInterval(int column, int row)>;
-using Method = std::function<TimesOfTile(const BoundedSubPatch&, const TileGrid&)>;
+using Method = std::function<TimesOfTile(const MovingBody&, const TileGrid&)>;
 
 struct Missed {
   int tiles = 0, times = 0;
@@ -88,7 +87,7 @@ Missed missed_by(const Method& method, std::uint32_t seed) {
     const MovingCorners corners = random_corners(random, p);
     const auto bounds = frontend::screen_bounds(corners, p, {0, 0, 0, 1.0 / 256});
     if (!bounds) continue;
-    const TimesOfTile times_of = method({0, {0, 0, 1, 1}, *bounds, corners}, grid);
+    const TimesOfTile times_of = method({*bounds, corners}, grid);
     for (int k = 0; k < 60; ++k) {
       // Any point at one key may go to any point at the other.
       const double t = random.coin() ? draw(random, 0, 1) : random.integer(0, 255) / 256.0;
@@ -116,13 +115,13 @@ gpu::GpuConfiguration methods(CoverageMethod coverage, bool intervals, int segme
   return gpu;
 }
 
-using Change = std::function<void(BoundedSubPatch&)>;
+using Change = std::function<void(MovingBody&)>;
 
 // The binner's own coverage of a sub-patch that `change` has tampered with.
 Method binners(
-    const gpu::GpuConfiguration& gpu, const Change& change = [](BoundedSubPatch&) {}) {
-  return [=](const BoundedSubPatch& sub_patch, const TileGrid& grid) {
-    BoundedSubPatch changed = sub_patch;
+    const gpu::GpuConfiguration& gpu, const Change& change = [](MovingBody&) {}) {
+  return [=](const MovingBody& sub_patch, const TileGrid& grid) {
+    MovingBody changed = sub_patch;
     change(changed);
     TileCoverageUnit unit(gpu.binner);
     return [coverage = unit.cover(changed, true, grid)](int column, int row) {
@@ -159,10 +158,10 @@ TEST(TileCoverage, AllMethodsTogetherLeaveOutNothingThatIsSeen) {  // M3
 
 // ---- Broken twins that the same sampling catches ----------------------------------------------------------------
 
-void forget_grow(BoundedSubPatch& s) { s.bounds.grow = 0; }
-void forget_motion(BoundedSubPatch& s) { std::copy_n(s.corners.begin(), 8, s.corners.begin() + 8); }
+void forget_grow(MovingBody& s) { s.bounds.grow = 0; }
+void forget_motion(MovingBody& s) { std::copy_n(s.corners.begin(), 8, s.corners.begin() + 8); }
 // Projected boxes interpolated linearly: screen-space motion is not linear.
-void project_first(BoundedSubPatch& s) {
+void project_first(MovingBody& s) {
   if (s.bounds.crosses_near) return;
   for (DVec4& c : s.corners) c = {c.x / c.w, c.y / c.w, c.z, 1};
 }
@@ -188,7 +187,7 @@ TEST(TimeSegmentsTwin, LinearMotionOnScreenNoLensOrNoMotionIsCaught) {
 }
 
 // Each corner on its own line from key to key: right for a rigid box only.
-TimesOfTile corner_by_corner(const BoundedSubPatch& sub_patch, const TileGrid& grid) {
+TimesOfTile corner_by_corner(const MovingBody& sub_patch, const TileGrid& grid) {
   return [sub_patch, &grid](int column, int row) {
     if (sub_patch.bounds.crosses_near) return TimeInterval{};
     const double grow = static_cast<double>(sub_patch.bounds.grow);
@@ -217,8 +216,8 @@ TEST(TimeIntervalsTwin, CornersThatMoveOnTheirOwnLinesMissADeformingBoxThatTurns
 // ---- What can be left out is ------------------------------------------------------------------------------------
 
 // An orthographic box (w = 1) between two points of the screen at each key, without thickness.
-BoundedSubPatch segment_between(const std::array<std::array<double, 2>, 4>& ends) {
-  BoundedSubPatch s{0, {0, 0, 1, 1}, {1e9f, 1e9f, -1e9f, -1e9f, 0, 1, 2, false}, {}};
+MovingBody segment_between(const std::array<std::array<double, 2>, 4>& ends) {
+  MovingBody s{{1e9f, 1e9f, -1e9f, -1e9f, 0, 1, 2, false}, {}};
   for (std::size_t i = 0; i < 16; ++i) {
     const auto& end = ends[2 * (i / 8) + i % 2];
     s.corners[i] = {end[0], end[1], 1, 1};
@@ -230,7 +229,7 @@ BoundedSubPatch segment_between(const std::array<std::array<double, 2>, 4>& ends
   return s;
 }
 
-TileCoverage cover(const BoundedSubPatch& sub_patch, const gpu::GpuConfiguration& gpu, bool moving = true) {
+TileCoverage cover(const MovingBody& sub_patch, const gpu::GpuConfiguration& gpu, bool moving = true) {
   TileCoverageUnit unit(gpu.binner);
   return unit.cover(sub_patch, moving, TileGrid(128, 128, 32, 32));
 }
@@ -263,14 +262,14 @@ TEST(ExactCoverage, BoundsThatEndOnATilesEdgeBelongToBothTiles) {
 }
 
 TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes) {  // COV3
-  BoundedSubPatch crossing = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
+  MovingBody crossing = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   crossing.bounds.crosses_near = true;
-  BoundedSubPatch odd = crossing;
+  MovingBody odd = crossing;
   odd.bounds.crosses_near = false;
   odd.corners[3].w = std::numeric_limits<double>::quiet_NaN();
-  BoundedSubPatch behind = odd;
+  MovingBody behind = odd;
   behind.corners[3].w = 0;
-  for (const BoundedSubPatch& s : {crossing, odd, behind}) {
+  for (const MovingBody& s : {crossing, odd, behind}) {
     const TileCoverage c = cover(s, methods(CoverageMethod::kExact, true, 5));
     EXPECT_EQ(c.covered, 16u);
     for (const TimeInterval& times : c.times) EXPECT_EQ(times, TimeInterval{});
@@ -279,7 +278,7 @@ TEST(ExactCoverage, BodiesThatCrossTheNearPlaneAndNaNKeepTheRectangleAndAllTimes
 
 TEST(TimeIntervals, AreTightForMotionAlongOneAxis) {
   // A dot that crosses the four tiles of a row at constant speed: each for a quarter of the shutter.
-  const BoundedSubPatch dot = segment_between({{{0, 10}, {0, 10}, {128, 10}, {128, 10}}});
+  const MovingBody dot = segment_between({{{0, 10}, {0, 10}, {128, 10}, {128, 10}}});
   const TileCoverage intervals = cover(dot, methods(CoverageMethod::kRectangle, true, 1)),
                      segments = cover(dot, methods(CoverageMethod::kRectangle, false, 8));
   for (int column = 0; column < 4; ++column) {
@@ -293,7 +292,7 @@ TEST(TimeIntervals, AreTightForMotionAlongOneAxis) {
 TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
   // A wide, flat box shoots down and to the right: its rectangle over the shutter covers the upper right and lower
   // left.
-  const BoundedSubPatch s = segment_between({{{2, 2}, {20, 3}, {106, 120}, {124, 121}}});
+  const MovingBody s = segment_between({{{2, 2}, {20, 3}, {106, 120}, {124, 121}}});
   for (const auto& gpu :
        {methods(CoverageMethod::kRectangle, true, 1), methods(CoverageMethod::kRectangle, false, 16)}) {
     const TileCoverage c = cover(s, gpu);
@@ -305,7 +304,7 @@ TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
 }
 
 TEST(TimeIntervals, WhatDoesNotMoveHasAllTimes) {
-  const BoundedSubPatch still = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
+  const MovingBody still = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   for (const bool moving : {false, true})
     for (const TimeInterval& times : cover(still, methods(CoverageMethod::kRectangle, true, 16), moving).times)
       EXPECT_EQ(times, TimeInterval{});

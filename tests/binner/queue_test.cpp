@@ -266,7 +266,11 @@ TEST(QueueTrafficTwin, OneLineLessInFrontOfMemoryIsCaught) { EXPECT_FALSE(traffi
 // ---- The binner's hard cases ------------------------------------------------------------------------------------
 
 BoundedSubPatch rectangle(std::uint32_t patch, float x0, float y0, float x1, float y1) {
-  return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, {}};
+  // No box, no hull: its bounds alone say where it is.
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  frontend::MovingBox box{};
+  for (auto& low : box.low) low.fill(kNone);
+  return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, box};
 }
 
 // What every tile reads, over as many passes as the buffer needs.

@@ -237,7 +237,7 @@ TEST(InstanceCulling, IC3SubPatchesAreThoseOfANodeForEachInstance) {
     for (std::size_t k = 0; k < a.sub_patches.size(); ++k) {
       EXPECT_EQ(a.sub_patches[k].base_patch, b.sub_patches[k].base_patch);
       EXPECT_EQ(a.sub_patches[k].range, b.sub_patches[k].range);
-      EXPECT_EQ(a.sub_patches[k].corners, b.sub_patches[k].corners);
+      EXPECT_EQ(a.sub_patches[k].corners(*scene.frame), b.sub_patches[k].corners(*nodes.frame));
       EXPECT_EQ(a.sub_patches[k].effects, b.sub_patches[k].effects);
     }
     // A patch of what was dropped would have been read, bounded once and culled.

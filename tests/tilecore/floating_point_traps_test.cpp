@@ -66,7 +66,8 @@ TEST_P(Traps, TheFrontEndAndTheCoverageOfTilesRaiseNothing) {
       const FloatingPointTraps traps;
       const frontend::FrontEndResult result = run_front_end(*scene.frame, *scene.pyramids, gpu.front_end_spec());
       binner::TileCoverageUnit unit(gpu.binner);
-      for (const frontend::BoundedSubPatch& sub_patch : result.sub_patches) unit.cover(sub_patch, true, grid);
+      for (const frontend::BoundedSubPatch& sub_patch : result.sub_patches)
+        unit.cover({sub_patch.bounds, sub_patch.corners(*scene.frame)}, true, grid);
     }
   }
 }

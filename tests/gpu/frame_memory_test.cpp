@@ -1,0 +1,59 @@
+// What a frame takes is bounded by what reading the capture left of its budget.
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "gpu/device.h"
+#include "tests/support/captures.h"
+#include "tests/support/instances.h"
+
+namespace tessera::gpu {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 48;
+
+// Many small instances, all in view.
+scene::Capture crowd() {
+  test::Random random(5);
+  return test::random_instanced_scene(random, 6000, 1.0f);
+}
+
+FrameResult draw(const scene::Capture& capture, const GpuConfiguration& gpu = {}) {
+  Device device(capture, gpu, RunSettings(), {kWidth, kHeight, {0, 0, kWidth, kHeight}});
+  return device.render(0);
+}
+
+std::uint64_t sub_patch_bytes(const FrameResult& result) {
+  return result.counters.frontend.sub_patches * sizeof(frontend::BoundedSubPatch);
+}
+
+TEST(FrameMemory, AFrameThatFitsIsTheSameWhateverIsLeft) {
+  scene::Capture capture = crowd();
+  const FrameResult free = draw(capture);
+  ASSERT_GT(sub_patch_bytes(free), 4u << 20);
+  capture.bytes_left = 2 * sub_patch_bytes(free) + (64u << 20);
+  EXPECT_EQ(draw(capture).targets.color.values, free.targets.color.values);
+}
+
+TEST(FrameMemory, SubPatchesThatDoNotFitAreRefusedBeforeTheyAreAllMade) {
+  scene::Capture capture = crowd();
+  const std::uint64_t needed = sub_patch_bytes(draw(capture));
+  for (const std::uint64_t share : {2, 8}) {
+    capture.bytes_left = needed / share;
+    EXPECT_THROW(draw(capture), LimitError) << share;
+  }
+}
+
+TEST(FrameMemory, TileListsThatSpillAreRefusedToo) {
+  scene::Capture capture = crowd();
+  GpuConfiguration gpu;
+  gpu.parameter_buffer.bytes = 64 << 10;
+  gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
+  gpu.binner.queue_levels = 1;
+  const FrameResult free = draw(capture, gpu);
+  ASSERT_GT(free.counters.binner.spilled_chunks, 0u);
+  capture.bytes_left = sub_patch_bytes(free) + free.counters.binner.queue_bytes_peak / 2;
+  EXPECT_THROW(draw(capture, gpu), LimitError);
+}
+
+}  // namespace
+}  // namespace tessera::gpu
