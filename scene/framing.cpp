@@ -139,7 +139,7 @@ CameraChoice frame_scene(const Capture& capture, int width, int height) {
     const Pose pose = pose_at(capture, time);
     for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
       const Node& node = capture.nodes[n];
-      if (!pose.in_scene[n] || !pose.visible[n]) continue;
+      if (!pose.in_scene[n]) continue;
       if (node.procedure != kNone)
         add_procedure(capture.procedures[static_cast<std::size_t>(node.procedure)], pose.world[n], extent);
       if (node.mesh == kNone) continue;

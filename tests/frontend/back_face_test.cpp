@@ -48,7 +48,7 @@ struct RoundScene {
     if (options.deforming) {
       if (capture.animations.empty()) capture.animations.emplace_back();
       capture.animations[0].channels.push_back(
-          {node, scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+          {.node = node, .path = scene::AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
       capture.played_animations = {0};
     }
     scene::Camera camera;

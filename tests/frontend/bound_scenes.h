@@ -119,8 +119,8 @@ struct Scene {
     if (kind != Hard::kNoMotion) {
       const double reach = kind == Hard::kWholeScreenMotion ? 40.0 : 1.5;
       test::add_motion(capture, node, DVec3(random.in_box(1)) * reach * static_cast<double>(scale));
-      scene::AnimationChannel weights{node,  scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1},
-                                      {0, 1}};
+      scene::AnimationChannel weights{
+          .node = node, .path = scene::AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}};
       capture.animations[0].channels.push_back(weights);
     }
     scene::Camera camera;

@@ -176,7 +176,8 @@ TEST(InstanceCulling, IC1KeepsWhatMovesIntoView) {
     drawn.instances.push_back(t);
   }
   capture.animations.push_back(
-      {"", {{node, scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1}, {0, 1}}}});
+      {"",
+       {{.node = node, .path = scene::AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}}}});
   capture.played_animations = {0};
   test::add_camera(capture, {0, 0, 10});
   const Instanced scene(std::move(capture));

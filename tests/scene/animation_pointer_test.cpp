@@ -126,13 +126,12 @@ TEST(AnimationPointer, FramesTakeMaterialsLightsAndCameraWhereTheShutterOpens) {
   request.width = request.height = 100;
   request.open_time = 0.5;
   request.close_time = 1.0;
-  const auto frame = pose_frame(assembly, choose_camera(capture, 0, 100, 100), request);
+  const auto frame = pose_frame(assembly, choose_camera(capture, 100, 100), request);
   EXPECT_EQ(frame->drawables[0].material->base_color, Vec4(0.5f, 0.5f, 0.5f, 1));
   EXPECT_EQ(frame->drawables[0].material->base_color_texture.texture, capture.materials[0].base_color_texture.texture);
   EXPECT_NEAR(frame->projection.scale, 50 / std::tan(0.5), 1e-9);
   request.open_time = 0.25;
-  EXPECT_NE(pose_frame(assembly, choose_camera(capture, 0, 100, 100), request)->material_values,
-            frame->material_values);
+  EXPECT_NE(pose_frame(assembly, choose_camera(capture, 100, 100), request)->material_values, frame->material_values);
 }
 
 TEST(AnimationPointer, WhatNoChannelMovesStaysAsItWas) {  // AV1
@@ -219,7 +218,7 @@ TEST(NodeVisibility, HidesANodeWithAllBelowItAndItsLights) {
   const Capture capture = read(asset, true);
   EXPECT_THAT(pose_at(capture, 0).visible, ElementsAre(true, true, false, false, true, true, true, false));
   const Assembly assembly = assemble(capture);
-  const auto frame = pose_frame(assembly, choose_camera(capture, 0, 64, 32), {});
+  const auto frame = pose_frame(assembly, choose_camera(capture, 64, 32), {});
   for (const PosedDrawable& drawable : frame->drawables) EXPECT_EQ(drawable.visible, drawable.drawable->node != 3);
   EXPECT_TRUE(frame->lights.empty());
 }
@@ -239,9 +238,9 @@ TEST(NodeVisibility, LeavesTheAutomaticCameraAlone) {
   Capture capture;
   test::add_node(capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}));
   test::add_node(capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}), DVec3(5, 0, 0));
-  const DMat4 both = choose_camera(capture, 0, 64, 64).fixed_world;
+  const DMat4 both = choose_camera(capture, 64, 64).fixed_world;
   capture.nodes[1].visible = false;
-  EXPECT_EQ(choose_camera(capture, 0, 64, 64).fixed_world, both);
+  EXPECT_EQ(choose_camera(capture, 64, 64).fixed_world, both);
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ TEST(MeshoptViews, AreDecodedOnce) {
   GltfAsset asset = test::meshopt_asset();
   MemoryBudget budget(1 << 20);
   const CaptureLimits limits;
-  gltf::Resources resources(asset.document, "f.glb", asset.binary, true, limits, budget);
+  gltf::Notes notes;
+  gltf::Resources resources(asset.document, "f.glb", asset.binary, true, limits, budget, notes);
   const gltf::Bytes first = resources.buffer_view(0);
   const std::uint64_t used = budget.used_bytes();
   EXPECT_EQ(used, 48u);

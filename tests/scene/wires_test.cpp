@@ -119,7 +119,7 @@ Seen pose(const Capture& capture, double open = 0, double close = 0) {
   request.height = 100;
   request.open_time = open;
   request.close_time = close;
-  seen.frame = pose_frame(seen.assembly, choose_camera(capture, 0, 200, 100), request);
+  seen.frame = pose_frame(seen.assembly, choose_camera(capture, 200, 100), request);
   return seen;
 }
 

@@ -131,15 +131,14 @@ Capture random_instanced_scene(Random& random, int instances, float half) {
     for (int i = 0; i < instances; ++i) drawn.instances.push_back(random_instance(random, half));
     if (deforms)
       capture.animations[0].channels.push_back(
-          {node, AnimatedPath::kWeights, Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+          {.node = node, .path = AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
     if (random.coin()) add_motion(capture, node, DVec3(random.in_box(0.5f)));
     if (random.coin())
-      capture.animations[0].channels.push_back({node,
-                                                AnimatedPath::kRotation,
-                                                Interpolation::kLinear,
-                                                4,
-                                                {0, 1},
-                                                {0, 0, 0, 1, 0.2f, random.uniform(-0.3f, 0.3f), 0, 0.9f}});
+      capture.animations[0].channels.push_back({.node = node,
+                                                .path = AnimatedPath::kRotation,
+                                                .components = 4,
+                                                .times = {0, 1},
+                                                .values = {0, 0, 0, 1, 0.2f, random.uniform(-0.3f, 0.3f), 0, 0.9f}});
     // A node without instances between those that have some.
     add_node(capture, random_triangles(random, 4, materials[0]), DVec3(random.in_box(0.5f)));
   }

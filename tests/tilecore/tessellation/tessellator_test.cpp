@@ -34,7 +34,7 @@ TestFrame closed_surface(float strength, bool deforming, Random& random) {
   test::add_motion(*test.capture, node, {0.4, 0.1, -0.2});
   if (deforming)
     test.capture->animations[0].channels.push_back(
-        {node, scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+        {.node = node, .path = scene::AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
   test::add_camera(*test.capture, {0.3, 0.4, 4.0});
   test.pose(400, 300);
   return test;

@@ -106,7 +106,7 @@ TestFrame make_scene(const OracleCase& c, std::uint32_t seed) {
       test::add_motion(*test.capture, node, DVec3(way) * (c.crossing ? 1.4 : 0.9));
       if (object == 2)
         test.capture->animations[0].channels.push_back(
-            {node, scene::AnimatedPath::kWeights, scene::Interpolation::kLinear, 1, {0, 1}, {0, 1}});
+            {.node = node, .path = scene::AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
     }
   }
   if (c.crossing) {
