@@ -2,7 +2,9 @@
 
 #include <climits>
 #include <cstdint>
+#include <istream>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -43,11 +45,11 @@ std::string json_text(const nlohmann::json& value, int indent) {
 
 namespace {
 
-nlohmann::json parse(std::string_view text, const std::string& file, int max_depth,
-                     const nlohmann::json::parser_callback_t& visit) {
-  check_depth(text, file, max_depth);
+// Of a text or a stream.
+template <class Input>
+nlohmann::json parse_input(Input&& input, const std::string& file, const nlohmann::json::parser_callback_t& visit) {
   try {
-    return nlohmann::json::parse(text, visit);
+    return nlohmann::json::parse(std::forward<Input>(input), visit);
   } catch (const nlohmann::json::parse_error& error) {
     // "[json.exception.parse_error.101] parse error at line 1, column 5: syntax error ..."
     std::string reason = error.what();
@@ -59,10 +61,28 @@ nlohmann::json parse(std::string_view text, const std::string& file, int max_dep
   }
 }
 
+nlohmann::json parse(std::string_view text, const std::string& file, int max_depth,
+                     const nlohmann::json::parser_callback_t& visit) {
+  check_depth(text, file, max_depth);
+  return parse_input(text, file, visit);
+}
+
 }  // namespace
 
 nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth) {
   return parse(text, file, max_depth, nullptr);
+}
+
+nlohmann::json parse_json_array(std::istream& stream, const std::string& file, std::string_view array,
+                                const std::function<bool(const nlohmann::json&)>& keep, int max_depth) {
+  using Event = nlohmann::json::parse_event_t;
+  bool inside = false;
+  return parse_input(stream, file, [&](int depth, Event event, nlohmann::json& value) {
+    if (depth >= max_depth && (event == Event::object_start || event == Event::array_start))
+      throw InputError(file, "", fmt::format("JSON nests deeper than {} levels", max_depth));
+    if (event == Event::key && depth == 1) inside = value.get_ref<const std::string&>() == array;
+    return !(inside && event == Event::object_end && depth == 2) || keep(value);
+  });
 }
 
 nlohmann::json parse_unique_json(std::string_view text, const std::string& file, int max_depth) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <iosfwd>
 #include <string>
 #include <string_view>
 
@@ -13,6 +15,11 @@ nlohmann::json parse_json(std::string_view text, const std::string& file, int ma
 
 // The same for what people write by hand: also refuses an object that has a key twice, with its JSON pointer.
 nlohmann::json parse_unique_json(std::string_view text, const std::string& file, int max_depth = 64);
+
+// The same from a stream, for files that are too large for the memory: calls keep(element) for each element of the array
+// `array` of the outermost object, and leaves out those for which it returns false. Elements must be objects.
+nlohmann::json parse_json_array(std::istream& stream, const std::string& file, std::string_view array,
+                                const std::function<bool(const nlohmann::json&)>& keep, int max_depth = 64);
 
 // JSON text. Bytes of a file's name that are no UTF-8, which JSON cannot hold, become U+FFFD. `indent` < 0: one line.
 std::string json_text(const nlohmann::json& value, int indent = -1);

@@ -10,6 +10,7 @@
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
 #include "replay/statistics.h"
+#include "scene/extension_registry.h"
 #include "scene/extensions.h"
 #include "shaders_cpp/procedures/declarations.h"
 
@@ -83,6 +84,21 @@ const std::vector<Topic>& topics() {
        "requires them; then it is\n"
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
        {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
+      {"formats",
+       "What a glTF file may hold",
+       "glTF 2.0, text or binary, in whole: triangles, strips, fans, points and lines, sparse and quantised accessors, "
+       "skins, morph targets,\n"
+       "animations, cameras; PNG, JPEG (also CMYK), WebP and KTX2 images. What breaks the specification and has one "
+       "meaning is read with a note,\n"
+       "refused with `--strict`. Below, the extensions of the Khronos registry; `inspect` and a note name what of them "
+       "a file uses and Tessera does\n"
+       "not read, and a file that requires one of those is refused (status 3). Tessera's own: "
+       "[extensions.md](extensions.md).",
+       {{"name", "extension"},
+        {"status", "status"},
+        {"treatment", "Tessera"},
+        {"meaning", "read of it, or missing from the image"},
+        {"test", "tests"}}},
       {"procedures",
        "Procedures",
        "Stages that a capture's `TESSERA_procedure` can name "
@@ -151,6 +167,17 @@ json describe_extensions() {
                     {"meaning", extension.meaning},
                     {"members", members}});
   }
+  return rows;
+}
+
+json describe_formats() {
+  json rows = json::array();
+  for (const scene::RegisteredExtension& extension : scene::extension_registry())
+    rows.push_back({{"name", extension.name},
+                    {"status", extension.status},
+                    {"treatment", extension.read() ? "read" : "noted; refused if required"},
+                    {"meaning", extension.meaning},
+                    {"test", extension.read() ? extension.test : "RegisteredExtensions"}});
   return rows;
 }
 
@@ -260,6 +287,7 @@ json describe_json(const std::string& name) {
   if (name == "settings") return describe_keys(gpu::settings_keys());
   if (name == "gpu") return describe_gpu();
   if (name == "extensions") return describe_extensions();
+  if (name == "formats") return describe_formats();
   if (name == "procedures") return describe_stages();
   return describe_effects();
 }

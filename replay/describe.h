@@ -7,7 +7,7 @@
 
 namespace tessera::replay {
 
-// Topics of `tessera describe`: counters, settings, gpu, extensions, effects.
+// Topics of `tessera describe`: counters, settings, gpu, extensions, formats, effects.
 const std::vector<std::string>& describe_topics();
 
 // All rows of a topic as JSON. Throws UsageError for a topic that does not exist.

@@ -293,7 +293,8 @@ struct Capture {
   std::filesystem::path file;
   std::uint64_t file_bytes = 0;     // of the file and its buffers and images
   std::uint64_t charged_bytes = 0;  // of CaptureLimits::max_bytes, by reading it
-  std::uint64_t bytes_left = std::numeric_limits<std::uint64_t>::max();  // of them, for each frame that is drawn
+  // CaptureLimits::max_bytes: what is left of them is for each frame that is drawn.
+  std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max();
   std::vector<Node> nodes;
   std::vector<int> roots;  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;

@@ -83,7 +83,7 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   capture.extensions_unread = unread;
   capture.notices = document.notes.lines();
   capture.charged_bytes = budget.used_bytes();
-  capture.bytes_left = limits.max_bytes - budget.used_bytes();
+  capture.max_bytes = limits.max_bytes;
   capture.file_bytes = file_bytes + document.resources.bytes_read();
   return capture;
 }

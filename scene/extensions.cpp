@@ -26,12 +26,12 @@ const std::vector<Extension>& supported_extensions() {
        "buffer view, buffer",
        "As EXT_meshopt_compression, with version 1 of attribute streams and the colour filter.",
        {}},
+      {"KHR_node_visibility", "node", "Hides a node and all below it.", {}},
       {"KHR_texture_basisu",
        "texture",
        "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
        "texture's source. The setting texture.basis_target chooses what memory holds of it.",
        {}},
-      {"KHR_node_visibility", "node", "Hides a node and all below it.", {}},
       {"KHR_texture_transform", "texture info", "Offset, rotation and scale of texture coordinates.", {}},
       {"TESSERA_bezier_patches",
        "mesh primitive",

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -22,21 +23,34 @@ struct CaptureLimits {
 // The account of one reading.
 class MemoryBudget {
  public:
-  explicit MemoryBudget(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
+  // `used` of them are used already; must not be more.
+  explicit MemoryBudget(std::uint64_t max_bytes, std::uint64_t used = 0) : max_bytes_(max_bytes), used_(used) {}
 
-  // Charges count * size bytes. Throws LimitError (overflow included), naming what was asked for.
-  void charge(std::uint64_t count, std::uint64_t size, const std::string& what) {
+  // Charges count * size bytes. Throws LimitError (overflow included), naming what was asked for: a text, a place in
+  // the file, or a function that makes the text.
+  template <class What>
+  void charge(std::uint64_t count, std::uint64_t size, const What& what) {
     const std::uint64_t left = max_bytes_ - used_;
     if (size != 0 && count > left / size)
       throw LimitError(fmt::format(
-          "{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)", what,
-          count, size, human_bytes(max_bytes_)));
+          "{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)",
+          text(what), count, size, human_bytes(max_bytes_)));
     used_ += count * size;
   }
   std::uint64_t used_bytes() const { return used_; }
 
  private:
-  std::uint64_t max_bytes_, used_ = 0;
+  template <class What>
+  static std::string text(const What& what) {
+    if constexpr (std::is_invocable_v<const What&>)
+      return what();
+    else if constexpr (std::is_convertible_v<const What&, std::string>)
+      return what;
+    else
+      return what.pointer();
+  }
+
+  std::uint64_t max_bytes_, used_;
 };
 
 }  // namespace tessera::scene

@@ -24,6 +24,9 @@ std::string write_report(const std::filesystem::path& folder);
 // Images beyond these are left out, evenly, and the page says so.
 inline constexpr std::size_t kMaxImages = 48;
 inline constexpr std::uint64_t kMaxImageBytes = 64u << 20;
+// Of a replay with more frames, plots and tables show every second, fourth, ..., so that no more are left; totals are those of
+// all.
+inline constexpr std::size_t kMaxFrames = 1024;
 inline constexpr std::size_t kMaxSweepCells = 4'000'000;  // rows times columns
 
 // What follows is for the kinds of report. Each makes the page's data; its script in page/ knows what to do with them.

@@ -62,11 +62,12 @@ void visit_scalars(Document& document, std::size_t index, const AccessorLayout& 
                                     values.value("byteOffset", std::uint64_t{0});
   AccessorLayout part = layout;
   part.count = (*sparse)["count"].get<std::uint64_t>();
-  document.budget.charge(part.count, sizeof(std::uint64_t), document.root.at("accessors").at(index).pointer());
+  document.budget.charge(part.count, sizeof(std::uint64_t),
+                         [&] { return document.root.at("accessors").at(index).pointer(); });
   std::vector<std::uint64_t> targets(part.count);
+  const Place place = document.root.at("accessors").at(index).at("sparse").at("indices");
   for (std::uint64_t i = 0; i < part.count; ++i) {
     targets[i] = static_cast<std::uint64_t>(load_integer(index_bytes + i * component_bytes(index_type), index_type));
-    const Place place = document.root.at("accessors").at(index).at("sparse").at("indices");
     if (targets[i] >= layout.count)
       place.refuse("index {} is {}, the accessor has {} elements", i, targets[i], layout.count);
     if (i > 0 && targets[i] <= targets[i - 1]) place.refuse("index {} does not increase", i);
@@ -95,10 +96,10 @@ float dequantize(std::int64_t value, int component_type) {
 
 std::vector<float> read_floats(Document& document, std::size_t index,
                                const std::function<bool(std::uint64_t)>& is_used) {
-  const AccessorLayout layout = accessor_layout(document.json, index);
+  const AccessorLayout& layout = document.layouts[index];
   const auto components = static_cast<std::uint64_t>(layout.components);
   const Place place = document.root.at("accessors").at(index);
-  document.budget.charge(layout.count * components, sizeof(float), place.pointer());
+  document.budget.charge(layout.count * components, sizeof(float), place);
   std::vector<float> values(layout.count * components, 0.0f);
   visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
     float value;
@@ -120,10 +121,10 @@ std::vector<float> read_floats(Document& document, std::size_t index,
 }
 
 std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t index) {
-  const AccessorLayout layout = accessor_layout(document.json, index);
+  const AccessorLayout& layout = document.layouts[index];
   const auto components = static_cast<std::uint64_t>(layout.components);
   document.budget.charge(layout.count * components, sizeof(std::uint32_t),
-                         document.root.at("accessors").at(index).pointer());
+                         [&] { return document.root.at("accessors").at(index).pointer(); });
   std::vector<std::uint32_t> values(layout.count * components, 0);
   visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
     values[e * components + c] = static_cast<std::uint32_t>(load_integer(at, layout.component_type));

@@ -45,6 +45,11 @@ Document::Document(nlohmann::json checked, const std::filesystem::path& file, st
       root(file.string()),
       limits(limits_in),
       budget(budget_in) {
+  if (const auto accessors = json.find("accessors"); accessors != json.end()) {
+    budget.charge(accessors->size(), sizeof(AccessorLayout), "/accessors");
+    layouts.reserve(accessors->size());
+    for (std::size_t a = 0; a < accessors->size(); ++a) layouts.push_back(accessor_layout(json, a));
+  }
   const std::string text = structure_only(json).dump();
   tinygltf::TinyGLTF loader;
   std::string error, warning;

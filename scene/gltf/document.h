@@ -7,6 +7,7 @@
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
 
+#include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
 #include "scene/gltf/resources.h"
@@ -24,6 +25,7 @@ struct Document {
   Place root;
   const CaptureLimits& limits;
   MemoryBudget& budget;
+  std::vector<AccessorLayout> layouts;  // of the accessors
 
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
            const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
@@ -57,6 +59,20 @@ struct DracoMesh {
 
   const std::vector<float>* find(const std::string& name) const;
 };
+
+// What a primitive's accessors say about its Draco stream.
+struct DracoRequest {
+  struct Attribute {
+    std::string name;  // in glTF
+    std::uint32_t id;  // in the stream
+    AccessorLayout layout;
+  };
+  std::uint64_t faces = 0, points = 0;  // no more
+  std::vector<Attribute> attributes;
+};
+
+// Decodes a stream. Throws InputError at `place`, that of the extension, where it is broken or not what is asked for.
+DracoMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place);
 
 // `primitive` is the primitive's JSON; `place` its place.
 DracoMesh read_draco(Document& document, const nlohmann::json& primitive, const Place& place);

@@ -182,8 +182,8 @@ std::unique_ptr<draco::Mesh> decode(Bytes stream, std::uint64_t declared_faces, 
     place.refuse("Draco stream says {} points for {} triangles", head.points, head.faces);
   // Faces and indices; for edgebreaker the tables of corners and vertices and those of each seam. Then tables by the
   // length of the stream.
-  budget.charge(head.faces + head.points, head.edgebreaker ? 120 + 40 * head.seams : 32, place.pointer());
-  budget.charge(stream.size(), 64, place.pointer());
+  budget.charge(head.faces + head.points, head.edgebreaker ? 120 + 40 * head.seams : 32, place);
+  budget.charge(stream.size(), 64, place);
   auto mesh = std::make_unique<draco::Mesh>();
   const draco::Status status = head.edgebreaker
                                    ? decode_with<draco::MeshEdgebreakerDecoder>(stream, *mesh, budget, place)
@@ -200,44 +200,48 @@ const std::vector<float>* DracoMesh::find(const std::string& name) const {
   return nullptr;
 }
 
-DracoMesh read_draco(Document& document, const json& primitive, const Place& place) {
-  const json& extension = *find_extension(primitive, "KHR_draco_mesh_compression");
-  const Place inner = place.at("extensions").at("KHR_draco_mesh_compression");
-  const AccessorLayout indices = accessor_layout(document.json, primitive["indices"].get<std::size_t>());
-  const Bytes stream = document.resources.buffer_view(extension["bufferView"].get<std::size_t>());
-  const bool strip = primitive.value("mode", 4) == 5;
-  const std::uint64_t declared_faces = strip ? indices.count : indices.count / 3;
-  std::uint64_t declared_points = 0;
-  for (const auto& [name, accessor] : primitive["attributes"].items())
-    declared_points = std::max(declared_points, accessor_layout(document.json, accessor.get<std::size_t>()).count);
-  const std::unique_ptr<draco::Mesh> mesh = decode(stream, declared_faces, declared_points, document.budget, inner);
-  if (mesh->num_faces() == 0 || mesh->num_points() == 0) inner.refuse("Draco stream holds no triangles");
+DracoMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place) {
+  const std::unique_ptr<draco::Mesh> mesh = decode(stream, request.faces, request.points, budget, place);
+  if (mesh->num_faces() == 0 || mesh->num_points() == 0) place.refuse("Draco stream holds no triangles");
 
-  document.budget.charge(mesh->num_faces(), 12, inner.pointer());
+  budget.charge(mesh->num_faces(), 12, place);
   DracoMesh out;
   out.vertex_count = mesh->num_points();
   out.indices.reserve(std::size_t{mesh->num_faces()} * 3);
   for (std::uint32_t f = 0; f < mesh->num_faces(); ++f)
     for (const draco::PointIndex& corner : mesh->face(draco::FaceIndex(f))) {
-      if (corner.value() >= mesh->num_points()) inner.refuse("Draco stream has a corner outside its points");
+      if (corner.value() >= mesh->num_points()) place.refuse("Draco stream has a corner outside its points");
       out.indices.push_back(corner.value());
     }
-  for (const auto& [name, id] : extension["attributes"].items()) {
-    const Place at = inner.at("attributes").at(name);
-    const draco::PointAttribute* attribute = mesh->GetAttributeByUniqueId(id.get<std::uint32_t>());
-    if (attribute == nullptr) at.refuse("is id {}, which the Draco stream does not have", id.dump());
-    const AccessorLayout layout = accessor_layout(document.json, primitive["attributes"][name].get<std::size_t>());
-    if (attribute->num_components() != layout.components)
+  for (const DracoRequest::Attribute& wanted : request.attributes) {
+    const Place at = place.at("attributes").at(wanted.name);
+    const draco::PointAttribute* attribute = mesh->GetAttributeByUniqueId(wanted.id);
+    if (attribute == nullptr) at.refuse("is id {}, which the Draco stream does not have", wanted.id);
+    if (attribute->num_components() != wanted.layout.components)
       at.refuse("has {} components in the Draco stream, {} in its accessor", attribute->num_components(),
-                layout.components);
+                wanted.layout.components);
     const bool is_float = attribute->data_type() == draco::DT_FLOAT32;
-    if (is_float != (layout.component_type == kFloat) ||
+    if (is_float != (wanted.layout.component_type == kFloat) ||
         !(is_float || draco::IsDataTypeIntegral(attribute->data_type())))
       at.refuse("is of another component type in the Draco stream than in its accessor");
-    document.budget.charge(out.vertex_count, static_cast<std::uint64_t>(layout.components) * 4, at.pointer());
-    out.attributes.emplace_back(name, attribute_values(*mesh, *attribute, layout, at));
+    budget.charge(out.vertex_count, static_cast<std::uint64_t>(wanted.layout.components) * 4, at);
+    out.attributes.emplace_back(wanted.name, attribute_values(*mesh, *attribute, wanted.layout, at));
   }
   return out;
+}
+
+DracoMesh read_draco(Document& document, const json& primitive, const Place& place) {
+  const json& extension = *find_extension(primitive, "KHR_draco_mesh_compression");
+  const std::uint64_t indices = document.layouts[primitive["indices"].get<std::size_t>()].count;
+  const auto layout = [&](const json& accessor) { return document.layouts[accessor.get<std::size_t>()]; };
+  DracoRequest request;
+  request.faces = primitive.value("mode", 4) == 5 ? indices : indices / 3;
+  for (const auto& [name, accessor] : primitive["attributes"].items())
+    request.points = std::max(request.points, layout(accessor).count);
+  for (const auto& [name, id] : extension["attributes"].items())
+    request.attributes.push_back({name, id.get<std::uint32_t>(), layout(primitive["attributes"][name])});
+  return decode_draco(document.resources.buffer_view(extension["bufferView"].get<std::size_t>()), request,
+                      document.budget, place.at("extensions").at("KHR_draco_mesh_compression"));
 }
 
 }  // namespace tessera::scene::gltf

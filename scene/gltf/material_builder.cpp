@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <set>
 #include <type_traits>
@@ -152,7 +153,7 @@ class TextureLibrary {
                             place(image).pointer());
   }
 
-  // Unpacks a KTX2 image, and charges that for all targets: a replay may want each of them.
+  // Unpacks a KTX2 image. Its textures are charged for all targets, of which a replay may want each, one after the other.
   ktx2::BasisTexture unpack(std::size_t image, TextureSource& source) {
     const Bytes bytes = document_.resources.image(image);
     ktx2::BasisTexture texture;
@@ -161,7 +162,8 @@ class TextureLibrary {
       ktx2::Ktx2Header header;
       if (!ktx2::is_ktx2(bytes)) place(image).refuse("is no KTX2 image, which KHR_texture_basisu names");
       if (!ktx2::read_ktx2_header(bytes, document_.limits.image, header, fault)) place(image).refuse("{}", fault);
-      for (const std::uint64_t size : header.unpacking_bytes) document_.budget.charge(size, 1, "image");
+      document_.budget.charge(*std::max_element(header.unpacking_bytes.begin(), header.unpacking_bytes.end()), 1,
+                              place(image));
       charge_levels(image, header.width, header.height, header.unpacking_bytes.size());
       source = {header.etc1s ? TextureFormat::kKtx2Etc1s : TextureFormat::kKtx2Uastc, header.levels};
       if (!ktx2::decode_ktx2(bytes, ktx2::BasisTarget::kRgba32, document_.limits.image, texture, fault))
@@ -174,7 +176,7 @@ class TextureLibrary {
     const auto [found, fresh] = basis_numbers_.try_emplace(image, basis_images_.size());
     if (fresh) {
       const Bytes bytes = document_.resources.image(image);
-      document_.budget.charge(bytes.size(), 1, place(image).pointer());
+      document_.budget.charge(bytes.size(), 1, place(image));
       basis_images_.emplace_back().file.assign(bytes.begin(), bytes.end());
     }
     return basis_images_[found->second];

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <string_view>
 
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
@@ -74,7 +76,7 @@ class AttributeSource {
   }
 
   // For vectors that are made from the scalars.
-  void charge(std::size_t count, std::uint64_t bytes) { document_.budget.charge(count, bytes, place_.pointer()); }
+  void charge(std::size_t count, std::uint64_t bytes) { document_.budget.charge(count, bytes, place_); }
 
   std::vector<Vec2> vec2(const std::string& name) {
     const std::vector<float> scalars = floats(name);
@@ -149,7 +151,7 @@ std::vector<MorphTarget> build_targets(Document& document, AttributeSource& sour
   std::vector<MorphTarget> targets;
   const auto list = primitive.find("targets");
   if (list == primitive.end()) return targets;
-  document.budget.charge(list->size(), sizeof(MorphTarget), place.pointer());
+  document.budget.charge(list->size(), sizeof(MorphTarget), place);
   targets.reserve(list->size());
   for (std::size_t t = 0; t < list->size(); ++t) {
     MorphTarget& target = targets.emplace_back();
@@ -157,7 +159,7 @@ std::vector<MorphTarget> build_targets(Document& document, AttributeSource& sour
       const auto found = (*list)[t].find(name);
       if (found == (*list)[t].end()) return;
       const std::vector<float> scalars = source.read(found->get<std::size_t>());
-      document.budget.charge(scalars.size(), sizeof(float), place.pointer());
+      document.budget.charge(scalars.size(), sizeof(float), place);
       out = as_vec3(scalars);
       if (out.size() != vertex_count)
         place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(),
@@ -177,11 +179,14 @@ Vertices build_vertices(Document& document, const json& primitive, const DracoMe
   vertices.positions = source.vec3("POSITION");
   if (source.has("NORMAL")) vertices.normals = source.vec3("NORMAL");
   if (source.has("TANGENT")) vertices.tangents = source.vec4("TANGENT");
-  for (std::size_t set = 0; set < kMaxTexcoords; ++set) {
-    const std::string name = "TEXCOORD_" + std::to_string(set);
-    if (!source.has(name)) continue;
-    vertices.texcoords.resize(set);
-    vertices.texcoords.push_back(source.vec2(name));
+  constexpr std::string_view kTexcoord = "TEXCOORD_";
+  for (const auto& [name, accessor] : primitive["attributes"].items()) {
+    if (!name.starts_with(kTexcoord)) continue;
+    std::size_t set = kMaxTexcoords;
+    std::from_chars(name.data() + kTexcoord.size(), name.data() + name.size(), set);
+    if (set >= kMaxTexcoords || name.substr(kTexcoord.size()) != std::to_string(set)) continue;
+    vertices.texcoords.resize(std::max(vertices.texcoords.size(), set + 1));
+    vertices.texcoords[set] = source.vec2(name);
   }
   if (source.has("COLOR_0")) vertices.colors = source.vec4("COLOR_0");
   if (source.has("JOINTS_0")) vertices.influences = build_influences(source, vertices.count(), place);
@@ -228,18 +233,18 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
     for (std::size_t i = 0; i < indices.size(); ++i)
       if (indices[i] >= vertex_count) at.refuse("index {} is {}, there are {} vertices", i, indices[i], vertex_count);
     // The largest value of the type would restart strips on some machines and draw a vertex on others.
-    const std::uint64_t bytes = component_bytes(accessor_layout(document.json, accessor).component_type);
+    const std::uint64_t bytes = component_bytes(document.layouts[accessor].component_type);
     const auto restart = static_cast<std::uint32_t>((std::uint64_t{1} << (8 * bytes)) - 1);
     if (const auto found_restart = std::find(indices.begin(), indices.end(), restart); found_restart != indices.end())
       at.refuse("index {} is {}, the value that restarts primitives", found_restart - indices.begin(), restart);
   } else {
-    document.budget.charge(vertex_count, sizeof(std::uint32_t), place.pointer());
+    document.budget.charge(vertex_count, sizeof(std::uint32_t), place);
     indices.resize(vertex_count);
     std::iota(indices.begin(), indices.end(), 0u);
   }
   if (mode == kModePoints) return indices;
   // Of a vector that grows: the old block and the new one.
-  document.budget.charge(indices.size(), mode == kTriangles ? 4 : mode < kTriangles ? 24 : 12, place.pointer());
+  document.budget.charge(indices.size(), mode == kTriangles ? 4 : mode < kTriangles ? 24 : 12, place);
   return mode < kTriangles ? segment_list(indices, mode) : triangle_list(indices, mode);
 }
 
@@ -269,7 +274,7 @@ void expand_wires(Document& document, const std::vector<std::uint32_t>& ends, in
     for (const auto* list : {&target.positions, &target.normals, &target.tangents})
       vertex_bytes += list->empty() ? 0 : sizeof(Vec3);
   // And a vertex's number, and six indices for four vertices.
-  document.budget.charge(count, vertex_bytes + sizeof(std::uint32_t) + 6, place.pointer());
+  document.budget.charge(count, vertex_bytes + sizeof(std::uint32_t) + 6, place);
   std::vector<std::uint32_t> from;
   from.reserve(count);
   for (const std::uint32_t end : ends) from.insert(from.end(), copies, end);
@@ -306,7 +311,7 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
     primitive.indices = std::move(draco.indices);
   } else {
     const auto position = json_primitive["attributes"]["POSITION"].get<std::size_t>();
-    const std::uint64_t vertex_count = accessor_layout(document.json, position).count;
+    const std::uint64_t vertex_count = document.layouts[position].count;
     std::vector<std::uint32_t> indices = build_indices(document, json_primitive, vertex_count, mode, place);
     // Patches are drawn by all of their points, whatever the indices of their cage say.
     const bool is_surface = find_extension(json_primitive, "TESSERA_bezier_patches") != nullptr ||

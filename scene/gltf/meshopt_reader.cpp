@@ -115,7 +115,7 @@ std::vector<std::uint8_t> read_meshopt(const json& extension, Bytes compressed, 
   const MeshoptLayout layout = layout_of(extension);
   if (compressed.size() < min_meshopt_bytes(layout))
     place.refuse("is a stream that has {} bytes, too few for its {} elements", compressed.size(), layout.count);
-  budget.charge(layout.count, layout.stride, place.pointer());
+  budget.charge(layout.count, layout.stride, place);
   std::vector<std::uint8_t> out(layout.bytes());
   std::string fault;
   if (!decode_meshopt(compressed, layout, out, fault)) place.refuse("is a stream that {}", fault);

@@ -117,7 +117,7 @@ void build_pieces(Document& document, const json& parameters, const Place& place
   const StageDeclaration& shape = out.declaration();
   const std::size_t along_u = curve_count(shape, parameters, ParameterLayout::kChainU),
                     along_v = curve_count(shape, parameters, ParameterLayout::kChainV);
-  document.budget.charge(along_u * along_v, sizeof(Procedure::Piece), place.pointer());
+  document.budget.charge(along_u * along_v, sizeof(Procedure::Piece), place);
   out.pieces.resize(along_u * along_v);
   for (std::size_t n = 0; n < out.pieces.size(); ++n) {
     const std::size_t i = n % along_u, j = n / along_u;
@@ -224,7 +224,7 @@ void build_procedures(Document& document, Capture& capture) {
     const json* object = find_extension(document.json["nodes"][n], kExtension);
     if (object == nullptr) continue;
     const Place place = document.root.at("nodes").at(n).at("extensions").at(kExtension);
-    document.budget.charge(1, sizeof(Procedure), place.pointer());
+    document.budget.charge(1, sizeof(Procedure), place);
     capture.nodes[n].procedure = static_cast<int>(capture.procedures.size());
     capture.procedures.push_back(build_procedure(document, *object, place));
   }

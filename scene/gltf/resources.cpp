@@ -127,7 +127,12 @@ Resources::Resources(const json& document, const std::filesystem::path& file, st
       has_binary_(has_binary),
       limits_(limits),
       budget_(budget),
-      notes_(notes) {}
+      notes_(notes) {
+  const auto views = document.find("bufferViews");
+  if (views == document.end()) return;
+  budget_.charge(views->size(), sizeof(Bytes), "/bufferViews");
+  views_.resize(views->size());
+}
 
 const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, const Place& place) {
   const auto known = loaded_.find(uri);
@@ -135,7 +140,7 @@ const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, co
   std::vector<std::uint8_t> bytes;
   if (is_data_uri(uri)) {
     if (!uri.starts_with("data:")) notes_.add(place, "schemes are case-insensitive", "has its scheme in capitals");
-    budget_.charge(uri.size(), 4, place.pointer());  // kept as a key, unescaped text that doubles, bytes
+    budget_.charge(uri.size(), 4, place);  // kept as a key, unescaped text that doubles, bytes
     bytes = decode_data_uri(uri, place);
   } else {
     const std::filesystem::path target = resolve_uri(uri, folder_, place);
@@ -172,15 +177,15 @@ Bytes Resources::bytes_of(const json& range, const Place& place) {
 }
 
 Bytes Resources::buffer_view(std::size_t index) {
+  if (views_[index].data() != nullptr) return views_[index];
   const json& view = document_["bufferViews"][index];
   const Place place = root_.at("bufferViews").at(index);
   const char* name = nullptr;
   const json* meshopt = find_meshopt(view, &name);
-  if (meshopt == nullptr) return bytes_of(view, place);
-  const auto known = decoded_.find(index);
-  if (known != decoded_.end()) return known->second;
+  if (meshopt == nullptr) return views_[index] = bytes_of(view, place);
   const Place inner = place.at("extensions").at(name);
-  return decoded_.emplace(index, read_meshopt(*meshopt, bytes_of(*meshopt, inner), budget_, inner)).first->second;
+  return views_[index] =
+             decoded_.emplace(index, read_meshopt(*meshopt, bytes_of(*meshopt, inner), budget_, inner)).first->second;
 }
 
 Bytes Resources::image(std::size_t index) {

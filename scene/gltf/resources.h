@@ -51,6 +51,7 @@ class Resources {
   Notes& notes_;
   std::map<std::string, std::vector<std::uint8_t>> loaded_;   // by URI
   std::map<std::size_t, std::vector<std::uint8_t>> decoded_;  // compressed views
+  std::vector<Bytes> views_;                                  // known ones; without data until then
   std::uint64_t bytes_read_ = 0;
 };
 

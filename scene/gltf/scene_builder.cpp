@@ -54,7 +54,7 @@ std::vector<Node> build_nodes(Document& document, const std::vector<Mesh>& meshe
     for (const double w : numbers("weights")) node.weights.push_back(static_cast<float>(w));
     if (node.weights.empty()) continue;
     const std::size_t targets = meshes[static_cast<std::size_t>(node.mesh)].default_weights.size();
-    document.budget.charge(targets, sizeof(float), document.root.at("nodes").at(i).pointer());
+    document.budget.charge(targets, sizeof(float), [&] { return document.root.at("nodes").at(i).pointer(); });
     node.weights.resize(targets);
   }
   return nodes;
@@ -130,7 +130,7 @@ void charge_poses(Document& document, const Capture& capture) {
     for (const Primitive& primitive : capture.meshes[static_cast<std::size_t>(node.mesh)].primitives)
       if (primitive.wire == Primitive::Wire::kSurface && is_deforming(capture, static_cast<int>(n), primitive))
         bytes += deformed_bytes(primitive);
-    if (bytes > 0) document.budget.charge(bytes, 1, "posing /nodes/" + std::to_string(n));
+    if (bytes > 0) document.budget.charge(bytes, 1, [&] { return "posing /nodes/" + std::to_string(n); });
   }
 }
 

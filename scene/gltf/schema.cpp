@@ -329,9 +329,8 @@ Rule buffer_view_rule(const json& d) {
   return object({
       {"buffer", index_of(d, "buffers"), kRequired},
       {"byteOffset", integer(0, 9007199254740992.0)},
-      {"byteLength", integer(1, 9007199254740992.0), kRequired},
+      {"byteLength", integer(0, 9007199254740992.0), kRequired},
       {"byteStride", integer(4, 252)},
-      {"target", one_of({34962, 34963})},
       {"extensions",
        object({{"EXT_meshopt_compression", meshopt_rule(d, {"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"})},
                {"KHR_meshopt_compression",
@@ -343,7 +342,7 @@ Rule buffer_rule() {
   const Rule meshopt = object({{"fallback", boolean()}});
   return object({
       {"uri", text()},
-      {"byteLength", integer(1, 9007199254740992.0), kRequired},
+      {"byteLength", integer(0, 9007199254740992.0), kRequired},
       {"extensions", object({{"EXT_meshopt_compression", meshopt}, {"KHR_meshopt_compression", meshopt}})},
   });
 }

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "base/atomic_file.h"
 #include "base/check.h"
@@ -80,6 +81,20 @@ TEST(JsonText, RefusesDeepNestingButNotBracketsInTexts) {
   EXPECT_NO_THROW(parse_json(std::string(64, '[') + std::string(64, ']'), "f"));
   EXPECT_NO_THROW(parse_json("\"" + std::string(1000, '[') + "\\\"[[[\"", "f"));
   EXPECT_THROW(parse_json(std::string(1000000, '['), "f"), InputError);
+}
+
+TEST(JsonText, AnArrayOfAStreamIsReadElementByElement) {
+  const auto read = [](const std::string& text) {
+    std::istringstream stream(text);
+    return parse_json_array(stream, "f", "rows", [](const nlohmann::json& row) { return row.at("n") != 2; });
+  };
+  EXPECT_EQ(
+      read(R"({"a": {"rows": [{"n": 2}]}, "rows": [{"n": 1, "m": {"n": 2}}, {"n": 2}, {"n": 3}], "z": [{"n": 2}]})"),
+      nlohmann::json::parse(
+          R"({"a": {"rows": [{"n": 2}]}, "rows": [{"n": 1, "m": {"n": 2}}, {"n": 3}], "z": [{"n": 2}]})"));
+  EXPECT_THROW(read(R"({"rows": [{"n": 1})"), InputError);
+  EXPECT_THROW(read("{\"rows\": [{\"n\": " + std::string(70, '[') + std::string(70, ']') + "}]}"), InputError);
+  EXPECT_NO_THROW(read("{\"rows\": [{\"n\": " + std::string(60, '[') + std::string(60, ']') + "}]}"));
 }
 
 TEST(JsonText, RefusesNumbersThatNoDoubleHolds) { EXPECT_THROW(parse_json("[1e999]", "f"), InputError); }

@@ -30,7 +30,7 @@ TEST(FrameMemory, AFrameThatFitsIsTheSameWhateverIsLeft) {
   scene::Capture capture = crowd();
   const FrameResult free = draw(capture);
   ASSERT_GT(sub_patch_bytes(free), 4u << 20);
-  capture.bytes_left = 2 * sub_patch_bytes(free) + (64u << 20);
+  capture.max_bytes = 2 * sub_patch_bytes(free) + (64u << 20);
   EXPECT_EQ(draw(capture).targets.color.values, free.targets.color.values);
 }
 
@@ -38,7 +38,7 @@ TEST(FrameMemory, SubPatchesThatDoNotFitAreRefusedBeforeTheyAreAllMade) {
   scene::Capture capture = crowd();
   const std::uint64_t needed = sub_patch_bytes(draw(capture));
   for (const std::uint64_t share : {2, 8}) {
-    capture.bytes_left = needed / share;
+    capture.max_bytes = needed / share;
     EXPECT_THROW(draw(capture), LimitError) << share;
   }
 }
@@ -51,7 +51,7 @@ TEST(FrameMemory, TileListsThatSpillAreRefusedToo) {
   gpu.binner.queue_levels = 1;
   const FrameResult free = draw(capture, gpu);
   ASSERT_GT(free.counters.binner.spilled_chunks, 0u);
-  capture.bytes_left = sub_patch_bytes(free) + free.counters.binner.queue_bytes_peak / 2;
+  capture.max_bytes = sub_patch_bytes(free) + free.counters.binner.queue_bytes_peak / 2;
   EXPECT_THROW(draw(capture, gpu), LimitError);
 }
 

@@ -285,6 +285,18 @@ TEST(Documents, EveryTestOfTheStabilityPageExists) {
   EXPECT_THAT(missing, testing::IsEmpty());
 }
 
+TEST(Documents, EveryTestOfTheFormatsPageExists) {
+  const std::vector<std::string> names = ctest_names();
+  const auto there = [&](const std::string& suite) {
+    return std::any_of(names.begin(), names.end(),
+                       [&](const std::string& name) { return name.find(": " + suite + ".") != std::string::npos; });
+  };
+  for (const nlohmann::json& row : replay::describe_json("formats")) {
+    EXPECT_TRUE(there(row["test"].get<std::string>())) << row;
+  }
+  EXPECT_FALSE(there("NoSuchSuite"));
+}
+
 TEST(Documents, TestsThatRunTogetherAreEachThere) {
   const std::vector<std::string> names = ctest_names();
   EXPECT_THAT(names, testing::Contains("replay: TradeoffReport.AResultThatLacksWhatThePageShowsEndsWithStatus3"));

@@ -428,7 +428,7 @@ TEST(CompareCommand, DamagedStatisticsEndWithStatus3) {
 }
 
 TEST(DescribeCommand, ListsEveryTopicAsTextJsonAndMarkdown) {
-  for (const char* topic : {"counters", "settings", "gpu", "extensions", "effects"}) {
+  for (const char* topic : {"counters", "settings", "gpu", "extensions", "formats", "effects"}) {
     EXPECT_FALSE(run_tessera({"describe", topic}).output.empty());
     const json rows = json::parse(run_tessera({"describe", topic, "--json"}).output);
     EXPECT_GT(rows.size(), 4u);

@@ -1,4 +1,5 @@
 // report.html, opened as a reader would: in a browser without a network.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -490,6 +491,33 @@ TEST_F(Report, MadeAgainGivesTheSameBytes) {
     ASSERT_EQ(run_tessera({"report", path(name)}).status, 0);
     EXPECT_TRUE(test::read_text(page(name)) == before) << name;
   }
+}
+
+TEST_F(Report, OfManyFramesEveryNthIsShownAndTotalsAreThoseOfAll) {
+  json stats = json::parse(test::read_text(path("replay/stats.json")));
+  const json frame = stats.at("frames").at(0);
+  const auto shown = [&](int count) {
+    stats["frames"] = json::array();
+    for (int f = 0; f < count; ++f) {
+      stats["frames"].push_back(frame);
+      stats["frames"].back()["frame"] = f;
+    }
+    fs::create_directories(path("long"));
+    test::write_text(path("long/stats.json"), stats.dump());
+    EXPECT_EQ(run_tessera({"report", path("long")}).status, 0);
+    const std::string page = test::read_text(path("long/report.html"));
+    int frames = 0;
+    for (std::size_t at = page.find("\"effect_places\":"); at != std::string::npos;
+         at = page.find("\"effect_places\":", at + 1))
+      ++frames;
+    const bool said = page.find(fmt::format("{} frames (every ", count)) != std::string::npos;
+    EXPECT_EQ(said, count > 1024) << count;
+    return frames;
+  };
+  const int others = shown(1) - 1;  // of the total
+  EXPECT_EQ(shown(1024) - others, 1024);
+  EXPECT_EQ(shown(1025) - others, 513);
+  EXPECT_EQ(shown(3000) - others, 750);
 }
 
 TEST_F(Report, FoldersThatHoldNothingToReportEndWithStatus3) {

@@ -185,26 +185,26 @@ BrokenClass images() {
   twice = says(twice, static_cast<std::uint32_t>(twice.size() - 8));
   std::string damaged_bits = lossless;
   for (std::size_t i = 26; i < 60; ++i) damaged_bits[i] = '\x7F';
-  return {
-      "WebpImageBroken",
-      {
-          webp("signature_only", lossy.substr(0, 12), "head"),
-          webp("lossy_cut", lossy.substr(0, lossy.size() / 2), "the file has"),
-          webp("lossless_cut", lossless.substr(0, lossless.size() - 2), "the file has"),
-          webp("chunk_longer_than_file", lossless.substr(0, 16) + "\xFF\xFF\xFF\x7F" + lossless.substr(20),
-               "longer than the file"),
-          webp("length_of_nothing", says(lossy, 0), "says 0 bytes"),
-          webp("no_image", "RIFF" + little_endian32(12) + "WEBPEXIF" + little_endian32(0), "0 images"),
-          webp("two_images", twice, "2 images"),
-          webp("animated", animated, "animated"),
-          webp("bits_damaged", damaged_bits, "cannot be decoded"),
-          damaged(
-              "source_out_of_range",
-              [](GltfAsset& a) { a.document["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 7; },
-              "/textures/0/extensions/EXT_texture_webp/source", "there are 1"),
-          damaged(
-              "no_source", [](GltfAsset& a) { a.document["textures"][0].erase("source"); }, "/textures/0", "no source"),
-      }};
+  return {"WebpImageBroken",
+          {
+              webp("signature_only", lossy.substr(0, 12), "head"),
+              webp("lossy_cut", lossy.substr(0, lossy.size() / 2), "the file has"),
+              webp("lossless_cut", lossless.substr(0, lossless.size() - 2), "the file has"),
+              webp("chunk_longer_than_file", lossless.substr(0, 16) + "\xFF\xFF\xFF\x7F" + lossless.substr(20),
+                   "longer than the file"),
+              webp("length_of_nothing", says(lossy, 0), "says 0 bytes"),
+              webp("no_image", "RIFF" + little_endian32(12) + "WEBPEXIF" + little_endian32(0), "0 images"),
+              webp("two_images", twice, "2 images"),
+              webp("animated", animated, "animated"),
+              webp("bits_damaged", damaged_bits, "cannot be decoded"),
+              damaged(
+                  "source_out_of_range",
+                  [](GltfAsset& a) { a.document["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = 7; },
+                  "/textures/0/extensions/EXT_texture_webp/source", "there are 1"),
+              strictly(damaged(
+                  "no_source", [](GltfAsset& a) { a.document["textures"][0].erase("source"); }, "/textures/0",
+                  "no source")),
+          }};
 }
 
 BrokenCapture ktx2(std::string name, const std::string& bytes, std::string fault = "") {
@@ -225,7 +225,8 @@ BrokenClass basis_images() {
     return bytes;
   };
   std::string damaged_zstandard = zstandard;
-  for (std::size_t i = zstandard.size() - 40; i < zstandard.size(); ++i) damaged_zstandard[i] = '\x7F';
+  const std::size_t frame = zstandard.rfind("\x28\xB5\x2F\xFD");  // begins with its magic number
+  damaged_zstandard.at(frame) = '\x7F';
   return {"Ktx2ImageBroken",
           {
               ktx2("signature_only", etc1s.substr(0, 12)),

@@ -34,7 +34,7 @@ BrokenClass asset_and_extensions() {
               edited("extension_required", "/extensionsRequired", {"EXT_structural_metadata"}, "",
                      "EXT_structural_metadata"),
               edited("extensions_required", "/extensionsRequired",
-                     {"KHR_lights_punctual", "KHR_texture_basisu", "MADE_up"}, "", "KHR_texture_basisu, MADE_up"),
+                     {"KHR_lights_punctual", "KHR_materials_sheen", "MADE_up"}, "", "KHR_materials_sheen, MADE_up"),
               edited("extension_name_of_controls", "/extensionsRequired", {"A\nB\x1b[31m"}, "", "A\\x0AB"),
               edited("extensions_required_a_text", "/extensionsRequired", "KHR_lights_punctual"),
           }};

@@ -121,7 +121,7 @@ std::vector<Harmless> documents() {
           }),
       odd("unused_texture_without_source",
           [](GltfAsset& a) {
-            a.add("textures", {{"extensions", {{"KHR_texture_basisu", {{"source", 3}}}}}});
+            a.add("textures", {{"extensions", {{"MSFT_texture_dds", {{"source", 3}}}}}});
           }),
       odd("no_scene",
           [](GltfAsset& a) {

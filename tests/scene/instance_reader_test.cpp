@@ -87,7 +87,7 @@ TEST(InstanceReader, NotesAttributesOfTheApplication) {
   const Capture capture = read(asset);
   EXPECT_EQ(capture.nodes.at(0).instances.size(), 2u);
   ASSERT_EQ(capture.notices.size(), 1u);
-  EXPECT_THAT(capture.notices[0], HasSubstr("_ID: is not read"));
+  EXPECT_THAT(capture.notices[0], HasSubstr("_ID: belongs to the application"));
 }
 
 TEST(InstanceReader, DrawsASkinnedMeshAsItRests) {

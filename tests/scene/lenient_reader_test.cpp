@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <set>
 #include <string>
+#include <string_view>
 
 #include "base/error.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
+#include "scene/extension_registry.h"
+#include "scene/extensions.h"
 #include "scene/pose.h"
 #include "tests/support/captures.h"
 #include "tests/support/gltf_asset.h"
@@ -75,6 +79,29 @@ TEST(LenientReader, OneNoteNamesEveryExtensionThatIsNotRead) {  // EC1
                           "MADE_mesh (1 mesh), MADE_root, MADE_used"));
   EXPECT_THAT(capture.extensions_unread,
               ElementsAre("MADE_both", "MADE_deep", "MADE_inner", "MADE_mesh", "MADE_root", "MADE_used"));
+}
+
+TEST(RegisteredExtensions, AreReadOrNotedAndWhatIsNotReadRefusesFilesThatRequireIt) {
+  for (const RegisteredExtension& extension : extension_registry()) {
+    const std::string name(extension.name);
+    const Capture capture = read_with({{"/extensionsUsed", {name}}});
+    if (extension.read()) {
+      EXPECT_THAT(capture.extensions_unread, testing::IsEmpty()) << name;
+      EXPECT_NO_THROW(read_with({{"/extensionsUsed", {name}}, {"/extensionsRequired", {name}}})) << name;
+    } else {
+      EXPECT_THAT(capture.notices, ElementsAre("not read: " + name));
+      EXPECT_THROW(read_with({{"/extensionsUsed", {name}}, {"/extensionsRequired", {name}}}), InputError) << name;
+    }
+  }
+}
+
+TEST(RegisteredExtensions, HoldWhateverIsSupportedButTesserasOwn) {
+  std::set<std::string_view> read, supported;
+  for (const RegisteredExtension& extension : extension_registry())
+    if (extension.read()) read.insert(extension.name);
+  for (const Extension& extension : supported_extensions())
+    if (!extension.name.starts_with("TESSERA_")) supported.insert(extension.name);
+  EXPECT_EQ(read, supported);
 }
 
 // ---- What is drawn ----------------------------------------------------------------------------------------------
