@@ -52,9 +52,9 @@ class PackCommand final : public Command {
         ->expected(0, 1)
         ->type_name("[QUALITY]");
     app.add_option("--ktx2", ktx2_,
-                   "Write images as KTX2 with mip levels (KHR_texture_basisu): uastc; astc is another name of it, as "
-                   "these blocks are ASTC's")
-        ->check(CLI::IsMember({"uastc", "astc"}).description(""))
+                   "Write images as KTX2 with mip levels (KHR_texture_basisu): etc1s, small, or uastc, close to the "
+                   "image; astc is another name of uastc, whose blocks are ASTC's")
+        ->check(CLI::IsMember({"etc1s", "uastc", "astc"}).description(""))
         ->excludes(app.get_option("--webp"))
         ->type_name("FORMAT");
     const auto bits = [&](const char* option, int QuantizationBits::*value, const char* what, int least = 1) {
@@ -127,7 +127,7 @@ class PackCommand final : public Command {
     read_surface_options();
     if (meshopt_) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();
-    options_.ktx2 = !ktx2_.empty();
+    if (!ktx2_.empty()) options_.ktx2 = ktx2_ == "etc1s" ? Ktx2Format::kEtc1s : Ktx2Format::kUastc;
     check_output_file(target_);
     const PackReport report = pack_capture(source_, target_, options_);
     print_surfaces(report.surfaces);

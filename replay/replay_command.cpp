@@ -69,7 +69,7 @@ class ReplayCommand final : public Command {
         ->type_name("FILE");
     app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
     app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that reading the capture and the images may take, in GiB")
+                   "Most memory that the capture with a frame of it, and the images, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
     add_strict_flag(app, strict_);

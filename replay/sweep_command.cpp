@@ -32,8 +32,9 @@ class SweepCommand final : public Command {
         ->type_name("N");
     app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
         ->type_name("N");
-    app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that a capture, and the images of all points at work, may take, in GiB")
+    app.add_option(
+           "--max-memory", max_memory_gib_,
+           "Most memory that a capture with a frame of it, and the images of all points at work, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
     add_strict_flag(app, strict_);

@@ -104,7 +104,7 @@ class TradeoffCommand final : public Command {
     app.add_option("--threads", threads_, "Host threads (default: all). Nothing but times depends on it")
         ->type_name("N");
     app.add_option("--max-memory", max_memory_gib_,
-                   "Most memory that reading the capture, and the images, may take, in GiB")
+                   "Most memory that the capture with a frame of it, and the images, may take, in GiB")
         ->type_name("GIB")
         ->capture_default_str();
     add_strict_flag(app, strict_);

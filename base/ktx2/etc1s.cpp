@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/ktx2/etc2_block.h"
+#include "base/ktx2/selector_history.h"
 
 namespace tessera::ktx2 {
 namespace {
@@ -83,28 +84,6 @@ bool read_groups(BitReader& reader, unsigned group, std::uint32_t& value) {
   }
   return false;
 }
-
-// Selectors used last, the often used ones in front: a use moves one to half its place, a new one replaces one of the
-// rear half, all of them in their order.
-class SelectorHistory {
- public:
-  explicit SelectorHistory(std::uint32_t size) : values_(size), next_(size / 2) {}
-
-  void add(std::uint16_t value) {
-    if (values_.empty()) return;
-    values_[next_++] = value;
-    if (next_ == values_.size()) next_ = values_.size() / 2;
-  }
-  std::uint16_t use(std::size_t index) {
-    const std::uint16_t value = values_[index];
-    std::swap(values_[index / 2], values_[index]);
-    return value;
-  }
-
- private:
-  std::vector<std::uint16_t> values_;
-  std::size_t next_;
-};
 
 // The state of one slice as its blocks are read.
 class SliceReader {

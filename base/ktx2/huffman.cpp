@@ -6,12 +6,7 @@ namespace tessera::ktx2 {
 namespace {
 
 // Symbols of the code that lengths are packed with: 0 to 16 are lengths, the others repeat.
-constexpr std::uint32_t kLengthSymbols = 21;
 constexpr std::uint32_t kShortZeros = 17, kLongZeros = 18, kShortRepeat = 19;
-
-// The order in which the lengths of that code are stored, so that trailing ones can be left out.
-constexpr std::array<std::uint8_t, kLengthSymbols> kLengthOrder = {17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
-                                                                   11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 
 struct Run {
   std::uint32_t count;
@@ -57,10 +52,12 @@ bool HuffmanCode::build(const std::vector<std::uint8_t>& lengths) {
 bool HuffmanCode::read(BitReader& reader, std::string& fault) {
   const std::uint32_t total = reader.bits(14);
   const std::uint32_t stored = reader.bits(5);
-  std::vector<std::uint8_t> lengths(kLengthSymbols);
+  std::vector<std::uint8_t> lengths(kHuffmanLengthOrder.size());
   HuffmanCode packing;
-  if (stored > kLengthSymbols) return fault = fmt::format("a Huffman table has {} lengths of lengths", stored), false;
-  for (std::uint32_t i = 0; i < stored; ++i) lengths[kLengthOrder[i]] = static_cast<std::uint8_t>(reader.bits(3));
+  if (stored > kHuffmanLengthOrder.size())
+    return fault = fmt::format("a Huffman table has {} lengths of lengths", stored), false;
+  for (std::uint32_t i = 0; i < stored; ++i)
+    lengths[kHuffmanLengthOrder[i]] = static_cast<std::uint8_t>(reader.bits(3));
   if (!packing.build(lengths)) return fault = "the lengths of a Huffman table are no code", false;
 
   lengths.assign(total, 0);

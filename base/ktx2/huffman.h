@@ -9,6 +9,11 @@
 
 namespace tessera::ktx2 {
 
+// Lengths of a code are packed by another, of 21 symbols: 0 to 16 are lengths, the others repeat. The order in which that
+// one's lengths are stored, so that trailing ones can be left out.
+inline constexpr std::array<std::uint8_t, 21> kHuffmanLengthOrder = {17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
+                                                                     11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
+
 // A canonical Huffman code of at most 16 bits a symbol, as RFC 1951 (3.2.2) numbers codes: shorter ones first, symbols
 // of one length in rising order; the first bit of a code is the first in the stream.
 //

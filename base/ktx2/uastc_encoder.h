@@ -1,13 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "base/ktx2/astc_block.h"
 
-// Writes KTX 2.0 files of UASTC blocks, packed by Zstandard.
 namespace tessera::ktx2 {
 
 // A block of these texels, of one subset: one colour exactly; else of the modes with one line of colours, 4 to 32 steps
@@ -20,19 +16,5 @@ namespace tessera::ktx2 {
 //   UE2  Every block is one that read_uastc() reads.
 //   UE3  The same texels give the same bytes.
 AstcBytes encode_uastc(const TexelBlock& texels);
-
-// One mip level to write: width * height texels RGBA8, rows from the top.
-struct LevelToWrite {
-  int width = 0, height = 0;
-  std::span<const std::uint8_t> texels;
-};
-
-// The largest level first, each half as wide and high as the one before, rounded down. Blocks that reach beyond a level
-// repeat its last column and row.
-struct Ktx2Options {
-  bool srgb = false;   // else linear: then the primaries are unspecified, as glTF asks for data
-  bool alpha = false;  // else alpha is not looked at
-};
-std::string write_ktx2(std::span<const LevelToWrite> levels, const Ktx2Options& options);
 
 }  // namespace tessera::ktx2

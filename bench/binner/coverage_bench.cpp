@@ -14,14 +14,16 @@ namespace {
 struct Scene {
   scene::Capture capture = scene::read_capture(TESSERA_SOURCE_DIR "/captures/flyby.glb");
   scene::Assembly assembly = scene::assemble(capture);
-  std::vector<frontend::BoundedSubPatch> sub_patches;
+  std::vector<MovingBody> sub_patches;
   Scene() {
     scene::FrameRequest request;
     request.open_time = capture.settings.first_frame / capture.settings.frame_rate;
     request.close_time = request.open_time + 1 / capture.settings.frame_rate;
     const auto frame =
         scene::pose_frame(assembly, scene::choose_camera(capture, request.width, request.height), request);
-    sub_patches = frontend::run_front_end(*frame, frontend::PyramidLibrary(assembly), {}).sub_patches;
+    for (const frontend::BoundedSubPatch& s :
+         frontend::run_front_end(*frame, frontend::PyramidLibrary(assembly), {}).sub_patches)
+      sub_patches.push_back({s.bounds, s.corners(*frame)});
   }
 };
 
@@ -39,7 +41,7 @@ void CoverSubPatch(benchmark::State& state, CoverageMethod coverage, bool interv
   TileCoverageUnit unit(gpu.binner);
   const auto& work = scene().sub_patches;
   // Verify: covered and dropped tiles are those of the rectangle.
-  for (const frontend::BoundedSubPatch& s : work) {
+  for (const MovingBody& s : work) {
     const TileCoverage& c = unit.cover(s, true, grid);
     if (c.covered + c.dropped_exact + c.dropped_time != c.times.size()) state.SkipWithError("tiles were lost");
   }

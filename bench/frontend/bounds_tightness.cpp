@@ -21,6 +21,7 @@
 #include "bench/support/line_plot.h"
 #include "binner/tile_coverage.h"
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "scene/capture_reader.h"
 #include "tilecore/tessellation/tessellator.h"

@@ -7,7 +7,7 @@
 #include "base/color.h"
 #include "base/image_codec.h"
 #include "base/ktx2/ktx2.h"
-#include "base/ktx2/uastc_encoder.h"
+#include "base/ktx2/ktx2_writer.h"
 #include "base/webp_codec.h"
 #include "shaders_cpp/texture.h"
 
@@ -96,7 +96,7 @@ std::vector<std::uint8_t> codes_of(const shaders::Texture& texture, int level, b
 }
 
 // The KTX2 bytes of an image, or nothing where it has to stay as it is.
-std::string as_ktx2(gltf::Bytes bytes, const Uses& uses) {
+std::string as_ktx2(gltf::Bytes bytes, const Uses& uses, Ktx2Format format) {
   DecodedImage decoded;
   std::string fault;
   if (uses.color == uses.data || !decode_image(bytes, ImageLimits{}, decoded, fault)) return "";
@@ -109,7 +109,7 @@ std::string as_ktx2(gltf::Bytes bytes, const Uses& uses) {
     texels.push_back(codes_of(texture, level, uses.color));
     levels.push_back({texture.width(level), texture.height(level), texels.back()});
   }
-  return ktx2::write_ktx2(levels, {uses.color, !texture.opaque()});
+  return ktx2::write_ktx2(levels, {uses.color, !texture.opaque(), format == Ktx2Format::kEtc1s});
 }
 
 // The converted images' textures name them by the extension, and nothing else.
@@ -143,7 +143,8 @@ ImageReport move_images(gltf::Document& document, json& d, BinaryChunk& chunk, c
     if (type.empty()) document.root.at("images").at(i).refuse("is neither PNG, JPEG, WebP nor KTX2");
     std::string packed;
     if (options.webp && !heights.contains(i)) packed = as_webp(bytes, *options.webp);
-    if (options.ktx2 && !heights.contains(i) && uses.contains(i)) packed = as_ktx2(bytes, uses.at(i));
+    if (options.ktx2 != Ktx2Format::kNone && !heights.contains(i) && uses.contains(i))
+      packed = as_ktx2(bytes, uses.at(i), options.ktx2);
     image["mimeType"] = type;
     if (!packed.empty()) {
       converted.insert(i);
@@ -162,8 +163,9 @@ ImageReport move_images(gltf::Document& document, json& d, BinaryChunk& chunk, c
     image["bufferView"] = at->second;
     image.erase("uri");
   }
-  name_by_extension(d, converted, options.ktx2 ? kBasis : kWebp);
-  return options.ktx2 ? ImageReport{0, converted.size()} : ImageReport{converted.size(), 0};
+  const bool ktx2 = options.ktx2 != Ktx2Format::kNone;
+  name_by_extension(d, converted, ktx2 ? kBasis : kWebp);
+  return ktx2 ? ImageReport{0, converted.size()} : ImageReport{converted.size(), 0};
 }
 
 }  // namespace tessera::replay

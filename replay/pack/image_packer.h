@@ -15,10 +15,12 @@ struct WebpOptions {
   std::optional<int> quality = 80;  // [spec] gltf-transform's default
 };
 
+enum class Ktx2Format { kNone, kUastc, kEtc1s };
+
 // How images are written anew; at most one of them.
 struct ImageOptions {
   std::optional<WebpOptions> webp;
-  bool ktx2 = false;  // UASTC with Zstandard
+  Ktx2Format ktx2 = Ktx2Format::kNone;
 };
 
 struct ImageReport {

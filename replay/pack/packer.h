@@ -19,7 +19,7 @@ struct PackOptions {
   PackMethod method = PackMethod::kAuto;
   QuantizationBits bits;  // of kMeshopt at most kMaxMeshoptBits each
   std::optional<WebpOptions> webp;
-  bool ktx2 = false;  // images as KTX2, UASTC; not with webp
+  Ktx2Format ktx2 = Ktx2Format::kNone;  // of images; not with webp
   // Members that replace those of the asset's TESSERA_capture extension; null: none.
   nlohmann::json capture_settings;
   // TESSERA_lens for every camera.

@@ -101,6 +101,18 @@ std::vector<Knob> geometry_knobs() {
   };
 }
 
+// Attributes that lose bits when a capture is packed. The machine's memory holds decoded vertices: its costs stay.
+Knob packing_knob(const char* name, const char* title, bool meshopt, std::initializer_list<int> bits) {
+  std::vector<KnobSetting> settings = {{"as the file is", {}}};
+  for (const int b : bits) settings.push_back({fmt::format("{} bits", b), {}, false, {meshopt, b}});
+  return watching(knob(name, title, settings, "as the file is", KnobNeed::kMeshes), "capture.file_bytes",
+                  "bytes of the capture's files");
+}
+std::vector<Knob> packing_knobs() {
+  return {packing_knob("draco_bits", "bits of attributes, by Draco", false, {8, 10, 11, 12, 14, 16}),
+          packing_knob("meshopt_bits", "bits of attributes, by meshoptimizer", true, {8, 10, 12, 14, 16})};
+}
+
 std::vector<Knob> procedure_knobs() {
   return {
       knob("procedure_path", "how procedures are drawn", values_of("procedures.path", {"sampled", "tessellated"}),
@@ -207,7 +219,8 @@ bool has_basis_texture(const scene::Material& m) {
 const std::vector<Knob>& knobs() {
   static const std::vector<Knob> kKnobs = [] {
     std::vector<Knob> all;
-    for (auto make : {sampling_knobs, geometry_knobs, procedure_knobs, shading_knobs, texture_knobs, resolve_knobs})
+    for (auto make :
+         {sampling_knobs, geometry_knobs, packing_knobs, procedure_knobs, shading_knobs, texture_knobs, resolve_knobs})
       for (Knob& k : make()) all.push_back(std::move(k));
     return all;
   }();
@@ -248,6 +261,10 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
     case KnobNeed::kBasisTextures:
       if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return has_basis_texture(*d.material); }))
         return "the capture has no KTX2 textures";
+      break;
+    case KnobNeed::kMeshes:
+      if (!any_drawable(frame, [](const scene::PosedDrawable& d) { return d.procedure == nullptr; }))
+        return "the capture has no meshes";
       break;
     case KnobNeed::kNothing:
       break;

@@ -9,6 +9,7 @@
 
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
+#include "replay/tradeoff/packed_captures.h"
 #include "scene/frame_geometry.h"
 
 namespace tessera::replay {
@@ -21,10 +22,11 @@ struct KnobSetting {
   std::string label;
   KeyValues values;
   bool in_double = false;  // the reference renderer with the machine's samples, instead of the machine
+  Packing packing{};       // of the capture before it is drawn
 };
 
 // What a capture must have for a knob to change anything.
-enum class KnobNeed { kNothing, kMotion, kLens, kDisplacement, kGrids, kProcedures, kBasisTextures };
+enum class KnobNeed { kNothing, kMotion, kLens, kDisplacement, kGrids, kProcedures, kBasisTextures, kMeshes };
 
 // Something of the emulated machine that buys accuracy and costs something.
 struct Knob {

@@ -48,17 +48,17 @@ class Tradeoff {
     scene::CaptureLimits limits;
     limits.max_bytes = options_.max_bytes;
     limits.strict = options_.strict;
-    const scene::Capture capture = scene::read_capture(options_.capture, limits);
-    const auto prepared = std::make_shared<const gpu::PreparedCapture>(capture);
-    place(capture);
-    const std::vector<Block> blocks = plan(*prepared);
+    PackedCaptures captures(options_.capture, limits);
+    const gpu::PreparedCapture& prepared = *captures.original();
+    place(prepared.capture);
+    const std::vector<Block> blocks = plan(prepared);
     std::size_t steps = 1;
     for (const Block& block : blocks) steps += block.rows.size();
     Progress progress(steps, options_.quiet);
     reference::ReferenceSettings wanted{options_.width, options_.height, place_.frame, options_.reference_samples,
                                         options_.reference_edge_pixels};
     const reference::Reference reference =
-        get_reference(*prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
+        get_reference(prepared, options_.gpu, options_.settings, wanted, options_.folder, place_.inputs);
     std::size_t done = 1;
     progress.update(done, "reference");
     TradeoffResult out{.capture = options_.capture.filename().string(),
@@ -74,15 +74,15 @@ class Tradeoff {
                        .reference = reference.info,
                        .knobs = {},
                        .stopped = false};
-    Trial base{options_.settings, options_.gpu, false, ""};
+    Trial base{options_.settings, options_.gpu, false, {}, ""};
     name_trial(base, place_);
     for (const Block& block : blocks) {
-      if (stop_requested() || !measure(prepared, block, reference.color)) break;
+      if (stop_requested() || !measure(captures, block, reference.color)) break;
       out.knobs.push_back(result_of(block, base.hash));
       done += block.rows.size();
       progress.update(done, block.knob.title);
     }
-    if (!options_.joint.empty() && !stop_requested()) add_joint(prepared, reference.color, base.hash, out.knobs);
+    if (!options_.joint.empty() && !stop_requested()) add_joint(captures, reference.color, base.hash, out.knobs);
     out.stopped = stop_requested();
     return out;
   }
@@ -116,8 +116,8 @@ class Tradeoff {
     place_.inputs = capture_fingerprint(options_.capture) + program_fingerprint();
   }
 
-  Row make_row(const std::string& label, const KeyValues& values, bool in_double) const {
-    Row row{label, values, {options_.settings, options_.gpu, in_double, ""}};
+  Row make_row(const std::string& label, const KeyValues& values, bool in_double, const Packing& packing) const {
+    Row row{label, values, {options_.settings, options_.gpu, in_double, packing, ""}};
     apply(values, row.trial.settings, row.trial.gpu);
     name_trial(row.trial, place_);
     return row;
@@ -140,7 +140,7 @@ class Tradeoff {
         if (!block.skipped.empty()) break;
         KeyValues values = knob.context;
         values.insert(values.end(), setting.values.begin(), setting.values.end());
-        block.rows.push_back(make_row(setting.label, values, setting.in_double));
+        block.rows.push_back(make_row(setting.label, values, setting.in_double, setting.packing));
       }
       blocks.push_back(std::move(block));
     }
@@ -148,8 +148,7 @@ class Tradeoff {
   }
 
   // False when asked to stop before all of the block was measured; what was is kept.
-  bool measure(const std::shared_ptr<const gpu::PreparedCapture>& prepared, const Block& block,
-               const Image& reference) {
+  bool measure(PackedCaptures& captures, const Block& block, const Image& reference) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
     for (const Row& row : block.rows) {
@@ -163,7 +162,7 @@ class Tradeoff {
     for (auto first = missing.begin(); first != missing.end();) {
       const auto last = first + std::min<std::ptrdiff_t>(kTakingTurns, missing.end() - first);
       const std::vector<Trial> part(first, last);
-      const std::vector<TrialResult> results = run_trials(prepared, part, place_, reference);
+      const std::vector<TrialResult> results = run_trials(captures, part, place_, reference);
       if (results.empty()) return false;
       for (std::size_t t = 0; t < part.size(); ++t) {
         write_trial(points_.file(part[t].hash), results[t]);
@@ -191,6 +190,9 @@ class Tradeoff {
       SettingResult& setting = out.settings.emplace_back();
       setting.label = row.label;
       setting.arguments = as_arguments(all);
+      if (const std::string packing = row.trial.packing.arguments(); !packing.empty())
+        setting.arguments =
+            fmt::format("(pack {}){}{}", packing, setting.arguments.empty() ? "" : " ", setting.arguments);
       setting.is_base = row.trial.hash == base;
       setting.in_double = row.trial.in_double;
       setting.measured = measurement_of(results_.at(row.trial.hash), block.knob.watched);
@@ -214,8 +216,8 @@ class Tradeoff {
   }
 
   // All combinations of the axes of the knobs that were asked for.
-  void add_joint(const std::shared_ptr<const gpu::PreparedCapture>& prepared, const Image& reference,
-                 const std::string& base, std::vector<KnobResult>& results) {
+  void add_joint(PackedCaptures& captures, const Image& reference, const std::string& base,
+                 std::vector<KnobResult>& results) {
     std::vector<std::vector<KnobSetting>> axes;
     std::set<std::string> keys;
     std::size_t count = 1;
@@ -226,6 +228,10 @@ class Tradeoff {
       if (result == results.end() || !result->skipped.empty()) continue;
       const Knob& knob = knob_named(name);
       axes.push_back(joint_axis(knob, *result));
+      const bool packs = std::any_of(knob.settings.begin(), knob.settings.end(),
+                                     [](const KnobSetting& setting) { return setting.packing.bits > 0; });
+      if (packs && !keys.insert("bits of packed attributes").second)
+        throw UsageError("--joint: bits of packed attributes would be set by two of the knobs");
       std::set<std::string> own;
       for (const KnobSetting& setting : axes.back())
         for (const auto& [key, value] : setting.values) own.insert(key);
@@ -244,16 +250,18 @@ class Tradeoff {
     for (std::size_t k = 0; k < count; ++k) {
       std::string label;
       KeyValues values;
+      Packing packing;
       for (std::size_t a = 0, rest = k; a < axes.size(); ++a) {
         const KnobSetting& setting = axes[a][rest % axes[a].size()];
         rest /= axes[a].size();
         label += (label.empty() ? "" : " | ") + setting.label;
         values.insert(values.end(), setting.values.begin(), setting.values.end());
+        if (setting.packing.bits > 0) packing = setting.packing;
       }
-      block.rows.push_back(make_row(label, values, false));
+      block.rows.push_back(make_row(label, values, false, packing));
       if (block.rows.back().trial.hash == base) block.knob.against = k;
     }
-    if (!measure(prepared, block, reference)) return;
+    if (!measure(captures, block, reference)) return;
     results.push_back(result_of(block, base));
   }
 

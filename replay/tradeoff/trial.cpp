@@ -40,9 +40,10 @@ class RoundTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
-// All figures of a frame but zeros.
-std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame) {
+// All figures of a frame but zeros, and the size of the capture's files.
+std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame, const scene::Capture& capture) {
   std::map<std::string, Figure> figures;
+  figures["capture.file_bytes"] = capture.file_bytes;
   for (const auto& [name, value] : frame_values(frame_json(frame)))
     if (value != 0) {
       if (value.is_number_float())
@@ -55,20 +56,19 @@ std::map<std::string, Figure> figures_of(const gpu::FrameResult& frame) {
 
 class Runner {
  public:
-  Runner(std::shared_ptr<const gpu::PreparedCapture> prepared, const TrialPlace& place, const Image& reference,
-         const gpu::RunSettings& settings)
-      : prepared_(std::move(prepared)),
+  Runner(PackedCaptures& captures, const TrialPlace& place, const Image& reference, const gpu::RunSettings& settings)
+      : captures_(captures),
         place_(place),
         exposure_(settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure)
-                                               : prepared_->capture.settings.exposure),
+                                               : captures.original()->capture.settings.exposure),
         reference_(reference::display_values(reference, exposure_)) {}
 
   // The frame before the compared one is what a history is of.
-  void prepare(const Trial& trial, std::optional<tilecore::History>& history) const {
+  void prepare(const Trial& trial, std::optional<tilecore::History>& history) {
     if (trial.settings.resolve.desampling != tilecore::Desampling::kAdaptive || trial.in_double ||
         place_.first_frame >= place_.frame)
       return;
-    gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
+    gpu::Device renderer(captures_.of(trial.packing), trial.gpu, trial.settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
   }
@@ -93,23 +93,25 @@ class Runner {
     return out;
   }
 
-  Image render(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) const {
-    gpu::Device renderer(prepared_, trial.gpu, trial.settings, request());
+  Image render(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
+    const std::shared_ptr<const gpu::PreparedCapture>& prepared = captures_.of(trial.packing);
+    gpu::Device renderer(prepared, trial.gpu, trial.settings, request());
     if (history) renderer.set_history(*history);
     std::optional<gpu::FrameResult> frame;
     {
       const RoundTimer timer(result.host);
       frame.emplace(renderer.render(place_.frame));
     }
-    if (result.figures.empty()) result.figures = figures_of(*frame);
+    if (result.figures.empty()) result.figures = figures_of(*frame, prepared->capture);
     return std::move(frame->targets.color);
   }
 
   Image render_in_double(const Trial& trial, RoundTimes& host) const {
-    const scene::Capture& capture = prepared_->capture;
+    const gpu::PreparedCapture& prepared = *captures_.original();
+    const scene::Capture& capture = prepared.capture;
     const RoundTimer timer(host);
     const auto frame = scene::pose_frame(
-        prepared_->scene(trial.settings.textures.basis_target).assembly,
+        prepared.scene(trial.settings.textures.basis_target).assembly,
         gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const reference::ReferenceScene scene(*frame);
@@ -128,7 +130,7 @@ class Runner {
             mean_value(flip_map(reference_, shown)), max_difference(reference_, shown)};
   }
 
-  std::shared_ptr<const gpu::PreparedCapture> prepared_;
+  PackedCaptures& captures_;
   const TrialPlace& place_;
   float exposure_;
   Image reference_;                           // as shown
@@ -147,16 +149,16 @@ void name_trial(Trial& trial, const TrialPlace& place) {
                  {"gpu", gpu::gpu_json(trial.gpu)},
                  {"settings", gpu::settings_json(trial.settings)}};
   if (trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive) inputs["first_frame"] = place.first_frame;
+  if (trial.packing.bits > 0) inputs["packing"] = trial.packing.arguments();
   trial.hash = sha256_name(json_text(inputs));
 }
 
-std::vector<TrialResult> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
-                                    const std::vector<Trial>& trials, const TrialPlace& place,
+std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
                                     const Image& reference_linear) {
   std::vector<TrialResult> results(trials.size());
   if (trials.empty()) return results;
   for (const Trial& trial : trials) gpu::check_gpu(trial.gpu);
-  Runner runner(prepared, place, reference_linear, trials.front().settings);
+  Runner runner(captures, place, reference_linear, trials.front().settings);
   std::vector<std::optional<tilecore::History>> histories(trials.size());
   for (std::size_t t = 0; t < trials.size(); ++t) runner.prepare(trials[t], histories[t]);
   for (int round = 0; round < place.rounds; ++round)

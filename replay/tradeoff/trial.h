@@ -1,10 +1,10 @@
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "gpu/device.h"
+#include "replay/tradeoff/packed_captures.h"
 #include "replay/tradeoff/results.h"
 
 namespace tessera::replay {
@@ -14,6 +14,7 @@ struct Trial {
   gpu::RunSettings settings;
   gpu::GpuConfiguration gpu;
   bool in_double = false;
+  Packing packing;
   std::string hash;  // 32 digits: of everything that the result follows from; equal configurations are one trial
 };
 
@@ -32,8 +33,7 @@ void name_trial(Trial& trial, const TrialPlace& place);
 // Runs all of them, round by round, so that whatever else the host does meets all of them alike. The results, in order.
 // The time of a trial is that of its compared frame alone. Throws UsageError for values that do not fit each other.
 // Empty when stop_requested() before the last of them.
-std::vector<TrialResult> run_trials(const std::shared_ptr<const gpu::PreparedCapture>& prepared,
-                                    const std::vector<Trial>& trials, const TrialPlace& place,
+std::vector<TrialResult> run_trials(PackedCaptures& captures, const std::vector<Trial>& trials, const TrialPlace& place,
                                     const Image& reference_linear);
 
 }  // namespace tessera::replay

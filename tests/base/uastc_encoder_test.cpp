@@ -7,6 +7,7 @@
 
 #include "base/ktx2/etc2_block.h"
 #include "base/ktx2/ktx2.h"
+#include "base/ktx2/ktx2_writer.h"
 #include "base/ktx2/uastc_modes.h"
 #include "tests/support/captures.h"
 

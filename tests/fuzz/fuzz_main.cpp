@@ -122,6 +122,8 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   std::vector<std::string> arguments = {words[0], "-max_len=" + std::to_string(g_target->max_bytes),
                                         std::string("-timeout=") + (draco ? "60" : "10"), "-rss_limit_mb=2048",
                                         "-malloc_limit_mb=" + std::to_string(most >> 20)};
+  // Entropic schedules by the rarity of features, which takes longer to keep for captures than to read them.
+  if (name == "capture" || name == "replay") arguments.emplace_back("-entropic=0");
   for (std::size_t i = 1; i < words.size(); ++i) {
     if (words[i] == "--corpus" && i + 1 < words.size()) {
       fuzz::write_seeds(words[i + 1]);
