@@ -170,7 +170,7 @@ std::vector<std::uint16_t> cluster_endpoints(const std::vector<EndpointKey>& of_
   MedianCut cut(points, distinct.counts, 4);
   std::vector<std::uint32_t> set_of(distinct.values.size());
   std::vector<Etc1sEndpoint> made;
-  for (const std::vector<std::size_t>& set : cut.sets(kMostEndpoints)) {
+  for (const std::vector<std::size_t>& set : cut.sets(kMaxEndpoints)) {
     for (const std::size_t p : set) set_of[p] = static_cast<std::uint32_t>(made.size());
     made.push_back({cut.mean(set, 0), cut.mean(set, 1), cut.mean(set, 2), cut.mean(set, 3)});
   }
@@ -195,7 +195,7 @@ std::vector<Etc1sSelector> cluster_selectors(const std::vector<SelectorKey>& of_
   for (const SelectorKey& key : distinct.values) points.insert(points.end(), key.begin(), key.end());
   MedianCut cut(points, distinct.counts, 16);
   std::vector<Etc1sSelector> book;
-  for (const std::vector<std::size_t>& set : cut.sets(kMostSelectors)) {
+  for (const std::vector<std::size_t>& set : cut.sets(kMaxSelectors)) {
     Etc1sSelector selector{};
     for (unsigned t = 0; t < 16; ++t)
       selector.rows[t / 4] = static_cast<std::uint8_t>(selector.rows[t / 4] | cut.mean(set, t) << (2 * (t % 4)));

@@ -10,7 +10,7 @@
 namespace tessera::ktx2 {
 
 // [assumed] as many as the reference encoder's middle quality makes of a large image
-inline constexpr std::size_t kMostEndpoints = 4096, kMostSelectors = 4096;
+inline constexpr std::size_t kMaxEndpoints = 4096, kMaxSelectors = 4096;
 
 struct Etc1sFit {
   std::vector<Etc1sEndpoint> endpoints;  // by lightness
@@ -19,7 +19,7 @@ struct Etc1sFit {
 };
 
 // Each block by itself gets the endpoint of least squared error that descends finds; then endpoints, and with those the
-// selectors, are clustered by median cut until there are no more than kMostEndpoints and kMostSelectors.
+// selectors, are clustered by median cut until there are no more than kMaxEndpoints and kMaxSelectors.
 //
 // Invariants (cited by the tests):
 //   EF1  Blocks of one colour that an endpoint has exactly come back exactly, as long as nothing is clustered.

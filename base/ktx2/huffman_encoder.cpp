@@ -116,8 +116,8 @@ void HuffmanEncoder::write_table(BitWriter& writer) const {
   const std::vector<LengthSymbol> packed = packed_lengths(used);
   std::vector<std::uint64_t> counts(kHuffmanLengthOrder.size(), 0);
   for (const LengthSymbol& symbol : packed) ++counts[symbol.symbol];
-  constexpr unsigned kMostOfLengths = 7;
-  const std::vector<std::uint8_t> lengths = code_lengths(counts, kMostOfLengths);
+  constexpr unsigned kMaxLengthOfLengths = 7;
+  const std::vector<std::uint8_t> lengths = code_lengths(counts, kMaxLengthOfLengths);
   const std::vector<std::uint16_t> codes = codes_of(lengths);
   writer.bits(static_cast<std::uint32_t>(used.size()), 14);
   std::size_t stored = kHuffmanLengthOrder.size();

@@ -130,9 +130,9 @@ std::vector<TexelBlock> noise(std::size_t count, std::uint32_t seed) {
 TEST(Etc1sFit, CodebooksStayWithinTheirSizeAndEveryBlockIsInThem) {  // EF2
   const std::vector<TexelBlock> blocks = noise(9000, 3);
   const Etc1sFit fit = fit_etc1s(blocks), again = fit_etc1s(blocks);
-  EXPECT_GT(fit.endpoints.size(), kMostEndpoints / 2);
-  EXPECT_LE(fit.endpoints.size(), kMostEndpoints);
-  EXPECT_EQ(fit.selectors.size(), kMostSelectors);
+  EXPECT_GT(fit.endpoints.size(), kMaxEndpoints / 2);
+  EXPECT_LE(fit.endpoints.size(), kMaxEndpoints);
+  EXPECT_EQ(fit.selectors.size(), kMaxSelectors);
   ASSERT_EQ(fit.blocks.size(), blocks.size());
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     ASSERT_LT(fit.blocks[b].endpoint, fit.endpoints.size());
