@@ -48,8 +48,10 @@ Image shown(const Image8& display) {
 
 double rmse(const Image& a, const Image& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.values.size(); ++i)
-    sum += (double{a.values[i]} - double{b.values[i]}) * (double{a.values[i]} - double{b.values[i]});
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    const double d = static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]);
+    sum += d * d;
+  }
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 

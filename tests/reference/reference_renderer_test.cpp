@@ -278,10 +278,10 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
     const Capture capture = shipped(name);
     const Posed posed(capture, 96, 54, number, 3.0);
     const ReferenceScene scene(*posed.frame);
-    const auto render = [&](std::uint32_t seed) {
+    const auto render = [&, frame = static_cast<std::uint32_t>(number)](std::uint32_t seed) {
       tilecore::SamplingSettings sampling;
       sampling.seed = seed;
-      sampling.frame = static_cast<std::uint32_t>(number);
+      sampling.frame = frame;
       const tilecore::SamplePattern pattern(sampling);
       ReferenceRequest request = posed.request({});
       request.pattern = &pattern;

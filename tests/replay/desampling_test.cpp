@@ -51,7 +51,8 @@ Machine plain() { return Machine().set("resolve.desampling=off"); }
 double rmse(const Image& a, const Image& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.values.size(); ++i) {
-    const double d = double{std::min(a.values[i], 1.0f)} - double{std::min(b.values[i], 1.0f)};
+    const double d =
+        static_cast<double>(std::min(a.values[i], 1.0f)) - static_cast<double>(std::min(b.values[i], 1.0f));
     sum += d * d;
   }
   return std::sqrt(sum / static_cast<double>(a.values.size()));
@@ -154,7 +155,7 @@ TEST(Desampling, ImagesOfTheUnitChangeNeitherTheFrameNorACounter) {
     if (got[2].targets.origin.values[p] == 0) {
       ASSERT_EQ(got[2].targets.error.values[p], 0.0f);
     }
-    most = std::max(most, double{got[2].targets.error.values[p]});
+    most = std::max(most, static_cast<double>(got[2].targets.error.values[p]));
   }
   EXPECT_GT(most, 0);
 }
