@@ -7,7 +7,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$(cd "$1" && pwd)
-find "$build" -name '*.gcda' -path '*tessera_*' -print0 | xargs -0 -n 20 -P "$(nproc)" gcov --json-format --stdout 2>/dev/null |
+find "$build" -name '*.gcda' -path '*tessera_*' -print0 | xargs -0 -n 20 gcov --json-format --stdout 2>/dev/null |
   python3 -c '
 import collections, json, sys
 root = sys.argv[1] + "/"
