@@ -4,6 +4,8 @@
 #   cmake --preset release -B build/coverage -DTESSERA_TESTS=ON -DTESSERA_COVERAGE=ON && cmake --build build/coverage
 #   ctest --test-dir build/coverage -j2 --label-exclude '-all$'; tests/coverage.sh build/coverage
 #   ctest --test-dir build/coverage -j2 --label-regex '-all$'; tests/coverage.sh build/coverage   # adds the other tier
+#
+# Counts are files that programs write at their end: what limits the size of files cuts them off. Leave it out: -E ALimitOnTheSizeOfFiles
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$(cd "$1" && pwd)
