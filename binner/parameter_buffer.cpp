@@ -55,7 +55,7 @@ bool ParameterBuffer::add_chunk(Head& head) {
   const std::uint64_t needed = chunk_address(chunks_in_use_);
   if (needed > memory_.capacity()) {
     const std::uint64_t room = std::max<std::uint64_t>(needed, 2 * memory_.capacity());
-    if (budget_ != nullptr) budget_->charge(room, 1, charged_as_);
+    if (budget_ != nullptr) budget_->charge(room, 1, "a larger parameter buffer");
     memory_.reserve(room);
   }
   memory_.resize(needed);

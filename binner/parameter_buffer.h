@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "base/counter.h"
@@ -66,12 +64,8 @@ class ParameterBuffer {
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
-  // What the buffer takes of the emulator's memory from now on is charged to `budget` as `what`; LimitError when that is
-  // too much.
-  void limit(scene::MemoryBudget* budget, std::string what) {
-    budget_ = budget;
-    charged_as_ = std::move(what);
-  }
+  // What the buffer takes of the emulator's memory from now on is charged to `budget`; LimitError when that is too much.
+  void limit(scene::MemoryBudget* budget) { budget_ = budget; }
   // The binner's own transfers from now on also go to `log`.
   void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
 
@@ -89,7 +83,6 @@ class ParameterBuffer {
   bool spill_;
   std::vector<std::uint8_t> memory_;  // grows with the chunks in use
   scene::MemoryBudget* budget_ = nullptr;
-  std::string charged_as_;
   std::uint64_t chunks_in_use_ = 0;
   BinnerCounters counters_;
   memory::Ledger ledger_;

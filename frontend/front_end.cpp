@@ -4,7 +4,6 @@
 #include <array>
 
 #include "base/parallel.h"
-#include "base/text.h"
 #include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
@@ -99,7 +98,6 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
     std::vector<BoundedSubPatch> sub_patches, deferred;
   };
   SubPatchStore sub_patches, deferred;
-  const std::string charged_as = escape_control(frame.assembly->capture->file.string()) + ": a block of sub-patches";
   for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
@@ -117,7 +115,7 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
       deferred.add(of_block.deferred);
     }
     if (budget != nullptr)
-      budget->charge(sub_patches.size() + deferred.size() - before, sizeof(BoundedSubPatch), charged_as);
+      budget->charge(sub_patches.size() + deferred.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
   }
   all.sub_patches = sub_patches.take();
   all.deferred = deferred.take();

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "base/text.h"
 #include "tilecore/resolve/resolve_unit.h"
 
 namespace tessera::gpu {
@@ -65,7 +64,7 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   FrameResult& result = run.result;
   // What reading the capture left.
   const scene::Capture& capture = *job.frame->assembly->capture;
-  scene::MemoryBudget budget(capture.max_bytes, capture.charged_bytes);
+  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.charged_bytes);
   frontend::FrontEndResult front_end;
   {
     const StageTimer timer(result, "bound");
@@ -75,7 +74,7 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
   binner::Binner binner(gpu_.binner_spec(), *job.grid);
   binner.buffer().record_accesses(run.recorder.binner_log());
-  binner.buffer().limit(&budget, escape_control(capture.file.string()) + ": a larger parameter buffer");
+  binner.buffer().limit(&budget);
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   result.maps = TileMaps(*job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));

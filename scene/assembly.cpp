@@ -263,10 +263,11 @@ void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly
     instanced.primitives = stride;
     instanced.first_drawn = static_cast<std::uint32_t>(assembly.drawn.size());
   }
+  // Points and lines differ from instance to instance: such a node is in memory as one for each of its instances.
   for (std::uint32_t p = 0; p < stride; ++p) {
     primitives[p].drawable.drawn = static_cast<std::uint32_t>(assembly.drawn.size());
-    primitives[p].drawable.first_record = take_records(primitives[p].patches, assembly);
-    // The vertices of points and lines depend on the view: no two instances share them.
+    primitives[p].drawable.instanced = primitives[p].drawable.instanced && !wires;
+    primitives[p].drawable.first_record = take_records(primitives[p].patches * (wires ? count : 1), assembly);
     const bool shared = !primitives[p].drawable.wire;
     for (std::uint32_t i = 0; i < (shared ? 1 : count); ++i)
       assembly.drawn.push_back({first + p + i * stride, stride, shared ? count : 1});
@@ -276,6 +277,7 @@ void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly
       Drawable drawable = primitive.drawable;
       drawable.instance = i;
       drawable.drawn += drawable.wire ? i : 0;
+      drawable.first_record += wires ? i * static_cast<std::uint32_t>(primitive.patches) : 0;
       add_drawable(drawable, primitive.patches, assembly);
     }
 }

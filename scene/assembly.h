@@ -58,7 +58,7 @@ struct Drawable {
   int node, mesh, primitive;  // mesh and primitive are kNone for a procedure
   int material;               // of Assembly::materials
   Primitive::Kind kind;
-  bool instanced;                          // its node has instances
+  bool instanced;                          // its node has instances, and no points or lines
   bool wire;                               // points or lines
   std::uint32_t first_patch, patch_count;  // base patch numbers of the whole capture
   std::uint32_t geometry;      // index into Assembly::clusters, Assembly::neighbours or Capture::procedures, by kind

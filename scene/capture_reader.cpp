@@ -22,7 +22,7 @@ namespace {
 
 // What reading will charge at least follows from the size of the file and the first bytes of it: what cannot fit is
 // refused unread. `budget` is a copy, nothing is charged yet.
-void check_size(const std::filesystem::path& file, const std::string& name, MemoryBudget budget) {
+void check_size(const std::filesystem::path& file, MemoryBudget budget) {
   std::error_code unknown;
   const std::uint64_t size = std::filesystem::file_size(file, unknown);
   if (unknown) return;
@@ -32,12 +32,12 @@ void check_size(const std::filesystem::path& file, const std::string& name, Memo
   const bool container = stream.gcount() == 20 && std::memcmp(head.data(), "glTF", 4) == 0;
   std::uint64_t json = 0;
   for (std::size_t k = 0; k < 4; ++k) json |= std::uint64_t{head[12 + k]} << (8 * k);
-  budget.charge(size, 2, escape_control(name));
-  budget.charge(container ? std::min(json, size) : size, gltf::kCensusBytes, escape_control(name));
+  budget.charge(size, 2, "the file");
+  budget.charge(container ? std::min(json, size) : size, gltf::kCensusBytes, "the document");
 }
 
 // Keys that a file claims without data for them are zeros that nobody stored: their room is checked before any is made.
-void check_claims(const nlohmann::json& json, const std::string& name, MemoryBudget budget) {
+void check_claims(const nlohmann::json& json, MemoryBudget budget) {
   const auto animations = json.find("animations");
   if (animations == json.end()) return;
   for (const nlohmann::json& animation : *animations)
@@ -47,7 +47,7 @@ void check_claims(const nlohmann::json& json, const std::string& name, MemoryBud
         if (json["accessors"][accessor].contains("bufferView")) continue;
         const gltf::AccessorLayout layout = gltf::accessor_layout(json, accessor);
         budget.charge(layout.count * static_cast<std::uint64_t>(layout.components), sizeof(float),
-                      name + ": /accessors/" + std::to_string(accessor));
+                      "/accessors/" + std::to_string(accessor));
       }
 }
 
@@ -55,21 +55,21 @@ void check_claims(const nlohmann::json& json, const std::string& name, MemoryBud
 
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
   const std::string name = file.string();
-  MemoryBudget budget(limits.max_bytes);
-  check_size(file, name, budget);
-  std::vector<std::uint8_t> bytes = read_whole_file(
-      file, limits.max_file_bytes, name, [&](std::uint64_t size) { budget.charge(size, 1, escape_control(name)); });
+  MemoryBudget budget(limits.max_bytes, name);
+  check_size(file, budget);
+  std::vector<std::uint8_t> bytes = read_whole_file(file, limits.max_file_bytes, name,
+                                                    [&](std::uint64_t size) { budget.charge(size, 1, "the file"); });
   const std::uint64_t file_bytes = bytes.size();
-  budget.charge(file_bytes, 1, name);  // taken apart into chunks
+  budget.charge(file_bytes, 1, "the file");  // taken apart into chunks
   gltf::Notes notes(limits.strict);
   gltf::Container container = gltf::open_container(std::move(bytes), name, notes);
 
   nlohmann::json json = gltf::read_json(container.json, container.json_offset, name, budget);
   const gltf::Place root(name);
   gltf::check_schema(json, root);
-  gltf::charge_objects(json, name, budget);
+  gltf::charge_objects(json, budget);
   gltf::validate_links(json, root, notes);
-  check_claims(json, name, budget);
+  check_claims(json, budget);
 
   const std::vector<std::string> unread = gltf::find_unread_extensions(json, root, budget, notes);
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget,

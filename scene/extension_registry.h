@@ -14,7 +14,7 @@ struct RegisteredExtension {
   bool read() const { return !test.empty(); }
 };
 
-// All of them, by status and name. What is not read is named in a note where a file uses it, and refuses files that
+// Those that it lists, and drafts among its pull requests that exporters write, by status and name. What is not read is named in a note where a file uses it, and refuses files that
 // require it.
 const std::vector<RegisteredExtension>& extension_registry();
 

@@ -20,21 +20,28 @@ struct CaptureLimits {
   bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
 };
 
-// The account of one reading.
+// What a budget refuses. Its message names the file.
+class BudgetError : public LimitError {
+ public:
+  using LimitError::LimitError;
+};
+
+// The account of one reading, or of one frame.
 class MemoryBudget {
  public:
-  // `used` of them are used already; must not be more.
-  explicit MemoryBudget(std::uint64_t max_bytes, std::uint64_t used = 0) : max_bytes_(max_bytes), used_(used) {}
+  // `file`: what messages begin with, if anything. `used` bytes are used already; must not be more.
+  explicit MemoryBudget(std::uint64_t max_bytes, const std::string& file = "", std::uint64_t used = 0)
+      : max_bytes_(max_bytes), used_(used), file_(file.empty() ? "" : escape_control(file) + ": ") {}
 
-  // Charges count * size bytes. Throws LimitError (overflow included), naming what was asked for: a text, a place in
+  // Charges count * size bytes. Throws BudgetError (overflow included), naming what was asked for: a text, a place in
   // the file, or a function that makes the text.
   template <class What>
   void charge(std::uint64_t count, std::uint64_t size, const What& what) {
     const std::uint64_t left = max_bytes_ - used_;
     if (size != 0 && count > left / size)
-      throw LimitError(fmt::format(
-          "{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)",
-          text(what), count, size, human_bytes(max_bytes_)));
+      throw BudgetError(fmt::format(
+          "{}{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)",
+          file_, text(what), count, size, human_bytes(max_bytes_)));
     used_ += count * size;
   }
   std::uint64_t used_bytes() const { return used_; }
@@ -51,6 +58,7 @@ class MemoryBudget {
   }
 
   std::uint64_t max_bytes_, used_;
+  std::string file_;
 };
 
 }  // namespace tessera::scene

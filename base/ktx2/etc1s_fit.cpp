@@ -156,7 +156,7 @@ struct Distinct {
   }
 };
 
-using EndpointKey = std::array<std::uint8_t, 4>;  // lightness first would be a fifth; sorted later
+using EndpointKey = std::array<std::uint8_t, 4>;  // red, green, blue, table
 using SelectorKey = std::array<std::uint8_t, 16>;
 
 int lightness(const Etc1sEndpoint& e) { return 2 * e.red + 5 * e.green + e.blue; }

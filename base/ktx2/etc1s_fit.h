@@ -18,11 +18,13 @@ struct Etc1sFit {
   std::vector<Etc1sBlock> blocks;  // as they came
 };
 
-// Each block by itself gets the endpoint of least squared error that descends finds; then endpoints, and with those the
-// selectors, are clustered by median cut until there are no more than kMaxEndpoints and kMaxSelectors.
+// Each block by itself gets an endpoint: for each table the base goes from the mean of the texels to the mean of what
+// the table's steps leave of them; the least squared error wins. Then endpoints, and with those the selectors, are
+// clustered by median cut until there are no more than kMaxEndpoints and kMaxSelectors.
 //
 // Invariants (cited by the tests):
-//   EF1  Blocks of one colour that an endpoint has exactly come back exactly, as long as nothing is clustered.
+//   EF1  Of grey blocks by themselves the squared error is, in sum, at most a quarter more than that of the best grey
+//        endpoints.
 //   EF2  Every block names an endpoint and a selector that exist. The same texels give the same fit.
 Etc1sFit fit_etc1s(std::span<const TexelBlock> blocks);
 

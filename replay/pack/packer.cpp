@@ -417,7 +417,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
 
   const std::string name = source.string();
   const scene::CaptureLimits limits;
-  scene::MemoryBudget budget(limits.max_bytes);
+  scene::MemoryBudget budget(limits.max_bytes, name);
   gltf::Container container = gltf::open_container(read_whole_file(source, limits.max_file_bytes, name), name);
   json checked = checked_json(container.json, name);
   if (options.surfaces.any()) {
@@ -467,7 +467,7 @@ PackReport pack_capture(const std::filesystem::path& source, const std::filesyst
   // A fault that the options bring is reported here, under the target's name.
   const json result = checked_json(out.dump(), target.string());
   if (draco > 0) {
-    scene::MemoryBudget second_budget(limits.max_bytes);
+    scene::MemoryBudget second_budget(limits.max_bytes, target.string());
     gltf::Document packed(result, target, chunk.bytes(), true, limits, second_budget);
     describe_decoded(packed, out);
   }

@@ -33,7 +33,8 @@ bool has_extension(const json& object, const char* name) { return gltf::find_ext
 class Decoded {
  public:
   explicit Decoded(const EditedAsset& asset)
-      : budget_(limits_.max_bytes), document_(asset.document, asset.source(), asset.binary(), true, limits_, budget_) {}
+      : budget_(limits_.max_bytes, asset.source().string()),
+        document_(asset.document, asset.source(), asset.binary(), true, limits_, budget_) {}
 
   gltf::Document& document() { return document_; }
 

@@ -118,7 +118,7 @@ void read_axes(const json& value, const Place& place, std::uint64_t max_points, 
 json read_document(const fs::path& file) {
   constexpr std::uint64_t kMaxBytes = 64u << 20;
   const std::vector<std::uint8_t> bytes = read_whole_file(file, kMaxBytes, file.string());
-  scene::MemoryBudget budget(1u << 30);
+  scene::MemoryBudget budget(1u << 30, file.string());
   return scene::gltf::read_json(std::string(bytes.begin(), bytes.end()), 0, file.string(), budget);
 }
 

@@ -150,14 +150,14 @@ std::uint64_t count_extension_values(const json& value) {
 }  // namespace
 
 json read_json(const std::string& text, std::size_t first_byte, const std::string& file, MemoryBudget& budget) {
-  budget.charge(text.size(), kCensusBytes, file);
+  budget.charge(text.size(), kCensusBytes, "the document");
   Census census(file, first_byte);
   json::sax_parse(text, &census);
   // A value is 16 bytes in a vector that doubles, a container 64 more, a key a map node of 96, a text 48; texts too
   // long to lie inside std::string have a block of their own. Two such trees exist at a time: ours and tinygltf's, or
   // the one that is written as text for it; the text takes up to 24 bytes a number and doubles as it grows. Then
   // tinygltf's lists of numbers, its maps of attributes, and names, which the capture keeps once more.
-  const std::string what = file + ": JSON";
+  constexpr const char* what = "JSON";
   budget.charge(census.values, 2 * 16 * kGrowth + 24 * kGrowth + 8 * kGrowth, what);
   budget.charge(census.containers, 2 * 64 + 64, what);
   budget.charge(census.keys, 2 * 96 + 96 + 3 * 6, what);
@@ -168,15 +168,15 @@ json read_json(const std::string& text, std::size_t first_byte, const std::strin
   return json::parse(text);
 }
 
-void charge_objects(const json& document, const std::string& file, MemoryBudget& budget) {
+void charge_objects(const json& document, MemoryBudget& budget) {
   for (const ObjectKind& kind : kKinds)
     if (const auto array = document.find(kind.array); array != document.end())
-      budget.charge(array->size(), kGrowth * kind.bytes, file + ": " + kind.array);
+      budget.charge(array->size(), kGrowth * kind.bytes, kind.array);
   const auto inner_arrays = [&](const char* outer, const char* inner, std::uint64_t bytes) {
     const auto array = document.find(outer);
     for (std::size_t i = 0; array != document.end() && i < array->size(); ++i)
       if (const auto list = (*array)[i].find(inner); list != (*array)[i].end())
-        budget.charge(list->size(), kGrowth * bytes, fmt::format("{}: /{}/{}/{}", file, outer, i, inner));
+        budget.charge(list->size(), kGrowth * bytes, [&] { return fmt::format("/{}/{}/{}", outer, i, inner); });
   };
   inner_arrays("meshes", "primitives", sizeof(Primitive));
   inner_arrays("animations", "channels",
@@ -186,12 +186,12 @@ void charge_objects(const json& document, const std::string& file, MemoryBudget&
   inner_arrays("skins", "joints", 2 * sizeof(int) + sizeof(DMat4) + 16);
   inner_arrays("scenes", "nodes", 2 * sizeof(int) + 16);
   if (const auto materials = document.find("materials"); materials != document.end())
-    budget.charge(count_values(*materials), sizeof(tinygltf::Parameter) + 128, file + ": /materials");
+    budget.charge(count_values(*materials), sizeof(tinygltf::Parameter) + 128, "/materials");
   std::uint64_t values = 0;
   for (const auto& [name, value] : document.items())
     if (name != "nodes" && name != "meshes")  // tinygltf does not see them
       values += name == "extensions" ? count_values(value) : count_extension_values(value);
-  budget.charge(values, 2 * kGrowth * sizeof(tinygltf::Value), file + ": /extensions");
+  budget.charge(values, 2 * kGrowth * sizeof(tinygltf::Value), "/extensions");
 }
 
 }  // namespace tessera::scene::gltf

@@ -21,6 +21,6 @@ nlohmann::json read_json(const std::string& text, std::size_t first_byte, const 
 
 // Charges what the typed view of a document (tinygltf's) and the capture's own objects take, buffers deferred.
 // `document` must have passed check_schema.
-void charge_objects(const nlohmann::json& document, const std::string& file, MemoryBudget& budget);
+void charge_objects(const nlohmann::json& document, MemoryBudget& budget);
 
 }  // namespace tessera::scene::gltf

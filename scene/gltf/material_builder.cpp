@@ -95,7 +95,7 @@ class TextureLibrary {
         images.push_back({(*extension)["source"].get<std::size_t>(), name[0] == 'K'});
     }
     if (object.contains("source")) images.push_back({object["source"].get<std::size_t>(), false});
-    if (images.empty())
+    if (images.empty() && without_source_.insert(texture).second)
       document_.notes.violation(document_.root.at("textures").at(texture), "materials do without it",
                                 "has no source that Tessera reads (PNG, JPEG, WebP or KTX2)");
     return images;
@@ -124,6 +124,8 @@ class TextureLibrary {
   auto of_image(std::size_t image, const Read& read) {
     try {
       return read();
+    } catch (const BudgetError&) {
+      throw;
     } catch (const LimitError& error) {
       throw LimitError(fmt::format("{}: {}: {}", document_.root.file(), place(image).pointer(), error.what()));
     }
@@ -135,7 +137,7 @@ class TextureLibrary {
     DecodedImage decoded;
     of_image(image, [&] {
       std::string fault;
-      const auto charge = [&](std::uint64_t count) { document_.budget.charge(count, 1, "image"); };
+      const auto charge = [&](std::uint64_t count) { document_.budget.charge(count, 1, place(image)); };
       if (ktx2::is_ktx2(bytes)) place(image).refuse("is KTX2, which only KHR_texture_basisu may name");
       if (!decode_image(bytes, document_.limits.image, decoded, fault, charge)) place(image).refuse("{}", fault);
     });
@@ -150,7 +152,7 @@ class TextureLibrary {
   // Levels that are made: a third more, and sums on the way.
   void charge_levels(std::size_t image, int width, int height, std::uint64_t copies) {
     document_.budget.charge(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height), 6 * copies,
-                            place(image).pointer());
+                            place(image));
   }
 
   // Unpacks a KTX2 image. Its textures are charged for all targets, of which a replay may want each, one after the other.
@@ -211,6 +213,7 @@ class TextureLibrary {
   std::map<std::size_t, Basis> basis_;
   std::map<std::size_t, std::size_t> basis_numbers_;  // image to basis_images_
   std::set<std::size_t> unreadable_;                  // images
+  std::set<std::size_t> without_source_;              // textures that a note has named
 };
 
 TextureShift texture_shift(const json& info, int& texcoord) {
