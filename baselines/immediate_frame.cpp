@@ -50,11 +50,14 @@ void draw_hits(const tilecore::TileJob& job, std::uint32_t patch, IntRect pixels
     if (hit.triangle != triangle) first = touches.size();
     triangle = hit.triangle;
     const int sample = static_cast<int>(hit.sample), pixel = sample / spp;
-    const std::uint32_t line =
-        layout.line(pixels.x0 + pixel % pixels.width(), pixels.y0 + pixel / pixels.width(), sample % spp);
+    const int x = pixels.x0 + pixel % pixels.width(), y = pixels.y0 + pixel / pixels.width();
+    const std::uint32_t line = layout.line(x, y, sample % spp);
     bool passes = hit.z < depth[hit.sample];
     if (passes && material.alpha_mode == AlphaMode::kMask)
-      passes = tilecore::point_alpha(*job.frame, {patch, hit.triangle, hit.b1, hit.b2, 0.0f}) >= material.alpha_cutoff;
+      passes = tilecore::point_alpha(*job.frame,
+                                     {patch, hit.triangle, hit.b1, hit.b2,
+                                      tilecore::time_seen(*job.frame, patch, job.pattern->t(x, y, sample % spp))}) >=
+               material.alpha_cutoff;
     if (passes && material.alpha_mode != AlphaMode::kBlend) depth[hit.sample] = hit.z;
     const auto found = std::find_if(touches.begin() + static_cast<std::ptrdiff_t>(first), touches.end(),
                                     [&](const LineTouch& t) { return t.line == line; });

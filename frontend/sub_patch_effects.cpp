@@ -169,7 +169,7 @@ bool EffectSelector::may_fail_alpha(const SubPatchBounder& bounder) const {
     }
     // Weights of a hit may round to a little outside of their triangle.
     const Vec2 slack = (glm::max(glm::abs(low), glm::abs(high)) + Vec2(1.0f)) * 0x1p-16f;
-    least *= std::max(0.0f, pyramid->query(slot.sampler, low - slack, high + slack, 0.0f).low);
+    least *= std::max(0.0f, pyramid->query_all(slot.sampler, low - slack, high + slack).low);
   }
   // Interpolated alphas and their products round; 2^-18 is 32 roundings.
   return !(least * (1.0f - 0x1p-18f) >= material.alpha_cutoff);

@@ -66,6 +66,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   if (background) job.background = *background;
   job.shading = settings_.shading.rate;
   if (frame.request.draw_lines) job.shading = tilecore::ShadingRate::kSample;  // drawn lines are finer than pixels
+  job.derivatives = settings_.shading.derivatives;
   job.shading_cell_pixels = static_cast<float>(settings_.shading.cell_pixels);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache.entries);
   job.shading_cache_group = gpu_.shading_cache.group;
@@ -142,7 +143,7 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
     geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame));
   }
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
-  const tilecore::SamplePattern pattern(sampling_settings(settings_.sampling, frame));
+  const tilecore::SamplePattern pattern(sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();

@@ -86,8 +86,7 @@ class PixelRenderer {
       trace_packet(scene, packet_);
       for (std::size_t r = 0; r < RayPacket::kRays && first + r < count; ++r) {
         const std::size_t k = order_[first + r].second;
-        color_[k] =
-            shade(scene, request, static_cast<double>(px) + samples_[k].x, static_cast<double>(py) + samples_[k].y, r);
+        color_[k] = shade(scene, request, r);
       }
     }
   }
@@ -97,9 +96,8 @@ class PixelRenderer {
   static Sample pattern_sample(const tilecore::SamplePattern& pattern, int px, int py, int k) {
     const auto offset = pattern.offset(k);
     const auto lens = pattern.lens(px, py, k);
-    return {static_cast<double>(offset.x), static_cast<double>(offset.y),
-            static_cast<double>(pattern.time(px, py, k)) * 0x1p-16, static_cast<double>(lens.u),
-            static_cast<double>(lens.v)};
+    return {static_cast<double>(offset.x), static_cast<double>(offset.y), static_cast<double>(pattern.t(px, py, k)),
+            static_cast<double>(lens.u), static_cast<double>(lens.v)};
   }
 
   void fill_packet(const ReferenceScene& scene, int px, int py, std::size_t first) {
@@ -127,8 +125,19 @@ class PixelRenderer {
     return {triangle.patch, SurfaceLocation::kWholePatch, static_cast<float>(at.u), static_cast<float>(at.v), time};
   }
 
+  // Where a packet's ray goes in the end, in world space: the inverse of the mixed poses of the camera, as far points
+  // move.
+  static Vec3 background_direction(const ReferenceScene& scene, const RayPacket& packet, std::size_t r) {
+    const scene::Projection& p = scene.frame.projection;
+    const double t = packet.t[r];
+    const DVec3 along(packet.direction_x[r] / p.scale, -packet.direction_y[r] / p.scale, -1.0);
+    const auto& views = scene.frame.views;
+    const DMat3 to_camera = DMat3(views[0].world_to_camera) * (1.0 - t) + DMat3(views[1].world_to_camera) * t;
+    return Vec3(glm::normalize(glm::inverse(to_camera) * along));
+  }
+
   // Nearest surface of what is opaque and what passes its alpha test, then layers over it from far to near.
-  Vec3 shade(const ReferenceScene& scene, const ReferenceRequest& request, double x, double y, std::size_t r) {
+  Vec3 shade(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r) {
     const scene::FrameGeometry& frame = scene.frame;
     const double t = packet_.t[r];
     double depth = packet_.depth[r];
@@ -144,7 +153,7 @@ class PixelRenderer {
       const scene::Material& material =
           *frame.drawable_of(scene.triangles[static_cast<std::size_t>(c.triangle)].patch).material;
       return material.alpha_mode == scene::AlphaMode::kMask &&
-             tilecore::point_alpha(frame, location(scene, c.triangle, c.b1, c.b2, 0.0)) >= material.alpha_cutoff;
+             tilecore::point_alpha(frame, location(scene, c.triangle, c.b1, c.b2, t)) >= material.alpha_cutoff;
     });
     if (masked != layers_.end()) {
       number = masked->triangle, b1 = masked->b1, b2 = masked->b2;
@@ -152,18 +161,19 @@ class PixelRenderer {
     }
     Vec3 color;
     if (number != RayPacket::kNothing)
-      color = tilecore::shade_point(frame, request.lighting, location(scene, number, b1, b2, t)).color;
+      color =
+          tilecore::shade_point(frame, request.lighting, {location(scene, number, b1, b2, t), static_cast<float>(t)})
+              .color;
     else if (request.background)
       color = *request.background;
     else
-      color = request.lighting.environment.background(
-          tilecore::view_direction(frame, static_cast<float>(x), static_cast<float>(y)));
+      color = request.lighting.environment.background(background_direction(scene, packet_, r));
     for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
       if (frame.drawable_of(scene.triangles[static_cast<std::size_t>(layer->triangle)].patch).material->alpha_mode !=
           scene::AlphaMode::kBlend)
         continue;
-      const tilecore::ShadedPoint point =
-          tilecore::shade_point(frame, request.lighting, location(scene, layer->triangle, layer->b1, layer->b2, t));
+      const tilecore::ShadedPoint point = tilecore::shade_point(
+          frame, request.lighting, {location(scene, layer->triangle, layer->b1, layer->b2, t), static_cast<float>(t)});
       color = color * (1.0f - point.alpha) + point.color * point.alpha;
     }
     return color;

@@ -107,12 +107,15 @@ TessellationPattern bezier_pattern(const FrameGeometry& frame, const PosedDrawab
   return pattern;
 }
 
-std::vector<shaders::Light> place_lights(const Capture& capture, const Pose& pose, double time) {
+// Lights that are visible at shutter open, where they are at a key, which is at `time`.
+std::vector<shaders::Light> place_lights(const Capture& capture, const std::array<Pose, 2>& poses, std::size_t key,
+                                         double time) {
+  const Pose& pose = poses[key];
   const std::vector<shaders::Light> unplaced = animate_lights(capture, time);
   std::vector<shaders::Light> lights;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const int light = capture.nodes[n].light;
-    if (light == kNone || !pose.in_scene[n] || !pose.visible[n]) continue;
+    if (light == kNone || !poses[0].in_scene[n] || !poses[0].visible[n]) continue;
     shaders::Light placed = unplaced[static_cast<std::size_t>(light)];
     const DMat4& world = pose.world[n];
     placed.position = Vec3(DVec3(world[3]));
@@ -173,7 +176,9 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
     frame->patterns[g] = bezier_pattern(*frame, drawable, p);
     if (drawable.material->displacement) frame->displacement_lod[g] = choose_displacement_lod(*frame, drawable, p);
   });
-  frame->lights = place_lights(*assembly.capture, poses[0], request.open_time);
+  frame->lights = {place_lights(*assembly.capture, poses, 0, request.open_time),
+                   place_lights(*assembly.capture, poses, 1, request.close_time)};
+  frame->moving_lights = frame->lights[0] != frame->lights[1];
   return frame;
 }
 

@@ -61,12 +61,17 @@ struct FrameGeometry {
   std::vector<TessellationPattern> patterns;  // as Assembly::grid_patches
   std::vector<float>
       displacement_lod;  // as Assembly::grid_patches: level of detail of heights; 0 where nothing displaces
-  std::vector<shaders::Light> lights;  // in world space, at shutter open
-  std::array<Pose, 2> poses;           // of the nodes
+  std::array<std::vector<shaders::Light>, 2> lights;  // in world space, at both motion keys
+  std::array<Pose, 2> poses;                          // of the nodes
   bool any_motion = false;
+  bool moving_lights = false;  // anything of a light differs between the keys
   std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed
 
   const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
+  shaders::Lights lights_at(float t) const {
+    if (!moving_lights) return {lights[0], {}, 0.0f};
+    return {lights[0], lights[1], t};
+  }
   // Of a patch that has a grid.
   std::uint32_t grid_of(std::uint32_t patch) const {
     const Drawable& drawable = assembly->drawable_of(patch);

@@ -5,7 +5,7 @@
 namespace tessera::shaders {
 
 // The light that every scene has unless its capture turns it off: a studio of a bright ceiling, a darker floor and
-// two soft boxes, analytic so that it needs no image and can be blurred exactly as much as a rough surface asks.
+// three soft boxes (studio.h), analytic so that it needs no image and can be blurred as much as a rough surface asks.
 // World directions, +y up. Radiance in linear light; 1 is the brightness of a white diffuse surface in full light.
 class Environment {
  public:
@@ -14,7 +14,7 @@ class Environment {
   // Light arriving at a surface with normal n, divided by pi (multiply by albedo).
   Vec3 diffuse(Vec3 normal) const;
 
-  // Mirror direction seen through a lobe of the given perceptual roughness in [0, 1].
+  // Radiance from around a direction, through the GGX lobe of the given perceptual roughness in [0, 1], seen head-on.
   Vec3 specular(Vec3 direction, float roughness) const;
 
   // What the camera sees behind everything.

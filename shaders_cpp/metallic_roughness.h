@@ -60,18 +60,42 @@ Vector3<Real> reflect_light(const MaterialPoint<Real>& m, const Vector3<Real>& n
   return {channel(m.base_color.x), channel(m.base_color.y), channel(m.base_color.z)};
 }
 
-// Scale and bias that turn a reflectance at normal incidence into the share of a uniform environment that is
-// reflected (Karis 2014, "Physically based shading on mobile").
+// How a GGX surface reflects a uniform white environment, multiple scattering between its microfacets left out: a share
+// of `albedo` where the reflectance at normal incidence is 1, of f0 * (albedo - grazing) + grazing otherwise. Rational
+// fits to the integral over n_v in [0.02, 1] and roughness in [0.05, 1]: rms error 0.01 and 0.005, largest 0.041 and
+// 0.032, at grazing views.
 template <class Real>
-struct EnvironmentFresnel {
-  Real scale, bias;
+struct EnvironmentReflectance {
+  Real albedo, grazing;
 };
 template <class Real>
-EnvironmentFresnel<Real> environment_fresnel(Real roughness, Real n_v) {
-  const Real rx = Real(1) - roughness, ry = Real(0.0425f) - Real(0.0275f) * roughness;
-  const Real rz = Real(1.04f) - Real(0.572f) * roughness, rw = Real(0.022f) * roughness - Real(0.04f);
-  const Real a = real_min(rx * rx, real_exp2(Real(-9.28f) * n_v)) * rx + ry;
-  return {rz - Real(1.04f) * a, rw + Real(1.04f) * a};
+EnvironmentReflectance<Real> environment_reflectance(Real roughness, Real n_v) {
+  const Real m = n_v, r = roughness, mm = m * m, rr = r * r, mr = m * r;
+  const Real albedo = (Real(1.116464f) - Real(6.831859f) * r + Real(24.478816f) * rr - Real(6.443647f) * rr * r +
+                       Real(24.041413f) * m - Real(11.348127f) * mr - Real(23.488263f) * mr * r - Real(3.610450f) * mm +
+                       Real(10.800048f) * mm * r - Real(2.912097f) * mm * m) /
+                      (Real(1) - Real(4.382400f) * r + Real(16.758996f) * rr + Real(24.428288f) * m -
+                       Real(11.459734f) * mr - Real(5.802704f) * mm);
+  const Real grazing = (Real(0.939250f) - Real(0.334970f) * r - Real(0.162989f) * rr - Real(2.130829f) * m +
+                        Real(0.633539f) * mr + Real(1.142693f) * mm) /
+                       (Real(1) - Real(0.595692f) * r + Real(13.782813f) * rr + Real(1.118732f) * m -
+                        Real(10.554743f) * mr + Real(13.333790f) * mm);
+  const Real all = clamp_unit(albedo);
+  return {all, real_min(clamp_unit(grazing), all)};
+}
+
+// Shares of an environment that a surface of this reflectance at normal incidence returns: after one reflection, from
+// around the mirror direction, and after several between microfacets, from everywhere (Fdez-Aguera 2019). Both are 1
+// together where the reflectance is: nothing is lost.
+template <class Real>
+struct EnvironmentShares {
+  Real single, multiple;
+};
+template <class Real>
+EnvironmentShares<Real> environment_shares(const EnvironmentReflectance<Real>& r, Real f0) {
+  const Real single = f0 * (r.albedo - r.grazing) + r.grazing;
+  const Real mean = f0 + (Real(1) - f0) * Real(1.0f / 21.0f), lost = Real(1) - r.albedo;
+  return {single, single * mean * lost / (Real(1) - mean * lost)};
 }
 
 // A light of KHR_lights_punctual in world space.
@@ -83,6 +107,20 @@ struct Light {
   Vec3 direction{0.0f, 0.0f, -1.0f};  // the way the light travels, unit
   float range = 0.0f;                 // 0 = unlimited
   float cos_inner = 1.0f, cos_outer = 0.0f;
+
+  bool operator==(const Light&) const = default;
+};
+
+// Lights that may move: `open` at time 0, `close` at time 1, seen at time t. Without `close` they stand still.
+struct Lights {
+  std::span<const Light> open, close;
+  float t = 0;
+
+  std::size_t size() const { return open.size(); }
+  Light at(std::size_t i) const { return close.empty() ? open[i] : moved(open[i], close[i]); }
+
+ private:
+  Light moved(const Light& from, const Light& to) const;
 };
 
 // Irradiance on a surface facing the light at `point` and the unit vector towards the light.
@@ -94,6 +132,6 @@ IncidentLight incident_light(const Light& light, Vec3 point);
 
 // Light leaving `point` towards `view`: emission, environment and all lights.
 Vec3 shade_metallic_roughness(const MaterialPoint<float>& material, Vec3 point, Vec3 normal, Vec3 view,
-                              std::span<const Light> lights, const Environment& environment);
+                              const Lights& lights, const Environment& environment);
 
 }  // namespace tessera::shaders

@@ -10,6 +10,7 @@
 #include "base/thread_clock.h"
 #include "frontend/sub_patch_effects.h"
 #include "tilecore/visibility/clipped_cells.h"
+#include "tilecore/visibility/method_choice.h"
 #include "tilecore/visibility/tile_frustum.h"
 
 namespace tessera::tilecore {
@@ -38,6 +39,7 @@ class OpaqueSink final : public HitSink {
     state_.b2[s] = hit.b2;
     state_.rest_x[s] = hit.rest_x;
     state_.rest_y[s] = hit.rest_y;
+    state_.positive[s] = hit.positive ? 1 : 0;
   }
 
   std::uint32_t patch_;
@@ -47,9 +49,10 @@ class OpaqueSink final : public HitSink {
 // Hits count only where the material's alpha reaches its cutoff.
 class MaskSink final : public HitSink {
  public:
-  MaskSink(const scene::FrameGeometry& frame, std::uint32_t patch, TileState& state, TextureUnit& textures,
-           std::uint64_t& alpha_tests)
+  MaskSink(const scene::FrameGeometry& frame, const TileSamples& samples, std::uint32_t patch, TileState& state,
+           TextureUnit& textures, std::uint64_t& alpha_tests)
       : frame_(frame),
+        samples_(samples),
         patch_(patch),
         cutoff_(frame.drawable_of(patch).material->alpha_cutoff),
         opaque_(patch, state),
@@ -58,13 +61,15 @@ class MaskSink final : public HitSink {
   void take(std::span<const Hit> hits) override {
     for (const Hit& hit : hits) {
       ++alpha_tests_;
-      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, 0.0f}, &textures_) >= cutoff_)
+      if (point_alpha(frame_, {patch_, hit.triangle, hit.b1, hit.b2, time_seen(frame_, patch_, samples_.t(hit.sample))},
+                      &textures_) >= cutoff_)
         opaque_.take(std::span(&hit, 1));
     }
   }
 
  private:
   const scene::FrameGeometry& frame_;
+  const TileSamples& samples_;
   std::uint32_t patch_;
   float cutoff_;
   OpaqueSink opaque_;
@@ -213,7 +218,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
       if (!effects.alpha_tested)
         run(OpaqueSink(entry.base_patch, state));
       else
-        run(MaskSink(frame, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
+        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
       break;
     case AlphaMode::kBlend:
       run(LayerSink(entry.base_patch, state));
@@ -240,9 +245,9 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
                   "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
     work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
-  } else if (!job.visibility.by_class()) {
-    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, job.visibility,
-                     sink, work);
+  } else if (const VisibilityMethodSettings method = settled(job.visibility, mesh, effects); !method.by_class()) {
+    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, method, sink,
+                     work);
   } else {
     work.boxes_built += boxes_of(mesh);
     leaf_times_.resize(mesh.leaves.size());
@@ -254,7 +259,8 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
     }
   }
   if (!mesh.clipped_cells.empty())
-    test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, sink, work);
+    test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, job.visibility, sink,
+                       work);
   counters_.boxes_built += work.boxes_built;
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;

@@ -27,6 +27,7 @@ struct TileJob {
   Vec3 background{0.0f};
   bool has_background = false;  // else the environment
   ShadingRate shading = ShadingRate::kPixel;
+  ShadingDerivatives derivatives = ShadingDerivatives::kAnalytic;
   float shading_cell_pixels = 1;
   std::size_t shading_cache_entries = 1024;
   int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied

@@ -15,6 +15,7 @@ void TileState::start(std::size_t samples) {
   z.assign(samples, std::numeric_limits<float>::infinity());
   patch.assign(samples, kNoPatch);
   triangle.assign(samples, kNoPatch);
+  positive.assign(samples, 0);
   for (auto* v : {&b1, &b2, &rest_x, &rest_y}) v->assign(samples, 0.0f);
   layers.clear();
   next_drop_ = std::min<std::size_t>(max_layers, 4096);

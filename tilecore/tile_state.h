@@ -17,6 +17,7 @@ struct TileState {
   // Nearest opaque surface per sample, natural order.
   std::vector<float> z, b1, b2, rest_x, rest_y;
   std::vector<std::uint32_t> patch, triangle;
+  std::vector<std::uint8_t> positive;  // sign of the triangle's area in raster space; a bit of its number in memory
 
   // Blended surfaces in front of it, in any order until the tile is finished; some may be behind what is opaque by now.
   struct Layer {

@@ -117,10 +117,13 @@ double ratio(std::uint64_t a, std::uint64_t b) {
 }
 
 // Every patch in every tile that the rectangle of its motion touches, whatever is in front.
-Result run(const Scene& scene, const VisibilityMethodSettings& method, int samples_per_pixel = 4) {
+// `times` that samples have; 0: all of the pattern's.
+Result run(const Scene& scene, const VisibilityMethodSettings& method, int samples_per_pixel = 4, int times = 0) {
   const scene::FrameGeometry& frame = *scene.frame;
   const binner::TileGrid grid(kFrameSide, kFrameSide, 32, 32);
-  const SamplePattern pattern({samples_per_pixel, 0, 0});
+  SamplingSettings sampling{samples_per_pixel, 0, 0};
+  sampling.times = times;
+  const SamplePattern pattern(sampling);
   TileJob job;
   job.frame = &frame;
   job.grid = &grid;
@@ -156,18 +159,23 @@ struct NamedMethod {
 std::vector<NamedMethod> methods() {
   using M = VisibilityMethod;
   return {{"patch-bvh", {}},
+          {"patch-bvh-classes", {M::kPatchBvh, 0, 16, Traversal::kClass}},
           {"patch-bvh-rays", {M::kPatchBvh, 0, 16, Traversal::kRay}},
           {"brute", {M::kBrute}},
           {"segments", {M::kSegments}},
           {"partition", {M::kPartition}},
           {"clusters", {M::kClusters}},
+          {"cluster-partition", {M::kClusterPartition}},
           {"interleaved", {M::kInterleaved}}};
 }
 
 Result checked(const Scene& scene, const VisibilityMethodSettings& method, const Result& expected,
                const std::string& name, int samples_per_pixel = 4) {
-  const Result result = run(scene, method, samples_per_pixel);
-  if (result.hash != expected.hash || result.core.sample_hits != expected.core.sample_hits)
+  // Interleaved looks at a few times; with as few, patch-bvh finds the same.
+  const int times = method.method == VisibilityMethod::kInterleaved ? method.interleaved_times : 0;
+  const Result result = run(scene, method, samples_per_pixel, times);
+  const Result same_times = times > 0 ? run(scene, {}, samples_per_pixel, times) : expected;
+  if (result.hash != same_times.hash || result.core.sample_hits != same_times.core.sample_hits)
     throw UsageError(name + " finds other hits than patch-bvh");
   return result;
 }
@@ -319,16 +327,18 @@ void write_captures(const std::filesystem::path& folder) {
     std::vector<float> image;
     for (const NamedMethod& method : all) {
       gpu::GpuConfiguration gpu;
-      const std::string key = method.name;
-      if (key.starts_with("patch-bvh-rays"))
-        gpu.tilecore.visibility.traversal = tilecore::Traversal::kRay;
-      else
-        gpu.tilecore.visibility.method = method.settings.method;
-      gpu.tilecore.visibility.ray_segments = method.settings.ray_segments;
-      gpu::Device renderer(capture, gpu, {}, {640, 360, {0, 0, 640, 360}});
-      const gpu::FrameResult frame = renderer.render(number);
+      gpu.tilecore.visibility = method.settings;
+      // Interleaved looks at a few times; with as few, patch-bvh shows the same.
+      gpu::RunSettings settings;
+      const bool interleaved = method.settings.method == VisibilityMethod::kInterleaved;
+      if (interleaved) settings.sampling.times = method.settings.interleaved_times;
+      const auto frame_of = [&](const gpu::GpuConfiguration& machine) {
+        return gpu::Device(capture, machine, settings, {640, 360, {0, 0, 640, 360}}).render(number);
+      };
+      const gpu::FrameResult frame = frame_of(gpu);
       if (image.empty()) image = frame.targets.color.values;
-      if (image != frame.targets.color.values) throw UsageError(key + " renders another image than patch-bvh");
+      if ((interleaved ? frame_of({}).targets.color.values : image) != frame.targets.color.values)
+        throw UsageError(std::string(method.name) + " renders another image than patch-bvh");
       csv +=
           fmt::format("{},{},{}", name, number,
                       counted(method.name, {frame.counters.tilecore, frame.counters.stencil, frame.counters.rays, 0}));

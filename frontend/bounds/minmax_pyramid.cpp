@@ -206,6 +206,15 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
   return {mixed.low - grow, mixed.high + grow};
 }
 
+ValueRange MinMaxPyramid::query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const {
+  ValueRange all = query(sampler, low, high, 0.0f);
+  for (std::size_t level = 1; level < levels_.size(); ++level)
+    all = all.hull(query(sampler, low, high, static_cast<float>(level)));
+  // Between two levels: mixed once more, see query().
+  const ValueRange wider = widen(all, kFilterSlack);
+  return wider;
+}
+
 ValueRange MinMaxPyramid::query_base(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
   const auto level =
       static_cast<std::size_t>(std::clamp(std::ceil(max_lod), 0.0f, static_cast<float>(levels_.size() - 1)));

@@ -28,6 +28,8 @@ class MinMaxPyramid {
   // rounding included: the box is widened by the filter's footprint, wrap modes respected. A box that is not finite
   // yields the range of the whole texture.
   ValueRange query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod) const;
+  // The same at any lod.
+  ValueRange query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const;
   // The same for the largest values of level 0 in the footprint of any lod up to `max_lod`.
   ValueRange query_base(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const;
 

@@ -115,7 +115,8 @@ class Runner {
         gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
     const reference::ReferenceScene scene(*frame);
-    const tilecore::SamplePattern pattern(sampling_settings(trial.settings.sampling, place_.frame));
+    const tilecore::SamplePattern pattern(
+        sampling_settings(trial.settings.sampling, trial.gpu.tilecore.visibility, place_.frame));
     reference::ReferenceRequest wanted;
     wanted.lighting = gpu::frame_lighting(capture);
     wanted.background = gpu::frame_background(capture);

@@ -70,8 +70,9 @@ TEST(Effects, EveryVisibilityMethodElidesThemWithoutAChange) {
     const auto capture = test::slow_scene(seed);
     const std::string expected = image_bytes(render(*capture, {}).targets);
     using tilecore::VisibilityMethod;
-    for (const VisibilityMethod method : {VisibilityMethod::kBrute, VisibilityMethod::kSegments,
-                                          VisibilityMethod::kPartition, VisibilityMethod::kClusters}) {
+    for (const VisibilityMethod method :
+         {VisibilityMethod::kBrute, VisibilityMethod::kSegments, VisibilityMethod::kPartition,
+          VisibilityMethod::kClusters, VisibilityMethod::kClusterPartition}) {
       gpu::GpuConfiguration gpu = small_tiles();
       gpu.tilecore.visibility.method = method;
       for (const gpu::EffectMode force : {gpu::EffectMode::kAuto, gpu::EffectMode::kOn})

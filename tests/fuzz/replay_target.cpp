@@ -37,9 +37,10 @@ gpu::GpuConfiguration machine_of(Bytes choices) {
   using tilecore::VisibilityMethod;
   gpu::GpuConfiguration gpu;
   gpu.tile.width = gpu.tile.height = choose(choices[2], {8, 16, 32});
-  gpu.tilecore.visibility.method = choose(
-      choices[2] / 4, {VisibilityMethod::kPatchBvh, VisibilityMethod::kBrute, VisibilityMethod::kSegments,
-                       VisibilityMethod::kPartition, VisibilityMethod::kClusters, VisibilityMethod::kInterleaved});
+  gpu.tilecore.visibility.method =
+      choose(choices[2] / 4, {VisibilityMethod::kPatchBvh, VisibilityMethod::kBrute, VisibilityMethod::kSegments,
+                              VisibilityMethod::kPartition, VisibilityMethod::kClusters,
+                              VisibilityMethod::kClusterPartition, VisibilityMethod::kInterleaved});
   gpu.frontend.bound_method =
       choose(choices[3], {BoundMethod::kNpatch, BoundMethod::kTpatch, BoundMethod::kAabb, BoundMethod::kInterval});
   gpu.tessellator.max_factor = choose(choices[3] / 4, {8, 16});

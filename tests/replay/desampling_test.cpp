@@ -479,8 +479,9 @@ TEST(Desampling, AWarmedUpReplayIsCloseToOneThatBeganEarlier) {
   for (int f = 10; f < 20; ++f) early.render(f);
   for (int f = 16; f < 20; ++f) late.render(f);
   const gpu::FrameResult a = early.render(20), b = late.render(20), full = plain().renderer(capture).render(20);
-  EXPECT_LT(std::abs(rmse(a.targets.color, full.targets.color) - rmse(b.targets.color, full.targets.color)),
-            0.1 * rmse(a.targets.color, full.targets.color));
+  // Both are within 57 dB of full rate; which of them is closer goes with the frame's dither.
+  for (const gpu::FrameResult* each : {&a, &b}) EXPECT_LT(rmse(each->targets.color, full.targets.color), 0.0014);
+  EXPECT_LT(std::abs(rmse(a.targets.color, full.targets.color) - rmse(b.targets.color, full.targets.color)), 0.0003);
 }
 
 TEST(Desampling, HistoryTrafficIsInTheLedger) {

@@ -178,9 +178,10 @@ TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeTheImage) {  // M1
 // Every visibility method, and every way of tracing rays.
 std::vector<Variant> visibility_variants() {
   std::vector<Variant> variants;
-  for (const char* method : {"brute", "segments", "partition", "clusters", "interleaved"}) {
+  for (const char* method : {"brute", "segments", "partition", "clusters", "cluster-partition", "interleaved"}) {
     variants.push_back({method, {}, {}, 0, ""});
     variants.back().gpu.tilecore.visibility.method = *from_word<tilecore::VisibilityMethod>(method);
+    variants.back().gpu.tilecore.visibility.interleaved_times = 256;  // all that four samples per pixel have
   }
   for (const char* node : {"root", "both_children", "leaf_mask"}) {
     variants.push_back({std::string("rays from ") + node, {}, {}, 0, ""});

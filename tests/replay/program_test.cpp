@@ -236,7 +236,7 @@ TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
       {{"--set", "tile.widht=3"}, "did you mean 'tile.width'"},
       {{"--set", "tile.width=20"}, "multiples of 8"},
       {{"--set", "tile.width=1000"}, "from 8 to 256"},
-      {{"--set", "shading.rate=often"}, "one of pixel, sample"},
+      {{"--set", "shading.rate=often"}, "one of pixel, primitive, sample"},
       {{"--set", "novalue"}, "KEY=VALUE"},
       {{"--gpu", "enormous"}, "presets: small, middle, large"},
       {{"--size", "0x10"}, "--size"},

@@ -220,7 +220,7 @@ TEST(NodeVisibility, HidesANodeWithAllBelowItAndItsLights) {
   const Assembly assembly = assemble(capture);
   const auto frame = pose_frame(assembly, choose_camera(capture, 64, 32), {});
   for (const PosedDrawable& drawable : frame->drawables) EXPECT_EQ(drawable.visible, drawable.drawable->node != 3);
-  EXPECT_TRUE(frame->lights.empty());
+  EXPECT_TRUE(frame->lights[0].empty() && frame->lights[1].empty());
 }
 
 TEST(NodeVisibility, IsAnimatedInSteps) {

@@ -9,6 +9,18 @@ namespace tessera::test {
 
 using namespace scene;
 
+namespace {
+
+void play(Capture& capture, const AnimationChannel& channel) {
+  if (capture.animations.empty()) {
+    capture.animations.emplace_back();
+    capture.played_animations = {0};
+  }
+  capture.animations[0].channels.push_back(channel);
+}
+
+}  // namespace
+
 int add_material(Capture& capture, Material material) {
   capture.materials.push_back(std::move(material));
   return static_cast<int>(capture.materials.size()) - 1;
@@ -44,11 +56,18 @@ void add_motion(Capture& capture, int node, const DVec3& way) {
   channel.times = {0.0f, 1.0f};
   for (const DVec3& p : {from, to})
     for (int c = 0; c < 3; ++c) channel.values.push_back(static_cast<float>(p[c]));
-  if (capture.animations.empty()) {
-    capture.animations.emplace_back();
-    capture.played_animations = {0};
-  }
-  capture.animations[0].channels.push_back(channel);
+  play(capture, channel);
+}
+
+void add_turn(Capture& capture, int node, const Vec3& axis, float angle) {
+  AnimationChannel channel;
+  channel.node = node;
+  channel.path = AnimatedPath::kRotation;
+  channel.components = 4;
+  channel.times = {0.0f, 1.0f};
+  const Vec3 end = glm::normalize(axis) * std::sin(0.5f * angle);
+  channel.values = {0, 0, 0, 1, end.x, end.y, end.z, std::cos(0.5f * angle)};
+  play(capture, channel);
 }
 
 Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material) {

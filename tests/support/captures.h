@@ -23,6 +23,8 @@ int add_node(scene::Capture& capture, scene::Primitive primitive, const DVec3& t
 void add_camera(scene::Capture& capture, const DVec3& eye, const scene::Camera& camera = {});
 // Moves a node linearly from where it is by `way` during the first second.
 void add_motion(scene::Capture& capture, int node, const DVec3& way);
+// Turns a node by an angle about an axis during the first second.
+void add_turn(scene::Capture& capture, int node, const Vec3& axis, float angle);
 
 scene::Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices,
                            int material = scene::kNone);

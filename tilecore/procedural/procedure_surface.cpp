@@ -27,7 +27,7 @@ shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
   out.eye = {position.x, position.y, position.z};
   out.orthographic = frame.projection.orthographic;
   out.count = 0;
-  for (const shaders::Light& light : frame.lights) {
+  for (const shaders::Light& light : frame.lights[0]) {
     if (out.count == shaders::ProcedureLights::kMax) break;
     shaders::ProcedureLight& to = out.light[static_cast<std::size_t>(out.count++)];
     to.directional = light.type == shaders::Light::Type::kDirectional;
@@ -100,8 +100,8 @@ void fill_procedure(const FrameGeometry& frame, std::uint32_t patch, Vec2 parame
   s.raster = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(object, 1.0f); });
 }
 
-ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
-                            const Surface& surface, const Vec3& view) {
+ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
+                            const SurfaceLocation& at, const Surface& surface, const Vec3& view) {
   const scene::Material& material = *surface.drawable->material;
   if (frame.request.draw_lines) return {at.triangle == SurfaceLocation::kLine ? kInk : kPaper, 1.0f, surface.normal};
   const ProcedurePatch patch = scene::procedure_patch(frame, at.patch);
@@ -130,8 +130,7 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   point.roughness = material.roughness;
   point.occlusion = 1.0f;
   point.emissive = as_stage(material.emissive);
-  out.color =
-      shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
+  out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, lights, lighting.environment);
   return out;
 }
 

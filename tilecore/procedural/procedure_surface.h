@@ -18,7 +18,7 @@ shaders::SurfaceProgram surface_program(const scene::FrameGeometry& frame, const
 void fill_procedure(const scene::FrameGeometry& frame, std::uint32_t patch, Vec2 parameters, float t, Surface& surface);
 
 // Texture and shading of a point that fill_procedure made.
-ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
-                            const Surface& surface, const Vec3& view);
+ShadedPoint shade_procedure(const scene::FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
+                            const SurfaceLocation& at, const Surface& surface, const Vec3& view);
 
 }  // namespace tessera::tilecore

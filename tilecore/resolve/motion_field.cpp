@@ -22,11 +22,6 @@ bool same_projection(const scene::Projection& a, const scene::Projection& b) {
          a.scale == b.scale && a.lens_scale == b.lens_scale && a.inverse_focus == b.inverse_focus;
 }
 
-bool same_light(const shaders::Light& a, const shaders::Light& b) {
-  return a.type == b.type && a.color == b.color && a.position == b.position && a.direction == b.direction &&
-         a.range == b.range && a.cos_inner == b.cos_inner && a.cos_outer == b.cos_outer;
-}
-
 // (xh, yh, depth, 1) to camera space, the inverse of Projection::matrix() on points of the scene.
 DMat4 unprojection(const scene::Projection& p) {
   DMat4 m(0.0);  // m[column][row]
@@ -81,8 +76,7 @@ MotionField::MotionField(const FrameGeometry& now, const FrameGeometry& then)
     motions_.push_back(motion_of(now, then, d));
     all_still_ = all_still_ && motions_.back().kind == Kind::kStill;
   }
-  same_lights_ = now.material_values == then.material_values && now.lights.size() == then.lights.size() &&
-                 std::equal(now.lights.begin(), now.lights.end(), then.lights.begin(), same_light);
+  same_lights_ = now.material_values == then.material_values && now.lights == then.lights;
 }
 
 MotionField::Step MotionField::step(std::uint32_t d, Vec2 rest, float z, const SurfaceLocation& at) const {

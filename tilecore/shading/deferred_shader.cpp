@@ -1,6 +1,7 @@
 #include "tilecore/shading/deferred_shader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -9,17 +10,6 @@ namespace tessera::tilecore {
 namespace {
 
 constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded together
-
-// Whether samples see a surface where it is at rest: it does not move and there is no lens.
-bool at_rest(const scene::FrameGeometry& frame, std::uint32_t patch) {
-  return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0;
-}
-
-// Time at which a sample sees a patch: what does not move is as it is at shutter open. Mixing two equal poses by the
-// time would round, and a still pixel would not stay the same from frame to frame.
-float time_of(const scene::FrameGeometry& frame, const TileSamples& samples, std::size_t sample, std::uint32_t patch) {
-  return frame.drawable_of(patch).moving ? samples.t(sample) : 0.0f;
-}
 
 }  // namespace
 
@@ -32,17 +22,30 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
     cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
+  view_rays_.emplace(*job.frame);
   shade_opaque(job, samples, state);
   shade_layers(job, samples, state);
 }
 
 // ---- Pixel-shader invocations -----------------------------------------------------------------------------------
 
-ShadedPoint DeferredShader::run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
+ShadedPoint DeferredShader::run_shader(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
-  if (!drawables_.empty()) ++drawables_[job.frame->assembly->patch_drawable[at.patch]].pixel_shader_invocations;
-  return shade_point(*job.frame, job.lighting, at, &textures_);
+  if (!drawables_.empty())
+    ++drawables_[job.frame->assembly->patch_drawable[invocation.at.patch]].pixel_shader_invocations;
+  return shade_point(*job.frame, job.lighting, invocation, &textures_);
+}
+
+Invocation DeferredShader::invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at,
+                                      float light_time, std::size_t pixel, bool rests) const {
+  Invocation out{at, light_time};
+  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return out;
+  // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
+  const auto width = static_cast<std::size_t>(samples.pixels.width());
+  out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
+  out.partner_y = rests && pixel / width % 2 == 1 ? -1 : 1;
+  return out;
 }
 
 const ShadedPoint& DeferredShader::shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
@@ -53,97 +56,85 @@ const ShadedPoint& DeferredShader::shade_cell(const TileJob& job, const SurfaceL
     return *found;
   }
   ++counters_.shading_cache_misses;
-  return cache_.insert(cell, run_shader(job, ShadingCells::canonical_point(*job.frame, cell), pixel));
+  return cache_.insert(cell,
+                       run_shader(job, {ShadingCells::canonical_point(*job.frame, cell), ShadingCells::kTime}, pixel));
 }
 
 // ---- What is opaque ---------------------------------------------------------------------------------------------
 
 void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
-  const auto spp = static_cast<std::size_t>(samples.spp);
   sample_color_.resize(samples.count);
   sample_coverage_.assign(samples.count, 0.0f);
+  const bool quads = job.derivatives == ShadingDerivatives::kQuad && job.shading != ShadingRate::kCache;
+  const int side = quads ? 2 : 1;
   // Block by block, so that neighbours in both directions find the shading cache warm.
   const int width = samples.pixels.width(), height = samples.pixels.height();
   for (int block_y = 0; block_y < height; block_y += kBlockSide)
     for (int block_x = 0; block_x < width; block_x += kBlockSide)
-      for (int y = block_y; y < std::min(block_y + kBlockSide, height); ++y)
-        for (int x = block_x; x < std::min(block_x + kBlockSide, width); ++x) {
-          const auto pixel =
-              static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-          if (runs_of(pixel) == 0) {
-            skip_pixel(job, samples, state, pixel);
-            continue;
-          }
-          if (job.shading == ShadingRate::kCache)
-            shade_pixel_from_cells(job, samples, state, pixel);
-          else
-            shade_pixel(job, samples, state, pixel);
-          fill_background(job, samples, pixel * spp, spp);
-        }
+      for (int y = block_y; y < std::min(block_y + kBlockSide, height); y += side)
+        for (int x = block_x; x < std::min(block_x + kBlockSide, width); x += side)
+          shade_block(job, samples, state, x, y, side);
 }
 
-std::size_t DeferredShader::group_samples(const TileJob& job, const TileSamples& samples, const TileState& state,
-                                          std::size_t pixel) {
-  const scene::FrameGeometry& frame = *job.frame;
+void DeferredShader::shade_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x0, int y0,
+                                 int side) {
   const auto spp = static_cast<std::size_t>(samples.spp);
-  const std::size_t first = pixel * spp;
-  const bool halves = runs_of(pixel) == 2;
-  groups_.clear();
-  group_of_.resize(spp);
-  std::size_t visible = 0;
-  for (std::size_t k = 0; k < spp; ++k) {
-    const std::size_t s = first + k;
-    if (state.patch[s] == TileState::kNoPatch) continue;
-    ++visible;
-    count_visible(job, state.patch[s]);
-    // A still pinhole sample sees the surface where it is itself.
-    const bool rests = at_rest(frame, state.patch[s]);
-    const float x = rests ? samples.x[s] : state.rest_x[s], y = rests ? samples.y[s] : state.rest_y[s];
-    const float cell_x = std::floor(x), cell_y = std::floor(y);
-    const bool right = halves && samples.x[s] - std::floor(samples.x[s]) >= 0.5f;
-    const float dx = x - cell_x - (halves ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f,
-                distance2 = dx * dx + dy * dy;
-    std::size_t g = 0;
-    if (job.shading == ShadingRate::kSample) g = groups_.size();
-    while (g < groups_.size() && (groups_[g].patch != state.patch[s] || groups_[g].cell_x != cell_x ||
-                                  groups_[g].cell_y != cell_y || groups_[g].right != right))
-      ++g;
-    if (g == groups_.size())
-      groups_.push_back({state.patch[s], cell_x, cell_y, s, distance2, right});
-    else if (distance2 < groups_[g].distance2)
-      groups_[g].sample = s, groups_[g].distance2 = distance2;
-    group_of_[k] = g;
+  std::array<std::size_t, 4> pixels;
+  std::array<bool, 4> split;
+  std::size_t count = 0;
+  for (int y = y0; y < std::min(y0 + side, samples.pixels.height()); ++y)
+    for (int x = x0; x < std::min(x0 + side, samples.pixels.width()); ++x) {
+      const auto pixel = static_cast<std::size_t>(y * samples.pixels.width() + x);
+      if (runs_of(pixel) == 0)
+        skip_pixel(job, samples, state, pixel);
+      else if (job.shading == ShadingRate::kCache)
+        shade_pixel_from_cells(job, samples, state, pixel);
+      else
+        split[count] = runs_of(pixel) == 2, pixels[count++] = pixel;
+      if (runs_of(pixel) != 0 && job.shading == ShadingRate::kCache) fill_background(job, samples, pixel * spp, spp);
+    }
+  if (count == 0) return;
+  FragmentMerger& merger = merger_of_fragments_;
+  merger.group(job, samples, state, std::span(pixels).first(count), std::span(split).first(count));
+  counters_.samples_visible += merger.visible();
+  counters_.pixel_shader_invocations_saved += merger.visible() - merger.runs().size();
+  counters_.fragments_merged += merger.merged();
+  if (job.derivatives == ShadingDerivatives::kQuad) {
+    counters_.quads += merger.quads();
+    counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
-  return visible;
+  points_.clear();
+  for (const FragmentMerger::Run& run : merger.runs()) {
+    const std::size_t s = run.sample, pixel = pixels[run.pixel];
+    const SurfaceLocation at{state.patch[s], state.triangle[s], state.b1[s], state.b2[s],
+                             time_seen(*job.frame, state.patch[s], samples.t(s))};
+    points_.push_back(run_shader(job, invocation(job, samples, at, run.light_time, pixel, run.rests), pixel));
+    pixel_normal_[pixel] += points_.back().normal;
+  }
+  for (std::size_t p = 0; p < count; ++p) {
+    const std::size_t first = pixels[p] * spp;
+    for (std::size_t k = 0; k < spp; ++k) {
+      const std::uint32_t run = merger.run_of(p, k);
+      if (run == FragmentMerger::kNoRun) continue;
+      count_visible(job, state.patch[first + k]);
+      sample_color_[first + k] = points_[run].color;
+      sample_coverage_[first + k] = 1.0f;
+    }
+    fill_background(job, samples, first, spp);
+  }
 }
 
 void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
                                 std::size_t pixel) {
-  const std::size_t visible = group_samples(job, samples, state, pixel);
+  const bool split = false;
+  merger_of_fragments_.group(job, samples, state, std::span(&pixel, 1), std::span(&split, 1));
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  for (std::size_t s = pixel * spp; s < (pixel + 1) * spp; ++s)
+    if (state.patch[s] != TileState::kNoPatch) count_visible(job, state.patch[s]);
+  const std::size_t visible = merger_of_fragments_.visible();
   counters_.samples_visible += visible;
   skipped_.samples += visible;
-  skipped_.invocations += job.shading == ShadingRate::kCache ? visible : groups_.size();
-}
-
-void DeferredShader::shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state,
-                                 std::size_t pixel) {
-  const auto spp = static_cast<std::size_t>(samples.spp);
-  const std::size_t first = pixel * spp, visible = group_samples(job, samples, state, pixel);
-  counters_.samples_visible += visible;
-  counters_.pixel_shader_invocations_saved += visible - groups_.size();
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const std::size_t s = groups_[g].sample;
-    const ShadedPoint point = run_shader(
-        job,
-        {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], time_of(*job.frame, samples, s, state.patch[s])},
-        pixel);
-    pixel_normal_[pixel] += point.normal;
-    for (std::size_t k = 0; k < spp; ++k)
-      if (state.patch[first + k] != TileState::kNoPatch && group_of_[k] == g) {
-        sample_color_[first + k] = point.color;
-        sample_coverage_[first + k] = 1.0f;
-      }
-  }
+  skipped_.invocations += job.shading == ShadingRate::kCache ? visible : merger_of_fragments_.runs().size();
 }
 
 void DeferredShader::shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
@@ -165,11 +156,21 @@ void DeferredShader::fill_background(const TileJob& job, const TileSamples& samp
                                      std::size_t count) {
   for (std::size_t s = first; s < first + count; ++s) {
     if (sample_coverage_[s] > 0.0f) continue;
-    sample_color_[s] =
-        job.has_background
-            ? job.background
-            : job.lighting.environment.background(view_direction(*job.frame, samples.x[s], samples.y[s]));
+    sample_color_[s] = job.has_background ? job.background : background_of(job, samples, s);
   }
+}
+
+Vec3 DeferredShader::background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const {
+  // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
+  SamplePattern::LensPoint lens{0.0f, 0.0f};
+  const auto lens_scale = static_cast<float>(job.frame->projection.lens_scale);
+  if (lens_scale != 0.0f) {
+    const auto pixel = static_cast<int>(s) / samples.spp;
+    lens = job.pattern->lens(samples.pixels.x0 + pixel % samples.pixels.width(),
+                             samples.pixels.y0 + pixel / samples.pixels.width(), static_cast<int>(s) % samples.spp);
+  }
+  return job.lighting.environment.background(
+      view_rays_->direction(samples.x[s], samples.y[s], samples.t(s), lens.u * lens_scale, lens.v * lens_scale));
 }
 
 // ---- Blending ---------------------------------------------------------------------------------------------------
@@ -182,66 +183,92 @@ void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples
   std::sort(state.layers.begin(), state.layers.end(), [](const TileState::Layer& a, const TileState::Layer& b) {
     return std::tie(a.sample, b.z, a.patch, a.triangle) < std::tie(b.sample, a.z, b.patch, b.triangle);
   });
-  std::size_t pixel = samples.count;
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  layer_quads_.clear();
   for (std::size_t begin = 0, end = 0; begin < state.layers.size(); begin = end) {
-    const std::size_t s = state.layers[begin].sample, here = s / static_cast<std::size_t>(samples.spp);
-    if (here != pixel) shaded_layers_.clear();
-    pixel = here;
-    blended_.clear();
-    const bool skipped = runs_of(here) == 0;
-    for (; end < state.layers.size() && state.layers[end].sample == s; ++end) {
-      const TileState::Layer& layer = state.layers[end];
-      if (skipped) {
-        skip_layer(job, layer);
-        continue;
+    const std::size_t pixel = state.layers[begin].sample / spp;
+    while (end < state.layers.size() && state.layers[end].sample / spp == pixel) ++end;
+    const std::span<const TileState::Layer> layers = std::span(state.layers).subspan(begin, end - begin);
+    share_layers(job, samples, layers);
+    if (runs_of(pixel) == 0) {
+      skipped_.samples += layers.size();
+      skipped_.invocations += shared_layers_.size();
+      continue;
+    }
+    for (std::size_t first = 0, last = 0; first < layers.size(); first = last) {
+      const std::size_t s = layers[first].sample;
+      blended_.clear();
+      for (; last < layers.size() && layers[last].sample == s; ++last) {
+        const TileState::Layer& layer = layers[last];
+        const ShadedPoint point = shade_layer(job, samples, layer, shared_layers_[shared_of_[last]], pixel);
+        blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
       }
-      const ShadedPoint point = shade_layer(job, samples, layer, pixel);
-      blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
+      counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
+      for (const BlendedLayer& layer : blended_) {
+        sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
+        sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
+      }
     }
-    if (skipped) continue;
-    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
-    for (const BlendedLayer& layer : blended_) {
-      sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
-      sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
-    }
+  }
+  count_layer_quads();
+}
+
+void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples,
+                                  std::span<const TileState::Layer> layers) {
+  const bool shares = job.shading == ShadingRate::kPixel || job.shading == ShadingRate::kPrimitive;
+  shared_layers_.clear();
+  shared_of_.clear();
+  for (const TileState::Layer& layer : layers) {
+    const bool rests = is_at_rest(*job.frame, layer.patch);
+    const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
+    std::size_t g = shares ? 0 : shared_layers_.size();
+    const auto same = [&](const SharedLayer& o) {
+      return o.patch == layer.patch && o.triangle == layer.triangle && o.cell_x == cell_x && o.cell_y == cell_y;
+    };
+    while (g < shared_layers_.size() && !same(shared_layers_[g])) ++g;
+    if (g == shared_layers_.size())
+      shared_layers_.push_back({layer.patch, layer.triangle, cell_x, cell_y, 0, 0, false, {}});
+    shared_layers_[g].time_sum += samples.t(layer.sample);
+    ++shared_layers_[g].count;
+    shared_of_.push_back(static_cast<std::uint32_t>(g));
   }
 }
 
-DeferredShader::ShadedLayer* DeferredShader::shared_layer(const TileJob& job, const TileState::Layer& layer,
-                                                          bool& found) {
-  const bool rests = at_rest(*job.frame, layer.patch);
-  const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
-  for (ShadedLayer& shaded : shaded_layers_)
-    if (shaded.patch == layer.patch && shaded.triangle == layer.triangle && shaded.cell_x == cell_x &&
-        shaded.cell_y == cell_y) {
-      found = true;
-      return &shaded;
-    }
-  found = false;
-  shaded_layers_.push_back({layer.patch, layer.triangle, cell_x, cell_y, {}});
-  return &shaded_layers_.back();
-}
-
 ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
-                                        std::size_t pixel) {
+                                        SharedLayer& shared, std::size_t pixel) {
   const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2,
-                           time_of(*job.frame, samples, layer.sample, layer.patch)};
+                           time_seen(*job.frame, layer.patch, samples.t(layer.sample))};
   if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
-  if (job.shading == ShadingRate::kSample) return run_shader(job, at, pixel);
-  bool found = false;
-  ShadedLayer& shaded = *shared_layer(job, layer, found);
-  if (found)
+  if (shared.shaded) {
     ++counters_.pixel_shader_invocations_saved;
-  else
-    shaded.point = run_shader(job, at, pixel);
-  return shaded.point;
+    return shared.point;
+  }
+  const float light_time = shared.time_sum / static_cast<float>(shared.count);
+  shared.point =
+      run_shader(job, invocation(job, samples, at, light_time, pixel, is_at_rest(*job.frame, layer.patch)), pixel);
+  shared.shaded = true;
+  if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer);
+  return shared.point;
 }
 
-void DeferredShader::skip_layer(const TileJob& job, const TileState::Layer& layer) {
-  ++skipped_.samples;
-  bool found = false;
-  if (job.shading == ShadingRate::kPixel) shared_layer(job, layer, found);
-  if (!found) ++skipped_.invocations;
+void DeferredShader::add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer) {
+  if (!is_at_rest(*job.frame, layer.patch)) {
+    ++counters_.quads;
+    counters_.helper_invocations += 3;
+    return;
+  }
+  const auto spp = static_cast<std::uint32_t>(samples.spp), width = static_cast<std::uint32_t>(samples.pixels.width()),
+             pixel = layer.sample / spp, block = pixel / width / 2 * ((width + 1) / 2) + pixel % width / 2;
+  layer_quads_.push_back(
+      {block, layer.patch, layer.triangle, job.shading == ShadingRate::kSample ? layer.sample % spp : 0});
+}
+
+void DeferredShader::count_layer_quads() {
+  std::sort(layer_quads_.begin(), layer_quads_.end());
+  const auto quads =
+      static_cast<std::uint64_t>(std::unique(layer_quads_.begin(), layer_quads_.end()) - layer_quads_.begin());
+  counters_.quads += quads;
+  counters_.helper_invocations += 4 * quads - layer_quads_.size();
 }
 
 // ---- Layers for the EXR file ------------------------------------------------------------------------------------

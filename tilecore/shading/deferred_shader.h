@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -10,10 +11,12 @@
 #include "base/counter.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/shading/fragment_merger.h"
 #include "tilecore/shading/layer_merge.h"
 #include "tilecore/shading/shading_cache.h"
 #include "tilecore/shading/shading_cells.h"
 #include "tilecore/shading/texture_unit.h"
+#include "tilecore/shading/view_rays.h"
 #include "tilecore/tile_job.h"
 #include "tilecore/tile_state.h"
 #include "tilecore/visibility/sample_pattern.h"
@@ -26,6 +29,9 @@ struct ShadingCounters {
   std::uint64_t blend_overflows = 0;
   std::uint64_t pixel_shader_invocations = 0;
   std::uint64_t pixel_shader_invocations_saved = 0;
+  std::uint64_t fragments_merged = 0;
+  std::uint64_t quads = 0;
+  std::uint64_t helper_invocations = 0;
   std::uint64_t shading_cache_hits = 0;
   std::uint64_t shading_cache_misses = 0;
 };
@@ -45,8 +51,8 @@ class DeferredShader {
   // of tiles of the same frame, and what the shading cache holds is still good.
   // `runs`, unless empty, says for each pixel how many groups of its samples are shaded apart: 0, the pixel is skipped
   // and its samples have no colour; 1; 2, samples in the left half of the pixel do not share runs with those in the
-  // right half, and each run is taken near the middle of its half (with shading.rate=pixel; per sample and from the
-  // cache, this is the same as 1).
+  // right half, and each run is taken near the middle of its half (with shading.rate=pixel or primitive; per sample and
+  // from the cache, this is the same as 1).
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache = true,
              std::span<const std::uint8_t> runs = {});
 
@@ -74,38 +80,41 @@ class DeferredShader {
   TextureUnit& textures() { return textures_; }
 
  private:
-  // Samples of one pixel that share a pixel-shader invocation: same patch and, where the image of the surface at rest
-  // differs from where the samples are, same pixel of that image.
-  struct Group {
-    std::uint32_t patch;
-    float cell_x, cell_y;
-    std::size_t sample;  // the one nearest to the middle of the cell, or its half, is shaded
-    float distance2;
-    bool right;
-  };
-  // The same for layers: one run per pixel and triangle (and pixel of the resting image where things move).
-  struct ShadedLayer {
+  // Layers of one pixel that share an invocation: of one triangle (and pixel of the resting image where things move).
+  // Blended fragments are not merged.
+  struct SharedLayer {
     std::uint32_t patch, triangle;
     float cell_x, cell_y;
+    float time_sum;
+    std::uint32_t count;
+    bool shaded;
     ShadedPoint point;
+  };
+  // Of a quad of blended fragments.
+  struct LayerQuad {
+    std::uint32_t block, patch, triangle, sample;  // the sample's number within its pixel where each is shaded
+    auto operator<=>(const LayerQuad&) const = default;
   };
 
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
-  void shade_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
-  // Samples of a pixel that share a run, in groups_ and group_of_; returns how many see something.
-  std::size_t group_samples(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
+  // Pixels that are shaded together: one, or the 2x2 of a quad.
+  void shade_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
   void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   void shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
                               std::size_t pixel);
+  Vec3 background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const;
   void fill_background(const TileJob& job, const TileSamples& samples, std::size_t first, std::size_t count);
   void shade_layers(const TileJob& job, const TileSamples& samples, TileState& state);
-  // The run that a layer shares; `found` false: nothing shared it yet, its point is to be filled.
-  ShadedLayer* shared_layer(const TileJob& job, const TileState::Layer& layer, bool& found);
-  void skip_layer(const TileJob& job, const TileState::Layer& layer);
+  // Which invocations the layers of a pixel share, in shared_layers_ and shared_of_.
+  void share_layers(const TileJob& job, const TileSamples& samples, std::span<const TileState::Layer> layers);
+  void add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer);
+  void count_layer_quads();
   ShadedPoint shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
-                          std::size_t pixel);
-  ShadedPoint run_shader(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
+                          SharedLayer& shared, std::size_t pixel);
+  ShadedPoint run_shader(const TileJob& job, const Invocation& invocation, std::size_t pixel);
+  Invocation invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at, float light_time,
+                        std::size_t pixel, bool rests) const;
   void count_visible(const TileJob& job, std::uint32_t patch) {
     if (!drawables_.empty()) ++drawables_[job.frame->assembly->patch_drawable[patch]].samples_visible;
   }
@@ -118,9 +127,12 @@ class DeferredShader {
   std::vector<std::uint32_t> pixel_invocations_;
   std::span<const std::uint8_t> runs_;  // of the tile in hand
   Skipped skipped_;
-  std::vector<Group> groups_;
-  std::vector<std::size_t> group_of_;
-  std::vector<ShadedLayer> shaded_layers_;
+  FragmentMerger merger_of_fragments_;
+  std::vector<ShadedPoint> points_;  // of the block's runs
+  std::optional<ViewRays> view_rays_;
+  std::vector<SharedLayer> shared_layers_;
+  std::vector<std::uint32_t> shared_of_;
+  std::vector<LayerQuad> layer_quads_;
   std::vector<BlendedLayer> blended_;
   LayerMerger merger_;
   ShadingCells cells_;
@@ -149,6 +161,15 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> =
         {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved,
          Combine::kSum, "invocations",
          "Visible samples and blended layers that took the result of another's pixel-shader invocation.", ""},
+        {"tilecore.fragments_merged", &tilecore::ShadingCounters::fragments_merged, Combine::kSum, "fragments",
+         "With shading.rate=pixel: fragments that take the result of an adjacent triangle's, in the same pixel.", ""},
+        {"tilecore.quads", &tilecore::ShadingCounters::quads, Combine::kSum, "quads",
+         "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
+         "MaliFragQuads; Adreno and Mesa fragment quads"},
+        {"tilecore.helper_invocations", &tilecore::ShadingCounters::helper_invocations, Combine::kSum, "invocations",
+         "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take "
+         "the shader core's time as others do.",
+         "Vulkan helper invocations"},
         {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "lookups",
          "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
         {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "lookups",

@@ -23,16 +23,19 @@ Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, V
   return color;
 }
 
+// Texels per pixel along the longer axis of the footprint, as a level of detail.
+float level_of_detail(const shaders::Texture& texture, const Surface::Texcoord& uv) {
+  const Vec2 size(static_cast<float>(texture.width()), static_cast<float>(texture.height()));
+  const Vec2 dx = uv.by_x * size, dy = uv.by_y * size;
+  const float footprint2 = std::max(glm::dot(dx, dx), glm::dot(dy, dy));
+  return footprint2 > 0.0f && std::isfinite(footprint2) ? 0.5f * std::log2(footprint2) : 0.0f;
+}
+
 // Filtered texture value at a surface point, white where the slot is empty.
 Vec4 sample_slot(const TextureSlot& slot, const Surface& surface, TextureUnit* textures) {
   if (slot.texture == nullptr) return Vec4(1.0f);
   const Surface::Texcoord uv = surface.texcoord(slot.texcoord, slot.transform);
-  const Vec2 size(static_cast<float>(slot.texture->width()), static_cast<float>(slot.texture->height()));
-  const Vec2 dx = uv.by_x * size, dy = uv.by_y * size;
-  // Texels per pixel along the longer axis of the footprint.
-  const float footprint2 = std::max(glm::dot(dx, dx), glm::dot(dy, dy));
-  const float lod = footprint2 > 0.0f && std::isfinite(footprint2) ? 0.5f * std::log2(footprint2) : 0.0f;
-  return look_up(*slot.texture, slot.sampler, uv.value, lod, textures);
+  return look_up(*slot.texture, slot.sampler, uv.value, level_of_detail(*slot.texture, uv), textures);
 }
 
 // Tangent frame of a texture coordinate set: the TANGENT attribute where the mesh has it, else from the coordinate's
@@ -82,11 +85,20 @@ Vec3 mapped_normal(const Surface& s, const Material& material, float t, TextureU
   return length2 > 1e-20f ? mapped / std::sqrt(length2) : s.normal;
 }
 
-Vec3 towards_viewer(const FrameGeometry& frame, const Vec3& point, float t) {
-  if (frame.projection.orthographic) return glm::normalize(Vec3(DVec3(frame.views[0].camera_to_world[2])));
-  const Vec3 eye =
-      Vec3(DVec3(frame.views[0].camera_to_world[3])) * (1.0f - t) + Vec3(DVec3(frame.views[1].camera_to_world[3])) * t;
-  const Vec3 offset = eye - point;
+Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t) {
+  const scene::Projection& p = frame.projection;
+  if (p.orthographic) return glm::normalize(Vec3(DVec3(frame.views[0].camera_to_world[2])));
+  const DMat4 &open = frame.views[0].camera_to_world, &close = frame.views[1].camera_to_world;
+  Vec3 offset;
+  if (open == close) {
+    // From where it is in the image: far from the world's origin, world positions are coarse.
+    const Vec4& r = surface.raster;
+    const auto centre_x = static_cast<float>(p.center_x), centre_y = static_cast<float>(p.center_y),
+               scale = static_cast<float>(p.scale);
+    offset = Mat3(DMat3(open)) * Vec3((centre_x * r.w - r.x) / scale, (r.y - centre_y * r.w) / scale, r.z);
+  } else {
+    offset = Vec3(DVec3(open[3])) * (1.0f - t) + Vec3(DVec3(close[3])) * t - surface.position;
+  }
   const float length2 = glm::dot(offset, offset);
   return length2 > 0.0f ? offset / std::sqrt(length2) : Vec3(0, 0, 1);
 }
@@ -95,17 +107,21 @@ Vector3<float> plain(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const SurfaceLocation& at,
+ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const Invocation& invocation,
                         TextureUnit* textures) {
-  const Surface surface = evaluate_surface(frame, at);
+  const SurfaceLocation& at = invocation.at;
+  Surface surface = evaluate_surface(frame, at);
+  const shaders::Lights lights = frame.lights_at(invocation.light_time);
   if (surface.drawable->procedure != nullptr)
-    return shade_procedure(frame, lighting, at, surface, towards_viewer(frame, surface.position, at.t));
+    return shade_procedure(frame, lighting, lights, at, surface, towards_viewer(frame, surface, at.t));
+  if (invocation.partner_x != 0)
+    take_quad_differences(surface, invocation.partner_x, invocation.partner_y, frame.projection.orthographic);
   const Material& material = *surface.drawable->material;
   const Vec4 base = material.base_color * surface.color() * sample_slot(material.base_color_texture, surface, textures);
   ShadedPoint out;
   out.alpha = material.alpha_mode == scene::AlphaMode::kBlend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
 
-  const Vec3 view = towards_viewer(frame, surface.position, at.t);
+  const Vec3 view = towards_viewer(frame, surface, at.t);
   const float side = glm::dot(surface.geometric_normal, view) < 0.0f ? -1.0f : 1.0f;
   Vec3 normal = mapped_normal(surface, material, at.t, textures) * side;
   // Interpolated normals may point away from the viewer near silhouettes; bend them back to the horizon.
@@ -126,8 +142,7 @@ ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, co
   point.roughness = material.roughness * metallic_roughness.y;
   point.occlusion = 1.0f + material.occlusion_strength * (occlusion - 1.0f);
   point.emissive = plain(material.emissive * Vec3(sample_slot(material.emissive_texture, surface, textures)));
-  out.color =
-      shaders::shade_metallic_roughness(point, surface.position, normal, view, frame.lights, lighting.environment);
+  out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, lights, lighting.environment);
   return out;
 }
 
@@ -138,19 +153,10 @@ float point_alpha(const FrameGeometry& frame, const SurfaceLocation& at, Texture
   if (!drawable.primitive->vertices.colors.empty()) alpha *= surface_alpha(frame, at);
   const TextureSlot& slot = material.base_color_texture;
   if (slot.texture != nullptr && !slot.texture->opaque()) {
-    const Vec2 uv = surface_texcoord(frame, at, slot.texcoord, slot.transform);
-    alpha *= look_up(*slot.texture, slot.sampler, uv, 0.0f, textures).w;
+    const Surface::Texcoord uv = surface_texcoord(frame, at, slot.texcoord, slot.transform);
+    alpha *= look_up(*slot.texture, slot.sampler, uv.value, level_of_detail(*slot.texture, uv), textures).w;
   }
   return alpha;
-}
-
-Vec3 view_direction(const FrameGeometry& frame, float pixel_x, float pixel_y) {
-  const scene::Projection& p = frame.projection;
-  DVec3 direction(0, 0, -1);
-  if (!p.orthographic)
-    direction = {(static_cast<double>(pixel_x) - p.center_x) / p.scale,
-                 -(static_cast<double>(pixel_y) - p.center_y) / p.scale, -1};
-  return glm::normalize(Vec3(DMat3(frame.views[0].camera_to_world) * direction));
 }
 
 }  // namespace tessera::tilecore

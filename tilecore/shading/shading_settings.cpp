@@ -6,9 +6,12 @@ Keys<ShadingSettings> shading_keys() {
   using S = ShadingSettings;
   return {
       {"shading.rate", &S::rate,
-       "Pixel-shader invocations: once per pixel and surface (multisampling), once per visible sample, or once per "
-       "cell of the surface about a pixel wide, "
-       "while the shading cache holds it."},
+       "Pixel-shader invocations: once per pixel and primitive (multisampling) with adjacent triangles of a smooth "
+       "surface merged (pixel) or not (primitive), once per visible sample, or once per cell of the surface about a "
+       "pixel wide, while the shading cache holds it."},
+      {"shading.derivatives", &S::derivatives,
+       "Derivatives of texture coordinates: the surface's own, or differences within quads of 2x2 invocations, which "
+       "take helper invocations where a surface does not cover all four pixels. With shading.rate=cache analytic."},
       {"shading.cell_pixels", &S::cell_pixels, "pixels", 0.125, 16,
        "With shading.rate=cache: wanted width of a shading cell on screen; smaller is sharper and slower."},
       {"shading.attributes", &S::attributes,

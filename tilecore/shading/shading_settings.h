@@ -8,9 +8,16 @@ namespace tessera::tilecore {
 
 // When samples of a pixel share one pixel-shader invocation.
 enum class ShadingRate : std::uint8_t {
-  kPixel,   // one run per pixel and surface (multisampling); moving and defocused surfaces: per pixel-sized piece
-  kSample,  // one run per visible sample
-  kCache,   // one run per shading cell, shared by all samples that see it while the shading cache holds it
+  kPixel,      // as kPrimitive, but fragments of adjacent triangles of a smooth surface are merged first
+  kPrimitive,  // one run per pixel and primitive (multisampling); moving and defocused surfaces: per pixel-sized piece
+  kSample,     // one run per visible sample
+  kCache,      // one run per shading cell, shared by all samples that see it while the shading cache holds it
+};
+
+// Where derivatives of texture coordinates come from.
+enum class ShadingDerivatives : std::uint8_t {
+  kAnalytic,  // the surface itself
+  kQuad,      // differences between the invocations of 2x2 pixels, with helper invocations where pixels are not covered
 };
 
 // Of interpolated attributes on their way to the pixel shader.
@@ -19,6 +26,7 @@ enum class AttributePrecision : std::uint8_t { kFloat, kHalf };
 // Keys shading.*.
 struct ShadingSettings {
   ShadingRate rate = ShadingRate::kPixel;
+  ShadingDerivatives derivatives = ShadingDerivatives::kAnalytic;
   double cell_pixels = 1.0;
   AttributePrecision attributes = AttributePrecision::kFloat;
 };
@@ -29,7 +37,10 @@ Keys<ShadingSettings> shading_keys();
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::ShadingRate> = std::to_array<std::string_view>({"pixel", "sample", "cache"});
+inline constexpr auto kEnumWords<tilecore::ShadingRate> = std::to_array<std::string_view>({"pixel", "primitive",
+                                                                                           "sample", "cache"});
+template <>
+inline constexpr auto kEnumWords<tilecore::ShadingDerivatives> = std::to_array<std::string_view>({"analytic", "quad"});
 template <>
 inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<std::string_view>({"float", "half"});
 

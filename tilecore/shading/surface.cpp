@@ -1,6 +1,7 @@
 #include "tilecore/shading/surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "base/half_float.h"
@@ -38,6 +39,11 @@ glm::mat2 parameters_by_pixel(const Vec4& r, const Vec4& r_p, const Vec4& r_q, b
   const float det = by_p.x * by_q.y - by_p.y * by_q.x;
   if (!(std::abs(det) > 1e-20f) || !std::isfinite(1.0f / det)) return glm::mat2(0.0f);
   return glm::mat2(by_q.y, -by_p.y, -by_q.x, by_p.x) / det;
+}
+
+void set_raster(Surface& s, const Vec4& r, const Vec4& r_p, const Vec4& r_q, bool orthographic) {
+  s.raster = r, s.raster_p = r_p, s.raster_q = r_q;
+  s.parameters_by_pixel = parameters_by_pixel(r, r_p, r_q, orthographic);
 }
 
 // Weights of the attributes' corners.
@@ -129,8 +135,7 @@ void fill_bezier(const FrameGeometry& frame, const SurfaceLocation& at, Surface&
   const Vec4 r = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point[k].position, 1.0f); });
   const Vec4 r_p = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point[k].derivative_u, 0.0f); });
   const Vec4 r_q = mix([&](std::size_t k) { return drawable.to_raster[k] * Vec4(point[k].derivative_v, 0.0f); });
-  s.raster = r;
-  s.parameters_by_pixel = parameters_by_pixel(r, r_p, r_q, frame.projection.orthographic);
+  set_raster(s, r, r_p, r_q, frame.projection.orthographic);
 }
 
 // ---- Clusters ---------------------------------------------------------------------------------------------------
@@ -145,19 +150,35 @@ std::array<std::uint32_t, 3> cluster_triangle(const FrameGeometry& frame, const 
   return {vertex(0), vertex(2), vertex(3)};
 }
 
+// Where a cluster's triangle with these vertices is on screen; its weights are known.
+void set_cluster_raster(const FrameGeometry& frame, const std::array<std::uint32_t, 3>& v, float t, Surface& s) {
+  const PosedDrawable& drawable = *s.drawable;
+  std::array<Vec4, 3> raster;
+  for (std::size_t k = 0; k < 3; ++k)
+    raster[k] = at_time(drawable.to_raster[0] * Vec4(drawable.positions[0][v[k]], 1.0f),
+                        drawable.to_raster[1] * Vec4(drawable.positions[1][v[k]], 1.0f), t);
+  const Vec4 r = raster[0] * s.weight[0] + raster[1] * s.weight[1] + raster[2] * s.weight[2];
+  set_raster(s, r, raster[1] - raster[0], raster[2] - raster[0], frame.projection.orthographic);
+}
+
 void fill_cluster(const FrameGeometry& frame, const SurfaceLocation& at, Surface& s) {
   const PosedDrawable& drawable = *s.drawable;
   const std::array<std::uint32_t, 3> v = cluster_triangle(frame, drawable, at);
   set_triangle_weights(s, v, at.b1, at.b2);
   std::array<Vec3, 3> world;
-  std::array<Vec4, 3> raster;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec4 p0(drawable.positions[0][v[k]], 1.0f), p1(drawable.positions[1][v[k]], 1.0f);
     world[k] = at_time(Vec3(drawable.to_world[0] * p0), Vec3(drawable.to_world[1] * p1), at.t);
-    raster[k] = at_time(drawable.to_raster[0] * p0, drawable.to_raster[1] * p1, at.t);
   }
-  s.position_p = world[1] - world[0];
-  s.position_q = world[2] - world[0];
+  // Without the translation: far from the world's origin differences of positions are coarse.
+  const auto side = [&](std::size_t k) {
+    const auto edge = [&](std::size_t key) {
+      return Mat3(drawable.to_world[key]) * (drawable.positions[key][v[k]] - drawable.positions[key][v[0]]);
+    };
+    return at_time(edge(0), edge(1), at.t);
+  };
+  s.position_p = side(1);
+  s.position_q = side(2);
   s.position = world[0] * s.weight[0] + world[1] * s.weight[1] + world[2] * s.weight[2];
   const float winding = drawable.mirrored ? -1.0f : 1.0f;
   s.geometric_normal = unit_or(glm::cross(s.position_p, s.position_q) * winding, Vec3(0, 0, 1));
@@ -170,10 +191,7 @@ void fill_cluster(const FrameGeometry& frame, const SurfaceLocation& at, Surface
              s.weight[k];
     s.normal = unit_or(sum, s.geometric_normal);
   }
-  const Vec4 r = raster[0] * s.weight[0] + raster[1] * s.weight[1] + raster[2] * s.weight[2];
-  s.raster = r;
-  s.parameters_by_pixel =
-      parameters_by_pixel(r, raster[1] - raster[0], raster[2] - raster[0], frame.projection.orthographic);
+  set_cluster_raster(frame, v, at.t, s);
 }
 
 // Attribute weights only.
@@ -207,6 +225,41 @@ T attribute(const Surface& s, T value) {
 }
 
 }  // namespace
+
+void take_quad_differences(Surface& s, int partner_x, int partner_y, bool orthographic) {
+  const float w = orthographic ? 1.0f : s.raster.w, x = s.raster.x / w, y = s.raster.y / w;
+  // (dp, dq) that move the point by (dx, dy) pixels: r + r_p dp + r_q dq is projected to (x + dx, y + dy).
+  const auto step = [&](float dx, float dy) {
+    const auto row = [&](float from, float to, std::size_t axis) {
+      const auto at = [&](const Vec4& d) { return d[static_cast<int>(axis)] - (orthographic ? 0.0f : to * d.w); };
+      return Vec3(at(s.raster_p), at(s.raster_q), (to - from) * w);
+    };
+    const Vec3 a = row(x, x + dx, 0), b = row(y, y + dy, 1);
+    const float det = a.x * b.y - a.y * b.x;
+    if (!(std::abs(det) > 1e-20f) || !std::isfinite(1.0f / det)) return Vec2(0.0f);
+    return Vec2(a.z * b.y - b.z * a.y, a.x * b.z - b.x * a.z) / det;
+  };
+  const auto way_x = static_cast<float>(partner_x), way_y = static_cast<float>(partner_y);
+  s.parameters_by_pixel = glm::mat2(step(way_x, 0.0f) * way_x, step(0.0f, way_y) * way_y);
+}
+
+std::array<std::uint64_t, 3> triangle_vertices(const FrameGeometry& frame, std::uint32_t patch,
+                                               std::uint32_t triangle) {
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  if (!has_grid(drawable)) {
+    const auto v = cluster_triangle(frame, drawable, {patch, triangle, 0, 0, 0});
+    return {v[0], v[1], v[2]};
+  }
+  // By their parameters: where an edge has fewer vertices than the grid, several grid points are one vertex.
+  const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+  const int cell = static_cast<int>(triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
+  const auto vertex = [&](int di, int dj) {
+    return std::uint64_t{std::bit_cast<std::uint32_t>(pattern.u(i + di, j + dj))} << 32 |
+           std::bit_cast<std::uint32_t>(pattern.v(i + di, j + dj));
+  };
+  if (triangle % 2 == 0) return {vertex(0, 0), vertex(1, 0), vertex(1, 1)};
+  return {vertex(0, 0), vertex(1, 1), vertex(0, 1)};
+}
 
 Surface::Texcoord Surface::texcoord(int set, const shaders::TextureTransform& transform) const {
   const std::vector<Vec2>& values = drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)];
@@ -261,11 +314,14 @@ Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 
   return drawable.to_raster[key] * Vec4(point, 1.0f);
 }
 
-Vec2 surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set,
-                      const shaders::TextureTransform& transform) {
-  const Surface s = attribute_weights(frame, at);
-  return transform.apply(
-      attribute(s, interpolate(s, s.drawable->primitive->vertices.texcoords[static_cast<std::size_t>(set)], s.weight)));
+Surface::Texcoord surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set,
+                                   const shaders::TextureTransform& transform) {
+  Surface s = attribute_weights(frame, at);
+  if (has_grid(*s.drawable))
+    fill_bezier(frame, at, s);
+  else
+    set_cluster_raster(frame, cluster_triangle(frame, *s.drawable, at), at.t, s);
+  return s.texcoord(set, transform);
 }
 
 float surface_alpha(const FrameGeometry& frame, const SurfaceLocation& at) {

@@ -30,6 +30,7 @@ struct Surface {
   // Derivatives of (p, q) by pixel x and y: columns d/dx, d/dy. Zero where the surface is seen edge-on, and on
   // procedures, whose textures blur over the width of a pixel instead.
   glm::mat2 parameters_by_pixel{0.0f};
+  Vec4 raster_p{0.0f}, raster_q{0.0f};  // derivatives of raster
 
   bool half_attributes = false;  // what is interpolated is rounded to half precision; places are not
   // Vertices that attributes are interpolated from (numbers within the primitive), with weights and their derivatives.
@@ -47,6 +48,15 @@ struct Surface {
 
 Surface evaluate_surface(const scene::FrameGeometry& frame, const SurfaceLocation& at);
 
+// Makes parameters_by_pixel what a quad of 2x2 invocations gets: differences between the surface's point in this pixel
+// and those in its neighbours, `partner_x` and `partner_y` (each 1 or -1) pixels away, on the plane of its tangents.
+void take_quad_differences(Surface& s, int partner_x, int partner_y, bool orthographic);
+
+// Names of a triangle's vertices within its base patch: triangles with two names in common share an edge with all its
+// attributes. `triangle` is a number of a grid or of a cluster.
+std::array<std::uint64_t, 3> triangle_vertices(const scene::FrameGeometry& frame, std::uint32_t patch,
+                                               std::uint32_t triangle);
+
 // Whether a drawable's patches have parametric grids (Bezier patches, procedures); else it consists of clusters.
 bool has_grid(const scene::PosedDrawable& drawable);
 
@@ -57,9 +67,9 @@ Vec2 surface_parameters(const scene::FrameGeometry& frame, const SurfaceLocation
 // assembly than the one that `at` was seen in.
 Vec4 surface_raster(const scene::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
 
-// Interpolated texture coordinate alone, for the alpha test.
-Vec2 surface_texcoord(const scene::FrameGeometry& frame, const SurfaceLocation& at, int set,
-                      const shaders::TextureTransform& transform);
+// Interpolated texture coordinate alone, for the alpha test; with derivatives by pixel.
+Surface::Texcoord surface_texcoord(const scene::FrameGeometry& frame, const SurfaceLocation& at, int set,
+                                   const shaders::TextureTransform& transform);
 // Interpolated vertex alpha alone.
 float surface_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
 

@@ -172,6 +172,21 @@ std::size_t partition_pieces(const PrimitiveBound& bound, const IntRect& tile, c
   return parts;
 }
 
+std::size_t interleaved_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
+                               const SampleClasses& classes, std::vector<BoundingPiece>& out) {
+  std::size_t looked_at = 0;
+  for (int value = times.first; value <= times.last; ++value) {
+    const std::uint32_t first = classes.first_at[static_cast<std::size_t>(value)],
+                        end = classes.first_at[static_cast<std::size_t>(value) + 1];
+    if (first == end) continue;
+    ++looked_at;
+    const IntRect pixels =
+        bound.pixels(static_cast<double>(classes.t[first]), static_cast<double>(classes.t[end - 1]), tile);
+    if (!pixels.empty()) out.push_back({pixels, StencilReferences::of({value, value})});
+  }
+  return looked_at;
+}
+
 int segments_for(const PrimitiveBound& bound) {
   const double ratio = bound.blur() / std::max(bound.size(), 1.0);
   return static_cast<int>(std::ceil(std::clamp(ratio, 1.0, static_cast<double>(kMaxSegments))));

@@ -105,16 +105,21 @@ struct BoundingPiece {
 // Brute: the rectangle of the whole motion, all times.
 std::size_t whole_motion_piece(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
                                std::vector<BoundingPiece>& out);
-// Timeline segments, clusters, interleaved: `count` (1 to 256) equal segments of the 256 stencil values, each with the
+// Timeline segments, clusters: `count` (1 to 256) equal segments of the 256 stencil values, each with the
 // rectangle of its own time. The geometry is bounded over the very values that the references select, from the first
 // one's earliest time to the last one's latest, so nothing can round apart.
 std::size_t segment_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times, int count,
                            std::vector<BoundingPiece>& out);
-// Partition: the rectangle of the whole motion, cut into squares of about the primitive's own size; each keeps the
+// Partition, cluster-partition: the rectangle of the whole motion, cut into squares of about the primitive's own size; each keeps the
 // stencil values of the times at which the moving box touches it. Those times are solved for, so they are widened by
 // one stencil value at each end: there geometry and stencil do round apart.
 std::size_t partition_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
                              std::vector<BoundingPiece>& out);
+
+// Interleaved: for each stencil value that samples have, the rectangle of where the primitive is at their times: with
+// eight bits one time, at which it stands still.
+std::size_t interleaved_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
+                               const SampleClasses& classes, std::vector<BoundingPiece>& out);
 
 // Segments of a polygon when the configuration leaves it to the unit: as many as the primitive moves its own size.
 int segments_for(const PrimitiveBound& bound);

@@ -302,9 +302,11 @@ HWY_INLINE void emit(const Context& to, M inside, const V (&e)[3], const CornerL
   hn::Store(rest_x, d, lane_x);
   hn::Store(rest_y, d, lane_y);
   hn::Store(id, DI(), lane_id);
+  const std::uint32_t positive_bits = mask_bits(positive);
   for_each_lane(hit, [&](std::size_t lane) {
     to.sink.add({static_cast<std::uint32_t>(lane_id[lane]), static_cast<std::uint32_t>(lane_triangle[lane]),
-                 lane_z[lane], lane_b1[lane], lane_b2[lane], lane_x[lane], lane_y[lane]});
+                 lane_z[lane], lane_b1[lane], lane_b2[lane], lane_x[lane], lane_y[lane],
+                 (positive_bits >> lane & 1) != 0});
   });
 }
 
@@ -342,7 +344,7 @@ HWY_NOINLINE void test_ties(const Context& to, const Cell& cell, const CornerLan
         return (w0 * store[i][axis][lane] + hit.b1 * store[j][axis][lane]) + hit.b2 * store[k][axis][lane];
       };
       to.sink.add({static_cast<std::uint32_t>(lane_id[lane]), static_cast<std::uint32_t>(lane_triangle[lane]) + offset,
-                   hit.z, hit.b1, hit.b2, rest(4), rest(5)});
+                   hit.z, hit.b1, hit.b2, rest(4), rest(5), hit.positive});
     };
     test(0, 1, 2, 0);
     if (second >> lane & 1) test(0, 2, 3, 1);

@@ -13,6 +13,9 @@ Keys<PatternSettings> pattern_keys() {
        "Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to "
        "replay."},
       {"sampling.time_bits", &S::time_bits, "Precision of a sample's time; the stencil unit sees the upper 8 bits."},
+      {"sampling.times", &S::times, "times", 0, 256,
+       "Distinct times of samples; few of them show a fast thing as often. 0: as many as the pattern and the precision "
+       "have."},
       {"sampling.lens_points", &S::lens_points, "points", 0, 65536,
        "Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a "
        "point of its own for every sample of the pattern, "
@@ -20,13 +23,15 @@ Keys<PatternSettings> pattern_keys() {
   };
 }
 
-SamplingSettings sampling_settings(const PatternSettings& settings, int frame) {
+SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame) {
+  const bool interleaved = method.method == VisibilityMethod::kInterleaved && settings.times == 0;
   return {settings.samples_per_pixel,
           settings.seed,
           static_cast<std::uint32_t>(frame),
           settings.temporal_pattern == TemporalPattern::k32x32 ? 32 : 8,
           settings.time_bits == TimeBits::k16 ? 16 : 8,
-          settings.lens_points};
+          settings.lens_points,
+          interleaved ? method.interleaved_times : settings.times};
 }
 
 }  // namespace tessera::tilecore

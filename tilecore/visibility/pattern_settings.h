@@ -4,6 +4,7 @@
 
 #include "base/key_table.h"
 #include "tilecore/visibility/sample_pattern.h"
+#include "tilecore/visibility/visibility_settings.h"
 
 namespace tessera::tilecore {
 
@@ -16,12 +17,13 @@ struct PatternSettings {
   std::uint32_t seed = 0;
   TemporalPattern temporal_pattern = TemporalPattern::k8x8;
   TimeBits time_bits = TimeBits::k8;
+  int times = 0;
   int lens_points = 0;
 };
 Keys<PatternSettings> pattern_keys();
 
-// The pattern of one frame.
-SamplingSettings sampling_settings(const PatternSettings& settings, int frame);
+// The pattern of one frame, for a method of visibility: interleaved has few times of its own.
+SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame);
 
 }  // namespace tessera::tilecore
 

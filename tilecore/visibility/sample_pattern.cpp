@@ -42,6 +42,20 @@ std::vector<std::uint32_t> shuffled(std::uint32_t count, std::uint32_t seed) {
   return order;
 }
 
+// The coarse stratum that a fine one lies in, both of the whole shutter.
+std::uint32_t time_stratum(std::uint32_t fine, std::uint32_t fine_strata, std::uint32_t strata) {
+  return static_cast<std::uint32_t>(std::uint64_t{fine} * strata / fine_strata);
+}
+
+// The quantum of time at the middle of a stratum. A stratum of an even number of quanta has two in its middle: strata
+// take the upper and the lower one in turn. So strata that mirror each other take quanta that do, which is what keeps
+// their mean at one half; there is an even number of strata.
+std::uint32_t middle_quantum(std::uint32_t stratum, std::uint32_t strata, std::uint32_t quanta) {
+  const std::uint64_t middle = std::uint64_t{2 * stratum + 1} * quanta, whole = std::uint64_t{2} * strata;
+  const bool between = middle % whole == 0;
+  return static_cast<std::uint32_t>(middle / whole) - (between ? stratum & 1u : 0u);
+}
+
 }  // namespace
 
 SamplePattern::SamplePattern(const SamplingSettings& settings)
@@ -64,6 +78,16 @@ void SamplePattern::make_offsets() {
     };
     offsets_.push_back({digits(reverse_bits32(s)) + half, digits(sobol2_32(s)) + half});
   }
+  // A part of a net is not in the middle of the pixel: all move by as much, or the image would lie beside its place.
+  const auto centre = [&](float Offset::*axis) {
+    float sum = 0, low = 1, high = 0;
+    for (const Offset& o : offsets_) sum += o.*axis, low = std::min(low, o.*axis), high = std::max(high, o.*axis);
+    const float wanted = std::round(256.0f * (0.5f - sum / static_cast<float>(offsets_.size()))) / 256.0f,
+                off = std::clamp(wanted, 1.0f / 256 - low, 255.0f / 256 - high);
+    for (Offset& o : offsets_) o.*axis += off;
+  };
+  centre(&Offset::x);
+  centre(&Offset::y);
 }
 
 void SamplePattern::make_times_and_lens() {
@@ -82,6 +106,8 @@ void SamplePattern::make_times_and_lens() {
   const int digits = (std::bit_width(lens_points) - 1) / 2;  // of u and v that the net fixes
   const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u),
                       scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
+  const std::uint32_t strata =
+      settings_.times > 0 ? std::min(static_cast<std::uint32_t>(settings_.times), n * pixels) : n * pixels;
   times_.resize(std::size_t{pixels} * n);
   lens_.resize(times_.size() * variants_);
   for (std::uint32_t y = 0; y < side; ++y)
@@ -93,9 +119,10 @@ void SamplePattern::make_times_and_lens() {
       for (std::uint32_t s = 0; s < n; ++s) {
         const std::uint32_t stratum = n == power_of_two_ ? s ^ (time_order & (n - 1)) : (s + time_order) % n;
         const std::size_t at = std::size_t{y * side + x} * n + s;
-        const std::uint32_t code =
-            static_cast<std::uint32_t>(std::uint64_t{stratum * pixels + ranks[pixel]} * 65536u / (n * pixels));
-        times_[at] = static_cast<std::uint16_t>(settings_.time_bits == 8 ? code & 0xFF00u : code);
+        times_[at] =
+            static_cast<std::uint16_t>(middle_quantum(time_stratum(stratum * pixels + ranks[pixel], n * pixels, strata),
+                                                      strata, 1u << settings_.time_bits)
+                                       << (16 - settings_.time_bits));
         // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
         const std::uint32_t point =
             (lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
@@ -133,7 +160,7 @@ void SamplePattern::make_classes() {
     classes_.sample[c] = static_cast<std::int32_t>(sample);
     classes_.x[c] = static_cast<float>(column) + offsets_[sample].x;
     classes_.y[c] = static_cast<float>(row) + offsets_[sample].y;
-    classes_.t[c] = static_cast<float>(times_[at]) * 0x1p-16f;
+    classes_.t[c] = t_of(times_[at]);
     ++classes_.first_at[(std::size_t{times_[at]} >> 8) + 1];
     float low_u = 1, high_u = -1, low_v = 1, high_v = -1;
     for (std::uint32_t v = 0; v < variants_; ++v) {
@@ -158,6 +185,7 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   pixels = tile;
   spp = pattern.samples_per_pixel();
   classes = &pattern.classes();
+  half_quantum = pattern.half_quantum();
   lens_scale = lens ? lens_scale_in : 0.0f;
   const auto n = static_cast<std::size_t>(spp);
   count = static_cast<std::size_t>(tile.width()) * static_cast<std::size_t>(tile.height()) * n;

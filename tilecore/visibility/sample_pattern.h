@@ -17,7 +17,8 @@ struct SamplingSettings {
   int pattern_side = 8;  // pixels after which the pattern repeats: 8 or 32
   int time_bits = 8;     // 8 or 16: precision of a sample's time
   int lens_points =
-      0;  // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
+      0;          // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
+  int times = 0;  // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -48,10 +49,12 @@ struct SampleClasses {
 
 // Where, when and through which point of the lens a sample looks. Everything follows from (pixel, sample index, frame,
 // seed): no state, any order.
-//   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence, the same for all pixels
-//   time    code 0..65535, the sample is at t = code / 65536; its upper 8 bits are the stencil value, the lower are
-//           zero unless 16 bits are asked for. Stratified over a pixel's samples, and over a pattern of blue-noise
-//           ranks that repeats over the frame and is shifted from frame to frame
+//   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence around the middle of the pixel, the
+//           same for all pixels
+//   time    code 0..65535, the sample is at t = code / 65536 + half a quantum; the upper 8 bits of the code are the
+//           stencil value, the lower are zero unless 16 bits are asked for. Stratified over a pixel's samples, and over
+//           a pattern of blue-noise ranks that repeats over the frame and is shifted from frame to frame. The samples
+//           of a pattern come in pairs at t and 1 - t: their mean is 1/2 for any number of samples and any precision
 //   u, v    point of the unit disc (concentric map, Shirley and Chiu 1997): the samples of a pattern share out a
 //           (0,2)-net, evenly within each pixel; inside its cell of the net a sample moves from block to block. With
 //           lens_points = n: the first n points of the sequence, the same in all blocks, taken in turn
@@ -67,6 +70,10 @@ class SamplePattern {
   };
   Offset offset(int sample) const { return offsets_[static_cast<std::size_t>(sample)]; }
   std::uint16_t time(int x, int y, int sample) const { return times_[index(x, y, sample)]; }
+  float t(int x, int y, int sample) const { return t_of(time(x, y, sample)); }
+  float t_of(std::uint16_t code) const { return static_cast<float>(code) * 0x1p-16f + half_quantum(); }
+  // Of the time codes: what an interval of times is represented by is its middle.
+  float half_quantum() const { return settings_.time_bits == 8 ? 0x1p-9f : 0x1p-17f; }
   struct LensPoint {
     float u, v;
   };
@@ -109,13 +116,14 @@ struct TileSamples {
   IntRect pixels;
   int spp = 0;
   std::size_t count = 0;
-  std::vector<float> x, y;                 // pixels of the frame
-  std::vector<std::uint16_t> time;         // t = time / 65536
+  std::vector<float> x, y;          // pixels of the frame
+  std::vector<std::uint16_t> time;  // code: t = time / 65536 + half_quantum
+  float half_quantum = 0;
   std::vector<float> lens_u, lens_v;       // in lens_scale; empty for a pinhole
   float lens_scale = 0;                    // largest |(u, v)|
   const SampleClasses* classes = nullptr;  // the pattern's
 
-  float t(std::size_t sample) const { return static_cast<float>(time[sample]) * 0x1p-16f; }
+  float t(std::size_t sample) const { return static_cast<float>(time[sample]) * 0x1p-16f + half_quantum; }
   int stencil(std::size_t sample) const { return time[sample] >> 8; }
 
   // Fills everything for a tile. `lens_scale` in pixels multiplies the lens points, which are left out without `lens`.

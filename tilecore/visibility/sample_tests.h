@@ -29,7 +29,8 @@ class HitSink {
     std::uint32_t sample;    // natural order of the tile
     std::uint32_t triangle;  // of the base patch
     float z, b1, b2;
-    float rest_x, rest_y;  // where the surface point is on screen at shutter open, seen through the lens centre
+    float rest_x, rest_y;   // where the surface point is on screen at shutter open, seen through the lens centre
+    bool positive = false;  // sign of the triangle's area in raster space, for this sample
   };
   virtual void take(std::span<const Hit> hits) = 0;
 

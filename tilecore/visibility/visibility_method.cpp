@@ -17,9 +17,10 @@ std::size_t append_pieces(const PrimitiveBound& bound, const MeshInTile& in, con
   const IntRect& tile = in.samples.pixels;
   switch (method.method) {
     case VisibilityMethod::kPartition:
+    case VisibilityMethod::kClusterPartition:
       return partition_pieces(bound, tile, in.times, out);
     case VisibilityMethod::kInterleaved:
-      return segment_pieces(bound, tile, in.times, method.interleaved_times, out);
+      return interleaved_pieces(bound, tile, in.times, *in.samples.classes, out);
     case VisibilityMethod::kSegments:
     case VisibilityMethod::kClusters:
       return segment_pieces(bound, tile, in.times,
@@ -68,7 +69,9 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
                                    VisibilityWork& work) {
   const MicroMesh& mesh = in.mesh;
   PrimitiveBound bound(mesh, in.effects, in.settings, static_cast<double>(in.samples.lens_scale));
-  const std::size_t cells_per_polygon = method.method == VisibilityMethod::kClusters ? kLeafCells : 1;
+  const bool clusters =
+      method.method == VisibilityMethod::kClusters || method.method == VisibilityMethod::kClusterPartition;
+  const std::size_t cells_per_polygon = clusters ? kLeafCells : 1;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
     const std::size_t end = l * kLeafCells + mesh.leaves[l].cell_count;
     for (std::size_t first = l * kLeafCells; first < end; first += cells_per_polygon) {

@@ -7,29 +7,33 @@ Keys<VisibilityMethodSettings> visibility_keys() {
       {"tilecore.visibility_method", &VisibilityMethodSettings::method,
        "How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of "
        "each cell's whole motion; by a stencil "
-       "test on time for segments of the shutter, for parts of the rectangle, for segments of whole leaves; by a "
-       "rectangle for each of a few fixed intervals. "
-       "The image is the same.",
-       "[spec] patch-bvh: US 8791945; segments, partition, clusters: US 9626762; brute and interleaved: what both "
-       "compare with"},
+       "test on time for segments of the shutter, for parts of the rectangle, for either of whole leaves; by a "
+       "rectangle at each of the few times that samples then have. "
+       "The image is the same for all but the last, which shows things at just these times.",
+       "[spec] patch-bvh: US 8791945; segments, partition, clusters, cluster-partition: US 9626762; brute and "
+       "interleaved: what both compare with"},
       {"tilecore.stencil_segments", &VisibilityMethodSettings::stencil_segments, "segments", 0, 256,
        "Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, "
        "at most 64.",
        "[spec] US 9626762 leaves the number open; [assumed] 0"},
-      {"tilecore.interleaved_times", &VisibilityMethodSettings::interleaved_times, "intervals", 1, 256,
-       "Intervals of the shutter of the method interleaved.", "[assumed] 16, a small fixed number as in US 8791945"},
+      {"tilecore.interleaved_times", &VisibilityMethodSettings::interleaved_times, "times", 1, 256,
+       "Distinct times of samples with the method interleaved, where sampling.times does not say.",
+       "[assumed] 16, a small fixed number as in US 8791945"},
       {"tilecore.traversal", &VisibilityMethodSettings::traversal,
        "How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving "
        "box of a leaf, or each as a ray through "
-       "the binary tree of the sub-patch's cells.",
-       "[spec] ray: US 8791945; [assumed] class"},
+       "the binary tree of the sub-patch's cells; auto: for each sub-patch one of these, or brute, whichever is "
+       "expected "
+       "to take the fewest tests.",
+       "[spec] ray: US 8791945; [assumed] class, auto"},
       {"tilecore.branch_node", &VisibilityMethodSettings::branch_node,
-       "With tilecore.traversal=ray: the node at which the rays of 4x4 pixels start: the root; the first node with "
+       "With rays (tilecore.traversal): the node at which the rays of 4x4 pixels start: the root; the first node with "
        "both children inside their frustum; the "
        "lowest one above all leaves inside.",
        "[spec] US 8791945 offers both; [measured] docs/visibility_methods.md: leaf_mask"},
       {"tilecore.ray_segments", &VisibilityMethodSettings::ray_segments, "segments", 1, 64,
-       "With tilecore.traversal=ray: parts of the shutter that have a stencil test, a leaf mask and a branch node of "
+       "With rays (tilecore.traversal): parts of the shutter that have a stencil test, a leaf mask and a branch node "
+       "of "
        "their own.",
        "[spec] US 8791945: 1; more is what US 9626762 does to a polygon"},
   };

@@ -9,16 +9,18 @@ namespace tessera::tilecore {
 // How a tile core finds which samples a moving or defocused sub-patch may cover. All methods end in the same inside
 // test and find the same hits with the same bits; they differ in what they test for them.
 enum class VisibilityMethod : std::uint8_t {
-  kPatchBvh,     // moving boxes of leaves and cells against the tile, then against samples
-  kBrute,        // per cell, every sample of the rectangle of its whole motion
-  kSegments,     // per cell, a rectangle for each of k segments of the shutter
-  kPartition,    // per cell, the rectangle cut in space; for each part the times at which the cell is there
-  kClusters,     // per leaf of 16 cells, a rectangle for each of k segments; its samples against all 16
-  kInterleaved,  // per cell, a rectangle for each of N fixed intervals
+  kPatchBvh,          // moving boxes of leaves and cells against the tile, then against samples
+  kBrute,             // per cell, every sample of the rectangle of its whole motion
+  kSegments,          // per cell, a rectangle for each of k segments of the shutter
+  kPartition,         // per cell, the rectangle cut in space; for each part the times at which the cell is there
+  kClusters,          // per leaf of 16 cells, a rectangle for each of k segments; its samples against all 16
+  kClusterPartition,  // the same with the rectangle cut in space
+  kInterleaved,       // per cell, a rectangle at each time that samples have, where the cell is then
 };
 
 // How patch-bvh finds samples.
 enum class Traversal : std::uint8_t {
+  kAuto,   // either, or brute, whichever is expected to take fewest tests for the sub-patch (method_choice.h)
   kClass,  // by classes of samples
   kRay,    // one ray at a time from the branch node
 };
@@ -34,13 +36,14 @@ enum class BranchNode {
 struct VisibilityMethodSettings {
   VisibilityMethod method = VisibilityMethod::kPatchBvh;
   int stencil_segments = 0;    // k; 0: by blur length over primitive size
-  int interleaved_times = 16;  // N
-  Traversal traversal = Traversal::kClass;
+  int interleaved_times = 16;  // that samples have with kInterleaved, unless they have fewer
+  Traversal traversal = Traversal::kAuto;
   BranchNode branch_node = BranchNode::kLeafMask;
   int ray_segments = 1;  // parts of the shutter that have branch nodes of their own
 
   // Classes of the sample pattern against moving boxes: the kernels of visibility_kernel.h, without the units below.
   bool by_class() const { return method == VisibilityMethod::kPatchBvh && traversal == Traversal::kClass; }
+  bool chooses() const { return method == VisibilityMethod::kPatchBvh && traversal == Traversal::kAuto; }
 };
 Keys<VisibilityMethodSettings> visibility_keys();
 
@@ -49,10 +52,10 @@ Keys<VisibilityMethodSettings> visibility_keys();
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::VisibilityMethod> =
-    std::to_array<std::string_view>({"patch-bvh", "brute", "segments", "partition", "clusters", "interleaved"});
+inline constexpr auto kEnumWords<tilecore::VisibilityMethod> = std::to_array<std::string_view>(
+    {"patch-bvh", "brute", "segments", "partition", "clusters", "cluster-partition", "interleaved"});
 template <>
-inline constexpr auto kEnumWords<tilecore::Traversal> = std::to_array<std::string_view>({"class", "ray"});
+inline constexpr auto kEnumWords<tilecore::Traversal> = std::to_array<std::string_view>({"auto", "class", "ray"});
 template <>
 inline constexpr auto kEnumWords<tilecore::BranchNode> = std::to_array<std::string_view>({"root", "both_children",
                                                                                           "leaf_mask"});

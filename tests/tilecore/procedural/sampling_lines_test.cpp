@@ -254,7 +254,7 @@ TestFrame flat_patch(float light) {
   lamp.type = shaders::Light::Type::kDirectional;
   lamp.direction = glm::normalize(Vec3(0.95f, 0, -0.3f));  // no mirror image of it in the patch: evenly lit
   lamp.color = Vec3(light);
-  scene.frame->lights = {lamp};
+  scene.frame->lights = {std::vector{lamp}, std::vector{lamp}};
   return scene;
 }
 

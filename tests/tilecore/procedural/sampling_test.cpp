@@ -54,6 +54,10 @@ TEST(SamplePattern, OffsetsLieOnTheSubPixelGridAndOnePerStratum) {
       columns.insert(static_cast<int>(x * static_cast<float>(strata)));
       rows.insert(static_cast<int>(y * static_cast<float>(strata)));
     }
+    float sum_x = 0, sum_y = 0;
+    for (int s = 0; s < spp; ++s) sum_x += pattern.offset(s).x, sum_y += pattern.offset(s).y;
+    EXPECT_NEAR(sum_x / static_cast<float>(spp), 0.5f, 1.0f / 64);
+    EXPECT_NEAR(sum_y / static_cast<float>(spp), 0.5f, 1.0f / 64);
     EXPECT_EQ(columns.size(), static_cast<std::size_t>(spp));
     EXPECT_EQ(rows.size(), static_cast<std::size_t>(spp));
   }
@@ -162,6 +166,34 @@ TEST(SamplePattern, SixteenBitsOfTimeRefineEight) {
   EXPECT_EQ(times.size(), 1024u) << "one each";
 }
 
+// Twice the sum of the times of a pattern's samples, in quanta: an integer.
+std::int64_t time_sum(const SamplePattern& pattern, int spp, int bits) {
+  std::int64_t sum = 0;
+  for (int y = 0; y < pattern.side(); ++y)
+    for (int x = 0; x < pattern.side(); ++x)
+      for (int s = 0; s < spp; ++s) sum += 2 * (pattern.time(x, y, s) >> (16 - bits)) + 1;
+  return sum;
+}
+
+TEST(SamplePattern, TheMeanTimeIsMidShutterForAnyNumberOfSamplesAndAnyPrecision) {
+  for (const int side : {8, 32})
+    for (const int bits : {8, 16})
+      for (int spp = 1; spp <= 64; spp += side == 8 ? 1 : 21) {
+        const SamplePattern pattern({spp, 7, 3, side, bits});
+        const std::int64_t samples = std::int64_t{side} * side * spp;
+        EXPECT_EQ(time_sum(pattern, spp, bits), samples << bits) << side << " " << bits << " " << spp;
+        // Nor are they drawn together: their variance is the shutter's, 1/12.
+        double square = 0;
+        for (int y = 0; y < side; ++y)
+          for (int x = 0; x < side; ++x)
+            for (int s = 0; s < spp; ++s) {
+              const double off = static_cast<double>(pattern.t(x, y, s)) - 0.5;
+              square += off * off;
+            }
+        EXPECT_NEAR(square / static_cast<double>(samples), 1.0 / 12, 1e-4);
+      }
+}
+
 TEST(SamplePattern, ThePixelsSamplesCoverTheLensEvenly) {
   const SamplePattern pattern({4, 2, 0});
   for (int y = 0; y < 16; ++y)
@@ -189,7 +221,7 @@ TEST(SampleClasses, HoldEverySampleOfThePatternOnceInOrderOfTime) {
       EXPECT_EQ(classes.x[c], static_cast<float>(column) + pattern.offset(sample).x);
       EXPECT_EQ(classes.y[c], static_cast<float>(row) + pattern.offset(sample).y);
       const int code = pattern.time(column, row, sample);
-      EXPECT_EQ(classes.t[c], static_cast<float>(code) / 65536.0f);
+      EXPECT_EQ(classes.t[c], pattern.t_of(static_cast<std::uint16_t>(code)));
       EXPECT_TRUE(c >= classes.first_at[static_cast<std::size_t>(code >> 8)] &&
                   c < classes.first_at[static_cast<std::size_t>(code >> 8) + 1]);
       if (c > 0) {

@@ -270,7 +270,7 @@ TEST(AlphaMask, AHoleShowsWhatIsBehindWhereItIsAtTheTimeOfTheSample) {
           // Samples right of the edge see red; those within a tenth of a pixel of it may see either.
           int least = 0, most = 0;
           for (int k = 0; k < 16; ++k) {
-            const double edge = 20 + way * scene.pattern.time(x, y, k) / 65536.0,
+            const double edge = 20 + way * static_cast<double>(scene.pattern.t(x, y, k)),
                          at = x + static_cast<double>(scene.pattern.offset(k).x);
             least += at > edge + 0.1;
             most += at > edge - 0.1;

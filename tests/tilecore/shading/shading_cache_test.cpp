@@ -228,7 +228,8 @@ TEST(ShadingRateCache, TheImageDependsNeitherOnTheCapacityNorOnTheTiles) {  // D
 
 TEST(ShadingRateCache, RunsAndRunsSavedAddUpAtEveryRate) {
   PixelScene scene = busy_scene();
-  for (const ShadingRate rate : {ShadingRate::kPixel, ShadingRate::kSample, ShadingRate::kCache}) {
+  for (const ShadingRate rate :
+       {ShadingRate::kPixel, ShadingRate::kPrimitive, ShadingRate::kSample, ShadingRate::kCache}) {
     scene.job.shading = rate;
     const ShadingCounters c = render(scene).counters;
     EXPECT_EQ(c.pixel_shader_invocations + c.pixel_shader_invocations_saved, c.samples_visible + c.blended_layers);
@@ -271,7 +272,7 @@ Image image_from_map(const PixelScene& scene, const Name& name) {
     const auto [found, fresh] = shaded.try_emplace(name(cell));
     if (fresh)
       found->second =
-          shade_point(*scene.frame, scene.job.lighting, ShadingCells::canonical_point(*scene.frame, cell)).color;
+          shade_point(*scene.frame, scene.job.lighting, {ShadingCells::canonical_point(*scene.frame, cell)}).color;
     return found->second;
   });
 }
@@ -333,7 +334,7 @@ TEST(ShadingRateCache, ComesCloseToShadingPerPixelOnATexturedWall) {
       ShadingCell cell = cells.cell_of(at);
       cell.i &= ~7;
       cell.j &= ~7;
-      return shade_point(*scene.frame, scene.job.lighting, ShadingCells::canonical_point(*scene.frame, cell)).color;
+      return shade_point(*scene.frame, scene.job.lighting, {ShadingCells::canonical_point(*scene.frame, cell)}).color;
     };
     PixelScene part(32, 32, 1);
     part.add_quad(0, 0, 128, 128, 0, waves(128), bezier);
@@ -350,7 +351,8 @@ TEST(ShadingRateCache, CostDoesNotGrowWithMotionBlur) {
       PixelScene scene(192, 96, 32);
       test::add_motion(*scene.capture, scene.add_quad(40, 10, 64, 64, 0, waves(64), bezier), {blur, 0, 0});
       scene.look();
-      for (const ShadingRate rate : {ShadingRate::kPixel, ShadingRate::kSample, ShadingRate::kCache}) {
+      for (const ShadingRate rate :
+           {ShadingRate::kPixel, ShadingRate::kPrimitive, ShadingRate::kSample, ShadingRate::kCache}) {
         scene.job.shading = rate;
         const ShadingCounters counters = render(scene).counters;
         const auto runs = static_cast<double>(counters.pixel_shader_invocations);

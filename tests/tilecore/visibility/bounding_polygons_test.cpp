@@ -87,6 +87,8 @@ const std::vector<std::pair<const char*, Cut>> kCuts = {
      [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { segment_pieces(b, m.samples.pixels, {}, 3, out); }},
     {"256 segments", [](const PrimitiveBound& b, const MethodMesh& m,
                         auto& out) { segment_pieces(b, m.samples.pixels, {}, 256, out); }},
+    {"interleaved", [](const PrimitiveBound& b, const MethodMesh& m,
+                       auto& out) { interleaved_pieces(b, m.samples.pixels, {}, *m.samples.classes, out); }},
     {"partition",
      [](const PrimitiveBound& b, const MethodMesh& m, auto& out) { partition_pieces(b, m.samples.pixels, {}, out); }}};
 

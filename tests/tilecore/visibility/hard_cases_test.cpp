@@ -50,8 +50,8 @@ TEST(HardCases, SamplesThatLookASixtyFourthOfTheShutterLateAreCaught) {
 
 // ---- Shared edges and vertices ----------------------------------------------------------------------------------
 
-// A sheet of cells of 2x2 pixels, its vertices in the middle of pixels, that moves 256 pixels along x: at t = n / 256
-// it is n pixels further, exactly. With one sample in the middle of each pixel, every sample is on a vertex, an edge or
+// A sheet of cells of 2x2 pixels, its vertices in the middle of pixels, that moves 512 pixels along x: at t = (n + 1/2)
+// / 256 it is 2n + 1 pixels further, exactly. With one sample in the middle of each pixel, every sample is on a vertex, an edge or
 // a diagonal at every time. It covers the tile of 16x8 pixels during the whole shutter.
 MethodMesh sheet_of_ties(RayEffects effects, bool orthographic, float z0, float z1) {
   MethodMesh m;
@@ -59,13 +59,13 @@ MethodMesh sheet_of_ties(RayEffects effects, bool orthographic, float z0, float 
   m.settings.orthographic = orthographic;
   m.settings.inverse_focus = 0.25f;
   m.lens_radius = effects.lens ? 3.0f : 0.0f;
-  constexpr int kColumns = 142, kRows = 8;
+  constexpr int kColumns = 270, kRows = 8;
   m.resize((kColumns + 1) * (kRows + 1));
   for (int j = 0; j <= kRows; ++j)
     for (int i = 0; i <= kColumns; ++i) {
       const auto v = static_cast<std::size_t>(j * (kColumns + 1) + i);
-      m.place(v, -261.5f + 2 * static_cast<float>(i), -3.5f + 2 * static_cast<float>(j), z0);
-      m.move(v, 256, 0, z1);
+      m.place(v, -517.5f + 2 * static_cast<float>(i), -3.5f + 2 * static_cast<float>(j), z0);
+      m.move(v, 512, 0, z1);
     }
   m.add_grid_cells(kColumns, kRows);
   m.finish({0, 0, 16, 8}, 1);
@@ -98,10 +98,11 @@ TEST(HardCases, SamplesOnSharedEdgesAndVerticesAreHitOnceAtShutterOpenAndAtTheLa
   for (const bool orthographic : {false, true}) {
     MethodMesh m = sheet_of_ties({true, false}, orthographic, 2, 2);
     for (std::size_t s = 0; s < m.samples.count; ++s) {
-      // t = 0, 1/2, and 65535/65536, the last there is: at that the sheet has moved 256 - 1/256 pixels.
+      // t = 0, 1/2, and 65535/65536: at that the sheet has moved 512 - 1/128 pixels.
       m.samples.time[s] = s % 3 == 0 ? 0 : s % 3 == 1 ? 0x8000 : 0xFFFF;
-      m.samples.x[s] -= s % 3 == 2 ? 1.0f / 256 : 0.0f;
+      m.samples.x[s] -= s % 3 == 2 ? 1.0f / 128 : 0.0f;
     }
+    m.samples.half_quantum = 0;
     const auto hits = all_pairs(m);
     expect_each_sample_once(m, hits);
     EXPECT_GE(compare_with_exact(m, hits).too_close, static_cast<int>(m.samples.count));
@@ -131,7 +132,8 @@ TEST(HardCases, ATriangleThatIsDegenerateAtOneTimeOnlyHoldsNothingThenAndIsExact
     m.effects = {true, false};
     m.settings.orthographic = trial % 2 == 0;
     m.resize(3);
-    // The third corner crosses the line through the others at t = 1/2, in either direction.
+    // The third corner crosses the line through the others at t = 257/512, in either direction: at the time of the
+    // stencil value 128.
     const auto even = [&](int low, int high) { return static_cast<float>(2 * random.integer(low, high)); };
     const float ax = even(0, 4), ay = even(0, 3), bx = ax + even(4, 10), by = ay + even(-3, 6),
                 along = 0.5f * static_cast<float>(random.integer(0, 3));
@@ -139,7 +141,7 @@ TEST(HardCases, ATriangleThatIsDegenerateAtOneTimeOnlyHoldsNothingThenAndIsExact
                 qy = even(1, 6) * (random.coin() ? 1.0f : -1.0f);
     m.place(0, ax, ay, 2);
     m.place(1, bx, by, 2);
-    m.place(2, px + qx, py + qy, 2);
+    m.place(2, px + qx * (257.0f / 256), py + qy * (257.0f / 256), 2);
     m.move(2, -2 * qx, -2 * qy, 2);
     m.settings.limits.keep_positive = trial % 3 != 1;
     m.settings.limits.keep_negative = trial % 3 != 2;

@@ -71,6 +71,7 @@ TEST(StencilUnit, KeepsInTheOrderOfTheWalkAndCountsGroupsOf32Lanes) {  // ST2
 TEST(StencilUnit, TheStencilIsTheUpperHalfOfATimeAndNeverLaterThanIt) {
   TileSamples samples = timed_samples({0, 0, 4, 1}, {0});
   samples.time = {0xFFFF, 0x00FF, 0x8000, 0x8001};
+  samples.half_quantum = 0x1p-17f;  // as of sixteen bits
   for (const auto& [at, stencil] : {std::pair<std::size_t, int>{0, 255}, {1, 0}, {2, 128}, {3, 128}}) {
     EXPECT_EQ(samples.stencil(at), stencil);
     EXPECT_LE(static_cast<float>(stencil) / 256, samples.t(at));

@@ -54,6 +54,7 @@ TEST(VisibilityMethods, AgreeWhenAllSamplesHaveOneTime) {
   for (const int code : {0, 1, 1 << 15, 255 << 8, 0xFFFF}) {
     MethodMesh m = random_mesh(random, {{true, code == 1 << 15}});
     for (auto& time : m.samples.time) time = static_cast<std::uint16_t>(code);
+    m.samples.half_quantum = 0;
     // The pattern's classes have that time, too: all of them are those of one stencil value.
     SampleClasses classes = m.pattern->classes();
     std::fill(classes.t.begin(), classes.t.end(), static_cast<float>(code) / 65536);
@@ -177,7 +178,8 @@ TEST(VisibilityMethods, HitsBehindWhatASampleSeesMayBeLeftOutOthersMayNot) {
 // Hits of every patch of a frame, tile by tile; samples are numbered over the frame.
 std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const scene::FrameGeometry& frame,
                                                                            int tile_side,
-                                                                           const VisibilityMethodSettings& method) {
+                                                                           const VisibilityMethodSettings& method,
+                                                                           CoreCounters* counters = nullptr) {
   const binner::TileGrid grid(frame.request.width, frame.request.height, tile_side, tile_side);
   const SamplePattern pattern({4, 3, 0});
   TileJob job;
@@ -207,6 +209,7 @@ std::set<std::tuple<std::uint64_t, std::uint32_t, HitSet::Key>> frame_hits(const
       }
     }
   }
+  if (counters != nullptr) *counters = core.take_counters();
   return hits;
 }
 
@@ -267,6 +270,98 @@ INSTANTIATE_TEST_SUITE_P(Cases, Scenes,
                                          SceneCase{"MovingClusters", false, true, false, false, 3},
                                          SceneCase{"ClustersCrossingTheCameraPlane", false, true, true, false, 0.6}),
                          [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// Triangle and box tests per hit of a frame.
+struct Rate {
+  double triangles, boxes;
+  std::size_t hits;
+};
+Rate rate_of(const TestFrame& test, const VisibilityMethodSettings& method) {
+  CoreCounters counters;
+  const std::size_t hits = frame_hits(*test.frame, 32, method, &counters).size();
+  const auto by = static_cast<double>(counters.tilecore.sample_hits);
+  return {static_cast<double>(counters.tilecore.triangle_tests) / by,
+          static_cast<double>(counters.tilecore.box_tests) / by, hits};
+}
+
+// What moves otherwise than along: the default takes the way whose boxes follow.
+TEST(VisibilityMethods, TurningAndComingCloserTakeTheDefaultNoMoreTestsThanEitherWay) {
+  for (const char* motion : {"along", "turning", "closer"}) {
+    TestFrame test;
+    const int m = test::add_material(*test.capture);
+    const int node = test::add_node(*test.capture, test::closed_patches(m));
+    test::add_camera(*test.capture, {0, 0, 5});
+    const std::string how = motion;
+    if (how == "along") test::add_motion(*test.capture, node, {0.7, 0.3, 0});
+    if (how == "turning") test::add_turn(*test.capture, node, {0, 0, 1}, 1.2f);
+    if (how == "closer") test::add_motion(*test.capture, node, {0, 0, 2.2});
+    test.pose(96, 64);
+    using M = VisibilityMethod;
+    const Rate chosen = rate_of(test, {}), classes = rate_of(test, {M::kPatchBvh, 0, 16, Traversal::kClass}),
+               rays = rate_of(test, {M::kPatchBvh, 0, 16, Traversal::kRay});
+    EXPECT_EQ(chosen.hits, classes.hits);
+    EXPECT_EQ(chosen.hits, rays.hits);
+    const auto all = [](const Rate& r) { return r.triangles + r.boxes; };
+    std::printf("%s: triangle and box tests per hit %.1f %.1f, classes %.1f %.1f, rays %.1f %.1f\n", motion,
+                chosen.triangles, chosen.boxes, classes.triangles, classes.boxes, rays.triangles, rays.boxes);
+    EXPECT_LE(all(chosen), 1.06 * std::min(all(classes), all(rays))) << motion;
+    if (how != "along") {
+      EXPECT_LE(chosen.triangles, 1.3 * rays.triangles) << motion;
+    }
+  }
+}
+
+// A street of walls that the camera flies through: all cells beside it cross the camera's plane during the shutter.
+TEST(VisibilityMethods, WhatCrossesTheNearPlaneTakesFewTestsPerHitByEachMethodInItsWay) {
+  TestFrame test;
+  scene::Material material;
+  material.double_sided = true;
+  const int m = test::add_material(*test.capture, material);
+  constexpr int kCells = 24;
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+  for (int j = 0; j <= kCells; ++j)
+    for (int i = 0; i <= kCells; ++i)
+      positions.push_back({0.4f + 0.02f * std::sin(static_cast<float>(i)), -0.6f + 0.05f * static_cast<float>(j),
+                           0.5f - 0.08f * static_cast<float>(i)});
+  for (std::uint32_t j = 0; j < kCells; ++j)
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      const std::uint32_t a = j * (kCells + 1) + i;
+      indices.insert(indices.end(), {a, a + 1, a + kCells + 2, a, a + kCells + 2, a + kCells + 1});
+    }
+  test::add_node(*test.capture, test::triangles(positions, indices, m));
+  scene::Camera camera;
+  camera.near = 0.02f;
+  camera.vertical_fov = 1.2f;
+  test::add_camera(*test.capture, {0, 0, 0.3}, camera);
+  test::add_motion(*test.capture, static_cast<int>(test.capture->nodes.size()) - 1, {0, 0, -1});
+  test.pose(96, 64);
+  const auto rate = [&](const VisibilityMethodSettings& method, std::size_t& hits) {
+    CoreCounters counters;
+    hits = frame_hits(*test.frame, 32, method, &counters).size();
+    return static_cast<double>(counters.tilecore.triangle_tests) / static_cast<double>(counters.tilecore.sample_hits);
+  };
+  std::size_t expected = 0, hits = 0;
+  using M = VisibilityMethod;
+  const double brute = rate({M::kBrute}, expected), bvh = rate({}, hits);
+  EXPECT_GT(expected, 3000u);
+  EXPECT_EQ(hits, expected);
+  EXPECT_GT(brute, 100);
+  EXPECT_LE(bvh, 20);
+  RecordProperty("brute", std::to_string(brute));
+  std::printf("triangle tests per hit: brute %.1f, patch-bvh %.2f", brute, bvh);
+  const double classes = rate({M::kPatchBvh, 0, 16, Traversal::kClass}, hits),
+               rays = rate({M::kPatchBvh, 0, 16, Traversal::kRay}, hits);
+  std::printf(", classes %.1f, rays %.1f", classes, rays);
+  EXPECT_LE(bvh, 1.3 * std::min(classes, rays));
+  for (const M method : {M::kSegments, M::kPartition, M::kClusters, M::kClusterPartition, M::kInterleaved}) {
+    const double own = rate({method}, hits);
+    EXPECT_EQ(hits, expected);
+    EXPECT_LT(own, 1.05 * brute);
+    std::printf(", %s %.1f", std::string(word(method)).c_str(), own);
+  }
+  std::printf("\n");
+}
 
 // ---- What the methods are for -----------------------------------------------------------------------------------
 

@@ -67,7 +67,7 @@ struct RandomMesh {
 // The scalar twin of a corner: the formulas of MicroMesh, with the kernels' roundings.
 Corner reference_corner(const RandomMesh& r, std::size_t v, std::size_t sample) {
   const MicroMesh& m = r.mesh;
-  const float t = static_cast<float>(r.samples.time[sample]) / 65536.0f;
+  const float t = r.samples.t(sample);
   Corner c;
   c.z = r.effects.motion ? std::fma(t, m.z1[v] - m.z0[v], m.z0[v]) : m.z0[v];
   c.scale = r.settings.orthographic ? 1.0f : 1.0f / c.z;
@@ -444,7 +444,7 @@ TEST(ClippedCells, AFloorThatPassesUnderTheCameraHasNoHole) {
       }
       // In two parts of the shutter: together they test every sample once.
       for (const TimeRange times : {TimeRange{0, 99}, TimeRange{100, 255}})
-        test_clipped_cells(mesh, samples, times, {moving, false}, frame.projection, settings, sink, work);
+        test_clipped_cells(mesh, samples, times, {moving, false}, frame.projection, settings, {}, sink, work);
       sink.flush();
     }
     std::map<std::uint32_t, int> count;

@@ -1,0 +1,142 @@
+#include "tilecore/shading/fragment_merger.h"
+
+#include <cmath>
+
+#include "tilecore/shading/surface.h"
+
+namespace tessera::tilecore {
+namespace {
+
+// Whether attributes go on smoothly across the edges of a drawable's triangles that share vertices.
+bool is_smooth(const scene::PosedDrawable& drawable) {
+  return has_grid(drawable) || !drawable.normals[0].empty() || drawable.material->unlit;
+}
+
+bool share_edge(const std::array<std::uint64_t, 3>& a, const std::array<std::uint64_t, 3>& b) {
+  int shared = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool again = (i > 0 && a[i] == a[0]) || (i > 1 && a[i] == a[1]);  // collapsed corners count once
+    if (!again && (a[i] == b[0] || a[i] == b[1] || a[i] == b[2])) ++shared;
+  }
+  return shared >= 2;
+}
+
+}  // namespace
+
+bool is_at_rest(const scene::FrameGeometry& frame, std::uint32_t patch) {
+  return !frame.drawable_of(patch).moving && frame.projection.lens_scale == 0;
+}
+
+void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const TileState& state,
+                           std::span<const std::size_t> pixels, std::span<const bool> split) {
+  spp_ = static_cast<std::size_t>(samples.spp);
+  visible_ = merged_ = quads_ = 0;
+  fragments_.clear();
+  run_of_.assign(pixels.size() * spp_, kNoRun);
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    const std::size_t first_of_pixel = fragments_.size(), first = pixels[p] * spp_;
+    for (std::size_t k = 0; k < spp_; ++k)
+      if (state.patch[first + k] != TileState::kNoPatch)
+        add_sample(job, samples, state, p, k, first + k, split[p], first_of_pixel);
+  }
+  if (fragments_.size() > 1) merge_all(job);
+  make_runs();
+}
+
+void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p,
+                                std::size_t k, std::size_t s, bool split, std::size_t first_of_pixel) {
+  ++visible_;
+  Fragment here{};
+  here.patch = state.patch[s], here.triangle = state.triangle[s], here.pixel = static_cast<std::uint32_t>(p);
+  here.positive = state.positive[s] != 0;
+  // A still pinhole sample sees the surface where it is itself.
+  here.rests = is_at_rest(*job.frame, here.patch);
+  const float x = here.rests ? samples.x[s] : state.rest_x[s], y = here.rests ? samples.y[s] : state.rest_y[s];
+  here.cell_x = std::floor(x), here.cell_y = std::floor(y);
+  here.right = split && samples.x[s] - std::floor(samples.x[s]) >= 0.5f;
+  const float dx = x - here.cell_x - (split ? (here.right ? 0.75f : 0.25f) : 0.5f), dy = y - here.cell_y - 0.5f;
+  here.distance2 = dx * dx + dy * dy;
+  here.sample = s;
+  std::size_t f = job.shading == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
+  const auto same = [&](const Fragment& o) {
+    return o.triangle == here.triangle && o.patch == here.patch && o.cell_x == here.cell_x && o.cell_y == here.cell_y &&
+           o.right == here.right && o.positive == here.positive;
+  };
+  while (f < fragments_.size() && !same(fragments_[f])) ++f;
+  if (f == fragments_.size()) {
+    here.parent = static_cast<std::uint32_t>(f);
+    fragments_.push_back(here);
+  }
+  Fragment& fragment = fragments_[f];
+  if (here.distance2 < fragment.distance2) fragment.sample = s, fragment.distance2 = here.distance2;
+  fragment.time_sum += samples.t(s);
+  ++fragment.samples;
+  run_of_[p * spp_ + k] = static_cast<std::uint32_t>(f);
+}
+
+std::uint32_t FragmentMerger::root(std::uint32_t f) {
+  while (fragments_[f].parent != f) f = fragments_[f].parent = fragments_[fragments_[f].parent].parent;
+  return f;
+}
+
+bool FragmentMerger::belong_together(const TileJob& job, Fragment& a, Fragment& b) {
+  if (a.patch != b.patch || a.positive != b.positive || a.right != b.right) return false;
+  if (a.pixel != b.pixel) {
+    // Of one quad: the same primitive's, and with merging its neighbours', at one time and through one lens point.
+    if (!a.rests) return false;
+    if (job.shading == ShadingRate::kSample) return a.triangle == b.triangle && a.sample % spp_ == b.sample % spp_;
+  } else if (a.cell_x != b.cell_x || a.cell_y != b.cell_y) {
+    return false;
+  }
+  if (a.triangle == b.triangle) return job.shading != ShadingRate::kSample;
+  if (job.shading != ShadingRate::kPixel || a.triangle >= SurfaceLocation::kLine ||
+      b.triangle >= SurfaceLocation::kLine || !is_smooth(job.frame->drawable_of(a.patch)))
+    return false;
+  for (Fragment* f : {&a, &b})
+    if (!f->has_vertices) {
+      f->vertices = triangle_vertices(*job.frame, f->patch, f->triangle);
+      f->has_vertices = true;
+    }
+  return share_edge(a.vertices, b.vertices);
+}
+
+void FragmentMerger::merge_all(const TileJob& job) {
+  const auto count = static_cast<std::uint32_t>(fragments_.size());
+  for (std::uint32_t b = 1; b < count; ++b)
+    for (std::uint32_t a = 0; a < b; ++a) {
+      const std::uint32_t ra = root(a), rb = root(b);
+      if (ra == rb || !belong_together(job, fragments_[a], fragments_[b])) continue;
+      // The smaller number stays: the order in which pairs are looked at does not show.
+      fragments_[ra < rb ? rb : ra].parent = ra < rb ? ra : rb;
+    }
+}
+
+void FragmentMerger::make_runs() {
+  runs_.clear();
+  for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
+    Fragment& fragment = fragments_[f];
+    const std::uint32_t r = root(f);
+    if (r == f) ++quads_;
+    // Fragments of a group share the run of the group's first one in their pixel.
+    std::uint32_t first = r;
+    while (first < f && (fragments_[first].pixel != fragment.pixel || root(first) != r)) ++first;
+    if (first == f) {
+      fragment.run = static_cast<std::uint32_t>(runs_.size());
+      runs_.push_back({fragment.sample, 0.0f, fragment.pixel, fragment.rests});
+    } else {
+      ++merged_;
+      Fragment& leader = fragments_[first];
+      fragment.run = leader.run;
+      leader.time_sum += fragment.time_sum;
+      leader.samples += fragment.samples;
+      if (fragment.distance2 < leader.distance2)
+        runs_[leader.run].sample = fragment.sample, leader.distance2 = fragment.distance2;
+    }
+    const Fragment& leader = fragments_[first];
+    runs_[leader.run].light_time = leader.time_sum / static_cast<float>(leader.samples);
+  }
+  for (std::uint32_t& run : run_of_)
+    if (run != kNoRun) run = fragments_[run].run;
+}
+
+}  // namespace tessera::tilecore

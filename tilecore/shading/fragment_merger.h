@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tilecore/tile_job.h"
+#include "tilecore/tile_state.h"
+#include "tilecore/visibility/sample_pattern.h"
+
+namespace tessera::tilecore {
+
+// Which visible samples share one pixel-shader invocation, with any shading.rate but `cache`.
+//
+// A *fragment* is what one pixel sees of one primitive (triangle): the samples that the primitive covers there and
+// nothing hides. Where things move or are defocused, the pixel is that of the surface at rest: only samples that a
+// static pinhole camera would see in one pixel share. `primitive` shades each fragment once. `pixel` merges fragments
+// first (quad-fragment merging, Fatahalian et al. 2010), as long as all of these hold:
+//   - they are of one base patch, and their triangles share an edge: both vertices, with all their attributes;
+//   - attributes do not break across that edge: not where triangles without normals are lit, each by its own;
+//   - the triangles face the same way;
+//   - no sample is in both: they are visible samples, each sees one primitive.
+// Merged fragments merge with further ones. With shading.derivatives=quad all this is done for blocks of 2x2 pixels.
+//
+// Invariants (cited by the tests):
+//   FM1  The invocations of `primitive` are the pairs of a pixel and a primitive that it sees.
+//   FM2  What is merged has one facing, one base patch, and is connected by shared edges.
+class FragmentMerger {
+ public:
+  // One invocation.
+  struct Run {
+    std::size_t sample;   // the one nearest to the middle of the pixel, or of its half, is shaded
+    float light_time;     // mean time of the samples that share it
+    std::uint32_t pixel;  // which of the block's
+    bool rests;           // what it shades is at rest and in focus
+  };
+  static constexpr std::uint32_t kNoRun = 0xFFFFFFFFu;
+
+  // The pixels of one block: one, or those of a 2x2 block that are to be shaded together. `split` says of each whether
+  // samples in its left half share with those in its right half (false) or not, see DeferredShader::shade().
+  void group(const TileJob& job, const TileSamples& samples, const TileState& state,
+             std::span<const std::size_t> pixels, std::span<const bool> split);
+
+  std::span<const Run> runs() const { return runs_; }
+  // Of sample k of the block's pixel p; kNoRun where it sees nothing opaque.
+  std::uint32_t run_of(std::size_t p, std::size_t k) const { return run_of_[p * spp_ + k]; }
+
+  std::size_t visible() const { return visible_; }  // samples
+  std::size_t merged() const { return merged_; }    // fragments that are shaded with another one
+  // Of 2x2 invocations: fragments that move or are defocused have a time and a lens point of their own, and so a quad.
+  std::size_t quads() const { return quads_; }
+
+ private:
+  struct Fragment {
+    std::uint32_t patch, triangle, pixel;
+    float cell_x, cell_y;
+    bool right, positive, rests;
+    std::size_t sample;
+    float distance2, time_sum;
+    std::uint32_t samples, parent, run;
+    std::array<std::uint64_t, 3> vertices;
+    bool has_vertices;
+  };
+  void add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p, std::size_t k,
+                  std::size_t s, bool split, std::size_t first_of_pixel);
+  void merge_all(const TileJob& job);
+  bool belong_together(const TileJob& job, Fragment& a, Fragment& b);
+  std::uint32_t root(std::uint32_t f);
+  void make_runs();
+
+  std::size_t spp_ = 0, visible_ = 0, merged_ = 0, quads_ = 0;
+  std::vector<Fragment> fragments_;
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> run_of_;  // first the fragment, then the run
+};
+
+// Whether samples see a patch where it is at rest: it does not move and there is no lens.
+bool is_at_rest(const scene::FrameGeometry& frame, std::uint32_t patch);
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+
+#include "scene/frame_geometry.h"
+
+namespace tessera::tilecore {
+
+// Directions from points of the image into the scene, in world space: what the background is seen along. A camera that
+// turns during the shutter turns as the scene's points do: what is infinitely far moves linearly in raster space
+// between the motion keys.
+class ViewRays {
+ public:
+  explicit ViewRays(const scene::FrameGeometry& frame);
+
+  // Point of the image in pixels; time in [0, 1]; point of the lens in Projection::lens_scale. Unit length.
+  Vec3 direction(float x, float y, float t, float lens_u, float lens_v) const;
+
+ private:
+  scene::Projection projection_;
+  bool turning_ = false;
+  // Camera to world, but for scale: constant, times t, times t^2. Only the first unless the camera turns.
+  std::array<DMat3, 3> to_world_{DMat3(1.0), DMat3(0.0), DMat3(0.0)};
+};
+
+}  // namespace tessera::tilecore
