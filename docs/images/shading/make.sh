@@ -23,7 +23,7 @@ capture() { echo "$root/captures/$1.glb"; }
 {
   echo "capture,rate,samples_visible,invocations,invocations_saved,psnr_db,flip"
   for name in eggs serpent flyby vases; do
-    for rate in sample pixel cache; do
+    for rate in sample primitive pixel cache; do
       replay "$name.$rate" "$(capture $name)" --set shading.rate=$rate
       echo "$name,$rate,$(count $name.$rate samples_visible),$(count $name.$rate pixel_shader_invocations),$(count $name.$rate pixel_shader_invocations_saved),$(error $name.sample $name.$rate)"
     done
