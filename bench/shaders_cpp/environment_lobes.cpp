@@ -1,4 +1,4 @@
-// Makes shaders_cpp/studio.cpp: tessera_environment_lobes > shaders_cpp/studio.cpp. The built-in environment's parts,
+// Makes shaders_cpp/studio.cpp: tessera_environment_lobes | clang-format > shaders_cpp/studio.cpp. The built-in environment's parts,
 // convolved with GGX lobes by integration, as least-squares fits of the forms that shaders_cpp/studio.h states.
 #include "shaders_cpp/studio.h"
 

@@ -140,7 +140,7 @@ ShadedPoint shade_quad(scene::Material material, std::vector<Vec4> colors = {}) 
   test::add_node(*test.capture, primitive);
   test::add_camera(*test.capture, {0, 0, 3});
   test.pose();
-  return shade_point(*test.frame, Lighting(), {0, 0, 0.3f, 0.4f, 0});
+  return shade_point(*test.frame, Lighting(), {{0, 0, 0.3f, 0.4f, 0}});
 }
 
 TEST(PixelShader, UnlitShowsFactorTimesTextureTimesVertexColour) {
@@ -195,7 +195,7 @@ TEST(PixelShader, BackFacesOfDoubleSidedSurfacesAreLitFromTheViewersSide) {
                                                 test::add_material(*test.capture, material)));
   test::add_camera(*test.capture, {0, 0, 3});
   test.pose();
-  EXPECT_GT(shade_point(*test.frame, Lighting(), {0, 0, 0.3f, 0.4f, 0}).normal.z, 0.9f);
+  EXPECT_GT(shade_point(*test.frame, Lighting(), {{0, 0, 0.3f, 0.4f, 0}}).normal.z, 0.9f);
 }
 
 // ---- Resolve ----------------------------------------------------------------------------------------------------
