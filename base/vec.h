@@ -11,6 +11,7 @@ using Vec3 = glm::vec3;
 using Vec4 = glm::vec4;
 using Mat3 = glm::mat3;
 using Mat4 = glm::mat4;
+using DVec2 = glm::dvec2;
 using DVec3 = glm::dvec3;
 using DVec4 = glm::dvec4;
 using DMat3 = glm::dmat3;

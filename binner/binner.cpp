@@ -12,10 +12,12 @@ bool moves(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& s
   return (sub_patch.effects & frontend::kEffectMotion) != 0 && frame.drawable_of(sub_patch.base_patch).moving;
 }
 
+// `frame`: the one by which the sub-patch moves.
 QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
   const scene::PosedDrawable& drawable = frame.drawable_of(sub_patch.base_patch);
   QueueEntry entry;
   entry.base_patch = sub_patch.base_patch;
+  entry.segment = sub_patch.segment;
   entry.range = sub_patch.range;
   entry.near_depth = sub_patch.bounds.near_z;
   entry.far_depth = sub_patch.bounds.far_z;
@@ -51,9 +53,10 @@ void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const fron
     TileCoverageUnit unit = coverage_;
     for (std::size_t i = block * kBlock; i < std::min(ahead_.size(), (block + 1) * kBlock); ++i) {
       const frontend::BoundedSubPatch& sub_patch = sub_patches[first + i];
+      const scene::FrameGeometry& posed = frame.segment(sub_patch.segment);
       const TileCoverage& coverage =
-          unit.cover({sub_patch.bounds, sub_patch.corners(frame)}, moves(frame, sub_patch), grid_);
-      hierarchy_.place(coverage, frontend::patch_record_bytes(frame, sub_patch.base_patch), ahead_[i].placements);
+          unit.cover({sub_patch.bounds, sub_patch.corners(frame)}, moves(posed, sub_patch), grid_);
+      hierarchy_.place(coverage, frontend::patch_record_bytes(posed, sub_patch.base_patch), ahead_[i].placements);
       ahead_[i].covered = coverage.covered;
       ahead_[i].dropped_exact = coverage.dropped_exact;
       ahead_[i].dropped_time = coverage.dropped_time;
@@ -68,7 +71,8 @@ bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::Bo
     if (cursor.sub_patch < ahead_first_ || cursor.sub_patch >= ahead_first_ + ahead_.size())
       place_ahead(frame, sub_patches, cursor.sub_patch);
     const Placed& placed = ahead_[cursor.sub_patch - ahead_first_];
-    QueueEntry entry = make_entry(frame, sub_patches[cursor.sub_patch]);
+    const frontend::BoundedSubPatch& sub_patch = sub_patches[cursor.sub_patch];
+    QueueEntry entry = make_entry(frame.segment(sub_patch.segment), sub_patch);
     const bool begun = cursor.entry > 0;  // before a partial render: its tiles are counted
     for (; cursor.entry < placed.placements.size(); ++cursor.entry) {
       const QueueHierarchy::Placement& placement = placed.placements[cursor.entry];

@@ -49,6 +49,7 @@ std::array<std::uint8_t, kQueueEntryBytes> pack(const QueueEntry& e) {
   bytes[12] = e.t0;
   bytes[13] = e.t1;
   bytes[14] = e.flags;
+  bytes[15] = e.segment;
   return bytes;
 }
 
@@ -63,6 +64,7 @@ QueueEntry unpack(std::span<const std::uint8_t, kQueueEntryBytes> bytes) {
   e.t0 = bytes[12];
   e.t1 = bytes[13];
   e.flags = bytes[14];
+  e.segment = bytes[15];
   return e;
 }
 

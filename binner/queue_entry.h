@@ -19,7 +19,7 @@ namespace tessera::binner {
 //   12      t0           first 1/256 of the shutter in which the sub-patch may touch the tile
 //   13      t1           last one
 //   14      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
-//   15      zero
+//   15      segment      of motion by which it moves, t0 and t1 being 1/256 of that; 0: of the whole shutter
 struct QueueEntry {
   enum Flag : std::uint8_t {
     kMoving = 1,
@@ -37,6 +37,7 @@ struct QueueEntry {
   float near_depth = 0, far_depth = 0;  // unpacked: never nearer / farther than what was packed
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;
+  std::uint8_t segment = 0;  // FrameGeometry::segment()
 };
 
 inline constexpr std::size_t kQueueEntryBytes = 16;

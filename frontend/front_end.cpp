@@ -52,6 +52,7 @@ std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const s
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const scene::Drawable& drawable = *frame.drawables[d].drawable;
     if (drawable.patch_count == 0 || (!read.empty() && read[d] == 0)) continue;
+    if (!frame.moves_here(frame.drawables[d])) continue;
     if (!frame.drawables[d].visible || (skip_procedures && frame.drawables[d].procedure != nullptr)) continue;
     if (runs.empty() || runs.back().end != drawable.first_patch)
       runs.push_back({drawable.first_patch, drawable.first_patch});
@@ -80,8 +81,9 @@ std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_
   return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(scene::ClusterCell);
 }
 
-FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const FrontEndSpec& spec, const OcclusionGuess* guess, scene::MemoryBudget* budget) {
+// What moves by one frame's poses: by those of the whole shutter or of a segment.
+FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
+                        const OcclusionGuess* guess, scene::MemoryBudget* budget) {
   InstanceCulling culling = cull_instances(frame, pyramids, spec);
   FrontEndResult all;
   all.instances = culling.counters;
@@ -126,17 +128,40 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
   return all;
 }
 
+FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                             const FrontEndSpec& spec, const OcclusionGuess* guess, scene::MemoryBudget* budget) {
+  FrontEndResult all = run_part(frame, pyramids, spec, guess, budget);
+  const auto append = [](auto& to, auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  for (std::size_t s = 0; s < frame.segments.size(); ++s) {
+    FrontEndResult part = run_part(*frame.segments[s], pyramids, spec, guess, budget);
+    for (auto* pieces : {&part.sub_patches, &part.deferred})
+      for (BoundedSubPatch& piece : *pieces) piece.segment = static_cast<std::uint8_t>(s + 1);
+    append(all.sub_patches, part.sub_patches);
+    append(all.deferred, part.deferred);
+    append(all.read, part.read);
+    merge(all.counters, part.counters);
+    merge(all.instances, part.instances);
+    all.ledger += part.ledger;
+  }
+  return all;
+}
+
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end) {
   std::vector<BoundedSubPatch> visible;
-  PatchSplitter splitter(frame, pyramids, spec);
+  std::vector<PatchSplitter> splitters;
+  for (std::size_t s = 0; s <= frame.segments.size(); ++s)
+    splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec);
   for (const BoundedSubPatch& piece : front_end.deferred) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
+    const scene::FrameGeometry& posed = frame.segment(piece.segment);
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                          memory::burst_bytes(0, patch_record_bytes(frame, piece.base_patch), spec.burst_bytes) +
-                              instance_record_bytes(frame.drawable_of(piece.base_patch)));
-    splitter.split_deferred(piece, visible, front_end.counters);
+                          memory::burst_bytes(0, patch_record_bytes(posed, piece.base_patch), spec.burst_bytes) +
+                              instance_record_bytes(posed.drawable_of(piece.base_patch)));
+    const std::size_t before = visible.size();
+    splitters[piece.segment].split_deferred(piece, visible, front_end.counters);
+    for (std::size_t k = before; k < visible.size(); ++k) visible[k].segment = piece.segment;
   }
   return visible;
 }

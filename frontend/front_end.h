@@ -21,8 +21,9 @@ struct PatchRun {
   std::uint32_t first, end;
 };
 
-// The front end's work on one frame after posing: drop instances that cannot be seen, split every base patch of the
-// others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches.
+// The front end's work on one frame after posing, for each of its motion segments: drop instances that cannot be seen, split every base patch of the
+// others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
+// segment.
 // What `guess` hides, if there is one, is deferred. Throws LimitError where the sub-patches need more memory than `budget`
 // has; what it exceeds is no more than what 32768 base patches become.
 struct FrontEndResult {

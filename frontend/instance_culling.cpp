@@ -76,6 +76,15 @@ bool outside(const SubPatchBody& body, const FrameGeometry& frame) {
   return !bounds || outside_frame(*bounds, frame.request.width, frame.request.height);
 }
 
+// Whether the frame's poses are those that any of the node's instances moves by.
+bool any_moves_here(const FrameGeometry& frame, const InstancedNode& node) {
+  if (frame.part.whole() && frame.segments.empty()) return true;
+  const auto* first = &frame.drawables[node.first_drawable];
+  const std::size_t instances = node.order.size();
+  return std::any_of(first, first + instances * node.primitives,
+                     [&](const scene::PosedDrawable& drawable) { return frame.moves_here(drawable); });
+}
+
 // Tests one group and, unless it is outside, its instances; `read` has the node's drawables.
 InstanceCounters cull_group(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
                             const InstanceGroup& group, std::uint8_t* read) {
@@ -129,7 +138,7 @@ SubPatchBody group_body(const FrameGeometry& frame, const InstancedNode& node, c
                         const InstanceGroup& group) {
   std::array<DMat4, 2> to_raster;
   for (std::size_t key = 0; key < 2; ++key)
-    to_raster[key] = frame.projection.matrix() * frame.views[key].world_to_camera *
+    to_raster[key] = frame.projections[key].matrix() * frame.views[key].world_to_camera *
                      frame.poses[key].world[static_cast<std::size_t>(node.node)];
   const MovingBox placed = placed_box(group, box);
   // Vertices are computed from matrices in single precision: one rounding more a term, and the margin has far more.
@@ -151,7 +160,7 @@ InstanceCulling cull_instances(const FrameGeometry& frame, const std::vector<Mov
   result.read.assign(assembly.drawables.size(), 1);
   for (std::size_t n = 0; n < boxes.size(); ++n) {
     const InstancedNode& node = assembly.instanced_nodes[n];
-    if (!frame.drawables[node.first_drawable].visible) continue;
+    if (!frame.drawables[node.first_drawable].visible || !any_moves_here(frame, node)) continue;
     std::vector<InstanceCounters> groups(node.groups.size());
     parallel_for(groups.size(), [&](std::size_t g) {
       groups[g] = cull_group(frame, node, boxes[n], node.groups[g], &result.read[node.first_drawable]);

@@ -143,7 +143,8 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
     geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame));
   }
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
-  const tilecore::SamplePattern pattern(sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame));
+  const tilecore::SamplePattern pattern(
+      sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->segments.size()));
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();

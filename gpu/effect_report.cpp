@@ -38,8 +38,12 @@ std::string who_moves(const scene::FrameGeometry& frame) {
   const std::size_t moving = count_drawables(frame, [](const PosedDrawable& d) { return d.moving; });
   if (moving == 0) return "";
   const bool camera = frame.views[0].world_to_camera != frame.views[1].world_to_camera;
-  return fmt::format("{}{} of {} drawables move on screen", camera ? "the camera moves, " : "", moving,
-                     frame.drawables.size());
+  std::string text = fmt::format("{}{} of {} drawables move on screen", camera ? "the camera moves, " : "", moving,
+                                 frame.drawables.size());
+  if (!frame.segments.empty())
+    text += fmt::format(", {} along curves, in {} motion segments",
+                        count_drawables(frame, [](const PosedDrawable& d) { return d.curved; }), frame.segments.size());
+  return text;
 }
 
 std::string who_has(std::size_t drawables, const scene::FrameGeometry& frame, const char* what) {

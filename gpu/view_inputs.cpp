@@ -27,6 +27,8 @@ scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfig
   request.half_attributes = settings.shading.attributes == tilecore::AttributePrecision::kHalf;
   request.draw_lines = settings.procedures.style == tilecore::ProcedureSettings::Style::kLines;
   request.sample_procedures = settings.procedures.path == tilecore::ProcedureSettings::Path::kSampled;
+  request.motion_segments = settings.sampling.motion_segments;
+  request.motion_error = settings.sampling.motion_error;
   request.displacement = settings.effects.displacement != EffectMode::kOff && tilecore::kGeneralEffects;
   request.alpha_test = settings.effects.alpha_test != EffectMode::kOff;
   request.blending = settings.effects.blending != EffectSwitch::kOff;

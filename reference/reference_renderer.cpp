@@ -72,24 +72,28 @@ class PixelRenderer {
               std::size_t count) {
     samples_.resize(count);
     color_.resize(count);
-    order_.resize(count);
+    order_.clear();
     const auto pixel = static_cast<std::uint64_t>(py) * static_cast<std::uint64_t>(scene.frame.request.width) +
                        static_cast<std::uint64_t>(px);
     for (std::size_t k = 0; k < count; ++k) {
       samples_[k] = request.pattern == nullptr ? random_sample(request.seed, pixel, k)
                                                : pattern_sample(*request.pattern, px, py, static_cast<int>(k));
-      order_[k] = {order.cell(samples_[k]), static_cast<std::uint32_t>(k)};
+      color_[k] = Vec3(0.0f);
+      const auto code = static_cast<int>(std::floor(samples_[k].t * 256.0));
+      if (code >= scene.posed.part.first && code < scene.posed.part.end)
+        order_.push_back({order.cell(samples_[k]), static_cast<std::uint32_t>(k)});
     }
     std::sort(order_.begin(), order_.end());
-    for (std::size_t first = 0; first < count; first += RayPacket::kRays) {
+    for (std::size_t first = 0; first < order_.size(); first += RayPacket::kRays) {
       fill_packet(scene, px, py, first);
       trace_packet(scene, packet_);
-      for (std::size_t r = 0; r < RayPacket::kRays && first + r < count; ++r) {
+      for (std::size_t r = 0; r < RayPacket::kRays && first + r < order_.size(); ++r) {
         const std::size_t k = order_[first + r].second;
-        color_[k] = shade(scene, request, r);
+        color_[k] = shade(scene, request, r, samples_[k].t);
       }
     }
   }
+  // Per sample; black where it is outside the scene's part of the shutter.
   const std::vector<Vec3>& color() const { return color_; }
 
  private:
@@ -107,7 +111,8 @@ class PixelRenderer {
                    y = static_cast<double>(py) + s.y - scene.center_y;
       const double u = s.u * scene.lens_scale, v = s.v * scene.lens_scale, tilt_x = u * scene.inverse_focus,
                    tilt_y = v * scene.inverse_focus;
-      packet_.t[r] = s.t;
+      const ShutterPart& part = scene.posed.part;
+      packet_.t[r] = part.whole() ? s.t : (s.t - part.at(0)) / (part.at(1) - part.at(0));
       packet_.origin_x[r] = scene.orthographic ? x + u : u;
       packet_.origin_y[r] = scene.orthographic ? y + v : v;
       packet_.direction_x[r] = scene.orthographic ? -tilt_x : x - tilt_x;
@@ -128,18 +133,18 @@ class PixelRenderer {
   // Where a packet's ray goes in the end, in world space: the inverse of the mixed poses of the camera, as far points
   // move.
   static Vec3 background_direction(const ReferenceScene& scene, const RayPacket& packet, std::size_t r) {
-    const scene::Projection& p = scene.frame.projection;
+    const scene::Projection& p = scene.posed.projection;
     const double t = packet.t[r];
     const DVec3 along(packet.direction_x[r] / p.scale, -packet.direction_y[r] / p.scale, -1.0);
-    const auto& views = scene.frame.views;
+    const auto& views = scene.posed.views;
     const DMat3 to_camera = DMat3(views[0].world_to_camera) * (1.0 - t) + DMat3(views[1].world_to_camera) * t;
     return Vec3(glm::normalize(glm::inverse(to_camera) * along));
   }
 
   // Nearest surface of what is opaque and what passes its alpha test, then layers over it from far to near.
-  Vec3 shade(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r) {
+  // `t`: of the whole shutter.
+  Vec3 shade(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r, double t) {
     const scene::FrameGeometry& frame = scene.frame;
-    const double t = packet_.t[r];
     double depth = packet_.depth[r];
     std::int64_t number = packet_.triangle[r];
     double b1 = packet_.b1[r], b2 = packet_.b2[r];
@@ -186,15 +191,21 @@ class PixelRenderer {
   std::vector<RayPacket::Crossing> layers_;
 };
 
-}  // namespace
+// Adds the colours of the first so many samples of every pixel, image by image.
+using Sums = std::vector<std::vector<DVec3>>;
 
-std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
-  const int width = scene.frame.request.width, height = scene.frame.request.height;
-  const std::vector<int> numbers =
+std::vector<int> sample_numbers(const ReferenceRequest& request) {
+  std::vector<int> numbers =
       request.pattern == nullptr ? request.samples : std::vector<int>{request.pattern->samples_per_pixel()};
   TESSERA_CHECK(!numbers.empty() && numbers.front() > 0 && std::is_sorted(numbers.begin(), numbers.end()),
                 "numbers of samples ascend");
-  std::vector<Image> images(numbers.size(), Image(width, height, 3));
+  return numbers;
+}
+
+void add_samples(const ReferenceScene& scene, const ReferenceRequest& request, Sums& sums) {
+  const int width = scene.frame.request.width, height = scene.frame.request.height;
+  const std::vector<int> numbers = sample_numbers(request);
+  sums.resize(numbers.size(), std::vector<DVec3>(static_cast<std::size_t>(width * height), DVec3(0.0)));
   const PacketOrder order(scene, static_cast<std::size_t>(numbers.back()));
   PerThread<PixelRenderer> renderers;
   constexpr int kRun = 16;  // pixels that a thread takes at a time
@@ -208,12 +219,36 @@ std::vector<Image> render_reference(const ReferenceScene& scene, const Reference
       std::size_t k = 0;
       for (std::size_t n = 0; n < numbers.size(); ++n) {
         for (; k < static_cast<std::size_t>(numbers[n]); ++k) sum += DVec3(renderer.color()[k]);
-        for (int c = 0; c < 3; ++c)
-          images[n].at(x, y)[static_cast<std::size_t>(c)] = static_cast<float>(sum[c] / numbers[n]);
+        sums[n][static_cast<std::size_t>(y * width + x)] += sum;
       }
     }
   });
+}
+
+std::vector<Image> means(const scene::FrameGeometry& frame, const ReferenceRequest& request, const Sums& sums) {
+  const std::vector<int> numbers = sample_numbers(request);
+  std::vector<Image> images(numbers.size(), Image(frame.request.width, frame.request.height, 3));
+  for (std::size_t n = 0; n < numbers.size(); ++n)
+    for (std::size_t pixel = 0; pixel < sums[n].size(); ++pixel)
+      for (std::size_t c = 0; c < 3; ++c)
+        images[n].values[3 * pixel + c] = static_cast<float>(sums[n][pixel][static_cast<int>(c)] / numbers[n]);
   return images;
+}
+
+}  // namespace
+
+std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request) {
+  Sums sums;
+  add_samples(scene, request, sums);
+  return means(scene.frame, request, sums);
+}
+
+std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request) {
+  Sums sums;
+  const int count = static_cast<int>(frame.segments.size());
+  for (int segment = count == 0 ? 0 : 1; segment <= count; ++segment)
+    add_samples(ReferenceScene(frame, segment), request, sums);
+  return means(frame, request, sums);
 }
 
 double rms_difference(const Image& a, const Image& b) {

@@ -29,7 +29,10 @@ struct ReferenceRequest {
 // three channels, the mean over a pixel's samples. The pixel shader is the machine's (a stage is part of the scene), in
 // single precision, at parameters that are found in double. One image per number of samples asked for. The same bits
 // for any number of threads and any instruction set.
+// A scene of a motion segment gives what the samples in its part of the shutter add to the mean.
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
+// Of a frame, segment by segment where its motion has some.
+std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);
 
 // Root mean square difference of two images of one shape.
 double rms_difference(const Image& a, const Image& b);

@@ -102,29 +102,20 @@ double cost_of(const std::array<ReferenceScene::Box, 2>& boxes, bool orthographi
 
 }  // namespace
 
-ReferenceScene::ReferenceScene(const FrameGeometry& frame_in)
+ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, int segment)
     : frame(frame_in),
-      center_x(frame_in.projection.center_x),
-      center_y(frame_in.projection.center_y),
-      near(frame_in.projection.near),
-      far(frame_in.projection.far > 0 ? frame_in.projection.far : std::numeric_limits<double>::infinity()),
-      orthographic(frame_in.projection.orthographic),
-      lens_scale(frame_in.projection.lens_scale),
-      inverse_focus(frame_in.projection.inverse_focus) {
+      posed(frame_in.segment(segment)),
+      center_x(posed.projection.center_x),
+      center_y(posed.projection.center_y),
+      near(posed.projection.near),
+      far(posed.projection.far > 0 ? posed.projection.far : std::numeric_limits<double>::infinity()),
+      orthographic(posed.projection.orthographic),
+      lens_scale(posed.projection.lens_scale),
+      inverse_focus(posed.projection.inverse_focus) {
   const scene::Assembly& assembly = *frame.assembly;
-  std::array<scene::Pose, 2> poses;
-  poses[0] = scene::pose_at(*assembly.capture, frame.request.open_time);
-  poses[1] = scene::pose_at(*assembly.capture, frame.request.close_time);
-  scene::Projection centred = frame.projection;
-  centred.center_x = centred.center_y = 0;
   drawable_to_raster_.resize(frame.drawables.size());
-  for (std::size_t d = 0; d < frame.drawables.size(); ++d)
-    for (std::size_t key = 0; key < 2; ++key)
-      drawable_to_raster_[d][key] =
-          centred.matrix() * frame.views[key].world_to_camera *
-          scene::vertices_to_world(*assembly.capture, frame.drawables[d].drawable->node,
-                                   frame.drawables[d].drawable->instance, *frame.drawables[d].primitive, poses[key],
-                                   frame.views[key]);
+  place_drawables(frame);
+  if (segment != 0) place_drawables(posed);
   for (std::size_t patch = 0; patch < assembly.patch_count(); ++patch) add_patch(static_cast<std::uint32_t>(patch));
   for (const Leaf& leaf : leaves) leaf_boxes_.push_back(leaf_boxes(leaf));
   if (!leaves.empty()) {
@@ -136,7 +127,38 @@ ReferenceScene::ReferenceScene(const FrameGeometry& frame_in)
   measure_blur();
 }
 
+void ReferenceScene::place_drawables(const FrameGeometry& by) {
+  const scene::Capture& capture = *frame.assembly->capture;
+  const double open = frame.request.open_time, close = frame.request.close_time;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const double at = by.part.at(key);
+    const scene::Pose pose = scene::pose_at(capture, at == 1.0 ? close : open + (close - open) * at);
+    scene::Projection centred = by.projections[key];
+    centred.center_x = centred.center_y = 0;
+    for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
+      const PosedDrawable& drawable = frame.drawables[d];
+      if (by.moves_here(drawable))
+        drawable_to_raster_[d][key] =
+            centred.matrix() * by.views[key].world_to_camera *
+            scene::vertices_to_world(capture, drawable.drawable->node, drawable.drawable->instance, *drawable.primitive,
+                                     pose, by.views[key]);
+    }
+  }
+}
+
 // ---- Triangles --------------------------------------------------------------------------------------------------
+
+const PosedDrawable& ReferenceScene::posed_drawable(std::uint32_t patch) const {
+  return frame.drawable_of(patch).curved ? posed.drawable_of(patch) : frame.drawable_of(patch);
+}
+
+void ReferenceScene::cut_off(std::array<double, 6>& vertex, const PosedDrawable& drawable) const {
+  if (posed.part.whole() || drawable.curved || !drawable.moving) return;
+  const std::array<double, 6> keys = vertex;
+  for (std::size_t key = 0; key < 2; ++key)
+    for (std::size_t a = 0; a < 3; ++a)
+      vertex[3 * key + a] = keys[a] * (1.0 - posed.part.at(key)) + keys[3 + a] * posed.part.at(key);
+}
 
 ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const {
   const PosedDrawable& drawable = frame.drawable_of(patch);
@@ -169,7 +191,7 @@ void ReferenceScene::finish_leaf(bool moving) {
 
 void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& to_raster) {
   constexpr int kSide = 3;
-  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const PosedDrawable& drawable = posed_drawable(patch);
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
   const bool moving = drawable.moving;
   std::vector<std::array<double, 6>> grid;
@@ -181,10 +203,11 @@ void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& t
         if (drawable.procedure != nullptr && key == 0)
           p = procedure_vertex(frame, patch, i, j);
         else if (drawable.procedure == nullptr && (key == 0 || drawable.deforming))
-          p = grid_vertex(frame, drawable, patch, i, j, key);
+          p = grid_vertex(drawable.curved ? posed : frame, drawable, patch, i, j, key);
         const std::array<double, 3> r = place(to_raster[moving ? key : 0], p);
         std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
       }
+      cut_off(vertex, drawable);
       grid.push_back(vertex);
     }
   const Triangle form = triangle_of(patch);
@@ -215,7 +238,7 @@ void ReferenceScene::add_grid(std::uint32_t patch, const std::array<DMat4, 2>& t
 
 void ReferenceScene::add_cluster(std::uint32_t patch, const std::array<DMat4, 2>& to_raster) {
   constexpr std::uint32_t kLeafTriangles = kLeafVertices / 3;
-  const PosedDrawable& drawable = frame.drawable_of(patch);
+  const PosedDrawable& drawable = posed_drawable(patch);
   const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
   const scene::Cluster& cluster = clusters.clusters[patch - drawable.drawable->first_patch];
   Triangle t = triangle_of(patch);
@@ -233,6 +256,7 @@ void ReferenceScene::add_cluster(std::uint32_t patch, const std::array<DMat4, 2>
           const std::array<double, 3> r = place(to_raster[drawable.moving ? key : 0], DVec3(p));
           std::copy(r.begin(), r.end(), vertex.begin() + static_cast<std::ptrdiff_t>(3 * key));
         }
+        cut_off(vertex, drawable);
         t.corner[k] = static_cast<std::uint8_t>(vertices.size() - leaf_first_vertex_);
         vertices.push_back(vertex);
       }

@@ -50,10 +50,12 @@ struct ReferenceScene {
     bool moving = false;
   };
 
-  // `frame` must outlive it, and is posed with grids as fine as the reference is wanted.
-  explicit ReferenceScene(const scene::FrameGeometry& frame_in);
+  // `frame_in` must outlive it, and is posed with grids as fine as the reference is wanted. A frame with motion segments
+  // has a scene for each of them (1 on): what moves by segments moves by that one, what does not is cut off at its ends.
+  explicit ReferenceScene(const scene::FrameGeometry& frame_in, int segment = 0);
 
-  const scene::FrameGeometry& frame;
+  const scene::FrameGeometry& frame;  // of the whole shutter
+  const scene::FrameGeometry& posed;  // of the segment: camera, and what is curved
   double center_x, center_y;
   double near, far;  // far: infinity where unlimited
   bool orthographic;
@@ -72,7 +74,12 @@ struct ReferenceScene {
   double mean_confusion_pixels = 0;  // radius of the circle of confusion
 
  private:
+  void place_drawables(const scene::FrameGeometry& by);
   void add_patch(std::uint32_t patch);
+  // By the frame that a drawable moves by.
+  const scene::PosedDrawable& posed_drawable(std::uint32_t patch) const;
+  // At the ends of the segment, of what moves by the whole shutter's keys.
+  void cut_off(std::array<double, 6>& vertex, const scene::PosedDrawable& drawable) const;
   void add_grid(std::uint32_t patch, const std::array<DMat4, 2>& to_raster);
   void add_cluster(std::uint32_t patch, const std::array<DMat4, 2>& to_raster);
   void finish_leaf(bool moving);

@@ -33,6 +33,9 @@ struct PosedReference {
                  const gpu::RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
     scene::FrameRequest request = gpu::frame_request(prepared.capture, gpu, settings, width, height, wanted.frame);
     request.half_attributes = false;
+    // Motion as it is: a fiftieth of a pixel from the curve, or as many segments as there may be.
+    request.motion_segments = 0;
+    request.motion_error = 0.02;
     if (wanted.edge_pixels > 0) {
       request.tessellation.target_edge_pixels = wanted.edge_pixels;
       request.tessellation.displacement_bias = 0;
@@ -41,7 +44,11 @@ struct PosedReference {
     // Textures as the file has them: blocks of a target are the machine's.
     frame = scene::pose_frame(prepared.scene(ktx2::BasisTarget::kRgba32).assembly,
                               gpu::frame_camera(prepared.capture, settings, width, height), request);
-    scene = std::make_unique<ReferenceScene>(*frame);
+    // Of a frame with motion segments each is built when it is rendered: together they might not fit.
+    scene = std::make_unique<ReferenceScene>(*frame, frame->segments.empty() ? 0 : 1);
+  }
+  std::vector<Image> render(const ReferenceRequest& request) const {
+    return frame->segments.empty() ? render_reference(*scene, request) : render_reference(*frame, request);
   }
   std::unique_ptr<scene::FrameGeometry> frame;
   std::unique_ptr<ReferenceScene> scene;
@@ -66,7 +73,7 @@ Convergence measure_convergence(const gpu::PreparedCapture& prepared, const gpu:
   for (int n = std::min(16, wanted.samples); n <= wanted.samples; n *= 2) samples.push_back(n);
   std::vector<std::vector<Image>> series;
   for (std::uint64_t k = 0; k < 4; ++k)
-    series.push_back(render_reference(*posed.scene, request_of(prepared.capture, kOtherSeed + k, samples)));
+    series.push_back(posed.render(request_of(prepared.capture, kOtherSeed + k, samples)));
   std::vector<double>& errors = out.rms_error;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     double squares = 0;
@@ -95,8 +102,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
   const double processor = process_seconds();
   const PosedReference posed(prepared, gpu, settings, wanted, wanted.width, wanted.height);
   const int half = std::max(1, wanted.samples / 2);
-  std::vector<Image> images = render_reference(
-      *posed.scene,
+  std::vector<Image> images = posed.render(
       request_of(prepared.capture, kSeed,
                  half < wanted.samples ? std::vector<int>{half, wanted.samples} : std::vector<int>{wanted.samples}));
   Reference reference;

@@ -1,9 +1,14 @@
 #include "scene/frame_geometry.h"
 
+#include <algorithm>
 #include <atomic>
+#include <optional>
+#include <utility>
 
 #include "base/parallel.h"
 #include "scene/animated_values.h"
+#include "scene/limits.h"
+#include "scene/motion_segments.h"
 #include "scene/patch_displacement.h"
 #include "scene/procedure_patch.h"
 #include "scene/wires.h"
@@ -55,7 +60,7 @@ bool deform_drawn(const FrameGeometry& frame, const Drawable& first, std::array<
     deform(capture, first.node, primitive, frame.poses[key], storage[key]);
     if (primitive.wire != Primitive::Wire::kSurface)
       spread_wires(primitive, object_to_world(capture, first.node, first.instance, primitive, frame.poses[key]),
-                   frame.views[key], frame.projection, storage[key]);
+                   frame.views[key], frame.projections[key], storage[key]);
   }
   return storage[0].positions != storage[1].positions;
 }
@@ -126,6 +131,149 @@ std::vector<shaders::Light> place_lights(const Capture& capture, const std::arra
   return lights;
 }
 
+double time_of(const FrameRequest& request, double shutter) {
+  return shutter == 0.0   ? request.open_time
+         : shutter == 1.0 ? request.close_time
+                          : request.open_time + (request.close_time - request.open_time) * shutter;
+}
+
+// Nodes and camera at both ends of the frame's part of the shutter. Without `close` they are the same.
+void set_poses(FrameGeometry& frame, const CameraChoice& camera, Pose open, std::optional<Pose> close) {
+  const FrameRequest& request = frame.request;
+  frame.poses[0] = std::move(open);
+  frame.poses[1] = close ? std::move(*close) : frame.poses[0];
+  for (std::size_t key = 0; key < 2; ++key) {
+    frame.views[key] = camera.view(frame.poses[key]);
+    frame.projections[key] = make_projection(camera.at(*frame.assembly->capture, time_of(request, frame.part.at(key))),
+                                             request.width, request.height);
+  }
+}
+
+std::span<const Material> materials_of(const FrameGeometry& frame) {
+  return frame.materials.empty() ? std::span<const Material>(frame.assembly->materials)
+                                 : std::span<const Material>(frame.materials);
+}
+
+// All drawables; of a segment of `whole` those that are curved. Its others are there, but for nobody to draw.
+void pose_drawables(FrameGeometry& frame, std::span<const Material> materials, const FrameGeometry* whole) {
+  const Assembly& assembly = *frame.assembly;
+  std::array<DMat4, 2> world_to_raster;
+  for (std::size_t key = 0; key < 2; ++key)
+    world_to_raster[key] = frame.projections[key].matrix() * frame.views[key].world_to_camera;
+  if (whole != nullptr)
+    frame.drawables = whole->drawables;
+  else
+    frame.drawables.resize(assembly.drawables.size());
+  frame.deformed.resize(assembly.drawn.size());
+  const auto left_out = [&](std::size_t d) { return whole != nullptr && !whole->drawables[d].curved; };
+  parallel_for(assembly.drawn.size(), [&](std::size_t d) {
+    const DrawnPrimitive& drawn = assembly.drawn[d];
+    bool needed = false;
+    for (std::uint32_t i = 0; i < drawn.count && !needed; ++i) needed = !left_out(drawn.drawable(i));
+    if (!needed) return;
+    const bool deforming = deform_drawn(frame, assembly.drawables[drawn.first_drawable], frame.deformed[d]);
+    for (std::uint32_t i = 0; i < drawn.count; ++i)
+      if (!left_out(drawn.drawable(i))) frame.drawables[drawn.drawable(i)].deforming = deforming;
+  });
+  parallel_for(assembly.drawables.size(), [&](std::size_t d) {
+    if (!left_out(d)) pose_drawable(frame, materials, assembly.drawables[d], world_to_raster, frame.drawables[d]);
+  });
+}
+
+void tessellate(FrameGeometry& frame) {
+  const Assembly& assembly = *frame.assembly;
+  frame.patterns.resize(assembly.grid_patches.size());
+  frame.displacement_lod.resize(assembly.grid_patches.size());
+  parallel_for(assembly.grid_patches.size(), [&](std::size_t g) {
+    const std::uint32_t p = assembly.grid_patches[g];
+    const PosedDrawable& drawable = frame.drawable_of(p);
+    if (drawable.procedure != nullptr) frame.patterns[g] = procedure_pattern(frame, p);
+    if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) return;
+    frame.patterns[g] = bezier_pattern(frame, drawable, p);
+    if (drawable.material->displacement) frame.displacement_lod[g] = choose_displacement_lod(frame, drawable, p);
+  });
+}
+
+void place_all_lights(FrameGeometry& frame) {
+  for (std::size_t key = 0; key < 2; ++key)
+    frame.lights[key] =
+        place_lights(*frame.assembly->capture, frame.poses, key, time_of(frame.request, frame.part.at(key)));
+  frame.moving_lights = frame.lights[0] != frame.lights[1];
+}
+
+// Throws BudgetError where the poses of all segments need more memory than the capture left.
+void charge_segments(const FrameGeometry& frame, const SegmentPlan& plan) {
+  const Assembly& assembly = *frame.assembly;
+  const Capture& capture = *assembly.capture;
+  std::uint64_t bytes = frame.drawables.size() * sizeof(PosedDrawable) +
+                        2 * capture.nodes.size() * (sizeof(DMat4) + sizeof(std::vector<float>)) +
+                        assembly.grid_patches.size() * (sizeof(TessellationPattern) + sizeof(float));
+  for (const DrawnPrimitive& drawn : assembly.drawn)
+    if (frame.drawables[drawn.first_drawable].deforming)
+      bytes += 2 * frame.drawables[drawn.first_drawable].positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
+  MemoryBudget budget(capture.max_bytes, capture.file.string(), std::min(capture.charged_bytes, capture.max_bytes));
+  budget.charge(static_cast<std::uint64_t>(plan.count), bytes, "a motion segment (sampling.motion_segments)");
+}
+
+// Patches keep one grid through all segments, as fine as the finest one needs: triangles keep their numbers.
+void share_patterns(FrameGeometry& frame) {
+  const auto finer = [](TessellationPattern& into, const TessellationPattern& of) {
+    into.nu = std::max(into.nu, of.nu), into.nv = std::max(into.nv, of.nv);
+    for (std::size_t e = 0; e < into.edge.size(); ++e) into.edge[e] = std::max(into.edge[e], of.edge[e]);
+  };
+  for (std::size_t g = 0; g < frame.patterns.size(); ++g) {
+    if (!frame.drawable_of(frame.assembly->grid_patches[g]).curved) continue;
+    for (const auto& segment : frame.segments) {
+      finer(frame.patterns[g], segment->patterns[g]);
+      frame.displacement_lod[g] = std::min(frame.displacement_lod[g], segment->displacement_lod[g]);
+    }
+    for (const auto& segment : frame.segments) {
+      segment->patterns[g] = frame.patterns[g];
+      segment->displacement_lod[g] = frame.displacement_lod[g];
+    }
+  }
+}
+
+// Poses the segments of the shutter where motion is curved.
+void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
+  const SegmentPlan plan = plan_segments(frame, camera);
+  if (plan.count == 1) return;
+  const Assembly& assembly = *frame.assembly;
+  charge_segments(frame, plan);
+  for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
+    PosedDrawable& drawable = frame.drawables[d];
+    drawable.curved = plan.curved[d];
+    // It may be back where it was.
+    drawable.moving = drawable.moving || drawable.curved;
+    frame.any_motion = frame.any_motion || drawable.curved;
+  }
+  for (int s = 0; s < plan.count; ++s) {
+    frame.segments.push_back(std::make_unique<FrameGeometry>());
+    FrameGeometry& segment = *frame.segments.back();
+    segment.identity = frame.identity;
+    segment.assembly = &assembly;
+    segment.request = frame.request;
+    segment.part = shutter_part(s, plan.count);
+    const auto pose = [&](std::size_t key) {
+      return pose_at(*assembly.capture, time_of(frame.request, segment.part.at(key)));
+    };
+    set_poses(segment, camera, s == 0 ? frame.poses[0] : frame.segments[static_cast<std::size_t>(s) - 1]->poses[1],
+              pose(1));
+    const double middle = 0.5 * (segment.part.at(0) + segment.part.at(1));
+    segment.projection = make_projection(camera.at(*assembly.capture, time_of(frame.request, middle)),
+                                         frame.request.width, frame.request.height);
+    // What is seen at shutter open is what is seen.
+    segment.poses[0].visible = segment.poses[1].visible = frame.poses[0].visible;
+    pose_drawables(segment, materials_of(frame), &frame);
+    for (PosedDrawable& drawable : segment.drawables)
+      if (drawable.curved) segment.any_motion = true;
+    tessellate(segment);
+    place_all_lights(segment);
+    frame.moving_lights = frame.moving_lights || segment.lights[0] != segment.lights[1];
+  }
+  share_patterns(frame);
+}
+
 }  // namespace
 
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
@@ -142,43 +290,18 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
   frame->identity = ++last_identity;
   frame->assembly = &assembly;
   frame->request = request;
-  frame->projection = make_projection(camera.at(*assembly.capture, request.open_time), request.width, request.height);
-  std::array<Pose, 2>& poses = frame->poses;
-  poses[0] = pose_at(*assembly.capture, request.open_time);
-  poses[1] = request.close_time == request.open_time ? poses[0] : pose_at(*assembly.capture, request.close_time);
-  std::array<DMat4, 2> world_to_raster;
-  for (std::size_t key = 0; key < 2; ++key) {
-    frame->views[key] = camera.view(poses[key]);
-    world_to_raster[key] = frame->projection.matrix() * frame->views[key].world_to_camera;
-  }
-  frame->drawables.resize(assembly.drawables.size());
-  frame->deformed.resize(assembly.drawn.size());
+  set_poses(
+      *frame, camera, pose_at(*assembly.capture, request.open_time),
+      request.close_time == request.open_time ? std::optional<Pose>() : pose_at(*assembly.capture, request.close_time));
+  // One segment keeps the projection of shutter open.
+  frame->projection = frame->projections[1] = frame->projections[0];
   frame->material_values = animated_material_values(*assembly.capture, request.open_time);
   frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
-  const std::span<const Material> materials = frame->materials.empty() ? std::span<const Material>(assembly.materials)
-                                                                       : std::span<const Material>(frame->materials);
-  parallel_for(assembly.drawn.size(), [&](std::size_t d) {
-    const DrawnPrimitive& drawn = assembly.drawn[d];
-    const bool deforming = deform_drawn(*frame, assembly.drawables[drawn.first_drawable], frame->deformed[d]);
-    for (std::uint32_t i = 0; i < drawn.count; ++i) frame->drawables[drawn.drawable(i)].deforming = deforming;
-  });
-  parallel_for(assembly.drawables.size(), [&](std::size_t d) {
-    pose_drawable(*frame, materials, assembly.drawables[d], world_to_raster, frame->drawables[d]);
-  });
+  pose_drawables(*frame, materials_of(*frame), nullptr);
   for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
-  frame->patterns.resize(assembly.grid_patches.size());
-  frame->displacement_lod.resize(assembly.grid_patches.size());
-  parallel_for(assembly.grid_patches.size(), [&](std::size_t g) {
-    const std::uint32_t p = assembly.grid_patches[g];
-    const PosedDrawable& drawable = frame->drawable_of(p);
-    if (drawable.procedure != nullptr) frame->patterns[g] = procedure_pattern(*frame, p);
-    if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) return;
-    frame->patterns[g] = bezier_pattern(*frame, drawable, p);
-    if (drawable.material->displacement) frame->displacement_lod[g] = choose_displacement_lod(*frame, drawable, p);
-  });
-  frame->lights = {place_lights(*assembly.capture, poses, 0, request.open_time),
-                   place_lights(*assembly.capture, poses, 1, request.close_time)};
-  frame->moving_lights = frame->lights[0] != frame->lights[1];
+  tessellate(*frame);
+  place_all_lights(*frame);
+  cut_shutter(*frame, camera);
   return frame;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/shutter_part.h"
 #include "scene/assembly.h"
 #include "scene/deform.h"
 #include "scene/tessellation_pattern.h"
@@ -22,6 +23,10 @@ struct FrameRequest {
   bool half_attributes = false;    // interpolated attributes reach the pixel shader in half precision
   bool sample_procedures = false;  // by the sampling controller; the front end leaves their patches alone
   bool draw_lines = false;         // procedures are paper with ink lines, not shaded surfaces
+  // Straight pieces that curved motion is cut into: 1 to kMaxMotionSegments; 0: as many as leave no more than
+  // motion_error pixels between a piece and the curve.
+  int motion_segments = 1;
+  double motion_error = 0.25;
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
 
@@ -37,6 +42,7 @@ struct PosedDrawable {
   const Procedure* procedure = nullptr;  // of drawables that are one; their primitive is empty
   bool moving = false;                   // anything differs between the keys, camera included
   bool deforming = false;                // the vertices themselves differ
+  bool curved = false;                   // moves by the segments of the frame; moving, too
   bool mirrored = false;                 // the transform turns triangles inside out
   bool visible = true;                   // at shutter open (KHR_node_visibility); what is not is nobody's work
   std::array<Mat4, 2> to_raster;         // object space to (xh, yh, depth, w)
@@ -50,7 +56,9 @@ struct PosedDrawable {
 struct FrameGeometry {
   const Assembly* assembly = nullptr;
   FrameRequest request;
-  Projection projection;
+  ShutterPart part;                       // of the shutter that is posed here
+  Projection projection;                  // at shutter open; of a segment, in its middle
+  std::array<Projection, 2> projections;  // at both motion keys
   std::array<View, 2> views;
   // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
   std::vector<Material> materials;
@@ -65,11 +73,39 @@ struct FrameGeometry {
   std::array<Pose, 2> poses;                          // of the nodes
   bool any_motion = false;
   bool moving_lights = false;  // anything of a light differs between the keys
-  std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed
+  std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed; its segments share it
+  // Where something moves along a curve: the parts of the shutter, one after the other, each posed at its own ends.
+  // Drawables that are curved move by them, others by the frame of the whole shutter.
+  std::vector<std::unique_ptr<FrameGeometry>> segments;
+
+  // The frame itself (0) or one of its segments (1 on).
+  const FrameGeometry& segment(int number) const {
+    return number == 0 ? *this : *segments[static_cast<std::size_t>(number) - 1];
+  }
+  // By which of them a patch moves at time t.
+  int segment_at(std::uint32_t patch, float t) const {
+    if (segments.empty() || !drawable_of(patch).curved) return 0;
+    return 1 + part_of_time(t, static_cast<int>(segments.size()));
+  }
+  struct Moment {
+    const FrameGeometry& frame;
+    float t;  // within its part of the shutter
+  };
+  Moment moment(std::uint32_t patch, float t) const {
+    const int number = segment_at(patch, t);
+    if (number == 0) return {*this, t};
+    return {segment(number), segment(number).part.local(t)};
+  }
+  // Whether a drawable is drawn by this frame's poses: curved ones by the segments', others by the whole shutter's.
+  bool moves_here(const PosedDrawable& drawable) const { return drawable.curved != part.whole(); }
 
   const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
   shaders::Lights lights_at(float t) const {
     if (!moving_lights) return {lights[0], {}, 0.0f};
+    if (!segments.empty()) {
+      const FrameGeometry& now = segment(1 + part_of_time(t, static_cast<int>(segments.size())));
+      return {now.lights[0], now.lights[1], now.part.local(t)};
+    }
     return {lights[0], lights[1], t};
   }
   // Of a patch that has a grid.

@@ -139,11 +139,13 @@ memory::Ledger TileCore::take_ledger() {
 
 TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
   using Flag = binner::QueueEntry::Flag;
-  const scene::PosedDrawable& drawable = job.frame->drawable_of(entry.base_patch);
+  const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
+  const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
   EntryEffects effects{
-      {(drawable.moving && needs(Flag::kMoving, false)) || job.force_motion,
-       (job.frame->projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
+      // What rests during a segment is there at the times of the segment alone.
+      {(drawable.moving && needs(Flag::kMoving, false)) || entry.segment != 0 || job.force_motion,
+       (frame.projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.force_lens},
       drawable.material->displacement && drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches &&
           needs(Flag::kDisplaced, job.force_displacement),
       drawable.material->alpha_mode == AlphaMode::kMask && needs(Flag::kAlphaMask, job.force_alpha_test)};
@@ -153,6 +155,13 @@ TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::Qu
 void TileCore::prepare_samples(const TileJob& job, IntRect pixels, bool lens) {
   if (drawables_.size() < job.frame->drawables.size()) drawables_.resize(job.frame->drawables.size());
   samples_.fill(*job.pattern, pixels, static_cast<float>(job.frame->projection.lens_scale), lens);
+}
+
+const scene::FrameGeometry& TileCore::enter(const TileJob& job, const binner::QueueEntry& entry) {
+  const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
+  if (samples_.part != frame.part)
+    samples_.enter(*job.pattern, entry.segment, static_cast<float>(frame.projection.lens_scale));
+  return frame;
 }
 
 // ---- Visibility -------------------------------------------------------------------------------------------------
@@ -187,21 +196,22 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     render_sub_patch(job, entries[e], state);
   }
   current_work_place().base_patch = -1;
+  leave_segment(job);
 }
 
 void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state) {
-  const scene::FrameGeometry& frame = *job.frame;
+  const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
   const MeshStore::Item& item =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
   const MicroMesh& mesh = item.mesh;
   const Tessellator::Work& work = item.work;
-  tessellations_.push_back({entry.base_patch, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
-                            static_cast<std::uint32_t>(work.triangles),
-                            memory::burst_bytes(0, work.patch_bytes, job.burst_bytes), effects.ray.motion,
-                            effects.displaced, effects.ray.lens, effects.alpha_tested,
-                            drawable.material->alpha_mode == AlphaMode::kBlend});
+  tessellations_.push_back(
+      {entry.base_patch, entry.segment, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
+       static_cast<std::uint32_t>(work.triangles), memory::burst_bytes(0, work.patch_bytes, job.burst_bytes),
+       effects.ray.motion, effects.displaced, effects.ray.lens, effects.alpha_tested,
+       drawable.material->alpha_mode == AlphaMode::kBlend});
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;
 
@@ -227,17 +237,19 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 }
 
 void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, HitSink& sink) {
-  const scene::FrameGeometry& frame = *job.frame;
+  const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
   const MicroMesh& mesh =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
   test_mesh(job, entry, mesh, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
   sink.flush();
+  leave_segment(job);
 }
 
 void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects,
                          const VisibilitySettings& settings, HitSink& sink) {
+  const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
   const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
   if (!kGeneralEffects || (!effects.motion && !effects.lens)) {
@@ -246,8 +258,7 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
     work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
   } else if (const VisibilityMethodSettings method = settled(job.visibility, mesh, effects); !method.by_class()) {
-    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(*job.frame, entry)}, method, sink,
-                     work);
+    visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(frame, entry)}, method, sink, work);
   } else {
     work.boxes_built += boxes_of(mesh);
     leaf_times_.resize(mesh.leaves.size());
@@ -259,8 +270,7 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
     }
   }
   if (!mesh.clipped_cells.empty())
-    test_clipped_cells(mesh, samples_, entry_times, effects, job.frame->projection, settings, job.visibility, sink,
-                       work);
+    test_clipped_cells(mesh, samples_, entry_times, effects, frame.projection, settings, job.visibility, sink, work);
   counters_.boxes_built += work.boxes_built;
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;

@@ -120,6 +120,11 @@ class TileCore {
 
  private:
   static bool has_lens(const TileJob& job) { return job.frame->projection.lens_scale != 0 || job.force_lens; }
+  // The frame by which an entry's sub-patch moves; the samples are then those of its segment of motion.
+  const scene::FrameGeometry& enter(const TileJob& job, const binner::QueueEntry& entry);
+  void leave_segment(const TileJob& job) {
+    if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
+  }
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.
   struct EntryEffects {

@@ -109,6 +109,8 @@ class SettingsKeys(TypedDict, total=False):
     sampling__temporal_pattern: Literal["8x8", "32x32"]  # Pixels after which the pattern of sample times repeats; the larger one shows less of itself and is slower to replay.
     sampling__time_bits: Literal["8", "16"]  # Precision of a sample's time; the stencil unit sees the upper 8 bits.
     sampling__times: int  # 0 to 256 times. Distinct times of samples; few of them show a fast thing as often. 0: as many as the pattern and the precision have.
+    sampling__motion_segments: int  # 0 to 16 segments. Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks.
+    sampling__motion_error: float  # 0.01 to 100 pixels. How far a piece of motion may be from the curve, with sampling.motion_segments=0.
     sampling__lens_points: int  # 0 to 65536 points. Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a point of its own for every sample of the pattern, moved from block to block.
     tessellation__target_edge_pixels: float  # 0.25 to 64 pixels. Wanted length on screen of the sides of tessellated cells; smaller is more exact and slower.
     tessellation__displacement_bias: float  # -16 to 16 levels. Added to the level of the height map that vertices and normals are made from; 0 fits it to the tessellated cells, more is smoother, less aliases.

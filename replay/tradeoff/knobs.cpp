@@ -71,6 +71,14 @@ std::vector<Knob> sampling_knobs() {
       knob("temporal_pattern", "temporal pattern", values_of("sampling.temporal_pattern", {"8x8", "32x32"}), "8x8",
            KnobNeed::kMotion),
       time_bits,
+      knob("motion_segments", "motion segments",
+           {{"1", {{"sampling.motion_segments", 1}}},
+            {"2", {{"sampling.motion_segments", 2}}},
+            {"4", {{"sampling.motion_segments", 4}}},
+            {"8", {{"sampling.motion_segments", 8}}},
+            {"16", {{"sampling.motion_segments", 16}}},
+            {"a quarter of a pixel off", {{"sampling.motion_segments", 0}}}},
+           "a quarter of a pixel off", KnobNeed::kCurves),
       knob("lens_points", "distinct lens points",
            {{"2", {{"sampling.lens_points", 2}}},
             {"8", {{"sampling.lens_points", 8}}},
@@ -243,6 +251,9 @@ std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& fra
   switch (knob.need) {
     case KnobNeed::kMotion:
       if (!frame.any_motion) return "nothing moves while the shutter is open";
+      break;
+    case KnobNeed::kCurves:
+      if (frame.segments.empty()) return "nothing moves along a curve while the shutter is open";
       break;
     case KnobNeed::kLens:
       if (frame.projection.lens_scale == 0) return "the camera has no lens";

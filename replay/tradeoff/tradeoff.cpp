@@ -124,11 +124,12 @@ class Tradeoff {
   }
 
   std::vector<Block> plan(const gpu::PreparedCapture& prepared) const {
-    const auto frame =
-        scene::pose_frame(prepared.scene(options_.settings.textures.basis_target).assembly,
-                          gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height),
-                          gpu::frame_request(prepared.capture, options_.gpu, options_.settings, options_.width,
-                                             options_.height, place_.frame));
+    scene::FrameRequest request = gpu::frame_request(prepared.capture, options_.gpu, options_.settings, options_.width,
+                                                     options_.height, place_.frame);
+    request.motion_segments = 2;  // wherever anything moves along a curve
+    const auto frame = scene::pose_frame(
+        prepared.scene(options_.settings.textures.basis_target).assembly,
+        gpu::frame_camera(prepared.capture, options_.settings, options_.width, options_.height), request);
     std::vector<Block> blocks;
     for (const Knob& knob : knobs()) {
       if (!options_.knobs.empty() &&

@@ -114,14 +114,13 @@ class Runner {
         prepared.scene(trial.settings.textures.basis_target).assembly,
         gpu::frame_camera(capture, trial.settings, place_.width, place_.height),
         gpu::frame_request(capture, trial.gpu, trial.settings, place_.width, place_.height, place_.frame));
-    const reference::ReferenceScene scene(*frame);
     const tilecore::SamplePattern pattern(
         sampling_settings(trial.settings.sampling, trial.gpu.tilecore.visibility, place_.frame));
     reference::ReferenceRequest wanted;
     wanted.lighting = gpu::frame_lighting(capture);
     wanted.background = gpu::frame_background(capture);
     wanted.pattern = &pattern;
-    return std::move(render_reference(scene, wanted).front());
+    return std::move(render_reference(*frame, wanted).front());
   }
 
   ImageError measure(const Image& image) const {

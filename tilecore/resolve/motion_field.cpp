@@ -47,7 +47,9 @@ bool finite(const DMat4& m) {
 MotionField::Motion MotionField::motion_of(const FrameGeometry& now, const FrameGeometry& then, std::size_t d) {
   const PosedDrawable &a = now.drawables[d], &b = then.drawables[d];
   Motion motion;
-  const bool rigid = !a.deforming && !b.deforming && same_positions(a.positions[0], b.positions[0]);
+  // Along a curve: where the surface was at shutter open is not where its segment began.
+  const bool rigid =
+      !a.curved && !b.curved && !a.deforming && !b.deforming && same_positions(a.positions[0], b.positions[0]);
   if (!rigid) {
     motion.kind = Kind::kDeforming;
     return motion;

@@ -22,7 +22,9 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
     cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
-  view_rays_.emplace(*job.frame);
+  view_rays_.clear();
+  for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
+    view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));
   shade_opaque(job, samples, state);
   shade_layers(job, samples, state);
 }
@@ -163,14 +165,18 @@ void DeferredShader::fill_background(const TileJob& job, const TileSamples& samp
 Vec3 DeferredShader::background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const {
   // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
   SamplePattern::LensPoint lens{0.0f, 0.0f};
-  const auto lens_scale = static_cast<float>(job.frame->projection.lens_scale);
+  // What is behind everything turns with the camera, segment by segment.
+  const int count = static_cast<int>(job.frame->segments.size()),
+            segment = count == 0 ? 0 : 1 + part_of_time(samples.t(s), count);
+  const scene::FrameGeometry& frame = job.frame->segment(segment);
+  const auto lens_scale = static_cast<float>(frame.projection.lens_scale);
   if (lens_scale != 0.0f) {
     const auto pixel = static_cast<int>(s) / samples.spp;
     lens = job.pattern->lens(samples.pixels.x0 + pixel % samples.pixels.width(),
                              samples.pixels.y0 + pixel / samples.pixels.width(), static_cast<int>(s) % samples.spp);
   }
-  return job.lighting.environment.background(
-      view_rays_->direction(samples.x[s], samples.y[s], samples.t(s), lens.u * lens_scale, lens.v * lens_scale));
+  return job.lighting.environment.background(view_rays_[static_cast<std::size_t>(segment)].direction(
+      samples.x[s], samples.y[s], frame.part.local(samples.t(s)), lens.u * lens_scale, lens.v * lens_scale));
 }
 
 // ---- Blending ---------------------------------------------------------------------------------------------------
@@ -221,13 +227,15 @@ void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples
   for (const TileState::Layer& layer : layers) {
     const bool rests = is_at_rest(*job.frame, layer.patch);
     const float cell_x = rests ? 0.0f : std::floor(layer.rest_x), cell_y = rests ? 0.0f : std::floor(layer.rest_y);
+    const int segment = job.frame->segment_at(layer.patch, samples.t(layer.sample));
     std::size_t g = shares ? 0 : shared_layers_.size();
     const auto same = [&](const SharedLayer& o) {
-      return o.patch == layer.patch && o.triangle == layer.triangle && o.cell_x == cell_x && o.cell_y == cell_y;
+      return o.patch == layer.patch && o.triangle == layer.triangle && o.segment == segment && o.cell_x == cell_x &&
+             o.cell_y == cell_y;
     };
     while (g < shared_layers_.size() && !same(shared_layers_[g])) ++g;
     if (g == shared_layers_.size())
-      shared_layers_.push_back({layer.patch, layer.triangle, cell_x, cell_y, 0, 0, false, {}});
+      shared_layers_.push_back({layer.patch, layer.triangle, segment, cell_x, cell_y, 0, 0, false, {}});
     shared_layers_[g].time_sum += samples.t(layer.sample);
     ++shared_layers_[g].count;
     shared_of_.push_back(static_cast<std::uint32_t>(g));

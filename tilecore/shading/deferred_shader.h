@@ -84,6 +84,7 @@ class DeferredShader {
   // Blended fragments are not merged.
   struct SharedLayer {
     std::uint32_t patch, triangle;
+    int segment;  // of motion
     float cell_x, cell_y;
     float time_sum;
     std::uint32_t count;
@@ -129,7 +130,7 @@ class DeferredShader {
   Skipped skipped_;
   FragmentMerger merger_of_fragments_;
   std::vector<ShadedPoint> points_;  // of the block's runs
-  std::optional<ViewRays> view_rays_;
+  std::vector<ViewRays> view_rays_;  // of the whole shutter, of its segments
   std::vector<SharedLayer> shared_layers_;
   std::vector<std::uint32_t> shared_of_;
   std::vector<LayerQuad> layer_quads_;

@@ -49,6 +49,7 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
   Fragment here{};
   here.patch = state.patch[s], here.triangle = state.triangle[s], here.pixel = static_cast<std::uint32_t>(p);
   here.positive = state.positive[s] != 0;
+  here.segment = job.frame->segment_at(here.patch, samples.t(s));
   // A still pinhole sample sees the surface where it is itself.
   here.rests = is_at_rest(*job.frame, here.patch);
   const float x = here.rests ? samples.x[s] : state.rest_x[s], y = here.rests ? samples.y[s] : state.rest_y[s];
@@ -60,7 +61,7 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
   std::size_t f = job.shading == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
   const auto same = [&](const Fragment& o) {
     return o.triangle == here.triangle && o.patch == here.patch && o.cell_x == here.cell_x && o.cell_y == here.cell_y &&
-           o.right == here.right && o.positive == here.positive;
+           o.right == here.right && o.positive == here.positive && o.segment == here.segment;
   };
   while (f < fragments_.size() && !same(fragments_[f])) ++f;
   if (f == fragments_.size()) {
@@ -80,7 +81,7 @@ std::uint32_t FragmentMerger::root(std::uint32_t f) {
 }
 
 bool FragmentMerger::belong_together(const TileJob& job, Fragment& a, Fragment& b) {
-  if (a.patch != b.patch || a.positive != b.positive || a.right != b.right) return false;
+  if (a.patch != b.patch || a.positive != b.positive || a.right != b.right || a.segment != b.segment) return false;
   if (a.pixel != b.pixel) {
     // Of one quad: the same primitive's, and with merging its neighbours', at one time and through one lens point.
     if (!a.rests) return false;

@@ -20,7 +20,7 @@ namespace tessera::tilecore {
 // first (quad-fragment merging, Fatahalian et al. 2010), as long as all of these hold:
 //   - they are of one base patch, and their triangles share an edge: both vertices, with all their attributes;
 //   - attributes do not break across that edge: not where triangles without normals are lit, each by its own;
-//   - the triangles face the same way;
+//   - the triangles face the same way, in one segment of motion;
 //   - no sample is in both: they are visible samples, each sees one primitive.
 // Merged fragments merge with further ones. With shading.derivatives=quad all this is done for blocks of 2x2 pixels.
 //
@@ -56,6 +56,7 @@ class FragmentMerger {
   struct Fragment {
     std::uint32_t patch, triangle, pixel;
     float cell_x, cell_y;
+    int segment;  // of motion
     bool right, positive, rests;
     std::size_t sample;
     float distance2, time_sum;

@@ -107,11 +107,11 @@ Vector3<float> plain(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-ShadedPoint shade_point(const FrameGeometry& frame, const Lighting& lighting, const Invocation& invocation,
+ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation,
                         TextureUnit* textures) {
-  const SurfaceLocation& at = invocation.at;
+  const auto [frame, at] = in_segment(shutter, invocation.at);
   Surface surface = evaluate_surface(frame, at);
-  const shaders::Lights lights = frame.lights_at(invocation.light_time);
+  const shaders::Lights lights = shutter.lights_at(invocation.light_time);
   if (surface.drawable->procedure != nullptr)
     return shade_procedure(frame, lighting, lights, at, surface, towards_viewer(frame, surface, at.t));
   if (invocation.partner_x != 0)

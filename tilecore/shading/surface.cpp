@@ -226,6 +226,11 @@ T attribute(const Surface& s, T value) {
 
 }  // namespace
 
+SegmentLocation in_segment(const FrameGeometry& frame, const SurfaceLocation& at) {
+  const FrameGeometry::Moment moment = frame.moment(at.patch, at.t);
+  return {moment.frame, {at.patch, at.triangle, at.b1, at.b2, moment.t}};
+}
+
 void take_quad_differences(Surface& s, int partner_x, int partner_y, bool orthographic) {
   const float w = orthographic ? 1.0f : s.raster.w, x = s.raster.x / w, y = s.raster.y / w;
   // (dp, dq) that move the point by (dx, dy) pixels: r + r_p dp + r_q dq is projected to (x + dx, y + dy).
@@ -277,7 +282,8 @@ Vec4 Surface::color() const {
   return colors.empty() ? Vec4(1.0f) : attribute(*this, interpolate(*this, colors, weight));
 }
 
-Surface evaluate_surface(const FrameGeometry& frame, const SurfaceLocation& at) {
+Surface evaluate_surface(const FrameGeometry& shutter, const SurfaceLocation& seen) {
+  const auto [frame, at] = in_segment(shutter, seen);
   Surface s;
   s.drawable = &frame.drawable_of(at.patch);
   if (s.drawable->procedure != nullptr)
@@ -314,8 +320,9 @@ Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 
   return drawable.to_raster[key] * Vec4(point, 1.0f);
 }
 
-Surface::Texcoord surface_texcoord(const FrameGeometry& frame, const SurfaceLocation& at, int set,
+Surface::Texcoord surface_texcoord(const FrameGeometry& shutter, const SurfaceLocation& seen, int set,
                                    const shaders::TextureTransform& transform) {
+  const auto [frame, at] = in_segment(shutter, seen);
   Surface s = attribute_weights(frame, at);
   if (has_grid(*s.drawable))
     fill_bezier(frame, at, s);

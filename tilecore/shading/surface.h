@@ -17,6 +17,13 @@ struct SurfaceLocation {
   float t = 0;
 };
 
+// A location and the frame by which its patch moves then, of those that a shutter with curved motion has.
+struct SegmentLocation {
+  const scene::FrameGeometry& frame;
+  SurfaceLocation at;  // its time counts within the segment
+};
+SegmentLocation in_segment(const scene::FrameGeometry& frame, const SurfaceLocation& at);
+
 // The surface at that point: everything the pixel shader reads. Parameters (p, q) are (u, v) of a patch with a grid or
 // (b1, b2) of a cluster's triangle.
 struct Surface {

@@ -8,7 +8,9 @@ std::size_t MeshStore::KeyHash::operator()(const Key& key) const {
   const auto& r = key.range;
   const std::uint32_t range =
       std::uint32_t{r.i0} | std::uint32_t{r.j0} << 8 | std::uint32_t{r.i1} << 16 | std::uint32_t{r.j1} << 24;
-  return hash32(key.patch, range, (key.effects.motion ? 1u : 0u) | (key.effects.lens ? 2u : 0u));
+  return hash32(
+      key.patch, range,
+      (key.effects.motion ? 1u : 0u) | (key.effects.lens ? 2u : 0u) | static_cast<std::uint32_t>(key.part) << 2);
 }
 
 MeshStore::Node& MeshStore::make_room() {
@@ -36,7 +38,7 @@ const MeshStore::Item& MeshStore::get(const scene::FrameGeometry& frame, std::ui
     for (Node& node : nodes_) node.key.patch = ~std::uint32_t{0};
     frame_identity_ = frame.identity;
   }
-  const Key key{patch, range, effects, box_bits, displaced};
+  const Key key{patch, range, frame.part.whole() ? -1 : frame.part.first, effects, box_bits, displaced};
   if (const auto found = index_.find(key); found != index_.end()) {
     nodes_.splice(nodes_.begin(), nodes_, found->second);
     return nodes_.front().item;

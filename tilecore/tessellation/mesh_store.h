@@ -32,6 +32,7 @@ class MeshStore {
   struct Key {
     std::uint32_t patch;
     scene::CellRange range;
+    int part;  // of the shutter: where it begins
     RayEffects effects;
     int box_bits;
     bool displaced;

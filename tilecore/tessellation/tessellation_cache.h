@@ -14,6 +14,7 @@ namespace tessera::tilecore {
 // A sub-patch that a tile asked the tessellator for.
 struct TessellationRequest {
   std::uint32_t patch = 0;
+  std::uint8_t segment = 0;  // of motion
   scene::CellRange range;
   std::uint32_t vertices = 0, triangles = 0;
   std::uint64_t patch_bytes = 0;  // bursts fetched to tessellate it
@@ -51,7 +52,7 @@ class TessellationCache {
 
  private:
   struct Place {
-    std::uint32_t patch, range;
+    std::uint32_t patch, range, segment;
     bool operator==(const Place&) const = default;
   };
   struct PlaceHash {

@@ -16,6 +16,11 @@ Keys<PatternSettings> pattern_keys() {
       {"sampling.times", &S::times, "times", 0, 256,
        "Distinct times of samples; few of them show a fast thing as often. 0: as many as the pattern and the precision "
        "have."},
+      {"sampling.motion_segments", &S::motion_segments, "segments", 0, kMaxMotionSegments,
+       "Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in "
+       "between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks."},
+      {"sampling.motion_error", &S::motion_error, "pixels", 0.01, 100,
+       "How far a piece of motion may be from the curve, with sampling.motion_segments=0."},
       {"sampling.lens_points", &S::lens_points, "points", 0, 65536,
        "Distinct points of the lens that a frame is seen through; few of them show as overlaid sharp images. 0: a "
        "point of its own for every sample of the pattern, "
@@ -23,7 +28,8 @@ Keys<PatternSettings> pattern_keys() {
   };
 }
 
-SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame) {
+SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame,
+                                   std::size_t segments) {
   const bool interleaved = method.method == VisibilityMethod::kInterleaved && settings.times == 0;
   return {settings.samples_per_pixel,
           settings.seed,
@@ -31,7 +37,8 @@ SamplingSettings sampling_settings(const PatternSettings& settings, const Visibi
           settings.temporal_pattern == TemporalPattern::k32x32 ? 32 : 8,
           settings.time_bits == TimeBits::k16 ? 16 : 8,
           settings.lens_points,
-          interleaved ? method.interleaved_times : settings.times};
+          interleaved ? method.interleaved_times : settings.times,
+          static_cast<int>(segments)};
 }
 
 }  // namespace tessera::tilecore

@@ -18,12 +18,16 @@ struct PatternSettings {
   TemporalPattern temporal_pattern = TemporalPattern::k8x8;
   TimeBits time_bits = TimeBits::k8;
   int times = 0;
+  int motion_segments = 0;
+  double motion_error = 0.25;
   int lens_points = 0;
 };
 Keys<PatternSettings> pattern_keys();
 
 // The pattern of one frame, for a method of visibility: interleaved has few times of its own.
-SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame);
+// `segments`: of the frame's motion.
+SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame,
+                                   std::size_t segments = 0);
 
 }  // namespace tessera::tilecore
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/check.h"
 #include "base/random.h"
@@ -56,6 +57,21 @@ std::uint32_t middle_quantum(std::uint32_t stratum, std::uint32_t strata, std::u
   return static_cast<std::uint32_t>(middle / whole) - (between ? stratum & 1u : 0u);
 }
 
+// Which of a pixel's lens points a sample gets: a linear permutation of its number's bits. Place and lens point come from
+// one sequence; the same number for both would tie them together, and a thing whose circle of confusion is about as wide
+// as a pixel would be seen at few places only. These have the most even products of place and lens point, first along
+// either axis, of all matrices (up to 8 samples) or of thousands of random ones. Row r makes bit r.
+std::uint32_t lens_number(std::uint32_t sample, int bits) {
+  static constexpr std::array<std::array<std::uint8_t, 6>, 7> kRows = {
+      {{}, {1}, {2, 3}, {4, 3, 1}, {8, 6, 5, 15}, {18, 10, 14, 7, 11}, {36, 17, 62, 5, 50, 49}}};
+  std::uint32_t number = 0;
+  for (int r = 0; r < bits; ++r) {
+    const std::uint32_t row = kRows[static_cast<std::size_t>(bits)][static_cast<std::size_t>(r)];
+    number |= (static_cast<std::uint32_t>(std::popcount(row & sample)) & 1u) << r;
+  }
+  return number;
+}
+
 }  // namespace
 
 SamplePattern::SamplePattern(const SamplingSettings& settings)
@@ -65,7 +81,7 @@ SamplePattern::SamplePattern(const SamplingSettings& settings)
   TESSERA_CHECK(settings.pattern_side == 8 || settings.pattern_side == 32, "patterns are 8x8 or 32x32 pixels");
   make_offsets();
   make_times_and_lens();
-  make_classes();
+  for (int segment = 0; segment <= settings.segments; ++segment) classes_.push_back(make_classes(part(segment)));
 }
 
 void SamplePattern::make_offsets() {
@@ -106,6 +122,7 @@ void SamplePattern::make_times_and_lens() {
   const int digits = (std::bit_width(lens_points) - 1) / 2;  // of u and v that the net fixes
   const std::uint32_t scramble_u = hash32(settings_.seed, settings_.frame, 0x1E45u),
                       scramble_v = mix32(scramble_u ^ 0x9E3779B9u);
+  const int bits = std::bit_width(power_of_two_) - 1;  // of a sample's number
   const std::uint32_t strata =
       settings_.times > 0 ? std::min(static_cast<std::uint32_t>(settings_.times), n * pixels) : n * pixels;
   times_.resize(std::size_t{pixels} * n);
@@ -125,7 +142,7 @@ void SamplePattern::make_times_and_lens() {
                                        << (16 - settings_.time_bits));
         // Consecutive points of the sequence are stratified: a pixel's samples cover the lens evenly.
         const std::uint32_t point =
-            (lens_rank * power_of_two_ + (s ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
+            (lens_rank * power_of_two_ + (lens_number(s, bits) ^ (lens_order & (power_of_two_ - 1)))) % lens_points;
         for (std::uint32_t v = 0; v < variants_; ++v) {
           const std::uint32_t jitter_u = hash32(scramble_u, point, v) >> digits,
                               jitter_v = hash32(scramble_v, point, v) >> digits;
@@ -139,29 +156,33 @@ void SamplePattern::make_times_and_lens() {
     }
 }
 
-void SamplePattern::make_classes() {
+SampleClasses SamplePattern::make_classes(const ShutterPart& part) const {
+  SampleClasses classes;
   const auto n = static_cast<std::size_t>(settings_.samples_per_pixel),
              side = static_cast<std::size_t>(settings_.pattern_side);
-  classes_.side = settings_.pattern_side;
-  classes_.count = static_cast<std::uint32_t>(times_.size());
+  classes.side = settings_.pattern_side;
   std::vector<std::uint32_t> sorted(times_.size());
   std::iota(sorted.begin(), sorted.end(), 0u);
+  std::erase_if(sorted, [&](std::uint32_t at) {
+    return std::cmp_less(times_[at] >> 8, part.first) || std::cmp_greater_equal(times_[at] >> 8, part.end);
+  });
+  classes.count = static_cast<std::uint32_t>(sorted.size());
   std::stable_sort(sorted.begin(), sorted.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return times_[a] < times_[b]; });
-  for (auto* v : {&classes_.x, &classes_.y, &classes_.t, &classes_.lens_u, &classes_.lens_v, &classes_.lens_extent_u,
-                  &classes_.lens_extent_v})
-    v->assign(times_.size() + SampleClasses::kPadding, 0.0f);
-  for (auto* v : {&classes_.column, &classes_.row, &classes_.sample})
-    v->assign(times_.size() + SampleClasses::kPadding, 0);
+  for (auto* v : {&classes.x, &classes.y, &classes.t, &classes.lens_u, &classes.lens_v, &classes.lens_extent_u,
+                  &classes.lens_extent_v})
+    v->assign(sorted.size() + SampleClasses::kPadding, 0.0f);
+  for (auto* v : {&classes.column, &classes.row, &classes.sample})
+    v->assign(sorted.size() + SampleClasses::kPadding, 0);
   for (std::size_t c = 0; c < sorted.size(); ++c) {
     const std::size_t at = sorted[c], sample = at % n, column = at / n % side, row = at / n / side;
-    classes_.column[c] = static_cast<std::int32_t>(column);
-    classes_.row[c] = static_cast<std::int32_t>(row);
-    classes_.sample[c] = static_cast<std::int32_t>(sample);
-    classes_.x[c] = static_cast<float>(column) + offsets_[sample].x;
-    classes_.y[c] = static_cast<float>(row) + offsets_[sample].y;
-    classes_.t[c] = t_of(times_[at]);
-    ++classes_.first_at[(std::size_t{times_[at]} >> 8) + 1];
+    classes.column[c] = static_cast<std::int32_t>(column);
+    classes.row[c] = static_cast<std::int32_t>(row);
+    classes.sample[c] = static_cast<std::int32_t>(sample);
+    classes.x[c] = static_cast<float>(column) + offsets_[sample].x;
+    classes.y[c] = static_cast<float>(row) + offsets_[sample].y;
+    classes.t[c] = t_of(times_[at]) * part.scale() + part.offset();
+    ++classes.first_at[static_cast<std::size_t>(classes.t[c] * 256.0f) + 1];
     float low_u = 1, high_u = -1, low_v = 1, high_v = -1;
     for (std::uint32_t v = 0; v < variants_; ++v) {
       const LensPoint& p = lens_[v * times_.size() + at];
@@ -169,10 +190,11 @@ void SamplePattern::make_classes() {
       low_v = std::min(low_v, p.v), high_v = std::max(high_v, p.v);
     }
     // 2^-20: the middle, the extent and the product with the lens's size each round.
-    classes_.lens_u[c] = 0.5f * (low_u + high_u), classes_.lens_extent_u[c] = 0.5f * (high_u - low_u) + 0x1p-20f;
-    classes_.lens_v[c] = 0.5f * (low_v + high_v), classes_.lens_extent_v[c] = 0.5f * (high_v - low_v) + 0x1p-20f;
+    classes.lens_u[c] = 0.5f * (low_u + high_u), classes.lens_extent_u[c] = 0.5f * (high_u - low_u) + 0x1p-20f;
+    classes.lens_v[c] = 0.5f * (low_v + high_v), classes.lens_extent_v[c] = 0.5f * (high_v - low_v) + 0x1p-20f;
   }
-  for (std::size_t k = 1; k <= 256; ++k) classes_.first_at[k] += classes_.first_at[k - 1];
+  for (std::size_t k = 1; k <= 256; ++k) classes.first_at[k] += classes.first_at[k - 1];
+  return classes;
 }
 
 std::size_t SamplePattern::lens_variant(int x, int y) const {
@@ -186,6 +208,8 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   spp = pattern.samples_per_pixel();
   classes = &pattern.classes();
   half_quantum = pattern.half_quantum();
+  part = ShutterPart();
+  time_scale = 1, time_offset = 0;
   lens_scale = lens ? lens_scale_in : 0.0f;
   const auto n = static_cast<std::size_t>(spp);
   count = static_cast<std::size_t>(tile.width()) * static_cast<std::size_t>(tile.height()) * n;
@@ -198,17 +222,36 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   for (int py = tile.y0; py < tile.y1; ++py)
     for (int px = tile.x0; px < tile.x1; ++px, i += n) {
       const std::size_t at = pattern.index(px, py, 0);
-      const SamplePattern::LensPoint* points =
-          lens ? &pattern.lens_[pattern.lens_variant(px, py) * pattern.times_.size() + at] : nullptr;
       for (std::size_t s = 0; s < n; ++s) {
         x[i + s] = static_cast<float>(px) + pattern.offsets_[s].x;
         y[i + s] = static_cast<float>(py) + pattern.offsets_[s].y;
         time[i + s] = pattern.times_[at + s];
-        if (points == nullptr) continue;
-        lens_u[i + s] = points[s].u * lens_scale;
-        lens_v[i + s] = points[s].v * lens_scale;
       }
     }
+  if (lens) fill_lens(pattern, lens_scale_in);
+}
+
+void TileSamples::fill_lens(const SamplePattern& pattern, float scale) {
+  lens_scale = scale;
+  const auto n = static_cast<std::size_t>(spp);
+  std::size_t i = 0;
+  for (int py = pixels.y0; py < pixels.y1; ++py)
+    for (int px = pixels.x0; px < pixels.x1; ++px, i += n) {
+      const SamplePattern::LensPoint* points =
+          &pattern.lens_[pattern.lens_variant(px, py) * pattern.times_.size() + pattern.index(px, py, 0)];
+      for (std::size_t s = 0; s < n; ++s) {
+        lens_u[i + s] = points[s].u * scale;
+        lens_v[i + s] = points[s].v * scale;
+      }
+    }
+}
+
+void TileSamples::enter(const SamplePattern& pattern, int segment, float lens_scale_in) {
+  classes = &pattern.classes(segment);
+  part = pattern.part(segment);
+  time_scale = part.scale(), time_offset = part.offset();
+  // A camera that zooms has a lens of another size in each segment.
+  if (!lens_u.empty() && lens_scale_in != lens_scale) fill_lens(pattern, lens_scale_in);
 }
 
 }  // namespace tessera::tilecore

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/rect.h"
+#include "base/shutter_part.h"
 
 namespace tessera::tilecore {
 
@@ -17,8 +18,9 @@ struct SamplingSettings {
   int pattern_side = 8;  // pixels after which the pattern repeats: 8 or 32
   int time_bits = 8;     // 8 or 16: precision of a sample's time
   int lens_points =
-      0;          // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
-  int times = 0;  // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
+      0;             // distinct points of the lens that the whole frame looks through; 0: as many as there are samples
+  int times = 0;     // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
+  int segments = 0;  // of motion: parts of the shutter that samples are looked for in one at a time
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -81,7 +83,12 @@ class SamplePattern {
     return lens_[lens_variant(x, y) * times_.size() + index(x, y, sample)];
   }
 
-  const SampleClasses& classes() const { return classes_; }
+  // Of the whole shutter (0), or of one segment of motion (1 on): the classes whose times lie in it, with times and
+  // stencil values that count from its beginning to its end.
+  const SampleClasses& classes(int segment = 0) const { return classes_[static_cast<std::size_t>(segment)]; }
+  ShutterPart part(int segment) const {
+    return segment == 0 ? ShutterPart() : shutter_part(segment - 1, settings_.segments);
+  }
 
  private:
   // Of a sample within the pattern: row by row, pixel by pixel.
@@ -94,7 +101,7 @@ class SamplePattern {
   std::size_t lens_variant(int x, int y) const;
   void make_offsets();
   void make_times_and_lens();
-  void make_classes();
+  SampleClasses make_classes(const ShutterPart& part) const;
 
   SamplingSettings settings_;
   std::uint32_t power_of_two_;  // smallest that is >= samples per pixel
@@ -102,7 +109,7 @@ class SamplePattern {
   std::vector<Offset> offsets_;
   std::vector<std::uint16_t> times_;
   std::vector<LensPoint> lens_;  // variant by variant
-  SampleClasses classes_;
+  std::vector<SampleClasses> classes_;
 
   friend struct TileSamples;
 };
@@ -119,17 +126,33 @@ struct TileSamples {
   std::vector<float> x, y;          // pixels of the frame
   std::vector<std::uint16_t> time;  // code: t = time / 65536 + half_quantum
   float half_quantum = 0;
+  ShutterPart part;                        // of the shutter that is looked at
+  float time_scale = 1, time_offset = 0;   // to time within it
   std::vector<float> lens_u, lens_v;       // in lens_scale; empty for a pinhole
   float lens_scale = 0;                    // largest |(u, v)|
   const SampleClasses* classes = nullptr;  // the pattern's
 
-  float t(std::size_t sample) const { return static_cast<float>(time[sample]) * 0x1p-16f + half_quantum; }
-  int stencil(std::size_t sample) const { return time[sample] >> 8; }
+  static constexpr int kNever = 256;  // stencil value of samples that are not in the part: no reference keeps it
+
+  float t(std::size_t sample) const {
+    return (static_cast<float>(time[sample]) * 0x1p-16f + half_quantum) * time_scale + time_offset;
+  }
+  int stencil(std::size_t sample) const {
+    const int value = time[sample] >> 8;
+    if (part.whole()) return value;
+    return value < part.first || value >= part.end ? kNever : static_cast<int>(t(sample) * 256.0f);
+  }
+
+  // Looks at one segment of motion alone, or again (0) at the whole shutter. `lens_scale` is that of the segment.
+  void enter(const SamplePattern& pattern, int segment, float lens_scale_in);
 
   // Fills everything for a tile. `lens_scale` in pixels multiplies the lens points, which are left out without `lens`.
   // Refers to the pattern's classes.
   void fill(const SamplePattern& pattern, IntRect tile, float lens_scale_in, bool lens);
   void fill(SamplePattern&& pattern, IntRect tile, float lens_scale_in, bool lens) = delete;
+
+ private:
+  void fill_lens(const SamplePattern& pattern, float scale);
 };
 
 }  // namespace tessera::tilecore

@@ -88,7 +88,8 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
       work.box_tests += append_pieces(bound, in, method, pieces_);
       for (const BoundingPiece& piece : pieces_) {
         // Without a stencil test where nothing would fail it: brute force runs no stencil unit.
-        const bool stencil = method.method != VisibilityMethod::kBrute || !piece.references.whole_shutter();
+        const bool all_times = piece.references.whole_shutter() && in.samples.part.whole(),
+                   stencil = method.method != VisibilityMethod::kBrute || !all_times;
         if (stencil)
           stencil_.keep(in.samples, piece.pixels, piece.references, kept_);
         else
