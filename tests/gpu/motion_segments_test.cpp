@@ -178,6 +178,32 @@ TEST(MotionSegments, LinearMotionKeepsOneSegmentItsBitsAndItsCounters) {
   }
 }
 
+// Animations that keep lamp, camera and things where they are cost what no animation costs.
+TEST(MotionSegments, WhatIsAnimatedAndStandsStillCostsNothing) {
+  const auto stage = [](bool animated) {
+    Capture capture;
+    capture.settings.frame_rate = 1;
+    capture.settings.shutter_close = 1;
+    const int ball = test::add_node(capture, test::closed_patches(test::add_material(capture)), DVec3(0, 0, -4));
+    capture.lights.emplace_back();
+    capture.lights.back().type = shaders::Light::Type::kPoint;
+    capture.light_parameters.emplace_back();
+    scene::Node lamp;
+    lamp.light = 0;
+    capture.nodes.push_back(lamp);
+    capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+    test::add_camera(capture, DVec3(0));
+    if (animated)
+      for (int node = ball; node < static_cast<int>(capture.nodes.size()); ++node)
+        test::add_motion(capture, node, DVec3(0));
+    return capture;
+  };
+  const FrameResult still = render(stage(false), {}), animated = render(stage(true), {});
+  EXPECT_EQ(animated.targets.color.values, still.targets.color.values);
+  EXPECT_EQ(counter_values(animated.counters), counter_values(still.counters));
+  EXPECT_EQ(animated.model->timing.cycles, still.model->timing.cycles);
+}
+
 struct Curve {
   const char* name;
   std::function<Capture()> scene;
