@@ -94,7 +94,8 @@ Agreement compare_samples(PosedScene& scene, Llvmpipe& llvmpipe, int time_step, 
   for (int sample = 0; sample < scene.pattern.samples_per_pixel(); ++sample)
     for (int time = 0; time < (scene.frame->any_motion ? 256 : 1); time += time_step) {
       const Llvmpipe::Offset at = offset_of(scene, sample);
-      llvmpipe.draw_single(0, {at.x + wrong_offset, at.y}, static_cast<float>(time) * 0x1p-8f);
+      const float t = scene.frame->any_motion ? scene.pattern.t_of(static_cast<std::uint16_t>(time << 8)) : 0.0f;
+      llvmpipe.draw_single(0, {at.x + wrong_offset, at.y}, t);
       agreement.add(compare(scene, tiles, sample, scene.frame->any_motion ? time : -1, llvmpipe.read_layer(0)));
     }
   return agreement;

@@ -332,8 +332,8 @@ void write_captures(const std::filesystem::path& folder) {
       gpu::RunSettings settings;
       const bool interleaved = method.settings.method == VisibilityMethod::kInterleaved;
       if (interleaved) settings.sampling.times = method.settings.interleaved_times;
-      const auto frame_of = [&](const gpu::GpuConfiguration& machine) {
-        return gpu::Device(capture, machine, settings, {640, 360, {0, 0, 640, 360}}).render(number);
+      const auto frame_of = [&, n = number](const gpu::GpuConfiguration& machine) {
+        return gpu::Device(capture, machine, settings, {640, 360, {0, 0, 640, 360}}).render(n);
       };
       const gpu::FrameResult frame = frame_of(gpu);
       if (image.empty()) image = frame.targets.color.values;

@@ -240,7 +240,7 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
   Curves(folder, std::move(measured)).write();
 }
 
-// At rest both paths see the same; threads change no count; brute force tests more, and more with more blur.
+// At rest both paths see the same; threads change no count; brute force tests more with more blur.
 bool check() {
   Laws laws;
   PosedScene still(320, 180, Point{3, 0}.scene()), moving(320, 180, Point{3, 32}.scene());
@@ -263,8 +263,9 @@ bool check() {
   };
   fmt::print("tests per hit: {:.2f} at rest, {:.2f} moving; brute force {:.2f} and {:.2f}\n", per_hit(rays),
              per_hit(two), brute_still, brute_moving);
-  laws.expect("brute force tests more",
-              brute_still > per_hit(rays) && brute_moving > 5 * per_hit(two) && brute_moving > 5 * brute_still);
+  // At rest the default may choose brute force itself, over the rectangles of quads instead of triangles.
+  laws.expect("brute force tests more where things move, and more than at rest",
+              per_hit(rays) < 1.25 * brute_still && brute_moving > 5 * per_hit(two) && brute_moving > 5 * brute_still);
   return laws.all_hold();
 }
 
