@@ -234,6 +234,23 @@ void share_patterns(FrameGeometry& frame) {
   }
 }
 
+// What deforms in any segment counts as deforming in all: a patch's record has one size.
+void share_deformation(FrameGeometry& frame) {
+  std::vector<FrameGeometry*> frames = {&frame};
+  for (const auto& segment : frame.segments) frames.push_back(segment.get());
+  for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
+    if (!frame.drawables[d].curved) continue;
+    const bool any = std::any_of(frames.begin(), frames.end(),
+                                 [&](const FrameGeometry* posed) { return posed->drawables[d].deforming; });
+    if (!any) continue;
+    for (FrameGeometry* posed : frames) {
+      PosedDrawable& drawable = posed->drawables[d];
+      drawable.deforming = drawable.moving = true;
+      connect_spans(posed->deformed[drawable.drawable->drawn], drawable);
+    }
+  }
+}
+
 // Poses the segments of the shutter where motion is curved.
 void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
   const SegmentPlan plan = plan_segments(frame, camera);
@@ -271,6 +288,7 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
     place_all_lights(segment);
     frame.moving_lights = frame.moving_lights || segment.lights[0] != segment.lights[1];
   }
+  share_deformation(frame);
   share_patterns(frame);
 }
 

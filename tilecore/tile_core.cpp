@@ -182,8 +182,8 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
   }
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
-    return std::tie(a.near_depth, a.base_patch, a.range.j0, a.range.i0) <
-           std::tie(b.near_depth, b.base_patch, b.range.j0, b.range.i0);
+    return std::tie(a.near_depth, a.base_patch, a.segment, a.range.j0, a.range.i0) <
+           std::tie(b.near_depth, b.base_patch, b.segment, b.range.j0, b.range.i0);
   });
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.

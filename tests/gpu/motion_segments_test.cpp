@@ -387,6 +387,28 @@ TEST(MotionSegments, InstancesMoveByThemAsNodesDo) {
   EXPECT_EQ(a.targets.depth.values, b.targets.depth.values);
 }
 
+// Bytes of the front end are logged as they are counted, also of meshes that deform in some segments only and are where
+// they were when the shutter closes.
+TEST(MotionSegments, RecordsHaveOneSizeInAllSegments) {
+  Capture capture = morphing();
+  scene::AnimationChannel& channel = capture.animations[0].channels[0];
+  channel.times = {0, 0.25f, 0.5f, 1};
+  channel.values = {0, 1, 0, 0};
+  capture.nodes[0].instances.resize(3);
+  capture.nodes[0].instances[1].translation = {0, 15, 0};
+  capture.nodes[0].instances[2].translation = {0, -15, 0};
+  RunSettings settings;
+  settings.sampling.motion_segments = 8;
+  Device device(capture, {}, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}, false, /* record_accesses */ true});
+  const FrameResult result = device.render(0);
+  std::uint64_t logged = 0;
+  for (const memory::Access& access : result.model->record.accesses[0].geometry)
+    if (access.unit == memory::Unit::kFrontend) logged += access.bytes;
+  EXPECT_EQ(logged, result.counters.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes);
+  const std::vector<std::string> keys = {"sampling.samples_per_pixel=64", "sampling.motion_segments=8"};
+  EXPECT_GE(psnr(image(capture, keys), mean_of_stills(capture, keys)), 38.0);
+}
+
 TEST(MotionSegments, PreviousDepthAndDesamplingGoOn) {
   Capture capture = blade(2.6);
   capture.settings.frame_rate = 4;
