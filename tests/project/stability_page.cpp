@@ -18,7 +18,10 @@ Made by `build/release/tests/tessera_stability_page`; a test checks that this pa
 ./tessera test --all -L sanitizers             # address and undefined-behaviour sanitizers; without --all what decodes
 ./tessera test --all -L fuzz                   # every fuzz target for a minute; without --all decoders for seconds
 ./tessera fuzz draco 3600                      # one target for an hour; without arguments all, a minute each
+./tessera fuzz webp 1000000x                   # so many inputs
 ```
+
+A million inputs each (commit 50338a2): exr, history, image, machine, meshopt, option, point, result, study and webp, 374 to 32 258 a second, no fault.
 )";
 
 // "Suite.Law" of "folder: Suite.Law"; fuzz targets have no other name than that of ctest.

@@ -1,6 +1,6 @@
 # The columns of tradeoff.csv that docs/accuracy.md is about, as CSV: awk -f csv.awk -f tidy.awk tradeoff.csv
 function quoted(text) { if (text ~ /[,"]/) { gsub(/"/, "\"\"", text); return "\"" text "\"" } return text }
-NR == 1 { print "knob,setting,default,psnr_db,ssim,flip,max_error,cycles,dram_bytes,energy_uj,cpu_seconds,front" }
+BEGIN { print "knob,setting,default,psnr_db,ssim,flip,max_error,cycles,dram_bytes,energy_uj,cpu_seconds,front" }
 NR > 1 {
   split_csv($0, cell)
   if (cell[column["knob"]] == "joint") next
