@@ -68,6 +68,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
   if (frame.request.draw_lines) job.shading = tilecore::ShadingRate::kSample;  // drawn lines are finer than pixels
   job.derivatives = settings_.shading.derivatives;
   job.shading_cell_pixels = static_cast<float>(settings_.shading.cell_pixels);
+  job.warp_lanes = static_cast<std::size_t>(gpu_.shader.warp_lanes);
   job.shading_cache_entries = static_cast<std::size_t>(gpu_.shading_cache.entries);
   job.shading_cache_group = gpu_.shading_cache.group;
   job.blend_layers = static_cast<std::size_t>(gpu_.tilecore.blend_layers);

@@ -132,6 +132,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.hits = counted.tilecore.sample_hits;
   work.alpha_tests = counted.tilecore.alpha_tests;
   work.shader_invocations = counted.shading.pixel_shader_invocations + counted.shading.helper_invocations;
+  work.shader_lanes = counted.shading.warps * job.warp_lanes;
   work.blended_layers = counted.shading.blended_layers;
   work.texels = counted.texture.texels - slot_.visibility_texels;
   const bool floats = job.resolve != nullptr && job.resolve->settings.weights == tilecore::StencilWeights::kFloat;

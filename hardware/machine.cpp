@@ -50,6 +50,10 @@ Keys<Machine> speed_keys() {
                                  {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
                                   "Operations of the pixel shader that a core does per clock.",
                                   "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
+                                 {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
+                                  "Invocations of a warp. The pixel shader runs whole warps, each of one draw, and the "
+                                  "texture unit gets their lookups together.",
+                                  "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
                                  {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
                                   "Operations of one pixel-shader invocation on one lane.",
                                   "[assumed] a physically based shader with a few lights"},

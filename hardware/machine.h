@@ -38,6 +38,7 @@ struct Throughputs {
 // The pixel shader of a core.
 struct PixelShader {
   std::int64_t lanes = 32;
+  std::int64_t warp_lanes = 32;
   double operations = 160;
 };
 

@@ -131,6 +131,9 @@ struct Material {
   std::array<TextureSlot*, 5> slots() {
     return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture, &emissive_texture};
   }
+  std::array<const TextureSlot*, 5> slots() const {
+    return {&base_color_texture, &metallic_roughness_texture, &normal_texture, &occlusion_texture, &emissive_texture};
+  }
 };
 enum class MaterialTexture : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
 

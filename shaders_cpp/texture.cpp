@@ -84,114 +84,122 @@ Texture::Texture(const DecodedImage& image, ColorSpace space) : space_(space) {
       out[1] = grey ? out[0] : code(1);
       out[2] = grey ? out[0] : code(2);
       out[3] = channels == 2 ? code(1) : channels == 4 ? code(3) : 255;
-      opaque_ = opaque_ && out[3] == 255;
     }
-  levels_.push_back(std::move(base));
-  make_levels();
+  add_level(base);
+  make_levels(std::move(base));
 }
 
-Texture::Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks)
-    : space_(space), blocks_(blocks), levels_(std::move(levels)) {
-  for (const Level& level : levels_)
-    for (std::size_t alpha = 3; alpha < level.rgba.size(); alpha += 4) opaque_ = opaque_ && level.rgba[alpha] == 255;
-  if (levels_.size() == 1) make_levels();
+Texture::Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks) : space_(space), blocks_(blocks) {
+  for (const Level& level : levels) add_level(level);
+  if (levels.size() == 1) make_levels(std::move(levels.front()));
 }
 
-void Texture::make_levels() {
-  while (levels_.back().width > 1 || levels_.back().height > 1) {
-    const int last = level_count() - 1;
-    const int w = std::max(1, levels_.back().width / 2), h = std::max(1, levels_.back().height / 2);
+void Texture::add_level(const Level& level) {
+  const auto first = texels_.size();
+  const int across = (level.width + 3) / 4, down = (level.height + 3) / 4;
+  texels_.resize(first + std::size_t{16} * static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
+  for (int y = 0; y < level.height; ++y)
+    for (int x = 0; x < level.width; ++x) {
+      const std::uint8_t* p = &level.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
+                                           static_cast<std::size_t>(x)) *
+                                          4];
+      opaque_ = opaque_ && p[3] == 255;
+      const auto code = [&](int c) { return std::uint32_t{p[c]} << (8 * c); };
+      texels_[first + static_cast<std::size_t>(((y / 4) * across + x / 4) * 16 + (y % 4) * 4 + x % 4)] =
+          static_cast<std::int32_t>(code(0) | code(1) | code(2) | code(3));
+    }
+  width_.push_back(level.width);
+  height_.push_back(level.height);
+  first_.push_back(static_cast<std::int32_t>(first));
+  squares_across_.push_back(across);
+}
+
+void Texture::make_levels(Level base) {
+  const auto& table = srgb8_to_linear_table();
+  while (base.width > 1 || base.height > 1) {
+    const int w = std::max(1, base.width / 2), h = std::max(1, base.height / 2);
     Level next{w, h, std::vector<std::uint8_t>(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4)};
     halve(
-        levels_.back().width, levels_.back().height, 4, [&](int x, int y, int c) { return texel(last, x, y)[c]; },
+        base.width, base.height, 4,
+        [&](int x, int y, int c) {
+          const std::uint8_t code = base.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(base.width) +
+                                               static_cast<std::size_t>(x)) *
+                                                  4 +
+                                              static_cast<std::size_t>(c)];
+          return space_ == ColorSpace::kSrgb && c < 3 ? table[code] : static_cast<float>(code) / 255.0f;
+        },
         [&](int x, int y, int c, float value) {
           const bool encode = space_ == ColorSpace::kSrgb && c < 3;
           next.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)) * 4 +
                     static_cast<std::size_t>(c)] = to_unorm8(encode ? linear_to_srgb(value) : value);
         });
-    levels_.push_back(std::move(next));
+    add_level(next);
+    base = std::move(next);
   }
+}
+
+TextureView Texture::view() const {
+  return {texels_.data(),         width_.data(),
+          height_.data(),         first_.data(),
+          squares_across_.data(), srgb8_to_linear_table().data(),
+          level_count(),          space_ == ColorSpace::kSrgb};
 }
 
 Vec4 Texture::texel(int level, int x, int y) const {
-  const Level& l = levels_[static_cast<std::size_t>(level)];
-  const std::uint8_t* p =
-      &l.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(l.width) + static_cast<std::size_t>(x)) * 4];
-  const float alpha = static_cast<float>(p[3]) / 255.0f;
-  if (space_ == ColorSpace::kSrgb) {
-    const auto& table = srgb8_to_linear_table();
-    return {table[p[0]], table[p[1]], table[p[2]], alpha};
-  }
-  return {static_cast<float>(p[0]) / 255.0f, static_cast<float>(p[1]) / 255.0f, static_cast<float>(p[2]) / 255.0f,
-          alpha};
-}
-
-Vec4 Texture::sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level, TexelFootprint* footprint) const {
-  TexelPair s = linear_texels(sampler.wrap_s, uv.x, width(level));
-  TexelPair t = linear_texels(sampler.wrap_t, uv.y, height(level));
-  if (!linear) {
-    s.first = s.second = s.weight < 0.5f ? s.first : s.second;
-    t.first = t.second = t.weight < 0.5f ? t.first : t.second;
-  }
-  if (footprint != nullptr) footprint->levels[footprint->count++] = {level, s, t};
-  if (!linear) return texel(level, s.first, t.first);
-  const Vec4 top = texel(level, s.first, t.first) * (1.0f - s.weight) + texel(level, s.second, t.first) * s.weight;
-  const Vec4 bottom = texel(level, s.first, t.second) * (1.0f - s.weight) + texel(level, s.second, t.second) * s.weight;
-  return top * (1.0f - t.weight) + bottom * t.weight;
+  const auto l = static_cast<std::size_t>(level);
+  const ColorOf<float> c =
+      texel_color<float>(view(), first_[l] + ((y / 4) * squares_across_[l] + x / 4) * 16 + (y % 4) * 4 + x % 4);
+  if (space_ == ColorSpace::kSrgb) return {c.r, c.g, c.b, c.a / 255.0f};
+  return {c.r / 255.0f, c.g / 255.0f, c.b / 255.0f, c.a / 255.0f};
 }
 
 Vec4 Texture::sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint) const {
-  if (footprint != nullptr) footprint->count = 0;
-  if (!(lod > 0.0f)) return sample_level(sampler, sampler.magnify_linear, uv, 0, footprint);
-  const float last = static_cast<float>(level_count() - 1);
-  const float level = std::min(lod, last);
-  switch (sampler.mip) {
-    case MipFilter::kNone:
-      return sample_level(sampler, sampler.minify_linear, uv, 0, footprint);
-    case MipFilter::kNearest:
-      return sample_level(sampler, sampler.minify_linear, uv, static_cast<int>(level + 0.5f), footprint);
-    case MipFilter::kLinear:
-      break;
+  LookupTexels<std::int32_t> read;
+  const ColorOf<float> c = sample_texture<float, std::int32_t>(view(), sampler, uv.x, uv.y, lod, read);
+  if (footprint != nullptr) {
+    footprint->levels = {read.fine, read.coarse};
+    footprint->count = read.coarse.level < 0 ? 1 : 2;
   }
-  const int below = static_cast<int>(level);
-  const float weight = level - static_cast<float>(below);
-  const Vec4 fine = sample_level(sampler, sampler.minify_linear, uv, below, footprint);
-  if (weight == 0.0f) return fine;
-  return fine * (1.0f - weight) + sample_level(sampler, sampler.minify_linear, uv, below + 1, footprint) * weight;
+  return {c.r, c.g, c.b, c.a};
 }
 
 // ---- ScalarTexture ----------------------------------------------------------------------------------------------
 
 ScalarTexture::ScalarTexture(const DecodedImage& image) {
-  Level base{image.width(), image.height(), {}};
-  base.values.reserve(static_cast<std::size_t>(base.width) * static_cast<std::size_t>(base.height));
-  for (int y = 0; y < base.height; ++y)
-    for (int x = 0; x < base.width; ++x) base.values.push_back(image.unorm(x, y, 0));
-  levels_.push_back(std::move(base));
-  build_levels();
+  values_.reserve(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) * 4 / 3 + 16);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) values_.push_back(image.unorm(x, y, 0));
+  build_levels(image.width(), image.height());
 }
 
-ScalarTexture::ScalarTexture(int width, int height, std::vector<float> values) {
-  levels_.push_back({width, height, std::move(values)});
-  build_levels();
+ScalarTexture::ScalarTexture(int width, int height, std::vector<float> values) : values_(std::move(values)) {
+  build_levels(width, height);
 }
 
-void ScalarTexture::build_levels() {
-  while (levels_.back().width > 1 || levels_.back().height > 1) {
-    const Level& last = levels_.back();
-    const int w = std::max(1, last.width / 2), h = std::max(1, last.height / 2);
-    Level next{w, h, std::vector<float>(static_cast<std::size_t>(w) * static_cast<std::size_t>(h))};
+void ScalarTexture::build_levels(int width, int height) {
+  const auto pixels = [](int w, int h) { return static_cast<std::size_t>(w) * static_cast<std::size_t>(h); };
+  width_.push_back(width), height_.push_back(height), first_.push_back(0);
+  std::size_t first = 0;
+  while (width > 1 || height > 1) {
+    const int w = std::max(1, width / 2), h = std::max(1, height / 2);
+    const std::size_t next = first + pixels(width, height);
+    values_.resize(next + pixels(w, h));
     halve(
-        last.width, last.height, 1,
+        width, height, 1,
         [&](int x, int y, int) {
-          return last
-              .values[static_cast<std::size_t>(y) * static_cast<std::size_t>(last.width) + static_cast<std::size_t>(x)];
+          return values_[first + static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                         static_cast<std::size_t>(x)];
         },
         [&](int x, int y, int, float value) {
-          next.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = value;
+          values_[next + static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
+              value;
         });
-    levels_.push_back(std::move(next));
+    width = w, height = h, first = next;
+    width_.push_back(w), height_.push_back(h), first_.push_back(static_cast<std::int32_t>(first));
   }
+  for (std::size_t l = 0; l < width_.size(); ++l)
+    levels_.push_back({width_[l], height_[l],
+                       std::span(values_).subspan(static_cast<std::size_t>(first_[l]), pixels(width_[l], height_[l]))});
 }
 
 float ScalarTexture::sample_level(const Sampler& sampler, Vec2 uv, std::size_t level) const {
@@ -212,39 +220,6 @@ float ScalarTexture::sample(const Sampler& sampler, Vec2 uv, float lod) const {
   const float weight = level - static_cast<float>(below);
   const float fine = sample_level(sampler, uv, below);
   return weight == 0.0f ? fine : fine * (1.0f - weight) + sample_level(sampler, uv, below + 1) * weight;
-}
-
-ScalarTexture::Gradient ScalarTexture::gradient_level(const Sampler& sampler, Vec2 uv, std::size_t level) const {
-  const Level& l = levels_[level];
-  const TexelPosition s = texel_position(sampler.wrap_s, uv.x, l.width),
-                      t = texel_position(sampler.wrap_t, uv.y, l.height);
-  // 4 x 4 texels around the point; the inner four are interpolated, the outer ones give their differences.
-  std::array<int, 4> column, row;
-  for (int k = 0; k < 4; ++k) {
-    column[static_cast<std::size_t>(k)] = wrap_texel(sampler.wrap_s, s.first - 1 + k, l.width);
-    row[static_cast<std::size_t>(k)] = wrap_texel(sampler.wrap_t, t.first - 1 + k, l.height) * l.width;
-  }
-  const auto h = [&](std::size_t i, std::size_t j) { return l.values[static_cast<std::size_t>(row[j] + column[i])]; };
-  const auto mix = [&](const auto& value) {
-    const float top = value(1, 1) * (1.0f - s.weight) + value(2, 1) * s.weight;
-    const float bottom = value(1, 2) * (1.0f - s.weight) + value(2, 2) * s.weight;
-    return top * (1.0f - t.weight) + bottom * t.weight;
-  };
-  const float half_width = 0.5f * static_cast<float>(l.width), half_height = 0.5f * static_cast<float>(l.height);
-  return {mix(h), mix([&](std::size_t i, std::size_t j) { return h(i + 1, j) - h(i - 1, j); }) * half_width,
-          mix([&](std::size_t i, std::size_t j) { return h(i, j + 1) - h(i, j - 1); }) * half_height};
-}
-
-ScalarTexture::Gradient ScalarTexture::sample_gradient(const Sampler& sampler, Vec2 uv, float lod) const {
-  if (!(lod > 0.0f)) return gradient_level(sampler, uv, 0);
-  const float level = std::min(lod, static_cast<float>(levels_.size() - 1));
-  const auto below = static_cast<std::size_t>(level);
-  const float weight = level - static_cast<float>(below);
-  const Gradient fine = gradient_level(sampler, uv, below);
-  if (weight == 0.0f) return fine;
-  const Gradient coarse = gradient_level(sampler, uv, below + 1);
-  const auto mix = [&](float a, float b) { return a * (1.0f - weight) + b * weight; };
-  return {mix(fine.height, coarse.height), mix(fine.d_s, coarse.d_s), mix(fine.d_t, coarse.d_t)};
 }
 
 }  // namespace tessera::shaders

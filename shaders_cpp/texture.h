@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "base/image_codec.h"
+#include "base/real.h"
 #include "base/vec.h"
 
 namespace tessera::shaders {
@@ -28,57 +30,33 @@ enum class ColorSpace : std::uint8_t { kLinear, kSrgb };
 // Texel index of coordinate i outside or inside [0, size), by the wrap mode.
 int wrap_texel(Wrap wrap, std::int64_t i, int size);
 
-// The same for i at most one period away from [0, size), without division.
-inline int wrap_near_texel(Wrap wrap, int i, int size) {
-  switch (wrap) {
-    case Wrap::kClampToEdge:
-      return i < 0 ? 0 : i >= size ? size - 1 : i;
-    case Wrap::kRepeat:
-      return i < 0 ? i + size : i >= size ? i - size : i;
-    case Wrap::kMirroredRepeat:
-      break;
-  }
-  if (i < 0) i = -1 - i;
-  if (i >= 2 * size) i -= 2 * size;
-  return i < size ? i : 2 * size - 1 - i;
-}
-
-// Where a texture coordinate lies in one level: the number of the texel at or before it, not wrapped but within one
-// period of [0, size), and how far on to the next.
-struct TexelPosition {
-  int first;
-  float weight;
+// Textures as lookups read them: plain arrays, numbers by level.
+struct TextureView {
+  const std::int32_t* texels;  // RGBA8, R lowest
+  const std::int32_t *width, *height;
+  const std::int32_t *first, *squares_across;  // in `texels`; squares of 4 x 4 texels in a row of them
+  const float* linear;                         // of an sRGB code
+  int levels;
+  bool srgb;
 };
-inline TexelPosition texel_position(Wrap wrap, float coordinate, int size) {
-  // Reduce to one period first: texel numbers stay exact however far out the coordinate lies.
-  float reduced = coordinate < -1.0f ? -1.0f : coordinate > 2.0f ? 2.0f : coordinate;
-  if (wrap == Wrap::kRepeat)
-    reduced = coordinate - std::floor(coordinate);
-  else if (wrap == Wrap::kMirroredRepeat)
-    reduced = coordinate - 2.0f * std::floor(coordinate * 0.5f);
-  if (!(reduced >= -1.0f && reduced <= 2.0f)) return {0, 0.0f};  // not finite
-  const float position = reduced * static_cast<float>(size) - 0.5f, below = std::floor(position);
-  return {static_cast<int>(below), position - below};
-}
-
-// The two neighbouring texels and the weight of the second.
-struct TexelPair {
-  int first, second;
-  float weight;
+struct HeightView {
+  const float* values;
+  const std::int32_t *width, *height, *first;
+  int levels;
 };
-inline TexelPair linear_texels(Wrap wrap, float coordinate, int size) {
-  const TexelPosition p = texel_position(wrap, coordinate, size);
-  return {wrap_near_texel(wrap, p.first, size), wrap_near_texel(wrap, p.first + 1, size), p.weight};
-}
 
-// The texels that a lookup weighs: up to four in each of up to two levels; first and second are the same where it
-// takes one.
+namespace scalar {
+#include "shaders_cpp/texture_sampling.inc"
+}  // namespace scalar
+using namespace scalar;
+
+using TexelPosition = TexelPositionOf<float, std::int32_t>;
+using TexelPair = TexelPairOf<float, std::int32_t>;
+
+// The texels that a lookup weighs: up to four in each of up to two levels; the two columns or rows of a level are the
+// same where it takes one.
 struct TexelFootprint {
-  struct Level {
-    int level;
-    TexelPair s, t;
-  };
-  std::array<Level, 2> levels;
+  std::array<LevelTexels<std::int32_t>, 2> levels;
   std::size_t count = 0;
 };
 
@@ -89,7 +67,8 @@ struct TexelBlocks {
 };
 
 // A mip-mapped 8-bit RGBA texture. Levels halve with rounding down. Each texel of a level that is made here is the
-// area-weighted mean, in linear light, of what it covers one level up. Immutable once built.
+// area-weighted mean, in linear light, of what it covers one level up. Texels lie in squares of 4 x 4, 64 bytes, as
+// the emulated memory holds plain ones. Immutable once built.
 class Texture {
  public:
   struct Level {
@@ -101,9 +80,9 @@ class Texture {
   // Levels as they are, the largest first, decoded from blocks of that kind; to a single one the others are made.
   Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks);
 
-  int width(int level = 0) const { return levels_[static_cast<std::size_t>(level)].width; }
-  int height(int level = 0) const { return levels_[static_cast<std::size_t>(level)].height; }
-  int level_count() const { return static_cast<int>(levels_.size()); }
+  int width(int level = 0) const { return width_[static_cast<std::size_t>(level)]; }
+  int height(int level = 0) const { return height_[static_cast<std::size_t>(level)]; }
+  int level_count() const { return static_cast<int>(width_.size()); }
   // True when every texel's alpha is 1.
   bool opaque() const { return opaque_; }
   TexelBlocks blocks() const { return blocks_; }
@@ -116,14 +95,16 @@ class Texture {
   // null, becomes what was read.
   Vec4 sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint = nullptr) const;
 
+  TextureView view() const;
+
  private:
-  void make_levels();
-  Vec4 sample_level(const Sampler& sampler, bool linear, Vec2 uv, int level, TexelFootprint* footprint) const;
+  void make_levels(Level base);
+  void add_level(const Level& level);
 
   ColorSpace space_;
   TexelBlocks blocks_;
   bool opaque_ = true;
-  std::vector<Level> levels_;
+  std::vector<std::int32_t> texels_, width_, height_, first_, squares_across_;
 };
 
 // A mip-mapped texture of one float channel (the red one of an image): heights for displacement.
@@ -131,29 +112,33 @@ class ScalarTexture {
  public:
   struct Level {
     int width, height;
-    std::vector<float> values;
+    std::span<const float> values;  // rows from the top
   };
 
   explicit ScalarTexture(const DecodedImage& image);
   ScalarTexture(int width, int height, std::vector<float> values);
+  ScalarTexture(ScalarTexture&&) = default;  // levels look into the values: no copies
 
   const std::vector<Level>& levels() const { return levels_; }
 
   // Trilinear height; lod <= 0 reads level 0 only. Coordinates that are not finite read texel 0.
   float sample(const Sampler& sampler, Vec2 uv, float lod) const;
 
-  // Height and its derivatives by texture coordinate: the central differences of the texels, interpolated like the
-  // heights themselves, so that shading stays smooth inside a texel.
-  struct Gradient {
-    float height, d_s, d_t;
-  };
-  Gradient sample_gradient(const Sampler& sampler, Vec2 uv, float lod) const;
+  // See HeightGradient.
+  HeightGradient<float> sample_gradient(const Sampler& sampler, Vec2 uv, float lod) const {
+    return height_gradient(view(), sampler, uv.x, uv.y, lod);
+  }
+
+  HeightView view() const {
+    return {values_.data(), width_.data(), height_.data(), first_.data(), static_cast<int>(levels_.size())};
+  }
 
  private:
   float sample_level(const Sampler& sampler, Vec2 uv, std::size_t level) const;
-  Gradient gradient_level(const Sampler& sampler, Vec2 uv, std::size_t level) const;
-  void build_levels();
+  void build_levels(int width, int height);
 
+  std::vector<float> values_;  // of all levels
+  std::vector<std::int32_t> width_, height_, first_;
   std::vector<Level> levels_;
 };
 

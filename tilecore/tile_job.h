@@ -29,6 +29,7 @@ struct TileJob {
   ShadingRate shading = ShadingRate::kPixel;
   ShadingDerivatives derivatives = ShadingDerivatives::kAnalytic;
   float shading_cell_pixels = 1;
+  std::size_t warp_lanes = 32;  // of the pixel shader
   std::size_t shading_cache_entries = 1024;
   int shading_cache_group = 1;   // side in tiles of what is rendered between two times that the cache is emptied
   std::size_t blend_layers = 8;  // of a sample, on chip; 1 to LayerMerger::kMaxCapacity

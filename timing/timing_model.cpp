@@ -324,7 +324,7 @@ PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Pha
   if (phase == Phase::kVisibility) {
     out.items = work.sub_patches;
   } else if (phase == Phase::kShading) {
-    out.items = work.shader_invocations / static_cast<std::uint64_t>(gpu.shader.lanes);
+    out.items = work.shader_lanes / static_cast<std::uint64_t>(gpu.shader.lanes);
   } else {
     out.items = work.pixels / kStoredBlock;
     out.cycles.push_back(

@@ -89,7 +89,7 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.rates.triangle_tests_per_clk);
   at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.rates.alpha_tests_per_clk);
   at(Stage::kShader) =
-      static_cast<double>(work.shader_invocations) * gpu.shader.operations / static_cast<double>(gpu.shader.lanes);
+      static_cast<double>(work.shader_lanes) * gpu.shader.operations / static_cast<double>(gpu.shader.lanes);
   at(Stage::kTexture) = share(work.texels, gpu.rates.texels_per_clk);
   at(Stage::kBlend) = share(work.blended_layers, gpu.rates.blends_per_clk);
   at(Stage::kResolve) = share(work.pixels, gpu.rates.resolved_pixels_per_clk) +

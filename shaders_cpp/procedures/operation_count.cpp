@@ -20,13 +20,13 @@ Counted operator*(Counted a, Counted b) { return ++current->multiplies, a.value 
 Counted operator/(Counted a, Counted b) { return ++current->divides, a.value / b.value; }
 Counted real_sqrt(Counted a) { return ++current->square_roots, shaders::real_sqrt(a.value); }
 Counted real_abs(Counted a) { return ++current->comparisons, shaders::real_abs(a.value); }
-Counted real_min(Counted a, Counted b) { return ++current->comparisons, shaders::real_min(a.value, b.value); }
+Counted real_min(Counted a, Counted b) { return ++current->comparisons, tessera::real_min(a.value, b.value); }
 Counted real_max(Counted a, Counted b) { return ++current->comparisons, shaders::real_max(a.value, b.value); }
-Counted real_floor(Counted a) { return ++current->comparisons, shaders::real_floor(a.value); }
+Counted real_floor(Counted a) { return ++current->comparisons, tessera::real_floor(a.value); }
 Counted select_less(Counted a, Counted b, Counted x, Counted y) {
-  return ++current->comparisons, shaders::select_less(a.value, b.value, x.value, y.value);
+  return ++current->comparisons, tessera::select_less(a.value, b.value, x.value, y.value);
 }
-Counted power_of_two(Counted n) { return ++current->adds, shaders::power_of_two(n.value); }
+Counted power_of_two(Counted n) { return ++current->adds, tessera::power_of_two(n.value); }
 void real_sincos_turns(Counted turns, Counted& sine, Counted& cosine) { sincos_by_series(turns, sine, cosine); }
 
 PlaneNoise<Counted> plane_noise_with_slopes(Counted x, Counted y) {

@@ -32,21 +32,7 @@ using tessera::HWY_NAMESPACE::Vector3;
 
 using IntTag = hn::RebindToSigned<FloatLanes::D>;
 using UnsignedTag = hn::RebindToUnsigned<FloatLanes::D>;
-using IntLanes = hn::Vec<IntTag>;
 using UnsignedLanes = hn::Vec<UnsignedTag>;
-
-HWY_INLINE FloatLanes real_min(FloatLanes a, FloatLanes b) {
-  return FloatLanes(hn::IfThenElse(hn::Lt(b.v, a.v), b.v, a.v));
-}
-HWY_INLINE FloatLanes real_floor(FloatLanes a) { return FloatLanes(hn::Floor(a.v)); }
-HWY_INLINE FloatLanes select_less(FloatLanes a, FloatLanes b, FloatLanes x, FloatLanes y) {
-  return FloatLanes(hn::IfThenElse(hn::Lt(a.v, b.v), x.v, y.v));
-}
-HWY_INLINE FloatLanes power_of_two(FloatLanes n) {
-  const IntTag di;
-  const IntLanes biased = hn::Add(hn::ConvertTo(di, n.v), hn::Set(di, 127));
-  return FloatLanes(hn::BitCast(FloatLanes::D(), hn::ShiftLeft<23>(biased)));
-}
 
 HWY_INLINE UnsignedLanes mix32_lanes(UnsignedLanes x) {
   const UnsignedTag d;
@@ -104,7 +90,7 @@ HWY_INLINE PlaneNoise<FloatLanes> image_value_with_slopes(const float* values, i
   const FloatLanes column = real_min(real_floor(x), su - one), row = real_min(real_floor(y), sv - one), fx = x - column,
                    fy = y - row;
   const auto number = [&](FloatLanes a) HWY_ATTR { return hn::IfThenElseZero(hn::Eq(a.v, a.v), a.v); };
-  const IntLanes at =
+  const hn::Vec<IntTag> at =
       hn::Add(hn::Mul(hn::ConvertTo(di, number(row)), hn::Set(di, width)), hn::ConvertTo(di, number(column)));
   const auto corner = [&](int offset) HWY_ATTR { return FloatLanes(hn::GatherIndex(d, values + offset, at)); };
   const FloatLanes c00 = corner(0), c10 = corner(1), c01 = corner(width), c11 = corner(width + 1), gx = one - fx,

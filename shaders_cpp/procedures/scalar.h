@@ -12,17 +12,6 @@ namespace tessera::shaders {
 // What procedures ask of their scalar type besides base/real.h, for float and double. SIMD lanes have the same
 // operations in procedures-inl.h with the same bits as float; intervals in frontend/bounds/enclosure_functions.h.
 
-inline float real_floor(float a) { return std::floor(a); }
-inline double real_floor(double a) { return std::floor(a); }
-// a < b ? x : y, for every lane.
-inline float select_less(float a, float b, float x, float y) { return a < b ? x : y; }
-inline double select_less(double a, double b, double x, double y) { return a < b ? x : y; }
-
-// 2^n for whole n in [-126, 127].
-inline float power_of_two(float n) {
-  return std::bit_cast<float>(static_cast<std::uint32_t>(static_cast<std::int32_t>(n) + 127) << 23);
-}
-
 // Gradients of the noise at lattice points: two numbers in [-1, 1) from the halves of a hash.
 struct LatticeGradient {
   float x, y;

@@ -130,7 +130,8 @@ ShadedPoint shade_procedure(const FrameGeometry& frame, const Lighting& lighting
   point.roughness = material.roughness;
   point.occlusion = 1.0f;
   point.emissive = as_stage(material.emissive);
-  out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, lights, lighting.environment);
+  out.color = as_glm(shaders::shade_material(point, as_stage(surface.position), as_stage(normal), as_stage(view),
+                                             lights, lights.t, lighting.environment.intensity()));
   return out;
 }
 

@@ -25,18 +25,37 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   view_rays_.clear();
   for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
     view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));
-  shade_opaque(job, samples, state);
-  shade_layers(job, samples, state);
+  // Cells that the cache holds keep their points; nothing else is asked for again.
+  if (job.shading != ShadingRate::kCache || empty_cache) points_.clear();
+  kept_ = points_.size();
+  invocations_.clear();
+  pixel_of_invocation_.clear();
+  quads_ = 0;
+  collect_opaque(job, samples, state);
+  opaque_ = invocations_.size();
+  collect_layers(job, samples, state);
+  run_warps(job);
+  color_samples(job, samples);
+  blend_layers(job, state);
 }
 
 // ---- Pixel-shader invocations -----------------------------------------------------------------------------------
 
-ShadedPoint DeferredShader::run_shader(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
+std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
   if (!drawables_.empty())
     ++drawables_[job.frame->assembly->patch_drawable[invocation.at.patch]].pixel_shader_invocations;
-  return shade_point(*job.frame, job.lighting, invocation, &textures_);
+  invocations_.push_back(invocation);
+  pixel_of_invocation_.push_back(static_cast<std::uint32_t>(pixel));
+  return static_cast<std::uint32_t>(kept_ + invocations_.size() - 1);
+}
+
+void DeferredShader::run_warps(const TileJob& job) {
+  points_.resize(kept_ + invocations_.size());
+  pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
+                      job.warp_lanes);
+  counters_.warps += pixel_shader_.take_warps();
 }
 
 Invocation DeferredShader::invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at,
@@ -50,23 +69,25 @@ Invocation DeferredShader::invocation(const TileJob& job, const TileSamples& sam
   return out;
 }
 
-const ShadedPoint& DeferredShader::shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
+std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
   const ShadingCell cell = cells_.cell_of(at);
-  if (const ShadedPoint* found = cache_.find(cell)) {
+  const std::uint32_t found = cache_.find(cell);
+  if (found != ShadingCache::kNone) {
     ++counters_.shading_cache_hits;
     ++counters_.pixel_shader_invocations_saved;
-    return *found;
+    return found;
   }
   ++counters_.shading_cache_misses;
-  return cache_.insert(cell,
-                       run_shader(job, {ShadingCells::canonical_point(*job.frame, cell), ShadingCells::kTime}, pixel));
+  const std::uint32_t number =
+      ask_for(job, {ShadingCells::canonical_point(*job.frame, cell), ShadingCells::kTime}, pixel);
+  cache_.insert(cell, number);
+  return number;
 }
 
 // ---- What is opaque ---------------------------------------------------------------------------------------------
 
-void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
-  sample_color_.resize(samples.count);
-  sample_coverage_.assign(samples.count, 0.0f);
+void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
+  sample_point_.assign(samples.count, kNone);
   const bool quads = job.derivatives == ShadingDerivatives::kQuad && job.shading != ShadingRate::kCache;
   const int side = quads ? 2 : 1;
   // Block by block, so that neighbours in both directions find the shading cache warm.
@@ -75,11 +96,11 @@ void DeferredShader::shade_opaque(const TileJob& job, const TileSamples& samples
     for (int block_x = 0; block_x < width; block_x += kBlockSide)
       for (int y = block_y; y < std::min(block_y + kBlockSide, height); y += side)
         for (int x = block_x; x < std::min(block_x + kBlockSide, width); x += side)
-          shade_block(job, samples, state, x, y, side);
+          collect_block(job, samples, state, x, y, side);
 }
 
-void DeferredShader::shade_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x0, int y0,
-                                 int side) {
+void DeferredShader::collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x0,
+                                   int y0, int side) {
   const auto spp = static_cast<std::size_t>(samples.spp);
   std::array<std::size_t, 4> pixels;
   std::array<bool, 4> split;
@@ -90,10 +111,9 @@ void DeferredShader::shade_block(const TileJob& job, const TileSamples& samples,
       if (runs_of(pixel) == 0)
         skip_pixel(job, samples, state, pixel);
       else if (job.shading == ShadingRate::kCache)
-        shade_pixel_from_cells(job, samples, state, pixel);
+        collect_cells(job, samples, state, pixel);
       else
         split[count] = runs_of(pixel) == 2, pixels[count++] = pixel;
-      if (runs_of(pixel) != 0 && job.shading == ShadingRate::kCache) fill_background(job, samples, pixel * spp, spp);
     }
   if (count == 0) return;
   FragmentMerger& merger = merger_of_fragments_;
@@ -105,24 +125,24 @@ void DeferredShader::shade_block(const TileJob& job, const TileSamples& samples,
     counters_.quads += merger.quads();
     counters_.helper_invocations += 4 * merger.quads() - merger.runs().size();
   }
-  points_.clear();
+  const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
     const SurfaceLocation at{state.patch[s], state.triangle[s], state.b1[s], state.b2[s],
                              time_seen(*job.frame, state.patch[s], samples.t(s))};
-    points_.push_back(run_shader(job, invocation(job, samples, at, run.light_time, pixel, run.rests), pixel));
-    pixel_normal_[pixel] += points_.back().normal;
+    Invocation asked = invocation(job, samples, at, run.light_time, pixel, run.rests);
+    asked.quad = quads_ + run.quad;
+    ask_for(job, asked, pixel);
   }
+  quads_ += static_cast<std::uint32_t>(merger.quads());
   for (std::size_t p = 0; p < count; ++p) {
     const std::size_t first = pixels[p] * spp;
     for (std::size_t k = 0; k < spp; ++k) {
       const std::uint32_t run = merger.run_of(p, k);
       if (run == FragmentMerger::kNoRun) continue;
       count_visible(job, state.patch[first + k]);
-      sample_color_[first + k] = points_[run].color;
-      sample_coverage_[first + k] = 1.0f;
+      sample_point_[first + k] = first_point + run;
     }
-    fill_background(job, samples, first, spp);
   }
 }
 
@@ -139,27 +159,35 @@ void DeferredShader::skip_pixel(const TileJob& job, const TileSamples& samples, 
   skipped_.invocations += job.shading == ShadingRate::kCache ? visible : merger_of_fragments_.runs().size();
 }
 
-void DeferredShader::shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
-                                            std::size_t pixel) {
+void DeferredShader::collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                   std::size_t pixel) {
   const auto spp = static_cast<std::size_t>(samples.spp);
   for (std::size_t s = pixel * spp; s < (pixel + 1) * spp; ++s) {
     if (state.patch[s] == TileState::kNoPatch) continue;
     ++counters_.samples_visible;
     count_visible(job, state.patch[s]);
-    const ShadedPoint& point =
-        shade_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
-    pixel_normal_[pixel] += point.normal;
-    sample_color_[s] = point.color;
-    sample_coverage_[s] = 1.0f;
+    sample_point_[s] = ask_for_cell(job, {state.patch[s], state.triangle[s], state.b1[s], state.b2[s], 0.0f}, pixel);
   }
 }
 
-void DeferredShader::fill_background(const TileJob& job, const TileSamples& samples, std::size_t first,
-                                     std::size_t count) {
-  for (std::size_t s = first; s < first + count; ++s) {
-    if (sample_coverage_[s] > 0.0f) continue;
-    sample_color_[s] = job.has_background ? job.background : background_of(job, samples, s);
+void DeferredShader::color_samples(const TileJob& job, const TileSamples& samples) {
+  sample_color_.resize(samples.count);
+  sample_coverage_.assign(samples.count, 0.0f);
+  const auto spp = static_cast<std::size_t>(samples.spp);
+  for (std::size_t s = 0; s < samples.count; ++s) {
+    const std::uint32_t point = sample_point_[s];
+    if (point == kNone) {
+      // Samples of skipped pixels have no colour.
+      if (runs_of(s / spp) != 0)
+        sample_color_[s] = job.has_background ? job.background : background_of(job, samples, s);
+      continue;
+    }
+    sample_color_[s] = points_[point].color;
+    sample_coverage_[s] = 1.0f;
+    if (job.shading == ShadingRate::kCache) pixel_normal_[s / spp] += points_[point].normal;
   }
+  if (job.shading == ShadingRate::kCache) return;
+  for (std::size_t i = 0; i < opaque_; ++i) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
 
 Vec3 DeferredShader::background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const {
@@ -181,8 +209,9 @@ Vec3 DeferredShader::background_of(const TileJob& job, const TileSamples& sample
 
 // ---- Blending ---------------------------------------------------------------------------------------------------
 
-void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples, TileState& state) {
+void DeferredShader::collect_layers(const TileJob& job, const TileSamples& samples, TileState& state) {
   state.drop_hidden_layers();
+  layer_point_.assign(state.layers.size(), kNone);
   if (state.layers.empty()) return;
   counters_.blended_layers += state.layers.size();
   // Far to near within a sample; equal depths by patch and triangle.
@@ -201,22 +230,29 @@ void DeferredShader::shade_layers(const TileJob& job, const TileSamples& samples
       skipped_.invocations += shared_layers_.size();
       continue;
     }
-    for (std::size_t first = 0, last = 0; first < layers.size(); first = last) {
-      const std::size_t s = layers[first].sample;
-      blended_.clear();
-      for (; last < layers.size() && layers[last].sample == s; ++last) {
-        const TileState::Layer& layer = layers[last];
-        const ShadedPoint point = shade_layer(job, samples, layer, shared_layers_[shared_of_[last]], pixel);
-        blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
-      }
-      counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
-      for (const BlendedLayer& layer : blended_) {
-        sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
-        sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
-      }
+    for (std::size_t i = 0; i < layers.size(); ++i)
+      layer_point_[begin + i] = ask_for_layer(job, samples, layers[i], shared_layers_[shared_of_[i]], pixel);
+  }
+  number_layer_quads();
+}
+
+void DeferredShader::blend_layers(const TileJob& job, const TileState& state) {
+  for (std::size_t first = 0, last = 0; first < state.layers.size(); first = last) {
+    const std::size_t s = state.layers[first].sample;
+    blended_.clear();
+    for (; last < state.layers.size() && state.layers[last].sample == s; ++last) {
+      if (layer_point_[last] == kNone) continue;
+      const TileState::Layer& layer = state.layers[last];
+      const ShadedPoint& point = points_[layer_point_[last]];
+      blended_.push_back({point.color * point.alpha, point.alpha, layer.z, layer.patch, layer.triangle});
+    }
+    if (blended_.empty()) continue;
+    counters_.blend_overflows += merger_.merge(blended_, job.blend_layers);
+    for (const BlendedLayer& layer : blended_) {
+      sample_color_[s] = sample_color_[s] * (1.0f - layer.alpha) + layer.color;
+      sample_coverage_[s] = sample_coverage_[s] * (1.0f - layer.alpha) + layer.alpha;
     }
   }
-  count_layer_quads();
 }
 
 void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples,
@@ -235,48 +271,51 @@ void DeferredShader::share_layers(const TileJob& job, const TileSamples& samples
     };
     while (g < shared_layers_.size() && !same(shared_layers_[g])) ++g;
     if (g == shared_layers_.size())
-      shared_layers_.push_back({layer.patch, layer.triangle, segment, cell_x, cell_y, 0, 0, false, {}});
+      shared_layers_.push_back({layer.patch, layer.triangle, segment, cell_x, cell_y, 0, 0, kNone});
     shared_layers_[g].time_sum += samples.t(layer.sample);
     ++shared_layers_[g].count;
     shared_of_.push_back(static_cast<std::uint32_t>(g));
   }
 }
 
-ShadedPoint DeferredShader::shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
-                                        SharedLayer& shared, std::size_t pixel) {
+std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSamples& samples,
+                                            const TileState::Layer& layer, SharedLayer& shared, std::size_t pixel) {
   const SurfaceLocation at{layer.patch, layer.triangle, layer.b1, layer.b2,
                            time_seen(*job.frame, layer.patch, samples.t(layer.sample))};
-  if (job.shading == ShadingRate::kCache) return shade_cell(job, at, pixel);
-  if (shared.shaded) {
+  if (job.shading == ShadingRate::kCache) return ask_for_cell(job, at, pixel);
+  if (shared.point != kNone) {
     ++counters_.pixel_shader_invocations_saved;
     return shared.point;
   }
   const float light_time = shared.time_sum / static_cast<float>(shared.count);
-  shared.point =
-      run_shader(job, invocation(job, samples, at, light_time, pixel, is_at_rest(*job.frame, layer.patch)), pixel);
-  shared.shaded = true;
-  if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer);
+  const bool rests = is_at_rest(*job.frame, layer.patch);
+  shared.point = ask_for(job, invocation(job, samples, at, light_time, pixel, rests), pixel);
+  if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
   return shared.point;
 }
 
-void DeferredShader::add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer) {
+void DeferredShader::add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
+                                    std::uint32_t point) {
   if (!is_at_rest(*job.frame, layer.patch)) {
     ++counters_.quads;
     counters_.helper_invocations += 3;
+    invocations_[point - kept_].quad = quads_++;
     return;
   }
   const auto spp = static_cast<std::uint32_t>(samples.spp), width = static_cast<std::uint32_t>(samples.pixels.width()),
              pixel = layer.sample / spp, block = pixel / width / 2 * ((width + 1) / 2) + pixel % width / 2;
   layer_quads_.push_back(
-      {block, layer.patch, layer.triangle, job.shading == ShadingRate::kSample ? layer.sample % spp : 0});
+      {block, layer.patch, layer.triangle, job.shading == ShadingRate::kSample ? layer.sample % spp : 0, point});
 }
 
-void DeferredShader::count_layer_quads() {
+void DeferredShader::number_layer_quads() {
   std::sort(layer_quads_.begin(), layer_quads_.end());
-  const auto quads =
-      static_cast<std::uint64_t>(std::unique(layer_quads_.begin(), layer_quads_.end()) - layer_quads_.begin());
-  counters_.quads += quads;
-  counters_.helper_invocations += 4 * quads - layer_quads_.size();
+  for (std::size_t i = 0; i < layer_quads_.size(); ++i) {
+    const bool opens = i == 0 || !layer_quads_[i].same_quad(layer_quads_[i - 1]);
+    if (opens) ++counters_.quads, counters_.helper_invocations += 4, ++quads_;
+    --counters_.helper_invocations;
+    invocations_[layer_quads_[i].point - kept_].quad = quads_ - 1;
+  }
 }
 
 // ---- Layers for the EXR file ------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@
 #include "tilecore/frame_targets.h"
 #include "tilecore/shading/fragment_merger.h"
 #include "tilecore/shading/layer_merge.h"
+#include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/shading_cache.h"
 #include "tilecore/shading/shading_cells.h"
 #include "tilecore/shading/texture_unit.h"
@@ -30,6 +31,7 @@ struct ShadingCounters {
   std::uint64_t pixel_shader_invocations = 0;
   std::uint64_t pixel_shader_invocations_saved = 0;
   std::uint64_t fragments_merged = 0;
+  std::uint64_t warps = 0;
   std::uint64_t quads = 0;
   std::uint64_t helper_invocations = 0;
   std::uint64_t shading_cache_hits = 0;
@@ -88,39 +90,48 @@ class DeferredShader {
     float cell_x, cell_y;
     float time_sum;
     std::uint32_t count;
-    bool shaded;
-    ShadedPoint point;
+    std::uint32_t point;  // kNone: not asked for yet
   };
   // Of a quad of blended fragments.
   struct LayerQuad {
     std::uint32_t block, patch, triangle, sample;  // the sample's number within its pixel where each is shaded
+    std::uint32_t point;
     auto operator<=>(const LayerQuad&) const = default;
+    bool same_quad(const LayerQuad& o) const {
+      return block == o.block && patch == o.patch && triangle == o.triangle && sample == o.sample;
+    }
   };
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-  void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
+  // First which invocations there are, then all of them in warps, then what samples see of them.
+  void collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
   // Pixels that are shaded together: one, or the 2x2 of a quad.
-  void shade_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
+  void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
   void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
-  void shade_pixel_from_cells(const TileJob& job, const TileSamples& samples, const TileState& state,
-                              std::size_t pixel);
+  void collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   Vec3 background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const;
-  void fill_background(const TileJob& job, const TileSamples& samples, std::size_t first, std::size_t count);
-  void shade_layers(const TileJob& job, const TileSamples& samples, TileState& state);
+  void collect_layers(const TileJob& job, const TileSamples& samples, TileState& state);
+  void run_warps(const TileJob& job);
+  void color_samples(const TileJob& job, const TileSamples& samples);
+  void blend_layers(const TileJob& job, const TileState& state);
   // Which invocations the layers of a pixel share, in shared_layers_ and shared_of_.
   void share_layers(const TileJob& job, const TileSamples& samples, std::span<const TileState::Layer> layers);
-  void add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer);
-  void count_layer_quads();
-  ShadedPoint shade_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
-                          SharedLayer& shared, std::size_t pixel);
-  ShadedPoint run_shader(const TileJob& job, const Invocation& invocation, std::size_t pixel);
+  void add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
+                      std::uint32_t point);
+  void number_layer_quads();
+  // Number of the layer's point.
+  std::uint32_t ask_for_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
+                              SharedLayer& shared, std::size_t pixel);
+  // Number of the point that the invocation will shade.
+  std::uint32_t ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel);
   Invocation invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at, float light_time,
                         std::size_t pixel, bool rests) const;
   void count_visible(const TileJob& job, std::uint32_t patch) {
     if (!drawables_.empty()) ++drawables_[job.frame->assembly->patch_drawable[patch]].samples_visible;
   }
-  // Colour of the location's shading cell: from the cache, else shaded for the pixel that asks.
-  const ShadedPoint& shade_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
+  // Point of the location's shading cell: from the cache, else shaded for the pixel that asks.
+  std::uint32_t ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
 
   std::vector<Vec3> sample_color_;  // natural order, opaque then blended
   std::vector<float> sample_coverage_;
@@ -129,8 +140,16 @@ class DeferredShader {
   std::span<const std::uint8_t> runs_;  // of the tile in hand
   Skipped skipped_;
   FragmentMerger merger_of_fragments_;
-  std::vector<ShadedPoint> points_;  // of the block's runs
-  std::vector<ViewRays> view_rays_;  // of the whole shutter, of its segments
+  PixelShader pixel_shader_;
+  // What the tile's invocations shade: points_[kept_ + i], behind the points of cells that the cache may still hold.
+  std::vector<Invocation> invocations_;
+  std::vector<std::uint32_t> pixel_of_invocation_;
+  std::vector<ShadedPoint> points_;
+  std::size_t kept_ = 0, opaque_ = 0;
+  std::uint32_t quads_ = 0;                  // of the tile
+  std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone
+  std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone where the pixel is skipped
+  std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
   std::vector<SharedLayer> shared_layers_;
   std::vector<std::uint32_t> shared_of_;
   std::vector<LayerQuad> layer_quads_;
@@ -164,6 +183,10 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> =
          "Visible samples and blended layers that took the result of another's pixel-shader invocation.", ""},
         {"tilecore.fragments_merged", &tilecore::ShadingCounters::fragments_merged, Combine::kSum, "fragments",
          "With shading.rate=pixel: fragments that take the result of an adjacent triangle's, in the same pixel.", ""},
+        {"tilecore.warps", &tilecore::ShadingCounters::warps, Combine::kSum, "warps",
+         "Warps of the pixel shader. Their lanes (shader.warp_lanes) without invocation are idle: the last ones of a "
+         "tile's draw.",
+         "MaliFragWarps; Adreno wave count"},
         {"tilecore.quads", &tilecore::ShadingCounters::quads, Combine::kSum, "quads",
          "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
          "MaliFragQuads; Adreno and Mesa fragment quads"},

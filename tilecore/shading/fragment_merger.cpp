@@ -117,13 +117,13 @@ void FragmentMerger::make_runs() {
   for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
     Fragment& fragment = fragments_[f];
     const std::uint32_t r = root(f);
-    if (r == f) ++quads_;
+    if (r == f) fragment.quad = static_cast<std::uint32_t>(quads_++);
     // Fragments of a group share the run of the group's first one in their pixel.
     std::uint32_t first = r;
     while (first < f && (fragments_[first].pixel != fragment.pixel || root(first) != r)) ++first;
     if (first == f) {
       fragment.run = static_cast<std::uint32_t>(runs_.size());
-      runs_.push_back({fragment.sample, 0.0f, fragment.pixel, fragment.rests});
+      runs_.push_back({fragment.sample, 0.0f, fragment.pixel, fragment.rests, fragments_[r].quad});
     } else {
       ++merged_;
       Fragment& leader = fragments_[first];

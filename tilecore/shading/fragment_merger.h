@@ -35,6 +35,7 @@ class FragmentMerger {
     float light_time;     // mean time of the samples that share it
     std::uint32_t pixel;  // which of the block's
     bool rests;           // what it shades is at rest and in focus
+    std::uint32_t quad;   // of the block's, see quads()
   };
   static constexpr std::uint32_t kNoRun = 0xFFFFFFFFu;
 
@@ -60,7 +61,7 @@ class FragmentMerger {
     bool right, positive, rests;
     std::size_t sample;
     float distance2, time_sum;
-    std::uint32_t samples, parent, run;
+    std::uint32_t samples, parent, run, quad;
     std::array<std::uint64_t, 3> vertices;
     bool has_vertices;
   };

@@ -1,10 +1,11 @@
 #include "tilecore/shading/pixel_shader.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "shaders_cpp/metallic_roughness.h"
+#include "base/check.h"
 #include "tilecore/procedural/procedure_surface.h"
+#include "tilecore/shading/pixel_shader_kernel.h"
+#include "tilecore/shading/scalar_lanes.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 using scene::FrameGeometry;
 using scene::Material;
 using scene::TextureSlot;
+
+Vec3 glm_vector(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 
 // Filtered colour of a texture; `textures`, unless null, fetches what that takes.
 Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, Vec2 uv, float lod,
@@ -23,138 +26,185 @@ Vec4 look_up(const shaders::Texture& texture, const shaders::Sampler& sampler, V
   return color;
 }
 
-// Texels per pixel along the longer axis of the footprint, as a level of detail.
-float level_of_detail(const shaders::Texture& texture, const Surface::Texcoord& uv) {
-  const Vec2 size(static_cast<float>(texture.width()), static_cast<float>(texture.height()));
-  const Vec2 dx = uv.by_x * size, dy = uv.by_y * size;
-  const float footprint2 = std::max(glm::dot(dx, dx), glm::dot(dy, dy));
-  return footprint2 > 0.0f && std::isfinite(footprint2) ? 0.5f * std::log2(footprint2) : 0.0f;
-}
-
-// Filtered texture value at a surface point, white where the slot is empty.
-Vec4 sample_slot(const TextureSlot& slot, const Surface& surface, TextureUnit* textures) {
-  if (slot.texture == nullptr) return Vec4(1.0f);
-  const Surface::Texcoord uv = surface.texcoord(slot.texcoord, slot.transform);
-  return look_up(*slot.texture, slot.sampler, uv.value, level_of_detail(*slot.texture, uv), textures);
-}
-
-// Tangent frame of a texture coordinate set: the TANGENT attribute where the mesh has it, else from the coordinate's
-// derivatives. False where there is none.
-bool tangent_frame(const Surface& s, const TextureSlot& slot, float t, Vec3& tangent, Vec3& bitangent) {
-  const auto& drawable = *s.drawable;
-  if (!drawable.tangents[0].empty() && drawable.drawable->kind == scene::Primitive::Kind::kTriangles) {
-    Vec3 sum(0.0f);
-    float handedness = 1.0f;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec4 &open = drawable.tangents[0][s.vertex[k]], &close = drawable.tangents[1][s.vertex[k]];
-      sum += (Mat3(drawable.to_world[0]) * Vec3(open) * (1.0f - t) + Mat3(drawable.to_world[1]) * Vec3(close) * t) *
-             s.weight[k];
-      handedness = open.w;
-    }
-    tangent = sum - s.normal * glm::dot(s.normal, sum);
-    if (!(glm::dot(tangent, tangent) > 1e-20f)) return false;
-    tangent = glm::normalize(tangent);
-    bitangent = glm::cross(s.normal, tangent) * (drawable.mirrored ? -handedness : handedness);
-    return true;
-  }
-  const Surface::Texcoord uv = s.texcoord(slot.texcoord, slot.transform);
-  const float det = uv.by_p.x * uv.by_q.y - uv.by_p.y * uv.by_q.x;
-  if (!(std::abs(det) > 0.0f)) return false;
-  // Unnormalised directions of growing u and v; dividing by det only matters for its sign.
-  const float sign = det > 0.0f ? 1.0f : -1.0f;
-  Vec3 along_u = (s.position_p * uv.by_q.y - s.position_q * uv.by_p.y) * sign;
-  Vec3 along_v = (s.position_q * uv.by_p.x - s.position_p * uv.by_q.x) * sign;
-  along_u -= s.normal * glm::dot(s.normal, along_u);
-  along_v -= s.normal * glm::dot(s.normal, along_v);
-  if (!(glm::dot(along_u, along_u) > 1e-30f) || !(glm::dot(along_v, along_v) > 1e-30f)) return false;
-  tangent = glm::normalize(along_u);
-  // glTF's normal maps have +y up while v grows downwards: the bitangent runs against v.
-  bitangent = -glm::normalize(along_v);
-  return true;
-}
-
-Vec3 mapped_normal(const Surface& s, const Material& material, float t, TextureUnit* textures) {
-  if (material.normal_texture.texture == nullptr) return s.normal;
-  Vec3 tangent, bitangent;
-  if (!tangent_frame(s, material.normal_texture, t, tangent, bitangent)) return s.normal;
-  const Vec4 texel = sample_slot(material.normal_texture, s, textures);
-  const Vec3 n((texel.x * 2.0f - 1.0f) * material.normal_scale, (texel.y * 2.0f - 1.0f) * material.normal_scale,
-               texel.z * 2.0f - 1.0f);
-  const Vec3 mapped = tangent * n.x + bitangent * n.y + s.normal * n.z;
-  const float length2 = glm::dot(mapped, mapped);
-  return length2 > 1e-20f ? mapped / std::sqrt(length2) : s.normal;
-}
-
 Vec3 towards_viewer(const FrameGeometry& frame, const Surface& surface, float t) {
-  const scene::Projection& p = frame.projection;
-  if (p.orthographic) return glm::normalize(Vec3(DVec3(frame.views[0].camera_to_world[2])));
-  const DMat4 &open = frame.views[0].camera_to_world, &close = frame.views[1].camera_to_world;
-  Vec3 offset;
-  if (open == close) {
-    // From where it is in the image: far from the world's origin, world positions are coarse.
-    const Vec4& r = surface.raster;
-    const auto centre_x = static_cast<float>(p.center_x), centre_y = static_cast<float>(p.center_y),
-               scale = static_cast<float>(p.scale);
-    offset = Mat3(DMat3(open)) * Vec3((centre_x * r.w - r.x) / scale, (r.y - centre_y * r.w) / scale, r.z);
-  } else {
-    offset = Vec3(DVec3(open[3])) * (1.0f - t) + Vec3(DVec3(close[3])) * t - surface.position;
-  }
-  const float length2 = glm::dot(offset, offset);
-  return length2 > 0.0f ? offset / std::sqrt(length2) : Vec3(0, 0, 1);
+  one_lane::LaneInputs<float> in{};
+  in.t = t;
+  return glm_vector(
+      one_lane::towards_viewer<float>(draw_constants(frame, *surface.drawable), in, one_lane_surface(surface)));
 }
 
-Vector3<float> plain(const Vec3& v) { return {v.x, v.y, v.z}; }
+ShadedPoint shade_procedure_point(const FrameGeometry& frame, const Lighting& lighting, const shaders::Lights& lights,
+                                  const SurfaceLocation& at) {
+  const Surface surface = evaluate_surface(frame, at);
+  return shade_procedure(frame, lighting, lights, at, surface, towards_viewer(frame, surface, at.t));
+}
+
+// Which segment of the shutter the lights are in at time t.
+int light_segment(const FrameGeometry& shutter, float t) {
+  if (!shutter.moving_lights || shutter.segments.empty()) return 0;
+  return 1 + part_of_time(t, static_cast<int>(shutter.segments.size()));
+}
+// Time within it.
+float light_time(const FrameGeometry& shutter, int segment, float t) {
+  return segment == 0 ? t : shutter.segment(segment).part.local(t);
+}
+
+DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segment, int lights_in,
+                       const scene::PosedDrawable& drawable, const Lighting& lighting, bool quads) {
+  DrawConstants draw = draw_constants(segment, drawable);
+  draw.quads = quads;
+  const FrameGeometry& lit = shutter.segment(lights_in);
+  draw.lights.open = lit.lights[0];
+  if (shutter.moving_lights) draw.lights.close = lit.lights[1];
+  draw.environment = lighting.environment.intensity();
+  return draw;
+}
 
 }  // namespace
 
-ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation,
-                        TextureUnit* textures) {
+ShadedPoint shade_point(const FrameGeometry& shutter, const Lighting& lighting, const Invocation& invocation) {
   const auto [frame, at] = in_segment(shutter, invocation.at);
-  Surface surface = evaluate_surface(frame, at);
-  const shaders::Lights lights = shutter.lights_at(invocation.light_time);
-  if (surface.drawable->procedure != nullptr)
-    return shade_procedure(frame, lighting, lights, at, surface, towards_viewer(frame, surface, at.t));
-  if (invocation.partner_x != 0)
-    take_quad_differences(surface, invocation.partner_x, invocation.partner_y, frame.projection.orthographic);
-  const Material& material = *surface.drawable->material;
-  const Vec4 base = material.base_color * surface.color() * sample_slot(material.base_color_texture, surface, textures);
-  ShadedPoint out;
-  out.alpha = material.alpha_mode == scene::AlphaMode::kBlend ? std::clamp(base.w, 0.0f, 1.0f) : 1.0f;
-
-  const Vec3 view = towards_viewer(frame, surface, at.t);
-  const float side = glm::dot(surface.geometric_normal, view) < 0.0f ? -1.0f : 1.0f;
-  Vec3 normal = mapped_normal(surface, material, at.t, textures) * side;
-  // Interpolated normals may point away from the viewer near silhouettes; bend them back to the horizon.
-  const float facing = glm::dot(normal, view);
-  if (facing < 1e-3f) normal = glm::normalize(normal + view * (1e-3f - facing));
-  out.normal = normal;
-  if (material.unlit) {
-    out.color = Vec3(base);
-    if (material.glows_unlit)
-      out.color += material.emissive * Vec3(sample_slot(material.emissive_texture, surface, textures));
-    return out;
-  }
-  const Vec4 metallic_roughness = sample_slot(material.metallic_roughness_texture, surface, textures);
-  const float occlusion = sample_slot(material.occlusion_texture, surface, textures).x;
-  shaders::MaterialPoint<float> point;
-  point.base_color = plain(Vec3(base));
-  point.metallic = material.metallic * metallic_roughness.z;
-  point.roughness = material.roughness * metallic_roughness.y;
-  point.occlusion = 1.0f + material.occlusion_strength * (occlusion - 1.0f);
-  point.emissive = plain(material.emissive * Vec3(sample_slot(material.emissive_texture, surface, textures)));
-  out.color = shaders::shade_metallic_roughness(point, surface.position, normal, view, lights, lighting.environment);
-  return out;
+  const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
+  if (drawable.procedure != nullptr)
+    return shade_procedure_point(frame, lighting, shutter.lights_at(invocation.light_time), at);
+  const int lights_in = light_segment(shutter, invocation.light_time);
+  const DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, invocation.partner_x != 0);
+  one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
+  in.light_t = light_time(shutter, lights_in, invocation.light_time);
+  in.step_x = static_cast<float>(invocation.partner_x), in.step_y = static_cast<float>(invocation.partner_y);
+  const one_lane::LaneShaded<float> out = one_lane::shade_lanes<float>(draw, in, LookupArrays(), 0);
+  return {glm_vector(out.color), out.alpha, glm_vector(out.normal)};
 }
 
-float point_alpha(const FrameGeometry& frame, const SurfaceLocation& at, TextureUnit* textures) {
+void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, std::span<const Invocation> invocations,
+                        std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
+  TESSERA_CHECK(points.size() == invocations.size() && warp_lanes >= 4 && warp_lanes <= kBatch,
+                "a point for each invocation, warps of 4 lanes up to a batch");
+  if (textures != nullptr && !textures->active()) textures = nullptr;
+  runs_.clear();
+  for (std::uint32_t i = 0; i < invocations.size(); ++i) {
+    const Invocation& v = invocations[i];
+    const auto segment = static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)),
+               lights = static_cast<std::uint64_t>(light_segment(shutter, v.light_time));
+    const std::uint64_t draw = segment << 48 | lights << 40 | shutter.assembly->patch_drawable[v.at.patch];
+    if (!runs_.empty() && runs_.back().draw == draw)
+      ++runs_.back().count;
+    else
+      runs_.push_back({draw, i, 1});
+  }
+  std::sort(runs_.begin(), runs_.end(),
+            [](const Run& a, const Run& b) { return a.draw != b.draw ? a.draw < b.draw : a.first < b.first; });
+  for (std::size_t begin = 0, end = 0; begin < runs_.size(); begin = end) {
+    order_.clear();
+    for (; end < runs_.size() && runs_[end].draw == runs_[begin].draw; ++end)
+      for (std::uint32_t k = 0; k < runs_[end].count; ++k) order_.push_back(runs_[end].first + k);
+    shade_draw_of(shutter, lighting, invocations, points, textures, warp_lanes);
+  }
+}
+
+// All of order_, which are of one draw.
+void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
+                                std::span<const Invocation> invocations, std::span<ShadedPoint> points,
+                                TextureUnit* textures, std::size_t warp_lanes) {
+  const Invocation& leader = invocations[order_.front()];
+  const FrameGeometry& frame = shutter.moment(leader.at.patch, leader.at.t).frame;
+  const scene::PosedDrawable& drawable = frame.drawable_of(leader.at.patch);
+  const int lights_in = light_segment(shutter, leader.light_time);
+  const bool quads = leader.partner_x != 0;
+  // Where each warp ends.
+  warp_ends_.clear();
+  if (quads) {
+    std::stable_sort(order_.begin(), order_.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return invocations[a].quad < invocations[b].quad; });
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      const bool opens = i == 0 || invocations[order_[i]].quad != invocations[order_[i - 1]].quad;
+      if (opens && seen == warp_lanes / 4) warp_ends_.push_back(i), seen = 0;
+      seen += opens ? 1 : 0;
+    }
+  } else {
+    for (std::size_t i = warp_lanes; i < order_.size(); i += warp_lanes) warp_ends_.push_back(i);
+  }
+  warp_ends_.push_back(order_.size());
+  warps_ += warp_ends_.size();
+  if (drawable.procedure != nullptr) {
+    for (const std::uint32_t i : order_) points[i] = shade_point(shutter, lighting, invocations[i]);
+    return;
+  }
+
+  const DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, quads);
+  LaneArrays in;
+  for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
+  in.p = input_[0].data(), in.q = input_[1].data(), in.t = input_[2].data(), in.light_t = input_[3].data();
+  in.lod = input_[4].data(), in.step_x = input_[5].data(), in.step_y = input_[6].data();
+  ShadedArrays out;
+  for (std::size_t c = 0; c < 3; ++c) out.color[c] = output_[c].data(), out.normal[c] = output_[3 + c].data();
+  out.alpha = output_[6].data();
+  LookupArrays lookups;
+  if (textures != nullptr) {
+    const auto slots = draw.material->slots();
+    for (std::size_t slot = 0; slot < kTextureSlots; ++slot) {
+      if (slots[slot]->texture == nullptr ||
+          !one_lane::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
+        continue;
+      lookups.layout[slot] = &textures->memory()->layout(slots[slot]->texture.get());
+      for (std::size_t line = 0; line < kLookupLines; ++line) lookups.line[slot][line] = lines_[slot][line].data();
+    }
+  }
+  std::size_t warp = 0;
+  for (std::size_t first = 0; first < order_.size();) {
+    const std::size_t first_warp = warp;
+    while (warp < warp_ends_.size() && warp_ends_[warp] - first <= kBatch) ++warp;
+    const std::size_t count = warp_ends_[warp - 1] - first;
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const Invocation& v = invocations[order_[first + lane]];
+      const float t = &frame == &shutter ? v.at.t : frame.part.local(v.at.t);
+      load_lane(frame, drawable, v, t, light_time(shutter, lights_in, v.light_time), lane);
+    }
+    // Lanes up to the next multiple of the widest vector.
+    for (std::size_t lane = count; lane % 16 != 0; ++lane) {
+      for (auto& values : vertex_) values[lane] = values[count - 1];
+      for (auto& values : input_) values[lane] = values[count - 1];
+    }
+    shade_draw(draw, in, count, lookups, out);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      ShadedPoint& point = points[order_[first + lane]];
+      point.color = {output_[0][lane], output_[1][lane], output_[2][lane]};
+      point.normal = {output_[3][lane], output_[4][lane], output_[5][lane]};
+      point.alpha = output_[6][lane];
+    }
+    if (textures != nullptr)
+      for (std::size_t w = first_warp, begin = 0; w < warp; begin = warp_ends_[w++] - first)
+        for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
+          if (lookups.layout[slot] != nullptr)
+            textures->fetch_warp(lookups.line[slot], begin, warp_ends_[w] - first - begin);
+    first += count;
+  }
+}
+
+void PixelShader::load_lane(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Invocation& v,
+                            float t, float light_t, std::size_t lane) {
+  SurfaceLocation at = v.at;
+  at.t = t;
+  const one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
+  for (std::size_t k = 0; k < 3; ++k) vertex_[k][lane] = in.vertex[k];
+  const std::array<float, 7> values = {
+      in.p, in.q, t, light_t, in.lod, static_cast<float>(v.partner_x), static_cast<float>(v.partner_y)};
+  for (std::size_t k = 0; k < values.size(); ++k) input_[k][lane] = values[k];
+}
+
+float point_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen, TextureUnit* textures) {
+  const auto [frame, at] = in_segment(shutter, seen);
   const scene::PosedDrawable& drawable = frame.drawable_of(at.patch);
   const Material& material = *drawable.material;
   float alpha = material.base_color.w;
   if (!drawable.primitive->vertices.colors.empty()) alpha *= surface_alpha(frame, at);
   const TextureSlot& slot = material.base_color_texture;
   if (slot.texture != nullptr && !slot.texture->opaque()) {
-    const Surface::Texcoord uv = surface_texcoord(frame, at, slot.texcoord, slot.transform);
-    alpha *= look_up(*slot.texture, slot.sampler, uv.value, level_of_detail(*slot.texture, uv), textures).w;
+    const one_lane::LaneTexcoord<float> uv = alpha_texcoord(frame, drawable, at, slot);
+    alpha *= look_up(*slot.texture, slot.sampler, {uv.u, uv.v},
+                     one_lane::level_of_detail<float>(slot.texture->view(), uv), textures)
+                 .w;
   }
   return alpha;
 }

@@ -1,7 +1,15 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
 #include "scene/frame_geometry.h"
 #include "shaders_cpp/environment.h"
+#include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
 
@@ -20,11 +28,12 @@ struct ShadedPoint {
 
 // One invocation: where on which surface, and when light falls there, which where samples share it is their mean time.
 // `partner_x` and `partner_y`: where its neighbours in a quad are, 1 or -1 pixels away, from which it takes its
-// derivatives; 0: its derivatives are the surface's own.
+// derivatives; 0: its derivatives are the surface's own. `quad`: those of a quad have one number.
 struct Invocation {
   SurfaceLocation at;
   float light_time = 0;
   int partner_x = 0, partner_y = 0;
+  std::uint32_t quad = 0;
 };
 
 // Time at which a sample at time t sees a patch: what does not move is as it is at shutter open. Mixing two equal poses
@@ -33,11 +42,54 @@ inline float time_seen(const scene::FrameGeometry& frame, std::uint32_t patch, f
   return frame.drawable_of(patch).moving ? t : 0.0f;
 }
 
-// The pixel shader unit: fetches the material's textures with derivatives from the surface (not from neighbouring
-// pixels) and runs the metallic-roughness or the unlit shader. Counted by its caller: one call is one invocation.
-// `textures`, unless null, is told of every lookup.
-ShadedPoint shade_point(const scene::FrameGeometry& frame, const Lighting& lighting, const Invocation& invocation,
-                        TextureUnit* textures = nullptr);
+// The pixel shader unit: evaluates the surface, fetches the material's textures with derivatives from the surface (not
+// from neighbouring pixels) and runs the metallic-roughness or the unlit shader.
+//
+// This is one invocation alone, the scalar twin of PixelShader.
+ShadedPoint shade_point(const scene::FrameGeometry& frame, const Lighting& lighting, const Invocation& invocation);
+
+// Many invocations, packed into warps: those of one draw (a drawable in one segment of its motion, under lights of one
+// segment of theirs), in the order in which they come, or quad by quad. What the draw's constants say is in scalar
+// registers, as in hardware; so the last warp of a draw may not be full. Keeps its scratch memory; one instance per
+// thread.
+//
+// Invariants (cited by the tests):
+//   WARP1  Each point is what shade_point() gives, bit by bit, for every SIMD target and number of lanes.
+//   WARP2  A draw of n invocations takes ceil(n / lanes) warps; of n quads, ceil(4 n / lanes).
+class PixelShader {
+ public:
+  // Shades invocations[i] to points[i]. `textures`, unless null, is told of every lookup, warp by warp of `warp_lanes`
+  // lanes (at least 4).
+  void shade(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
+             std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32);
+
+  // Warps that shade() took since the last call.
+  std::uint64_t take_warps() { return std::exchange(warps_, 0); }
+
+ private:
+  // Invocations first ... first + count, all of one draw.
+  struct Run {
+    std::uint64_t draw;
+    std::uint32_t first, count;
+  };
+  // Lanes at a time: no fewer than a warp has.
+  static constexpr std::size_t kBatch = 256;
+
+  void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
+                     std::span<const Invocation> invocations, std::span<ShadedPoint> points, TextureUnit* textures,
+                     std::size_t warp_lanes);
+  void load_lane(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, const Invocation& invocation,
+                 float t, float light_t, std::size_t lane);
+
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> order_;  // of the draw's invocations
+  std::vector<std::size_t> warp_ends_;
+  std::array<std::array<std::int32_t, kBatch>, 3> vertex_;
+  std::array<std::array<float, kBatch>, 7> input_;
+  std::array<std::array<float, kBatch>, 7> output_;
+  std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kTextureSlots> lines_;
+  std::uint64_t warps_ = 0;
+};
 
 // Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
 // colour.

@@ -45,19 +45,19 @@ void ShadingCache::make_newest(std::uint32_t e) {
   newest_ = e;
 }
 
-const ShadedPoint* ShadingCache::find(const ShadingCell& cell) {
+std::uint32_t ShadingCache::find(const ShadingCell& cell) {
   for (std::uint32_t e = bucket(cell); e != kNone; e = entries_[e].next_in_bucket) {
     if (!(entries_[e].cell == cell)) continue;
     if (e != newest_) {
       unlink(e);
       make_newest(e);
     }
-    return &entries_[e].point;
+    return entries_[e].number;
   }
-  return nullptr;
+  return kNone;
 }
 
-const ShadedPoint& ShadingCache::insert(const ShadingCell& cell, const ShadedPoint& point) {
+void ShadingCache::insert(const ShadingCell& cell, std::uint32_t number) {
   auto e = static_cast<std::uint32_t>(entries_.size());
   if (entries_.size() < capacity_) {
     if (entries_.size() >= buckets_.size()) grow();
@@ -71,11 +71,10 @@ const ShadedPoint& ShadingCache::insert(const ShadingCell& cell, const ShadedPoi
   }
   std::uint32_t& first = bucket(cell);
   entries_[e].cell = cell;
-  entries_[e].point = point;
+  entries_[e].number = number;
   entries_[e].next_in_bucket = first;
   first = e;
   make_newest(e);
-  return entries_[e].point;
 }
 
 }  // namespace tessera::tilecore

@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "tilecore/shading/pixel_shader.h"
 #include "tilecore/shading/shading_cells.h"
 
 namespace tessera::tilecore {
 
-// On-chip memory of a tile core that keeps shaded cells; fully associative, least recently used out first.
+// On-chip memory of a tile core that keeps shaded cells; fully associative, least recently used out first. What a cell
+// looks like is kept by its shader, which numbers it: a tile's cells are shaded together, after all are known.
 //
 // Invariants (cited by the tests):
 //   SHC1  What find() gives was inserted under the same name since empty(); so results never depend on the capacity.
@@ -23,19 +23,20 @@ class ShadingCache {
   // Forgets everything. The host's memory grows with what is inserted, up to the capacity.
   void empty(std::size_t capacity);
 
-  // The cell's colour, or null. Valid until the next insert.
-  const ShadedPoint* find(const ShadingCell& cell);
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+  // The cell's number, or kNone.
+  std::uint32_t find(const ShadingCell& cell);
   // `cell` must not be there.
-  const ShadedPoint& insert(const ShadingCell& cell, const ShadedPoint& point);
+  void insert(const ShadingCell& cell, std::uint32_t number);
 
   std::size_t size() const { return entries_.size(); }
 
  private:
-  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   struct Entry {
     ShadingCell cell;
     std::uint32_t next_in_bucket, newer, older;
-    ShadedPoint point;
+    std::uint32_t number;
   };
   std::uint32_t& bucket(const ShadingCell& cell);
   void grow();

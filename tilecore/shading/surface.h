@@ -50,7 +50,6 @@ struct Surface {
     Vec2 value, by_x, by_y, by_p, by_q;
   };
   Texcoord texcoord(int set, const shaders::TextureTransform& transform) const;
-  Vec4 color() const;
 };
 
 Surface evaluate_surface(const scene::FrameGeometry& frame, const SurfaceLocation& at);
@@ -74,9 +73,6 @@ Vec2 surface_parameters(const scene::FrameGeometry& frame, const SurfaceLocation
 // assembly than the one that `at` was seen in.
 Vec4 surface_raster(const scene::FrameGeometry& frame, const SurfaceLocation& at, Vec2 parameters, int key);
 
-// Interpolated texture coordinate alone, for the alpha test; with derivatives by pixel.
-Surface::Texcoord surface_texcoord(const scene::FrameGeometry& frame, const SurfaceLocation& at, int set,
-                                   const shaders::TextureTransform& transform);
 // Interpolated vertex alpha alone.
 float surface_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
 

@@ -22,8 +22,8 @@ TextureMemory::TextureMemory(std::span<const scene::Material> materials, std::in
     for (const scene::TextureSlot* slot : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
                                            &m.occlusion_texture, &m.emissive_texture})
       add(*slot);
-  if (lines_ >= std::numeric_limits<std::uint32_t>::max())
-    throw LimitError("the textures have more cache lines than 32 bits can number");
+  if (lines_ >= std::numeric_limits<std::int32_t>::max())
+    throw LimitError("the textures have more cache lines than 31 bits can number");
 }
 
 void TextureMemory::add(const scene::TextureSlot& slot) {
@@ -39,10 +39,11 @@ void TextureMemory::add(const scene::TextureSlot& slot) {
     };
     const std::uint64_t across = lines(slot.texture->width(level), width_log2),
                         down = lines(slot.texture->height(level), height_log2);
-    found->second.push_back({static_cast<std::uint32_t>(lines_), static_cast<std::uint32_t>(across),
-                             static_cast<std::uint8_t>(width_log2), static_cast<std::uint8_t>(height_log2)});
+    found->second.first_line.push_back(static_cast<std::int32_t>(lines_));
+    found->second.lines_across.push_back(static_cast<std::int32_t>(across));
     lines_ += across * down;
   }
+  found->second.view = {found->second.first_line.data(), found->second.lines_across.data(), width_log2, height_log2};
 }
 
 void TextureUnit::begin_tile(const Settings& settings) {
@@ -56,27 +57,48 @@ void TextureUnit::begin_tile(const Settings& settings) {
   misses_.clear();
 }
 
-const TextureMemory::Layout& TextureUnit::layout_of(const Texture& texture) {
+const TextureLayoutView& TextureUnit::layout_of(const Texture& texture) {
   Known& known = known_[(reinterpret_cast<std::uintptr_t>(&texture) >> 6) % known_.size()];
   if (known.texture != &texture) known = {&texture, &settings_.memory->layout(&texture)};
   return *known.layout;
 }
 
 void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& footprint) {
-  const TextureMemory::Layout& layout = layout_of(texture);
+  const TextureLayoutView& layout = layout_of(texture);
   counters_.texels += footprint.count;
   for (std::size_t k = 0; k < footprint.count; ++k) {
-    const auto& [level, s, t] = footprint.levels[k];
-    const TextureMemory::Level& l = layout[static_cast<std::size_t>(level)];
-    const int w = l.width_log2, h = l.height_log2;
-    const auto column0 = static_cast<std::uint32_t>(s.first >> w), column1 = static_cast<std::uint32_t>(s.second >> w);
-    const std::uint32_t row0 = l.first_line + static_cast<std::uint32_t>(t.first >> h) * l.lines_across,
-                        row1 = l.first_line + static_cast<std::uint32_t>(t.second >> h) * l.lines_across;
-    need_line(row0 + column0);
-    if (column1 != column0) need_line(row0 + column1);
+    const shaders::LevelTexels<std::int32_t>& read = footprint.levels[k];
+    const auto level = static_cast<std::size_t>(read.level);
+    const int w = layout.width_log2, h = layout.height_log2, across = layout.lines_across[level];
+    const auto line = [&](int row, int column) {
+      return static_cast<std::uint32_t>(layout.first_line[level] + row * across + column);
+    };
+    const int column0 = read.column0 >> w, column1 = read.column1 >> w, row0 = read.row0 >> h, row1 = read.row1 >> h;
+    need_line(line(row0, column0));
+    if (column1 != column0) need_line(line(row0, column1));
     if (row1 == row0) continue;
-    need_line(row1 + column0);
-    if (column1 != column0) need_line(row1 + column1);
+    need_line(line(row1, column0));
+    if (column1 != column0) need_line(line(row1, column1));
+  }
+}
+
+void TextureUnit::fetch_warp(const std::array<std::int32_t*, 8>& lines, std::size_t first, std::size_t lanes) {
+  for (std::size_t level = 0; level < 2; ++level) {
+    recent_.fill(-1);
+    asked_.clear();
+    for (std::size_t lane = first; lane < first + lanes; ++lane) {
+      if (lines[4 * level][lane] < 0) continue;
+      ++counters_.texels;
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        const std::int32_t line = lines[4 * level + corner][lane];
+        std::int32_t& recent = recent_[static_cast<std::size_t>(line) % recent_.size()];
+        if (line < 0 || recent == line) continue;
+        recent = line;
+        if (std::find(asked_.begin(), asked_.end(), line) != asked_.end()) continue;
+        asked_.push_back(line);
+        need_line(static_cast<std::uint32_t>(line));
+      }
+    }
   }
 }
 

@@ -14,6 +14,12 @@
 
 namespace tessera::tilecore {
 
+// Where the levels of a texture lie in the emulated memory: each a rectangle of cache lines, row by row.
+struct TextureLayoutView {
+  const std::int32_t *first_line, *lines_across;  // by level
+  int width_log2, height_log2;                    // texels of a line
+};
+
 // Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
 // order of their materials, level by level, each level in rows of lines. A line is a square of the texture's blocks,
 // or twice as wide as high: of 64 bytes, 4x4 texels of RGBA8, 2x2 blocks of ASTC, 4x2 blocks of ETC2 without alpha.
@@ -26,14 +32,8 @@ class TextureMemory {
   // `materials`: those that frames are drawn with.
   TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes);
 
-  struct Level {
-    std::uint32_t first_line, lines_across;
-    std::uint8_t width_log2, height_log2;  // texels of a line
-  };
-  using Layout = std::vector<Level>;
-
   // Of a texture of the materials.
-  const Layout& layout(const shaders::Texture* texture) const { return layouts_.at(texture); }
+  const TextureLayoutView& layout(const shaders::Texture* texture) const { return layouts_.at(texture).view; }
   std::uint64_t lines() const { return lines_; }
 
  private:
@@ -41,6 +41,10 @@ class TextureMemory {
 
   std::int64_t line_bytes_;
   std::uint64_t lines_ = 0;
+  struct Layout {
+    std::vector<std::int32_t> first_line, lines_across;
+    TextureLayoutView view{};
+  };
   std::unordered_map<const shaders::Texture*, Layout> layouts_;
 };
 
@@ -57,7 +61,7 @@ struct TextureCounters {
 // texture.cache_bytes, texture.cache_ways, cache.line_bytes. One instance per thread.
 //
 // Invariants (cited by the tests):
-//   TX1  A lookup asks for each line of the texels that it weighs once.
+//   TX1  A warp's lookup asks for each line of the texels that its lanes weigh once, however many of them do.
 //   TX2  The lines that missed follow from the tile's own lookups alone.
 class TextureUnit {
  public:
@@ -72,7 +76,13 @@ class TextureUnit {
 
   // Whether lookups are to be told to fetch().
   bool active() const { return settings_.memory != nullptr; }
+  // A lookup of one invocation.
   void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
+  // Lookups of a warp's invocations in one slot: lines[4 level + corner][first ... first + lanes), -1 where there is
+  // none; a lane's first corner is there whenever it reads the level.
+  void fetch_warp(const std::array<std::int32_t*, 8>& lines, std::size_t first, std::size_t lanes);
+  // Null: the unit counts nothing.
+  const TextureMemory* memory() const { return settings_.memory; }
 
   // Lines that missed since begin_tile(), in order.
   const std::vector<std::uint32_t>& misses() const { return misses_; }
@@ -83,9 +93,9 @@ class TextureUnit {
  private:
   struct Known {
     const shaders::Texture* texture = nullptr;
-    const TextureMemory::Layout* layout = nullptr;
+    const TextureLayoutView* layout = nullptr;
   };
-  const TextureMemory::Layout& layout_of(const shaders::Texture& texture);
+  const TextureLayoutView& layout_of(const shaders::Texture& texture);
   void need_line(std::uint32_t line) {
     ++counters_.cache_requests;
     if (cache_.use(line)) return;
@@ -96,6 +106,9 @@ class TextureUnit {
   Settings settings_;
   memory::LineCache cache_{0, 1, 64};
   std::array<Known, 16> known_;
+  // Lines that the warp's lookup asked for already: direct mapped by their last bits, and all of them in order.
+  std::array<std::int32_t, 64> recent_{};
+  std::vector<std::int32_t> asked_;
   std::vector<std::uint32_t> misses_;
   TextureCounters counters_;
 };

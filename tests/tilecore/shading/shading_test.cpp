@@ -58,7 +58,7 @@ void check_derivatives(const SurfaceScene& scene, const SurfaceLocation& at, flo
     moved.b1 += step.x;
     moved.b2 += step.y;
     const Vec2 pixels = scene.screen(moved) - scene.screen(at),
-               expected = surface_texcoord(*scene.frame, moved, 0, {}).value - uv.value;
+               expected = evaluate_surface(*scene.frame, moved).texcoord(0, {}).value - uv.value;
     const Vec2 predicted = uv.by_x * pixels.x + uv.by_y * pixels.y;
     EXPECT_NEAR(predicted.x, expected.x, tolerance * 0.01f);
     EXPECT_NEAR(predicted.y, expected.y, tolerance * 0.01f);

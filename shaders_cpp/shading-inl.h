@@ -1,0 +1,32 @@
+// What the pixel shader runs, for the SIMD target in force; for kernel sources that use foreach_target.h.
+
+#include "shaders_cpp/bicubic-inl.h"
+#include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/texture.h"
+
+#if defined(TESSERA_SHADERS_CPP_SHADING_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_SHADERS_CPP_SHADING_INL_H_
+#undef TESSERA_SHADERS_CPP_SHADING_INL_H_
+#else
+#define TESSERA_SHADERS_CPP_SHADING_INL_H_
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera {
+namespace shaders {
+namespace HWY_NAMESPACE {
+
+// Each needs those before it.
+// clang-format off
+#include "shaders_cpp/elementary.inc"
+#include "shaders_cpp/studio_light.inc"
+#include "shaders_cpp/metallic_roughness.inc"
+#include "shaders_cpp/texture_sampling.inc"
+// clang-format on
+
+}  // namespace HWY_NAMESPACE
+}  // namespace shaders
+}  // namespace tessera
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,245 @@
+// The pixel shader in warps: the same bits as one invocation alone on every SIMD target, warps as they are packed, and
+// what the texture unit is told.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/simd_targets.h"
+#include "tests/tilecore/support.h"
+#include "tilecore/shading/pixel_shader.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using test::Random;
+
+std::shared_ptr<const shaders::Texture> random_texture(Random& random, bool srgb) {
+  const int width = random.integer(1, 40), height = random.integer(1, 40);
+  std::vector<shaders::Texture::Level> levels(1);
+  levels[0] = {width, height, {}};
+  for (int i = 0; i < 4 * width * height; ++i)
+    levels[0].rgba.push_back(static_cast<std::uint8_t>(random.integer(0, 255)));
+  return std::make_shared<const shaders::Texture>(
+      std::move(levels), srgb ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear, shaders::TexelBlocks{});
+}
+
+scene::TextureSlot random_slot(Random& random, bool srgb) {
+  scene::TextureSlot slot;
+  if (random.integer(0, 3) == 0) return slot;
+  slot.texture = random_texture(random, srgb);
+  slot.sampler.wrap_s = static_cast<shaders::Wrap>(random.integer(0, 2));
+  slot.sampler.wrap_t = static_cast<shaders::Wrap>(random.integer(0, 2));
+  slot.sampler.magnify_linear = random.coin();
+  slot.sampler.minify_linear = random.coin();
+  slot.sampler.mip = static_cast<shaders::MipFilter>(random.integer(0, 2));
+  if (random.coin()) {
+    slot.shift = {{random.uniform(-2, 2), random.uniform(-2, 2)}, {random.uniform(-3, 3), 2.0f}, 0.7f};
+    slot.transform = slot.shift.transform();
+  }
+  return slot;
+}
+
+scene::Material random_material(Random& random, bool displaced) {
+  scene::Material m;
+  m.base_color = {random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1)};
+  m.metallic = random.uniform(0, 1), m.roughness = random.uniform(0, 1);
+  m.emissive = random.integer(0, 2) == 0 ? random.in_box(1) : Vec3(0.0f);
+  m.normal_scale = random.uniform(0, 2), m.occlusion_strength = random.uniform(0, 1);
+  m.base_color_texture = random_slot(random, true);
+  m.metallic_roughness_texture = random_slot(random, false);
+  m.normal_texture = random_slot(random, false);
+  m.occlusion_texture = random.coin() ? m.metallic_roughness_texture : random_slot(random, false);
+  m.emissive_texture = random_slot(random, true);
+  m.alpha_mode = static_cast<scene::AlphaMode>(random.integer(0, 2));
+  m.unlit = random.integer(0, 5) == 0;
+  m.glows_unlit = m.unlit && random.coin();
+  if (displaced) {
+    std::vector<float> heights(64);
+    for (float& h : heights) h = random.uniform(0, 1);
+    m.displacement = test::displacement(8, 8, heights, random.uniform(0, 0.3f), -0.1f);
+  }
+  return m;
+}
+
+scene::Primitive random_mesh(Random& random, int material) {
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+  for (int k = 0; k < 36; ++k) {
+    // Some triangles are a line or a point.
+    positions.push_back(k % 9 == 8 ? positions.back() : random.in_box(1.2f));
+    indices.push_back(static_cast<std::uint32_t>(k));
+  }
+  scene::Primitive p = test::triangles(positions, indices, material);
+  scene::Vertices& v = p.vertices;
+  v.texcoords.resize(1);
+  const bool normals = random.coin(), tangents = normals && random.coin(), colors = random.coin();
+  for (std::size_t k = 0; k < positions.size(); ++k) {
+    v.texcoords[0].push_back({random.uniform(-2, 2), random.uniform(-2, 2)});
+    if (normals) v.normals.push_back(glm::normalize(random.in_box(1) + Vec3(0, 0, 1.5f)));
+    if (tangents)
+      v.tangents.push_back(Vec4(glm::normalize(random.in_box(1) + Vec3(1.5f, 0, 0)), random.coin() ? 1 : -1));
+    if (colors) v.colors.push_back({random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1), 1});
+  }
+  return p;
+}
+
+// Drawables of both kinds under lights of all kinds, with everything that moves or does not.
+struct ShaderScene : TestFrame {
+  std::vector<Invocation> invocations;
+  Lighting lighting{shaders::Environment(0.8f)};
+
+  explicit ShaderScene(std::uint32_t seed, bool quads = false) {
+    Random random(seed);
+    for (int n = 0; n < 4; ++n) {
+      const bool grid = n % 2 == 0;
+      const int material = test::add_material(*capture, random_material(random, grid && random.coin()));
+      const int node = test::add_node(*capture, grid ? test::closed_patches(material) : random_mesh(random, material),
+                                      DVec3(random.in_box(0.8f)));
+      if (random.coin()) capture->nodes[static_cast<std::size_t>(node)].transform.scale.x = -1;
+      if (random.coin()) test::add_motion(*capture, node, DVec3(random.in_box(1.0f)));
+    }
+    for (int l = 0; l < 3; ++l) {
+      shaders::Light light;
+      light.type = static_cast<shaders::Light::Type>(l);
+      light.color = Vec3(3.0f);
+      light.cos_inner = 0.9f, light.cos_outer = 0.5f;
+      light.range = random.coin() ? 4.0f : 0.0f;
+      capture->lights.push_back(light);
+      scene::Node node;
+      node.light = l;
+      node.transform.translation = DVec3(random.in_box(2.0f)) + DVec3(0, 0, 2);
+      capture->nodes.push_back(node);
+      capture->roots.push_back(static_cast<int>(capture->nodes.size()) - 1);
+      if (random.coin()) test::add_motion(*capture, static_cast<int>(capture->nodes.size()) - 1, {1, 0, 0});
+    }
+    scene::Camera camera;
+    if (random.integer(0, 3) == 0) camera.type = scene::Camera::Type::kOrthographic;
+    test::add_camera(*capture, {0, 0, 4}, camera);
+    if (random.coin()) test::add_motion(*capture, static_cast<int>(capture->nodes.size()) - 1, {0.3, 0.1, 0});
+    pose();
+    for (int k = 0; k < 300; ++k) add_invocation(random, quads);
+  }
+
+ private:
+  void add_invocation(Random& random, bool quads) {
+    const int last = static_cast<int>(assembly->patch_drawable.size()) - 1;
+    // Runs of the same patch, as tiles have.
+    const std::uint32_t patch = !invocations.empty() && random.integer(0, 3) != 0
+                                    ? invocations.back().at.patch
+                                    : static_cast<std::uint32_t>(random.integer(0, last));
+    const scene::CellRange cells = whole_patch(*frame, patch);
+    const int count = 2 * (cells.i1 - cells.i0) * (cells.j1 - cells.j0);
+    Invocation v;
+    v.at = {patch, static_cast<std::uint32_t>(random.integer(0, count - 1)), random.uniform(0, 0.5f),
+            random.uniform(0, 0.5f), 0};
+    if (!has_grid(frame->drawable_of(patch))) {
+      const auto& clusters = frame->assembly->clusters[frame->drawable_of(patch).drawable->geometry];
+      const auto& cluster = clusters.clusters[patch - frame->drawable_of(patch).drawable->first_patch];
+      // The second triangle of a cell may not be there.
+      const auto& cell = clusters.cells[cluster.first_cell + v.at.triangle / 2];
+      if (cell.corner[3] == cell.corner[2] || cell.corner[3] == cell.corner[0]) v.at.triangle &= ~1u;
+    }
+    const float t = random.uniform(0, 1);
+    v.at.t = time_seen(*frame, patch, t);
+    v.light_time = t;
+    if (quads) v.partner_x = random.coin() ? 1 : -1, v.partner_y = random.coin() ? 1 : -1;
+    v.quad = static_cast<std::uint32_t>(invocations.size() / 3);
+    invocations.push_back(v);
+  }
+};
+
+bool same_bits(const ShadedPoint& a, const ShadedPoint& b) {
+  const auto bits = [](const ShadedPoint& p) {
+    return std::array<float, 7>{p.color.x, p.color.y, p.color.z, p.alpha, p.normal.x, p.normal.y, p.normal.z};
+  };
+  const auto x = bits(a), y = bits(b);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (std::isnan(x[k]) && std::isnan(y[k])) continue;
+    if (std::memcmp(&x[k], &y[k], sizeof x[k]) != 0) return false;
+  }
+  return true;
+}
+
+// Invariant WARP1.
+TEST(PixelShader, WARP1EachLaneShadesAsAnInvocationAlone) {
+  for (std::uint32_t seed = 0; seed < 60; ++seed) {
+    const ShaderScene scene(seed, seed % 3 == 0);
+    std::vector<ShadedPoint> expected, found(scene.invocations.size());
+    for (const Invocation& v : scene.invocations) expected.push_back(shade_point(*scene.frame, scene.lighting, v));
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      PixelShader shader;
+      shader.shade(*scene.frame, scene.lighting, scene.invocations, found);
+      for (std::size_t i = 0; i < found.size(); ++i)
+        ASSERT_TRUE(same_bits(found[i], expected[i]))
+            << "seed " << seed << ", " << target << ", invocation " << i << ", patch " << scene.invocations[i].at.patch
+            << ": " << found[i].color.x << " " << expected[i].color.x;
+    }
+    force_simd_target("");
+  }
+}
+
+// The check sees one invocation in the place of its neighbour.
+TEST(PixelShader, WARP1SeesLanesThatChangePlaces) {
+  const ShaderScene scene(1);
+  int differ = 0;
+  for (std::size_t i = 1; i < scene.invocations.size(); ++i)
+    differ += !same_bits(shade_point(*scene.frame, scene.lighting, scene.invocations[i]),
+                         shade_point(*scene.frame, scene.lighting, scene.invocations[i - 1]));
+  EXPECT_GT(differ, 250);
+}
+
+// Invariant WARP2.
+TEST(PixelShader, WARP2DrawsTakeAsManyWarpsAsTheirInvocationsFill) {
+  for (const bool quads : {false, true}) {
+    const ShaderScene scene(5, quads);
+    for (const std::size_t lanes : {4u, 16u, 32u, 128u}) {
+      std::map<std::uint32_t, std::set<std::uint32_t>> draws;
+      for (std::uint32_t i = 0; i < scene.invocations.size(); ++i)
+        draws[scene.assembly->patch_drawable[scene.invocations[i].at.patch]].insert(quads ? scene.invocations[i].quad
+                                                                                          : i);
+      std::uint64_t expected = 0;
+      for (const auto& [draw, members] : draws) expected += (members.size() * (quads ? 4 : 1) + lanes - 1) / lanes;
+      PixelShader shader;
+      std::vector<ShadedPoint> points(scene.invocations.size());
+      shader.shade(*scene.frame, scene.lighting, scene.invocations, points, nullptr, lanes);
+      EXPECT_EQ(shader.take_warps(), expected) << lanes << (quads ? " quads" : "");
+    }
+  }
+}
+
+// Invariant TX1: every line that lanes ask for alone, their warp asks for, each once in a slot and level.
+TEST(PixelShader, TX1AWarpAsksForTheLinesOfItsLanesOnce) {
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    const ShaderScene scene(seed);
+    const TextureMemory memory(scene.capture->materials, 64);
+    const TextureUnit::Settings settings{&memory, 1 << 20, 16, 64};
+    PixelShader shader;
+    std::vector<ShadedPoint> points(scene.invocations.size());
+    TextureUnit together, alone;
+    together.begin_tile(settings);
+    alone.begin_tile(settings);
+    shader.shade(*scene.frame, scene.lighting, scene.invocations, points, &together, 128);
+    // Warps of one invocation: quads of one, in a batch of their own.
+    for (const Invocation& v : scene.invocations)
+      shader.shade(*scene.frame, scene.lighting, std::span(&v, 1), std::span(points).first(1), &alone, 4);
+    const auto distinct = [](TextureUnit& unit) {
+      const std::vector<std::uint32_t> misses = unit.take_misses();
+      return std::set<std::uint32_t>(misses.begin(), misses.end());
+    };
+    EXPECT_EQ(distinct(together), distinct(alone)) << seed;
+    const TextureCounters whole = together.take_counters(), parts = alone.take_counters();
+    EXPECT_EQ(whole.texels, parts.texels) << seed;
+    if (parts.texels > 0) {
+      EXPECT_LT(whole.cache_requests, parts.cache_requests) << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

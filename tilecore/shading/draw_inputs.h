@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "scene/frame_geometry.h"
+#include "tilecore/shading/texture_unit.h"
+
+namespace tessera::tilecore {
+
+// What all invocations of a draw share, as scalar registers hold it: a drawable at one of the shutter's motion
+// segments, and the lights of one of them.
+struct DrawConstants {
+  const scene::PosedDrawable* drawable = nullptr;
+  const scene::Material* material = nullptr;
+  bool grid = false;  // of Bezier patches; else clusters
+  bool half_attributes = false;
+  bool quads = false;  // derivatives are differences within a quad
+  // Camera.
+  bool orthographic = false, camera_moves = false;
+  Mat3 camera_to_world{1.0f};
+  Vec3 eye_open{0.0f}, eye_close{0.0f};
+  float center_x = 0, center_y = 0, scale = 1;
+  // Light.
+  shaders::Lights lights;
+  float environment = 1;  // its intensity
+};
+
+// Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.
+struct LaneArrays {
+  // Clusters: the vertices of the triangle; Bezier patches: [0], the first control point.
+  std::array<const std::int32_t*, 3> vertex{};
+  const float *p = nullptr, *q = nullptr;            // weights of its second and third vertex, or (u, v)
+  const float *t = nullptr, *light_t = nullptr;      // within their motion segments
+  const float* lod = nullptr;                        // of displacement
+  const float *step_x = nullptr, *step_y = nullptr;  // to the neighbours in a quad, 1 or -1
+};
+
+// Colours, alpha and normals; and, where a texture unit is to be told, the cache lines that each lookup reads:
+// lines[slot][level][corner][lane], -1 where there is none.
+struct ShadedArrays {
+  std::array<float*, 3> color{}, normal{};
+  float* alpha = nullptr;
+};
+inline constexpr std::size_t kTextureSlots = 5, kLookupLines = 8;  // of each slot: two levels, four texels in each
+struct LookupArrays {
+  std::array<const TextureLayoutView*, kTextureSlots> layout{};  // of slots with a texture; null: not told
+  std::array<std::array<std::int32_t*, kLookupLines>, kTextureSlots> line{};
+};
+
+}  // namespace tessera::tilecore

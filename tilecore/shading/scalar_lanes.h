@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "base/half_float.h"
+#include "base/real.h"
+#include "base/vector3.h"
+#include "shaders_cpp/bicubic.h"
+#include "shaders_cpp/metallic_roughness.h"
+#include "shaders_cpp/texture.h"
+#include "tilecore/shading/draw_inputs.h"
+#include "tilecore/shading/surface.h"
+
+namespace tessera::tilecore {
+
+// The pixel shader of pixel_shader_kernel.cpp on one float: its twin, and where single points are asked for.
+namespace one_lane {
+
+namespace stage = shaders;
+using tessera::any;
+using tessera::both;
+using tessera::gather;
+using tessera::is_finite;
+using tessera::select;
+
+// clang-format off: the second needs the first
+#include "tilecore/shading/lane_surface.inc"
+#include "tilecore/shading/lane_shader.inc"
+// clang-format on
+
+}  // namespace one_lane
+
+// Camera and geometry of a draw; its lights are none.
+DrawConstants draw_constants(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+
+// Of a location on a patch of the drawable, which is no procedure; its time counts within the frame's segment.
+one_lane::LaneInputs<float> lane_inputs(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                        const SurfaceLocation& at);
+
+one_lane::LaneSurface<float> one_lane_surface(const Surface& surface);
+
+// Texture coordinate for the alpha test.
+one_lane::LaneTexcoord<float> alpha_texcoord(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                             const SurfaceLocation& at, const scene::TextureSlot& slot);
+
+}  // namespace tessera::tilecore
