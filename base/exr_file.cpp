@@ -169,11 +169,15 @@ class HeaderWalk {
 
 }  // namespace
 
-void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels) {
+void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels,
+               ExrCompression compression) {
   AtomicFile file(target);
   try {
     Imf::Header header(width, height);
-    header.compression() = Imf::ZIP_COMPRESSION;
+    static constexpr Imf::Compression kCompressions[] = {Imf::PIZ_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                                         Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION,
+                                                         Imf::NO_COMPRESSION};
+    header.compression() = kCompressions[static_cast<std::size_t>(compression)];
     Imf::FrameBuffer frame_buffer;
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     std::vector<std::vector<half>> halves;  // alive until the pixels are written

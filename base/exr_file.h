@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/enum_words.h"
 #include "base/image.h"
 #include "base/image_codec.h"
 
@@ -19,11 +20,19 @@ struct ExrChannel {
   std::size_t stride = 1;        // elements from pixel to pixel; rows follow each other without gaps
 };
 
-// Writes a scan-line EXR file (ZIP compression), whole or not at all. Throws WriteError.
-void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels);
+// All without loss.
+enum class ExrCompression : std::uint8_t { kPiz, kZip, kZips, kRle, kNone };
+
+// Writes a scan-line EXR file, whole or not at all. Throws WriteError.
+void write_exr(const std::filesystem::path& target, int width, int height, const std::vector<ExrChannel>& channels,
+               ExrCompression compression = ExrCompression::kPiz);
 
 // Reads R, G, B (and A when present) (of the first part) as linear floats. Throws InputError when the file is not such
 // an EXR, LimitError when it is larger than the limits, before its pixels are allocated.
 Image read_exr(const std::filesystem::path& source, const ImageLimits& limits = {});
+
+template <>
+inline constexpr auto kEnumWords<ExrCompression> = std::to_array<std::string_view>({"piz", "zip", "zips", "rle",
+                                                                                    "none"});
 
 }  // namespace tessera

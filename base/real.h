@@ -42,6 +42,7 @@ inline std::int32_t gather(const std::int32_t* values, std::int32_t at) { return
 inline std::int32_t shift_right(std::int32_t a, int by) {  // as of an unsigned number
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) >> by);
 }
+inline std::int32_t first_lane(std::int32_t a) { return a; }
 inline void store_lanes(float a, float* to) { *to = a; }
 inline void store_lanes(std::int32_t a, std::int32_t* to) { *to = a; }
 inline std::int32_t bit_and(std::int32_t a, std::int32_t b) { return a & b; }

@@ -126,6 +126,7 @@ HWY_INLINE IntLanes shift_right(IntLanes a, int by) {
   const hn::RebindToUnsigned<FloatLanes::D> du;
   return IntLanes(hn::BitCast(IntLanes::D(), hn::ShiftRightSame(hn::BitCast(du, a.v), by)));
 }
+HWY_INLINE std::int32_t first_lane(IntLanes a) { return hn::GetLane(a.v); }
 HWY_INLINE void store_lanes(FloatLanes a, float* to) { a.store(to); }
 HWY_INLINE void store_lanes(IntLanes a, std::int32_t* to) { a.store(to); }
 HWY_INLINE IntLanes bit_and(IntLanes a, IntLanes b) { return IntLanes(hn::And(a.v, b.v)); }

@@ -19,8 +19,6 @@ const char* tessera_stb_failure_reason(void);
 
 // Hand the packed bytes to `append` in pieces; 0 when memory runs out.
 typedef void (*tessera_stb_append)(void* context, void* data, int size);
-int tessera_stb_write_png(tessera_stb_append append, void* context, int width, int height, int channels,
-                          const void* pixels);
 int tessera_stb_write_jpeg(tessera_stb_append append, void* context, int width, int height, int channels,
                            const void* pixels, int quality);
 

@@ -1,23 +1,8 @@
-/* The one place where stb's code is compiled. Deflate comes from zlib: smaller files than stb's own, and faster. */
+/* The one place where stb's code is compiled. */
 #include "base/stb_bridge.h"
 
 #include <stdlib.h>
-#include <zlib.h>
 
-static unsigned char* tessera_zlib_compress(unsigned char* data, int size, int* compressed_size, int quality) {
-  uLongf capacity = compressBound((uLong)size);
-  unsigned char* bytes = (unsigned char*)malloc(capacity);
-  (void)quality; /* zlib's own default level: stb's costs three times the time for three per cent */
-  if (!bytes) return 0;
-  if (compress2(bytes, &capacity, data, (uLong)size, Z_DEFAULT_COMPRESSION) != Z_OK) {
-    free(bytes);
-    return 0;
-  }
-  *compressed_size = (int)capacity;
-  return bytes;
-}
-
-#define STBIW_ZLIB_COMPRESS tessera_zlib_compress
 #define STBI_WRITE_NO_STDIO
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
@@ -43,10 +28,6 @@ unsigned short* tessera_stb_load_16(const unsigned char* bytes, int size, int* w
 void tessera_stb_free(void* pixels) { stbi_image_free(pixels); }
 const char* tessera_stb_failure_reason(void) { return stbi_failure_reason(); }
 
-int tessera_stb_write_png(tessera_stb_append append, void* context, int width, int height, int channels,
-                          const void* pixels) {
-  return stbi_write_png_to_func(append, context, width, height, channels, pixels, width * channels);
-}
 int tessera_stb_write_jpeg(tessera_stb_append append, void* context, int width, int height, int channels,
                            const void* pixels, int quality) {
   return stbi_write_jpg_to_func(append, context, width, height, channels, pixels, quality);

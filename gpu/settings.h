@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "base/exr_file.h"
 #include "base/key_table.h"
 #include "gpu/configuration.h"
 #include "scene/tessellation_settings.h"
@@ -42,6 +43,7 @@ struct StereoSettings {
 struct OutputSettings {
   bool machine_model = true;
   double exposure = 0;  // 0: the capture's
+  ExrCompression exr_compression = ExrCompression::kPiz;
 };
 
 // What a user chooses about a replay, besides the described machine: the settings of the units that have some.

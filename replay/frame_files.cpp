@@ -1,6 +1,7 @@
 #include "replay/frame_files.h"
 
 #include <algorithm>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -22,8 +23,28 @@ bool is_resolve_layer(const std::string& layer) {
 
 std::string frame_name(int frame) { return fmt::format("frame_{:04d}", frame); }
 
-void write_frame(const std::filesystem::path& folder, int frame, const tilecore::FrameTargets& targets,
-                 const std::vector<std::string>& auxiliary, float exposure, const std::string& view) {
+FrameWriter::~FrameWriter() {
+  try {
+    writing_.wait();
+  } catch (const std::exception&) {
+    // Whoever did not ask for it with finish() is on the way out for another reason.
+  }
+}
+
+void FrameWriter::add(int frame, tilecore::FrameTargets targets, const std::string& view) {
+  if (view.empty()) finish();
+  const auto images = std::make_shared<const tilecore::FrameTargets>(std::move(targets));
+  const std::string name = frame_name(frame) + (view.empty() ? "" : "." + view);
+  writing_.run([this, images, name] { write_exr_of(*images, name); });
+  writing_.run([this, images, name] {
+    write_png(settings_.folder / (name + ".png"), shaders::to_display(images->color, settings_.exposure));
+  });
+}
+
+void FrameWriter::finish() { writing_.wait(); }
+
+void FrameWriter::write_exr_of(const tilecore::FrameTargets& targets, const std::string& name) const {
+  const std::vector<std::string>& auxiliary = settings_.auxiliary;
   std::vector<ExrChannel> channels;
   for (std::size_t c = 0; c < 4; ++c)
     channels.push_back({std::string(1, "RGBA"[c]), ExrChannel::Type::kHalf, targets.color.values.data() + c, 4});
@@ -48,9 +69,8 @@ void write_frame(const std::filesystem::path& folder, int frame, const tilecore:
     channels.push_back({"discrepancy.frames", ExrChannel::Type::kHalf, targets.discrepancy.values.data(), 1});
   if (wants("origin")) channels.push_back({"origin.kind", ExrChannel::Type::kHalf, targets.origin.values.data(), 1});
   if (wants("error")) channels.push_back({"error.value", ExrChannel::Type::kFloat, targets.error.values.data(), 1});
-  const std::string name = frame_name(frame) + (view.empty() ? "" : "." + view);
-  write_exr(folder / (name + ".exr"), targets.color.width, targets.color.height, channels);
-  write_png(folder / (name + ".png"), shaders::to_display(targets.color, exposure));
+  write_exr(settings_.folder / (name + ".exr"), targets.color.width, targets.color.height, channels,
+            settings_.compression);
 }
 
 }  // namespace tessera::replay

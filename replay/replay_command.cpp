@@ -144,16 +144,18 @@ class ReplayCommand final : public Command {
     for (int frame = begin; frame < first && !stop_requested(); ++frame) renderer.render(frame);
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
+      FrameWriter images({out_, aux_, exposure, settings.output.exr_compression});
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
-        const gpu::FrameResult result = renderer.render(frame);
+        gpu::FrameResult result = renderer.render(frame);
         files.add(result);
-        write_frame(out_, frame, result.targets, aux_, exposure);
-        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
-        if (result.right) write_frame(out_, frame, result.right->targets, aux_, exposure, "right");
         statistics.add(result, baselines_ ? &schemes.last() : nullptr);
+        images.add(frame, std::move(result.targets));
+        if (result.right) images.add(frame, std::move(result.right->targets), "right");
+        write_file_atomically(fs::path(out_) / tile_maps_name(frame), tile_maps_json(frame, result.maps));
         progress.update(static_cast<std::size_t>(frame - first + 1),
                         fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
+      images.finish();
     }
     statistics.write(out_);
     files.commit(renderer);

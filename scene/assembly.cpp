@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/parallel.h"
 #include "scene/pose.h"
 #include "scene/weld.h"
 
@@ -47,6 +49,55 @@ void pair_triangles(const std::vector<LocalTriangle>& triangles, std::vector<Clu
     }
     const LocalTriangle& alone = triangles[s];
     cells.push_back(cell.value_or(ClusterCell{{alone[0], alone[1], alone[2], alone[2]}}));
+  }
+}
+
+// Clusters of some of a primitive's triangles.
+MeshClusters cluster_range(const Primitive& primitive, std::span<const std::uint32_t> indices) {
+  MeshClusters out;
+  // Only the vertices between the first and the last that they use.
+  const auto [low, high] = std::minmax_element(indices.begin(), indices.end());
+  const std::uint32_t base = *low;
+  const std::size_t vertex_count = *high - base + 1;
+  std::vector<std::uint32_t> near(indices.begin(), indices.end());
+  for (std::uint32_t& index : near) index -= base;
+  const std::size_t capacity = meshopt_buildMeshletsBound(near.size(), kMaxClusterVertices, kMaxClusterTriangles);
+  std::vector<meshopt_Meshlet> meshlets(capacity);
+  std::vector<unsigned int> vertices(capacity * kMaxClusterVertices);
+  std::vector<unsigned char> triangles(capacity * kMaxClusterTriangles * 3);
+  const std::size_t count =
+      meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), near.data(), near.size(),
+                            &primitive.vertices.positions[base].x, vertex_count, sizeof(Vec3), kMaxClusterVertices,
+                            kMaxClusterTriangles, 0.0f);
+  std::vector<LocalTriangle> local;
+  for (std::size_t m = 0; m < count; ++m) {
+    const meshopt_Meshlet& meshlet = meshlets[m];
+    Cluster cluster{};
+    cluster.first_vertex = static_cast<std::uint32_t>(out.vertices.size());
+    cluster.vertex_count = meshlet.vertex_count;
+    cluster.first_cell = static_cast<std::uint32_t>(out.cells.size());
+    cluster.triangle_count = meshlet.triangle_count;
+    for (std::size_t v = 0; v < meshlet.vertex_count; ++v)
+      out.vertices.push_back(base + vertices[meshlet.vertex_offset + v]);
+    local.resize(meshlet.triangle_count);
+    for (std::size_t t = 0; t < local.size(); ++t)
+      std::memcpy(local[t].data(), &triangles[meshlet.triangle_offset + 3 * t], 3);
+    pair_triangles(local, out.cells);
+    cluster.cell_count = static_cast<std::uint32_t>(out.cells.size()) - cluster.first_cell;
+    out.clusters.push_back(cluster);
+  }
+  return out;
+}
+
+void append_clusters(const MeshClusters& part, MeshClusters& to) {
+  const auto vertices = static_cast<std::uint32_t>(to.vertices.size()),
+             cells = static_cast<std::uint32_t>(to.cells.size());
+  to.vertices.insert(to.vertices.end(), part.vertices.begin(), part.vertices.end());
+  to.cells.insert(to.cells.end(), part.cells.begin(), part.cells.end());
+  for (Cluster cluster : part.clusters) {
+    cluster.first_vertex += vertices;
+    cluster.first_cell += cells;
+    to.clusters.push_back(cluster);
   }
 }
 
@@ -188,20 +239,21 @@ class MaterialVariants {
 using GeometryNumbers = std::map<std::pair<int, int>, std::uint32_t>;
 GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembly& assembly) {
   GeometryNumbers numbers;
+  std::vector<const Primitive*> bezier, meshes;
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const int mesh = capture.nodes[n].mesh;
     if (mesh == kNone || !rest.in_scene[n]) continue;
     const auto& primitives = capture.meshes[static_cast<std::size_t>(mesh)].primitives;
     for (std::size_t p = 0; p < primitives.size(); ++p) {
-      const bool bezier = primitives[p].kind == Primitive::Kind::kBezierPatches;
-      const std::size_t next = bezier ? assembly.neighbours.size() : assembly.clusters.size();
-      if (!numbers.try_emplace({mesh, static_cast<int>(p)}, static_cast<std::uint32_t>(next)).second) continue;
-      if (bezier)
-        assembly.neighbours.push_back(find_neighbours(primitives[p].vertices));
-      else
-        assembly.clusters.push_back(build_clusters(primitives[p]));
+      std::vector<const Primitive*>& kind = primitives[p].kind == Primitive::Kind::kBezierPatches ? bezier : meshes;
+      if (numbers.try_emplace({mesh, static_cast<int>(p)}, static_cast<std::uint32_t>(kind.size())).second)
+        kind.push_back(&primitives[p]);
     }
   }
+  assembly.neighbours.resize(bezier.size());
+  assembly.clusters.resize(meshes.size());
+  parallel_for(bezier.size(), [&](std::size_t i) { assembly.neighbours[i] = find_neighbours(bezier[i]->vertices); });
+  parallel_for(meshes.size(), [&](std::size_t i) { assembly.clusters[i] = build_clusters(*meshes[i]); });
   return numbers;
 }
 
@@ -285,32 +337,17 @@ void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly
 }  // namespace
 
 MeshClusters build_clusters(const Primitive& primitive) {
-  MeshClusters out;
-  const std::size_t vertex_count = primitive.vertices.count(), index_count = primitive.indices.size();
-  if (index_count == 0) return out;
-  const std::size_t capacity = meshopt_buildMeshletsBound(index_count, kMaxClusterVertices, kMaxClusterTriangles);
-  std::vector<meshopt_Meshlet> meshlets(capacity);
-  std::vector<unsigned int> vertices(capacity * kMaxClusterVertices);
-  std::vector<unsigned char> triangles(capacity * kMaxClusterTriangles * 3);
-  const std::size_t count = meshopt_buildMeshlets(
-      meshlets.data(), vertices.data(), triangles.data(), primitive.indices.data(), index_count,
-      &primitive.vertices.positions[0].x, vertex_count, sizeof(Vec3), kMaxClusterVertices, kMaxClusterTriangles, 0.0f);
-  for (std::size_t m = 0; m < count; ++m) {
-    const meshopt_Meshlet& meshlet = meshlets[m];
-    Cluster cluster{};
-    cluster.first_vertex = static_cast<std::uint32_t>(out.vertices.size());
-    cluster.vertex_count = meshlet.vertex_count;
-    cluster.first_cell = static_cast<std::uint32_t>(out.cells.size());
-    cluster.triangle_count = meshlet.triangle_count;
-    out.vertices.insert(out.vertices.end(), vertices.begin() + meshlet.vertex_offset,
-                        vertices.begin() + meshlet.vertex_offset + meshlet.vertex_count);
-    std::vector<LocalTriangle> local(meshlet.triangle_count);
-    for (std::size_t t = 0; t < local.size(); ++t)
-      std::memcpy(local[t].data(), &triangles[meshlet.triangle_offset + 3 * t], 3);
-    pair_triangles(local, out.cells);
-    cluster.cell_count = static_cast<std::uint32_t>(out.cells.size()) - cluster.first_cell;
-    out.clusters.push_back(cluster);
-  }
+  // Ranges of their own, so that large meshes are cut on all threads.
+  const std::span<const std::uint32_t> indices = primitive.indices;
+  constexpr std::size_t kRange = 3 * kClusterRangeTriangles;
+  const std::size_t count = (indices.size() + kRange - 1) / kRange;
+  if (count == 0) return {};
+  std::vector<MeshClusters> parts(count);
+  parallel_for(count, [&](std::size_t r) {
+    parts[r] = cluster_range(primitive, indices.subspan(r * kRange, std::min(kRange, indices.size() - r * kRange)));
+  });
+  MeshClusters out = std::move(parts.front());
+  for (std::size_t r = 1; r < count; ++r) append_clusters(std::exchange(parts[r], {}), out);
   return out;
 }
 
@@ -343,7 +380,11 @@ std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points) {
 }
 
 std::size_t cluster_count_bound(std::size_t index_count) {
-  return index_count == 0 ? 0 : meshopt_buildMeshletsBound(index_count, kMaxClusterVertices, kMaxClusterTriangles);
+  const auto bound = [](std::size_t indices) {
+    return indices == 0 ? 0 : meshopt_buildMeshletsBound(indices, kMaxClusterVertices, kMaxClusterTriangles);
+  };
+  constexpr std::size_t kRange = 3 * kClusterRangeTriangles;
+  return index_count / kRange * bound(kRange) + bound(index_count % kRange);
 }
 
 InstancedNode group_instances(const std::vector<InstanceTransform>& instances) {

@@ -13,6 +13,8 @@ namespace tessera::scene {
 
 inline constexpr std::size_t kMaxClusterVertices = 64;  // [spec] NVIDIA and AMD mesh shaders, meshoptimizer's advice
 inline constexpr std::size_t kMaxClusterTriangles = 124;
+// Meshes with more triangles are cut into clusters range by range, on all threads.
+inline constexpr std::size_t kClusterRangeTriangles = std::size_t{1} << 17;
 
 // A cell is what a leaf of the tile core's tests holds: a quad of two triangles (a, b, c) and (a, c, d), or one
 // triangle, then d == c.

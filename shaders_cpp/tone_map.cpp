@@ -26,13 +26,14 @@ Vec3 tone_map(Vec3 color) {
 
 Image8 to_display(const Image& linear, float exposure) {
   Image8 out(linear.width, linear.height, 3);
+  const Srgb8Encoder& encode = Srgb8Encoder::instance();
   parallel_for(static_cast<std::size_t>(linear.height), [&](std::size_t row) {
     const int y = static_cast<int>(row);
     for (int x = 0; x < linear.width; ++x) {
       const auto in = linear.at(x, y);
       const Vec3 mapped = tone_map(Vec3(in[0], in[1], in[2]) * exposure);
       const auto pixel = out.at(x, y);
-      for (int c = 0; c < 3; ++c) pixel[static_cast<std::size_t>(c)] = to_unorm8(linear_to_srgb(mapped[c]));
+      for (int c = 0; c < 3; ++c) pixel[static_cast<std::size_t>(c)] = encode(mapped[c]);
     }
   });
   return out;

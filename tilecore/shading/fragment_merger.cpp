@@ -32,6 +32,7 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
   spp_ = static_cast<std::size_t>(samples.spp);
   visible_ = merged_ = quads_ = 0;
   fragments_.clear();
+  vertices_.clear();
   run_of_.assign(pixels.size() * spp_, kNoRun);
   for (std::size_t p = 0; p < pixels.size(); ++p) {
     const std::size_t first_of_pixel = fragments_.size(), first = pixels[p] * spp_;
@@ -46,31 +47,36 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
 void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p,
                                 std::size_t k, std::size_t s, bool split, std::size_t first_of_pixel) {
   ++visible_;
-  Fragment here{};
-  here.patch = state.patch[s], here.triangle = state.triangle[s], here.pixel = static_cast<std::uint32_t>(p);
-  here.positive = state.positive[s] != 0;
-  here.segment = job.frame->segment_at(here.patch, samples.t(s));
+  const std::uint32_t patch = state.patch[s], triangle = state.triangle[s];
+  if (patch != known_patch_ || job.frame->identity != known_frame_) {
+    known_patch_ = patch, known_frame_ = job.frame->identity;
+    known_rests_ = is_at_rest(*job.frame, patch);
+  }
+  const float t = samples.t(s);
+  const int segment = known_rests_ ? 0 : job.frame->segment_at(patch, t);
   // A still pinhole sample sees the surface where it is itself.
-  here.rests = is_at_rest(*job.frame, here.patch);
-  const float x = here.rests ? samples.x[s] : state.rest_x[s], y = here.rests ? samples.y[s] : state.rest_y[s];
-  here.cell_x = std::floor(x), here.cell_y = std::floor(y);
-  here.right = split && samples.x[s] - std::floor(samples.x[s]) >= 0.5f;
-  const float dx = x - here.cell_x - (split ? (here.right ? 0.75f : 0.25f) : 0.5f), dy = y - here.cell_y - 0.5f;
-  here.distance2 = dx * dx + dy * dy;
-  here.sample = s;
+  const float x = known_rests_ ? samples.x[s] : state.rest_x[s], y = known_rests_ ? samples.y[s] : state.rest_y[s];
+  const float cell_x = std::floor(x), cell_y = std::floor(y);
+  const bool right = split && samples.x[s] - std::floor(samples.x[s]) >= 0.5f, positive = state.positive[s] != 0;
+  const float dx = x - cell_x - (split ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f,
+              distance2 = dx * dx + dy * dy;
   std::size_t f = job.shading == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
   const auto same = [&](const Fragment& o) {
-    return o.triangle == here.triangle && o.patch == here.patch && o.cell_x == here.cell_x && o.cell_y == here.cell_y &&
-           o.right == here.right && o.positive == here.positive && o.segment == here.segment;
+    return o.triangle == triangle && o.patch == patch && o.cell_x == cell_x && o.cell_y == cell_y && o.right == right &&
+           o.positive == positive && o.segment == segment;
   };
   while (f < fragments_.size() && !same(fragments_[f])) ++f;
   if (f == fragments_.size()) {
-    here.parent = static_cast<std::uint32_t>(f);
-    fragments_.push_back(here);
+    Fragment& fresh = fragments_.emplace_back();
+    fresh.patch = patch, fresh.triangle = triangle, fresh.pixel = static_cast<std::uint32_t>(p);
+    fresh.cell_x = cell_x, fresh.cell_y = cell_y, fresh.segment = segment;
+    fresh.right = right, fresh.positive = positive, fresh.rests = known_rests_;
+    fresh.sample = s, fresh.distance2 = distance2;
+    fresh.parent = static_cast<std::uint32_t>(f);
   }
   Fragment& fragment = fragments_[f];
-  if (here.distance2 < fragment.distance2) fragment.sample = s, fragment.distance2 = here.distance2;
-  fragment.time_sum += samples.t(s);
+  if (distance2 < fragment.distance2) fragment.sample = s, fragment.distance2 = distance2;
+  fragment.time_sum += t;
   ++fragment.samples;
   run_of_[p * spp_ + k] = static_cast<std::uint32_t>(f);
 }
@@ -95,10 +101,11 @@ bool FragmentMerger::belong_together(const TileJob& job, Fragment& a, Fragment& 
     return false;
   for (Fragment* f : {&a, &b})
     if (!f->has_vertices) {
-      f->vertices = triangle_vertices(*job.frame, f->patch, f->triangle);
+      f->vertices = static_cast<std::uint32_t>(vertices_.size());
+      vertices_.push_back(triangle_vertices(*job.frame, f->patch, f->triangle));
       f->has_vertices = true;
     }
-  return share_edge(a.vertices, b.vertices);
+  return share_edge(vertices_[a.vertices], vertices_[b.vertices]);
 }
 
 void FragmentMerger::merge_all(const TileJob& job) {

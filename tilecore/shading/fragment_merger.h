@@ -55,15 +55,14 @@ class FragmentMerger {
 
  private:
   struct Fragment {
-    std::uint32_t patch, triangle, pixel;
-    float cell_x, cell_y;
-    int segment;  // of motion
-    bool right, positive, rests;
-    std::size_t sample;
-    float distance2, time_sum;
-    std::uint32_t samples, parent, run, quad;
-    std::array<std::uint64_t, 3> vertices;
-    bool has_vertices;
+    std::uint32_t patch = 0, triangle = 0, pixel = 0;
+    float cell_x = 0, cell_y = 0;
+    int segment = 0;  // of motion
+    bool right = false, positive = false, rests = false, has_vertices = false;
+    std::size_t sample = 0;
+    float distance2 = 0, time_sum = 0;
+    std::uint32_t samples = 0, parent = 0, run = 0, quad = 0;
+    std::uint32_t vertices = 0;  // in vertices_, where it has_vertices
   };
   void add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p, std::size_t k,
                   std::size_t s, bool split, std::size_t first_of_pixel);
@@ -72,8 +71,14 @@ class FragmentMerger {
   std::uint32_t root(std::uint32_t f);
   void make_runs();
 
+  // Of the patch seen last.
+  std::uint64_t known_frame_ = 0;
+  std::uint32_t known_patch_ = 0;
+  bool known_rests_ = false;
+
   std::size_t spp_ = 0, visible_ = 0, merged_ = 0, quads_ = 0;
   std::vector<Fragment> fragments_;
+  std::vector<std::array<std::uint64_t, 3>> vertices_;
   std::vector<Run> runs_;
   std::vector<std::uint32_t> run_of_;  // first the fragment, then the run
 };

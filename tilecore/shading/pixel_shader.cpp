@@ -1,6 +1,7 @@
 #include "tilecore/shading/pixel_shader.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "base/check.h"
 #include "tilecore/procedural/procedure_surface.h"
@@ -87,13 +88,13 @@ void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, 
     const auto segment = static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)),
                lights = static_cast<std::uint64_t>(light_segment(shutter, v.light_time));
     const std::uint64_t draw = segment << 48 | lights << 40 | shutter.assembly->patch_drawable[v.at.patch];
-    if (!runs_.empty() && runs_.back().draw == draw)
+    if (!runs_.empty() && runs_.back().draw == draw && runs_.back().patch == v.at.patch)
       ++runs_.back().count;
     else
-      runs_.push_back({draw, i, 1});
+      runs_.push_back({draw, v.at.patch, i, 1});
   }
   std::sort(runs_.begin(), runs_.end(),
-            [](const Run& a, const Run& b) { return a.draw != b.draw ? a.draw < b.draw : a.first < b.first; });
+            [](const Run& a, const Run& b) { return std::tie(a.draw, a.patch, a.first) < std::tie(b.draw, b.patch, b.first); });
   for (std::size_t begin = 0, end = 0; begin < runs_.size(); begin = end) {
     order_.clear();
     for (; end < runs_.size() && runs_[end].draw == runs_[begin].draw; ++end)

@@ -49,7 +49,7 @@ inline float time_seen(const scene::FrameGeometry& frame, std::uint32_t patch, f
 ShadedPoint shade_point(const scene::FrameGeometry& frame, const Lighting& lighting, const Invocation& invocation);
 
 // Many invocations, packed into warps: those of one draw (a drawable in one segment of its motion, under lights of one
-// segment of theirs), in the order in which they come, or quad by quad. What the draw's constants say is in scalar
+// segment of theirs), patch by patch, or quad by quad. What the draw's constants say is in scalar
 // registers, as in hardware; so the last warp of a draw may not be full. Keeps its scratch memory; one instance per
 // thread.
 //
@@ -67,10 +67,10 @@ class PixelShader {
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
 
  private:
-  // Invocations first ... first + count, all of one draw.
+  // Invocations first ... first + count, all of one patch of a draw.
   struct Run {
     std::uint64_t draw;
-    std::uint32_t first, count;
+    std::uint32_t patch, first, count;
   };
   // Lanes at a time: no fewer than a warp has.
   static constexpr std::size_t kBatch = 256;

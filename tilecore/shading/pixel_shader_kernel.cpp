@@ -9,6 +9,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
 namespace stage = shaders::HWY_NAMESPACE;
 using tessera::HWY_NAMESPACE::FloatLanes;
 using tessera::HWY_NAMESPACE::IntLanes;
@@ -19,11 +20,13 @@ using tessera::HWY_NAMESPACE::Vector3;
 #include "tilecore/shading/lane_shader.inc"
 // clang-format on
 
-void ShadeDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
+// All of it in one function: calls with arguments of vectors cost a fifth of its time.
+__attribute__((flatten)) void ShadeDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
                const ShadedArrays& out) {
   for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
     LaneInputs<FloatLanes> lanes;
     for (std::size_t k = 0; k < 3; ++k) lanes.vertex[k] = IntLanes::load(in.vertex[k] + i);
+    lanes.one_patch = draw.grid && all(lanes.vertex[0] == IntLanes(first_lane(lanes.vertex[0])));
     lanes.p = FloatLanes::load(in.p + i), lanes.q = FloatLanes::load(in.q + i);
     lanes.t = FloatLanes::load(in.t + i), lanes.light_t = FloatLanes::load(in.light_t + i);
     lanes.lod = FloatLanes::load(in.lod + i);
@@ -37,6 +40,25 @@ void ShadeDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t coun
   }
 }
 
+std::size_t DistinctNeighbours(const std::int32_t* lines, std::size_t count, std::int32_t* out) {
+  if (count == 0) return 0;
+  std::size_t kept = 0;
+  if (lines[0] >= 0) out[kept++] = lines[0];
+  const IntLanes::D d;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t i = 1;
+  for (; i + lanes <= count; i += lanes) {
+    const auto line = hn::LoadU(d, lines + i), before = hn::LoadU(d, lines + i - 1);
+    const auto wanted = hn::And(
+        hn::Not(hn::Lt(line, hn::Zero(d))),
+        hn::Ne(line, before));
+    kept += hn::CompressStore(line, wanted, d, out + kept);
+  }
+  for (; i < count; ++i)
+    if (lines[i] >= 0 && lines[i] != lines[i - 1]) out[kept++] = lines[i];
+  return kept;
+}
+
 }  // namespace tessera::tilecore::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -44,10 +66,15 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::tilecore {
 
 HWY_EXPORT(ShadeDraw);
+HWY_EXPORT(DistinctNeighbours);
 
 void shade_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
                 const ShadedArrays& out) {
   HWY_DYNAMIC_DISPATCH(ShadeDraw)(draw, in, count, lookups, out);
+}
+
+std::size_t distinct_neighbours(const std::int32_t* lines, std::size_t count, std::int32_t* out) {
+  return HWY_DYNAMIC_DISPATCH(DistinctNeighbours)(lines, count, out);
 }
 
 }  // namespace tessera::tilecore

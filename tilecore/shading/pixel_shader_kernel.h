@@ -11,4 +11,8 @@ namespace tessera::tilecore {
 void shade_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
                 const ShadedArrays& out);
 
+// Of `count` lines the ones that are there (not negative) and not the same as the one before them, in order; returns
+// how many. `out` has room for count + 16.
+std::size_t distinct_neighbours(const std::int32_t* lines, std::size_t count, std::int32_t* out);
+
 }  // namespace tessera::tilecore

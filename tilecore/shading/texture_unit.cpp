@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "tilecore/shading/pixel_shader_kernel.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -84,17 +85,18 @@ void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& f
 
 void TextureUnit::fetch_warp(const std::array<std::int32_t*, 8>& lines, std::size_t first, std::size_t lanes) {
   for (std::size_t level = 0; level < 2; ++level) {
-    recent_.fill(-1);
+    const std::int32_t* any = lines[4 * level] + first;
+    std::uint64_t reads = 0;
+    for (std::size_t lane = 0; lane < lanes; ++lane) reads += any[lane] >= 0 ? 1 : 0;
+    if (reads == 0) continue;
+    counters_.texels += reads;
     asked_.clear();
-    for (std::size_t lane = first; lane < first + lanes; ++lane) {
-      if (lines[4 * level][lane] < 0) continue;
-      ++counters_.texels;
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        const std::int32_t line = lines[4 * level + corner][lane];
-        std::int32_t& recent = recent_[static_cast<std::size_t>(line) % recent_.size()];
-        if (line < 0 || recent == line) continue;
-        recent = line;
-        if (std::find(asked_.begin(), asked_.end(), line) != asked_.end()) continue;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      candidates_.resize(lanes + 16);
+      const std::size_t count = distinct_neighbours(lines[4 * level + corner] + first, lanes, candidates_.data());
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::int32_t line = candidates_[k];
+        if (std::find(asked_.rbegin(), asked_.rend(), line) != asked_.rend()) continue;
         asked_.push_back(line);
         need_line(static_cast<std::uint32_t>(line));
       }

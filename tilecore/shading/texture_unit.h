@@ -106,9 +106,8 @@ class TextureUnit {
   Settings settings_;
   memory::LineCache cache_{0, 1, 64};
   std::array<Known, 16> known_;
-  // Lines that the warp's lookup asked for already: direct mapped by their last bits, and all of them in order.
-  std::array<std::int32_t, 64> recent_{};
-  std::vector<std::int32_t> asked_;
+  std::vector<std::int32_t> candidates_;
+  std::vector<std::int32_t> asked_;  // lines that the warp's lookup asked for in the level in hand
   std::vector<std::uint32_t> misses_;
   TextureCounters counters_;
 };
