@@ -174,9 +174,8 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
   AtomicFile file(target);
   try {
     Imf::Header header(width, height);
-    static constexpr Imf::Compression kCompressions[] = {Imf::PIZ_COMPRESSION, Imf::ZIP_COMPRESSION,
-                                                         Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION,
-                                                         Imf::NO_COMPRESSION};
+    static constexpr Imf::Compression kCompressions[] = {
+        Imf::PIZ_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION, Imf::NO_COMPRESSION};
     header.compression() = kCompressions[static_cast<std::size_t>(compression)];
     Imf::FrameBuffer frame_buffer;
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);

@@ -51,9 +51,11 @@ using ChargeBytes = std::function<void(std::uint64_t)>;
 bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,
                   std::string& fault, const ChargeBytes& charge = {});
 
-// PNG bytes of an 8-bit or 16-bit image with 1 to 4 channels.
-std::string encode_png(const Image8& image);
-std::string encode_png(const Image16& image);
+// PNG bytes of an 8-bit or 16-bit image with 1 to 4 channels. Fast for images that are looked at, small for what is
+// shipped.
+enum class PngEffort : std::uint8_t { kFast, kSmall };
+std::string encode_png(const Image8& image, PngEffort effort = PngEffort::kSmall);
+std::string encode_png(const Image16& image, PngEffort effort = PngEffort::kSmall);
 
 // JPEG bytes of an 8-bit image with 1 or 3 channels; quality 1 to 100.
 std::string encode_jpeg(const Image8& image, int quality);

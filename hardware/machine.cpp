@@ -51,7 +51,7 @@ Keys<Machine> speed_keys() {
                                   "Operations of the pixel shader that a core does per clock.",
                                   "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
                                  {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
-                                  "Invocations of a warp. The pixel shader runs whole warps, each of one draw, and the "
+                                  "Invocations of a warp. Warps are whole, each of one draw; the "
                                   "texture unit gets their lookups together.",
                                   "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
                                  {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,

@@ -65,10 +65,9 @@ MeshClusters cluster_range(const Primitive& primitive, std::span<const std::uint
   std::vector<meshopt_Meshlet> meshlets(capacity);
   std::vector<unsigned int> vertices(capacity * kMaxClusterVertices);
   std::vector<unsigned char> triangles(capacity * kMaxClusterTriangles * 3);
-  const std::size_t count =
-      meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), near.data(), near.size(),
-                            &primitive.vertices.positions[base].x, vertex_count, sizeof(Vec3), kMaxClusterVertices,
-                            kMaxClusterTriangles, 0.0f);
+  const std::size_t count = meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), near.data(),
+                                                  near.size(), &primitive.vertices.positions[base].x, vertex_count,
+                                                  sizeof(Vec3), kMaxClusterVertices, kMaxClusterTriangles, 0.0f);
   std::vector<LocalTriangle> local;
   for (std::size_t m = 0; m < count; ++m) {
     const meshopt_Meshlet& meshlet = meshlets[m];

@@ -1,4 +1,4 @@
-// What the pixel shader runs, for the SIMD target in force; for kernel sources that use foreach_target.h.
+// What pixel-shader invocations are made of, for the SIMD target in force; for kernel sources that use foreach_target.h.
 
 #include "shaders_cpp/bicubic-inl.h"
 #include "shaders_cpp/metallic_roughness.h"

@@ -69,6 +69,7 @@ class GpuKeys(TypedDict, total=False):
     tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples that a core tests against a triangle.
     tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
+    shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
     shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
@@ -167,6 +168,7 @@ class SettingsKeys(TypedDict, total=False):
     stereo__far_depth: float  # 0 to 1e+09 scene units. With desampling the right eye takes pixels from the left where both see farther than this.
     output__machine_model: bool  # Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent.
     output__exposure: float  # 0 to 1e+06. Factor on light before the PNG's tone map; 0 takes the capture's.
+    output__exr_compression: Literal["piz", "zip", "zips", "rle", "none"]  # Of EXR files, all without loss: piz is small and fast for rendered images, zip is what every reader knows, none is the fastest.
 
 class Scene:
     def __init__(

@@ -93,8 +93,9 @@ void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, 
     else
       runs_.push_back({draw, v.at.patch, i, 1});
   }
-  std::sort(runs_.begin(), runs_.end(),
-            [](const Run& a, const Run& b) { return std::tie(a.draw, a.patch, a.first) < std::tie(b.draw, b.patch, b.first); });
+  std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) {
+    return std::tie(a.draw, a.patch, a.first) < std::tie(b.draw, b.patch, b.first);
+  });
   for (std::size_t begin = 0, end = 0; begin < runs_.size(); begin = end) {
     order_.clear();
     for (; end < runs_.size() && runs_[end].draw == runs_[begin].draw; ++end)

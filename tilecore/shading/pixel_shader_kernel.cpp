@@ -16,13 +16,15 @@ using tessera::HWY_NAMESPACE::IntLanes;
 using tessera::HWY_NAMESPACE::Vector3;
 
 // clang-format off: the second needs the first
+// clang-format off: the second needs the first
 #include "tilecore/shading/lane_surface.inc"
 #include "tilecore/shading/lane_shader.inc"
 // clang-format on
+// clang-format on
 
 // All of it in one function: calls with arguments of vectors cost a fifth of its time.
-__attribute__((flatten)) void ShadeDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
-               const ShadedArrays& out) {
+__attribute__((flatten)) void ShadeDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count,
+                                        const LookupArrays& lookups, const ShadedArrays& out) {
   for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
     LaneInputs<FloatLanes> lanes;
     for (std::size_t k = 0; k < 3; ++k) lanes.vertex[k] = IntLanes::load(in.vertex[k] + i);
@@ -49,9 +51,7 @@ std::size_t DistinctNeighbours(const std::int32_t* lines, std::size_t count, std
   std::size_t i = 1;
   for (; i + lanes <= count; i += lanes) {
     const auto line = hn::LoadU(d, lines + i), before = hn::LoadU(d, lines + i - 1);
-    const auto wanted = hn::And(
-        hn::Not(hn::Lt(line, hn::Zero(d))),
-        hn::Ne(line, before));
+    const auto wanted = hn::And(hn::Not(hn::Lt(line, hn::Zero(d))), hn::Ne(line, before));
     kept += hn::CompressStore(line, wanted, d, out + kept);
   }
   for (; i < count; ++i)
