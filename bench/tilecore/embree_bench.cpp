@@ -3,6 +3,9 @@
 //   tessera_embree_baseline OUT_FOLDER [ROUNDS]       measures every row; writes embree.csv and the plots area.svg,
 //                                                  blur.svg
 //   tessera_embree_baseline --check                   a small image, no times: do both see the same?
+//   tessera_embree_baseline --frame [ROUNDS]           whole shaded frames, posing and resolve included, over Embree's
+//                                                  best time to the hits alone: 1 px^2 triangles, 32 px of blur; fails
+//                                                  above 1
 //   tessera_embree_baseline --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
@@ -25,6 +28,8 @@
 #include "bench/support/line_plot.h"
 #include "bench/support/posed_scene.h"
 #include "bench/support/timing.h"
+#include "gpu/device.h"
+#include "gpu/settings.h"
 #include "tests/support/embree_scene.h"
 
 namespace tessera::bench {
@@ -327,6 +332,34 @@ int check() {
   return bad > 0 ? 1 : 0;
 }
 
+int compare_frames(int rounds) {
+  const Row row{1, 32, false};
+  Bench bench(1280, 720, row);
+  const auto seen = bench.machine.run(*bench.frame, bench.pyramids, true);
+  std::vector<BaselineTimes> baselines = baselines_of(bench, row, seen.tiles);
+  gpu::RunSettings settings;
+  settings.sampling.samples_per_pixel = row.samples_per_pixel;
+  settings.tessellation = bench.frame->request.tessellation;
+  scene::Capture capture = bench.capture;
+  capture.settings.frame_rate = 1;
+  capture.settings.shutter_close = bench.frame->request.close_time;
+  gpu::Device device(capture, bench.gpu, settings, {1280, 720, {0, 0, 1280, 720}, false});
+  std::vector<double> frames;
+  std::vector<TileHits> hits = bench.room_for_hits();
+  std::uint64_t invocations = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const double start = now();
+    invocations = device.render(0).counters.shading.pixel_shader_invocations;
+    frames.push_back(now() - start);
+    for (BaselineTimes& r : baselines) run_round(bench, r, hits);
+  }
+  double best = 1e300;
+  for (const BaselineTimes& r : baselines) best = std::min(best, median(r.total));
+  fmt::print("whole frame {:.1f} ms ({} invocations), Embree's best {:.1f} ms: {:.2f}\n", 1e3 * median(frames),
+             invocations, 1e3 * best, median(frames) / best);
+  return median(frames) < best ? 0 : 1;
+}
+
 void profile(const Row& row) {
   Bench bench(1280, 720, row);
   double seconds = 0;
@@ -349,12 +382,15 @@ void profile(const Row& row) {
 int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (argc < 2 || (first == "--profile" && argc != 5)) {
-    fmt::print(stderr, "usage: tessera_embree_baseline OUT_FOLDER [ROUNDS] | --check | --profile AREA BLUR LENS\n");
+    fmt::print(
+        stderr,
+        "usage: tessera_embree_baseline OUT_FOLDER [ROUNDS] | --check | --frame [ROUNDS] | --profile AREA BLUR LENS\n");
     return 2;
   }
   try {
     const tessera::ThreadLimit limit(tessera::bench::kThreads);
     if (first == "--check") return tessera::bench::check();
+    if (first == "--frame") return tessera::bench::compare_frames(argc > 2 ? std::stoi(argv[2]) : 5);
     if (first == "--profile")
       tessera::bench::profile({std::stod(argv[2]), std::stod(argv[3]), std::stoi(argv[4]) != 0});
     else

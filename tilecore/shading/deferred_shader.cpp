@@ -22,6 +22,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
     cells_.start(*job.frame, job.shading_cell_pixels);
     cache_.empty(job.shading_cache_entries);
   }
+  known_assembly_ = nullptr;
   view_rays_.clear();
   for (std::size_t s = 0; s <= job.frame->segments.size(); ++s)
     view_rays_.emplace_back(job.frame->segment(static_cast<int>(s)));
@@ -44,8 +45,7 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
-  if (!drawables_.empty())
-    ++drawables_[job.frame->assembly->patch_drawable[invocation.at.patch]].pixel_shader_invocations;
+  if (!drawables_.empty()) ++drawables_[drawable_of(job, invocation.at.patch)].pixel_shader_invocations;
   invocations_.push_back(invocation);
   pixel_of_invocation_.push_back(static_cast<std::uint32_t>(pixel));
   return static_cast<std::uint32_t>(kept_ + invocations_.size() - 1);

@@ -128,11 +128,21 @@ class DeferredShader {
   Invocation invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at, float light_time,
                         std::size_t pixel, bool rests) const;
   void count_visible(const TileJob& job, std::uint32_t patch) {
-    if (!drawables_.empty()) ++drawables_[job.frame->assembly->patch_drawable[patch]].samples_visible;
+    if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].samples_visible;
+  }
+  // Neighbours mostly see the same patch.
+  std::uint32_t drawable_of(const TileJob& job, std::uint32_t patch) {
+    if (patch != known_patch_ || job.frame->assembly != known_assembly_) {
+      known_patch_ = patch, known_assembly_ = job.frame->assembly;
+      known_drawable_ = known_assembly_->patch_drawable[patch];
+    }
+    return known_drawable_;
   }
   // Point of the location's shading cell: from the cache, else shaded for the pixel that asks.
   std::uint32_t ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
 
+  const scene::Assembly* known_assembly_ = nullptr;
+  std::uint32_t known_patch_ = 0, known_drawable_ = 0;
   std::vector<Vec3> sample_color_;  // natural order, opaque then blended
   std::vector<float> sample_coverage_;
   std::vector<Vec3> pixel_normal_;  // sums over the pixel's shaded points, or over its samples' cells

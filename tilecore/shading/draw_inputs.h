@@ -28,9 +28,11 @@ struct DrawConstants {
 
 // Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.
 struct LaneArrays {
-  // Clusters: the vertices of the triangle; Bezier patches: [0], the first control point.
+  // Clusters: the vertices of the triangle. Bezier patches: the first control point; cells of the grid along u and v,
+  // eight bits each; factors of the four edges, eight bits each (TessellationPattern).
   std::array<const std::int32_t*, 3> vertex{};
-  const float *p = nullptr, *q = nullptr;            // weights of its second and third vertex, or (u, v)
+  const std::int32_t* triangle = nullptr;            // of a grid
+  const float *p = nullptr, *q = nullptr;            // weights of its second and third vertex
   const float *t = nullptr, *light_t = nullptr;      // within their motion segments
   const float* lod = nullptr;                        // of displacement
   const float *step_x = nullptr, *step_y = nullptr;  // to the neighbours in a quad, 1 or -1

@@ -1,9 +1,11 @@
 #include "tilecore/shading/pixel_shader.h"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 
 #include "base/check.h"
+#include "base/random.h"
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
 #include "tilecore/shading/scalar_lanes.h"
@@ -82,33 +84,72 @@ void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, 
   TESSERA_CHECK(points.size() == invocations.size() && warp_lanes >= 4 && warp_lanes <= kBatch,
                 "a point for each invocation, warps of 4 lanes up to a batch");
   if (textures != nullptr && !textures->active()) textures = nullptr;
-  runs_.clear();
-  for (std::uint32_t i = 0; i < invocations.size(); ++i) {
-    const Invocation& v = invocations[i];
-    const auto segment = static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)),
-               lights = static_cast<std::uint64_t>(light_segment(shutter, v.light_time));
-    const std::uint64_t draw = segment << 48 | lights << 40 | shutter.assembly->patch_drawable[v.at.patch];
-    if (!runs_.empty() && runs_.back().draw == draw && runs_.back().patch == v.at.patch)
-      ++runs_.back().count;
-    else
-      runs_.push_back({draw, v.at.patch, i, 1});
-  }
-  std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) {
-    return std::tie(a.draw, a.patch, a.first) < std::tie(b.draw, b.patch, b.first);
-  });
-  for (std::size_t begin = 0, end = 0; begin < runs_.size(); begin = end) {
-    order_.clear();
-    for (; end < runs_.size() && runs_[end].draw == runs_[begin].draw; ++end)
-      for (std::uint32_t k = 0; k < runs_[end].count; ++k) order_.push_back(runs_[end].first + k);
-    shade_draw_of(shutter, lighting, invocations, points, textures, warp_lanes);
+  sort_invocations(shutter, invocations);
+  for (std::size_t begin = 0, end = 0; begin < buckets_.size(); begin = end) {
+    std::size_t count = 0;
+    for (; end < buckets_.size() && buckets_[end].draw == buckets_[begin].draw; ++end) count += buckets_[end].count;
+    shade_draw_of(shutter, lighting, invocations, std::span(order_).subspan(buckets_[begin].first, count), points,
+                  textures, warp_lanes);
   }
 }
 
-// All of order_, which are of one draw.
+std::uint32_t PixelShader::bucket_of(std::uint64_t draw, std::uint32_t patch) {
+  constexpr std::uint32_t kFree = 0xFFFFFFFFu;
+  if (2 * (buckets_.size() + 1) > table_.size()) {
+    table_.assign(std::max<std::size_t>(256, 2 * table_.size()), kFree);
+    for (std::uint32_t b = 0; b < buckets_.size(); ++b) {
+      std::size_t at = hash32(buckets_[b].patch, static_cast<std::uint32_t>(buckets_[b].draw >> 32));
+      while (table_[at % table_.size()] != kFree) ++at;
+      table_[at % table_.size()] = b;
+    }
+  }
+  for (std::size_t at = hash32(patch, static_cast<std::uint32_t>(draw >> 32));; ++at) {
+    std::uint32_t& slot = table_[at % table_.size()];
+    if (slot == kFree) {
+      slot = static_cast<std::uint32_t>(buckets_.size());
+      buckets_.push_back({draw, patch, 0, 0});
+    }
+    if (buckets_[slot].patch == patch && buckets_[slot].draw == draw) return slot;
+  }
+}
+
+void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const Invocation> invocations) {
+  buckets_.clear();
+  std::fill(table_.begin(), table_.end(), 0xFFFFFFFFu);
+  bucket_.resize(invocations.size());
+  const bool parts = !shutter.segments.empty();
+  std::uint32_t last = 0;
+  for (std::size_t i = 0; i < invocations.size(); ++i) {
+    const Invocation& v = invocations[i];
+    std::uint64_t draw = shutter.assembly->patch_drawable[v.at.patch];
+    if (parts) {
+      draw |= static_cast<std::uint64_t>(shutter.segment_at(v.at.patch, v.at.t)) << 48;
+      draw |= static_cast<std::uint64_t>(light_segment(shutter, v.light_time)) << 40;
+    }
+    if (buckets_.empty() || buckets_[last].patch != v.at.patch || buckets_[last].draw != draw)
+      last = bucket_of(draw, v.at.patch);
+    ++buckets_[last].count;
+    bucket_[i] = last;
+  }
+  rank_.resize(buckets_.size());
+  std::iota(rank_.begin(), rank_.end(), 0u);
+  std::sort(rank_.begin(), rank_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tie(buckets_[a].draw, buckets_[a].patch) < std::tie(buckets_[b].draw, buckets_[b].patch);
+  });
+  std::uint32_t first = 0;
+  for (const std::uint32_t b : rank_) buckets_[b].first = std::exchange(first, first + buckets_[b].count);
+  order_.resize(invocations.size());
+  for (std::size_t i = 0; i < invocations.size(); ++i)
+    order_[buckets_[bucket_[i]].first++] = static_cast<std::uint32_t>(i);
+  for (Bucket& b : buckets_) b.first -= b.count;
+  std::sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) { return a.first < b.first; });
+}
+
+// All of `order`, which are of one draw.
 void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
-                                std::span<const Invocation> invocations, std::span<ShadedPoint> points,
-                                TextureUnit* textures, std::size_t warp_lanes) {
-  const Invocation& leader = invocations[order_.front()];
+                                std::span<const Invocation> invocations, std::span<std::uint32_t> order,
+                                std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes) {
+  const Invocation& leader = invocations[order.front()];
   const FrameGeometry& frame = shutter.moment(leader.at.patch, leader.at.t).frame;
   const scene::PosedDrawable& drawable = frame.drawable_of(leader.at.patch);
   const int lights_in = light_segment(shutter, leader.light_time);
@@ -116,27 +157,28 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   // Where each warp ends.
   warp_ends_.clear();
   if (quads) {
-    std::stable_sort(order_.begin(), order_.end(),
+    std::stable_sort(order.begin(), order.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return invocations[a].quad < invocations[b].quad; });
     std::size_t seen = 0;
-    for (std::size_t i = 0; i < order_.size(); ++i) {
-      const bool opens = i == 0 || invocations[order_[i]].quad != invocations[order_[i - 1]].quad;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const bool opens = i == 0 || invocations[order[i]].quad != invocations[order[i - 1]].quad;
       if (opens && seen == warp_lanes / 4) warp_ends_.push_back(i), seen = 0;
       seen += opens ? 1 : 0;
     }
   } else {
-    for (std::size_t i = warp_lanes; i < order_.size(); i += warp_lanes) warp_ends_.push_back(i);
+    for (std::size_t i = warp_lanes; i < order.size(); i += warp_lanes) warp_ends_.push_back(i);
   }
-  warp_ends_.push_back(order_.size());
+  warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
   if (drawable.procedure != nullptr) {
-    for (const std::uint32_t i : order_) points[i] = shade_point(shutter, lighting, invocations[i]);
+    for (const std::uint32_t i : order) points[i] = shade_point(shutter, lighting, invocations[i]);
     return;
   }
 
   const DrawConstants draw = lit_draw(shutter, frame, lights_in, drawable, lighting, quads);
   LaneArrays in;
   for (std::size_t k = 0; k < 3; ++k) in.vertex[k] = vertex_[k].data();
+  in.triangle = vertex_[3].data();
   in.p = input_[0].data(), in.q = input_[1].data(), in.t = input_[2].data(), in.light_t = input_[3].data();
   in.lod = input_[4].data(), in.step_x = input_[5].data(), in.step_y = input_[6].data();
   ShadedArrays out;
@@ -154,14 +196,21 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
     }
   }
   std::size_t warp = 0;
-  for (std::size_t first = 0; first < order_.size();) {
+  for (std::size_t first = 0; first < order.size();) {
     const std::size_t first_warp = warp;
     while (warp < warp_ends_.size() && warp_ends_[warp] - first <= kBatch) ++warp;
     const std::size_t count = warp_ends_[warp - 1] - first;
     for (std::size_t lane = 0; lane < count; ++lane) {
-      const Invocation& v = invocations[order_[first + lane]];
-      const float t = &frame == &shutter ? v.at.t : frame.part.local(v.at.t);
-      load_lane(frame, drawable, v, t, light_time(shutter, lights_in, v.light_time), lane);
+      const Invocation& v = invocations[order[first + lane]];
+      SurfaceLocation at = v.at;
+      if (&frame != &shutter) at.t = frame.part.local(at.t);
+      const one_lane::LaneInputs<float> at_lane = lane_inputs(frame, drawable, at);
+      for (std::size_t k = 0; k < 3; ++k) vertex_[k][lane] = at_lane.vertex[k];
+      vertex_[3][lane] = at_lane.triangle;
+      input_[0][lane] = at_lane.p, input_[1][lane] = at_lane.q, input_[2][lane] = at.t;
+      input_[3][lane] = light_time(shutter, lights_in, v.light_time);
+      input_[4][lane] = at_lane.lod;
+      input_[5][lane] = static_cast<float>(v.partner_x), input_[6][lane] = static_cast<float>(v.partner_y);
     }
     // Lanes up to the next multiple of the widest vector.
     for (std::size_t lane = count; lane % 16 != 0; ++lane) {
@@ -170,7 +219,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
     }
     shade_draw(draw, in, count, lookups, out);
     for (std::size_t lane = 0; lane < count; ++lane) {
-      ShadedPoint& point = points[order_[first + lane]];
+      ShadedPoint& point = points[order[first + lane]];
       point.color = {output_[0][lane], output_[1][lane], output_[2][lane]};
       point.normal = {output_[3][lane], output_[4][lane], output_[5][lane]};
       point.alpha = output_[6][lane];
@@ -182,17 +231,6 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
             textures->fetch_warp(lookups.line[slot], begin, warp_ends_[w] - first - begin);
     first += count;
   }
-}
-
-void PixelShader::load_lane(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Invocation& v,
-                            float t, float light_t, std::size_t lane) {
-  SurfaceLocation at = v.at;
-  at.t = t;
-  const one_lane::LaneInputs<float> in = lane_inputs(frame, drawable, at);
-  for (std::size_t k = 0; k < 3; ++k) vertex_[k][lane] = in.vertex[k];
-  const std::array<float, 7> values = {
-      in.p, in.q, t, light_t, in.lod, static_cast<float>(v.partner_x), static_cast<float>(v.partner_y)};
-  for (std::size_t k = 0; k < values.size(); ++k) input_[k][lane] = values[k];
 }
 
 float point_alpha(const FrameGeometry& shutter, const SurfaceLocation& seen, TextureUnit* textures) {

@@ -67,24 +67,27 @@ class PixelShader {
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
 
  private:
-  // Invocations first ... first + count, all of one patch of a draw.
-  struct Run {
+  // The invocations of a patch of a draw: in order_[first ... first + count).
+  struct Bucket {
     std::uint64_t draw;
     std::uint32_t patch, first, count;
   };
   // Lanes at a time: no fewer than a warp has.
   static constexpr std::size_t kBatch = 256;
 
+  // Fills order_ and buckets_, both sorted by draw and patch.
+  void sort_invocations(const scene::FrameGeometry& frame, std::span<const Invocation> invocations);
+  std::uint32_t bucket_of(std::uint64_t draw, std::uint32_t patch);
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
-                     std::span<const Invocation> invocations, std::span<ShadedPoint> points, TextureUnit* textures,
-                     std::size_t warp_lanes);
-  void load_lane(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, const Invocation& invocation,
-                 float t, float light_t, std::size_t lane);
+                     std::span<const Invocation> invocations, std::span<std::uint32_t> order,
+                     std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
 
-  std::vector<Run> runs_;
-  std::vector<std::uint32_t> order_;  // of the draw's invocations
+  std::vector<Bucket> buckets_;
+  std::vector<std::uint32_t> table_;          // of bucket numbers, by patch; a power of two of them
+  std::vector<std::uint32_t> bucket_, rank_;  // of each invocation; of each bucket
+  std::vector<std::uint32_t> order_;
   std::vector<std::size_t> warp_ends_;
-  std::array<std::array<std::int32_t, kBatch>, 3> vertex_;
+  std::array<std::array<std::int32_t, kBatch>, 4> vertex_;
   std::array<std::array<float, kBatch>, 7> input_;
   std::array<std::array<float, kBatch>, 7> output_;
   std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kTextureSlots> lines_;

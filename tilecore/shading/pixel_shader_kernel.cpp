@@ -15,12 +15,7 @@ using tessera::HWY_NAMESPACE::FloatLanes;
 using tessera::HWY_NAMESPACE::IntLanes;
 using tessera::HWY_NAMESPACE::Vector3;
 
-// clang-format off: the second needs the first
-// clang-format off: the second needs the first
-#include "tilecore/shading/lane_surface.inc"
 #include "tilecore/shading/lane_shader.inc"
-// clang-format on
-// clang-format on
 
 // All of it in one function: calls with arguments of vectors cost a fifth of its time.
 __attribute__((flatten)) void ShadeDraw(const DrawConstants& draw, const LaneArrays& in, std::size_t count,
@@ -28,6 +23,7 @@ __attribute__((flatten)) void ShadeDraw(const DrawConstants& draw, const LaneArr
   for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
     LaneInputs<FloatLanes> lanes;
     for (std::size_t k = 0; k < 3; ++k) lanes.vertex[k] = IntLanes::load(in.vertex[k] + i);
+    lanes.triangle = IntLanes::load(in.triangle + i);
     lanes.one_patch = draw.grid && all(lanes.vertex[0] == IntLanes(first_lane(lanes.vertex[0])));
     lanes.p = FloatLanes::load(in.p + i), lanes.q = FloatLanes::load(in.q + i);
     lanes.t = FloatLanes::load(in.t + i), lanes.light_t = FloatLanes::load(in.light_t + i);

@@ -24,10 +24,7 @@ using tessera::gather;
 using tessera::is_finite;
 using tessera::select;
 
-// clang-format off: the second needs the first
-#include "tilecore/shading/lane_surface.inc"
 #include "tilecore/shading/lane_shader.inc"
-// clang-format on
 
 }  // namespace one_lane
 

@@ -18,15 +18,21 @@ Vector3<float> plain(const Vec3& a) { return {a.x, a.y, a.z}; }
 Vec4 glm_vector(const one_lane::Point4<float>& a) { return {a.x, a.y, a.z, a.w}; }
 one_lane::Point4<float> plain(const Vec4& a) { return {a.x, a.y, a.z, a.w}; }
 
+// The inputs that say where in a grid a location is.
+void set_grid(const scene::TessellationPattern& pattern, const SurfaceLocation& at, LaneInputs<float>& in) {
+  in.vertex[1] = pattern.nu | pattern.nv << 8;
+  in.vertex[2] = static_cast<std::int32_t>(std::uint32_t{pattern.edge[0]} | std::uint32_t{pattern.edge[1]} << 8 |
+                                           std::uint32_t{pattern.edge[2]} << 16 | std::uint32_t{pattern.edge[3]} << 24);
+  in.triangle = static_cast<std::int32_t>(at.triangle);
+  in.p = at.b1, in.q = at.b2;
+}
+
 // (u, v) of a triangle's point, from the parameters of its grid vertices.
 Vec2 patch_parameters(const scene::TessellationPattern& pattern, const SurfaceLocation& at) {
-  if (at.triangle >= SurfaceLocation::kLine) return {at.b1, at.b2};
-  const int cell = static_cast<int>(at.triangle / 2), i = cell % pattern.nu, j = cell / pattern.nu;
-  const auto vertex = [&](int di, int dj) { return Vec2(pattern.u(i + di, j + dj), pattern.v(i + di, j + dj)); };
-  const Vec2 a = vertex(0, 0), c = vertex(1, 1);
-  // Triangles (a, b, c) and (a, c, d).
-  const Vec2 second = at.triangle % 2 == 0 ? vertex(1, 0) : c, third = at.triangle % 2 == 0 ? c : vertex(0, 1);
-  return a * (1.0f - at.b1 - at.b2) + second * at.b1 + third * at.b2;
+  LaneInputs<float> in{};
+  set_grid(pattern, at, in);
+  one_lane::set_grid_parameters(in);
+  return {in.p, in.q};
 }
 
 std::array<std::uint32_t, 3> cluster_triangle(const FrameGeometry& frame, const PosedDrawable& drawable,
@@ -48,12 +54,14 @@ void take_weights(const LaneSurface<float>& from, Surface& s) {
 }
 
 // Attribute weights only.
-LaneSurface<float> attribute_weights(const DrawConstants& draw, const LaneInputs<float>& in) {
+LaneSurface<float> attribute_weights(const DrawConstants& draw, LaneInputs<float>& in) {
   LaneSurface<float> s{};
-  if (draw.grid)
+  if (draw.grid) {
+    one_lane::set_grid_parameters(in);
     one_lane::set_patch_weights(in, s);
-  else
+  } else {
     one_lane::set_triangle_weights(in, s);
+  }
   return s;
 }
 
@@ -92,9 +100,8 @@ LaneInputs<float> lane_inputs(const FrameGeometry& frame, const PosedDrawable& d
     return in;
   }
   const std::uint32_t number = at.patch - drawable.drawable->first_patch, grid = drawable.drawable->first_grid + number;
-  const Vec2 uv = patch_parameters(frame.patterns[grid], at);
+  set_grid(frame.patterns[grid], at, in);
   in.vertex[0] = static_cast<std::int32_t>(16 * number);
-  in.p = uv.x, in.q = uv.y;
   if (drawable.material->displacement) in.lod = frame.displacement_lod[grid];
   return in;
 }
@@ -155,8 +162,8 @@ Surface evaluate_surface(const FrameGeometry& shutter, const SurfaceLocation& se
     fill_procedure(frame, at.patch, patch_parameters(frame.pattern_of(at.patch), at), at.t, s);
     return s;
   }
-  const LaneSurface<float> lane =
-      one_lane::lane_surface(draw_constants(frame, *s.drawable), lane_inputs(frame, *s.drawable, at));
+  LaneInputs<float> in = lane_inputs(frame, *s.drawable, at);
+  const LaneSurface<float> lane = one_lane::lane_surface(draw_constants(frame, *s.drawable), in);
   s.position = glm_vector(lane.position);
   s.geometric_normal = glm_vector(lane.geometric_normal), s.normal = glm_vector(lane.normal);
   s.position_p = glm_vector(lane.position_p), s.position_q = glm_vector(lane.position_q);
@@ -197,7 +204,7 @@ Vec4 surface_raster(const FrameGeometry& frame, const SurfaceLocation& at, Vec2 
 one_lane::LaneTexcoord<float> alpha_texcoord(const FrameGeometry& frame, const PosedDrawable& drawable,
                                              const SurfaceLocation& at, const scene::TextureSlot& slot) {
   const DrawConstants draw = draw_constants(frame, drawable);
-  const LaneInputs<float> in = lane_inputs(frame, drawable, at);
+  LaneInputs<float> in = lane_inputs(frame, drawable, at);
   LaneSurface<float> s = attribute_weights(draw, in);
   if (draw.grid)
     one_lane::fill_patch(draw, in, s);
@@ -210,7 +217,8 @@ one_lane::LaneTexcoord<float> alpha_texcoord(const FrameGeometry& frame, const P
 float surface_alpha(const FrameGeometry& frame, const SurfaceLocation& at) {
   const PosedDrawable& drawable = frame.drawable_of(at.patch);
   const DrawConstants draw = draw_constants(frame, drawable);
-  return one_lane::lane_vertex_color(draw, attribute_weights(draw, lane_inputs(frame, drawable, at))).a;
+  LaneInputs<float> in = lane_inputs(frame, drawable, at);
+  return one_lane::lane_vertex_color(draw, attribute_weights(draw, in)).a;
 }
 
 }  // namespace tessera::tilecore

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace tessera::tilecore {
@@ -12,21 +13,33 @@ namespace {
 // tests: between what the method table's toys and turning, approaching and crossing meshes take.
 constexpr double kRaysPerSample = 1.6, kTriangle = 2;
 
+// Whole numbers at or below; std::floor() is a call where the target has no instruction for it.
+double floor_of(float x) {
+  if (!(std::abs(x) < 1e9f)) return std::floor(static_cast<double>(x));
+  const auto whole = static_cast<std::int32_t>(x);
+  return static_cast<double>(static_cast<float>(whole) > x ? whole - 1 : whole);
+}
+
 struct Box {
-  double x0 = std::numeric_limits<double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
+  float x0 = std::numeric_limits<float>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
 
   void add(float x, float y) {
-    x0 = std::min(x0, static_cast<double>(x)), x1 = std::max(x1, static_cast<double>(x));
-    y0 = std::min(y0, static_cast<double>(y)), y1 = std::max(y1, static_cast<double>(y));
+    x0 = std::min(x0, x), x1 = std::max(x1, x);
+    y0 = std::min(y0, y), y1 = std::max(y1, y);
   }
-  Box hull(const Box& o) const {
-    return {std::min(x0, o.x0), std::min(y0, o.y0), std::max(x1, o.x1), std::max(y1, o.y1)};
+  void add(const Box& o) {
+    x0 = std::min(x0, o.x0), x1 = std::max(x1, o.x1);
+    y0 = std::min(y0, o.y0), y1 = std::max(y1, o.y1);
   }
   // Of the whole pixels that it touches.
   double pixels() const {
-    return x0 > x1 ? 0.0 : (std::floor(x1) - std::floor(x0) + 1) * (std::floor(y1) - std::floor(y0) + 1);
+    return x0 > x1 ? 0.0 : (floor_of(x1) - floor_of(x0) + 1) * (floor_of(y1) - floor_of(y0) + 1);
   }
-  double area() const { return x0 > x1 ? 0.0 : (x1 - x0) * (y1 - y0); }
+  double area() const {
+    return x0 > x1 ? 0.0
+                   : (static_cast<double>(x1) - static_cast<double>(x0)) *
+                         (static_cast<double>(y1) - static_cast<double>(y0));
+  }
 };
 
 double area(float x_low, float x_high, float y_low, float y_high) {
@@ -51,14 +64,17 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
       in_leaf += 1;
       costs.by_class += 2 * kTriangle *
                         area(mesh.box_x_low[cell], mesh.box_x_high[cell], mesh.box_y_low[cell], mesh.box_y_high[cell]);
-      std::array<Box, 2> box;
+      Box open, close;
       for (const auto& corner : mesh.corner) {
         const auto v = static_cast<std::size_t>(corner[cell]);
-        for (Box* b : {&box[0], &whole[0]}) b->add(mesh.x0[v], mesh.y0[v]);
-        for (Box* b : {&box[1], &whole[1]}) moving ? b->add(mesh.x1[v], mesh.y1[v]) : b->add(mesh.x0[v], mesh.y0[v]);
+        open.add(mesh.x0[v], mesh.y0[v]);
+        if (moving) close.add(mesh.x1[v], mesh.y1[v]);
       }
-      on_screen += 0.5 * (box[0].area() + box[1].area());
-      costs.brute += 2 * kTriangle * box[0].hull(box[1]).pixels();
+      if (!moving) close = open;
+      whole[0].add(open), whole[1].add(close);
+      on_screen += 0.5 * (open.area() + close.area());
+      open.add(close);
+      costs.brute += 2 * kTriangle * open.pixels();
     }
     costs.by_class += in_leaf * area(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high);
     cells += in_leaf;
