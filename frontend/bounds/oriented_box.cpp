@@ -7,15 +7,6 @@
 namespace tessera::frontend {
 namespace {
 
-void extend(MovingBox& box, std::size_t key, const DVec3& p) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double s = glm::dot(box.axes[axis], p);
-    // Negated comparisons: NaN enters the box and makes it unusable rather than vanish.
-    if (!(s >= box.low[key][axis])) box.low[key][axis] = s;
-    if (!(s <= box.high[key][axis])) box.high[key][axis] = s;
-  }
-}
-
 double largest_coordinate(const MovingBox& box) {
   double largest = 0;
   for (std::size_t key = 0; key < 2; ++key)
@@ -38,10 +29,26 @@ MovingBox empty_box(const std::array<DVec3, 3>& axes) {
 
 MovingBox point_box(std::span<const Vec3> key0, std::span<const Vec3> key1, std::span<const std::uint32_t> indices) {
   MovingBox box = empty_box({DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)});
-  for (const std::uint32_t index : indices) {
-    extend(box, 0, DVec3(key0[index]));
-    extend(box, 1, DVec3(key1[index]));
-  }
+  // Along the axes smallest and largest are those of the floats; points that do not deform are looked at once.
+  const auto bound = [&](std::span<const Vec3> points, std::size_t key) {
+    Vec3 low(std::numeric_limits<float>::infinity()), high = -low, zero(0.0f);
+    for (const std::uint32_t index : indices) {
+      const Vec3& p = points[index];
+      low = glm::min(low, p), high = glm::max(high, p);
+      zero += p * 0.0f;  // NaN where a coordinate is not finite
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      // Such a box is unusable rather than too small.
+      const double spoiled = static_cast<double>(zero.x + zero.y + zero.z);
+      box.low[key][static_cast<std::size_t>(axis)] = static_cast<double>(low[axis]) + spoiled;
+      box.high[key][static_cast<std::size_t>(axis)] = static_cast<double>(high[axis]) + spoiled;
+    }
+  };
+  bound(key0, 0);
+  if (key1.data() != key0.data())
+    bound(key1, 1);
+  else
+    box.low[1] = box.low[0], box.high[1] = box.high[0];
   return box;
 }
 
