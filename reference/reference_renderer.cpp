@@ -84,14 +84,19 @@ class PixelRenderer {
         order_.push_back({order.cell(samples_[k]), static_cast<std::uint32_t>(k)});
     }
     std::sort(order_.begin(), order_.end());
+    seen_.clear();
+    invocations_.clear();
     for (std::size_t first = 0; first < order_.size(); first += RayPacket::kRays) {
       fill_packet(scene, px, py, first);
       trace_packet(scene, packet_);
       for (std::size_t r = 0; r < RayPacket::kRays && first + r < order_.size(); ++r) {
         const std::size_t k = order_[first + r].second;
-        color_[k] = shade(scene, request, r, samples_[k].t);
+        seen_.push_back(see(scene, request, r, samples_[k].t));
       }
     }
+    points_.resize(invocations_.size());
+    shader_.shade(scene.frame, request.lighting, invocations_, points_);
+    for (std::size_t i = 0; i < seen_.size(); ++i) color_[order_[i].second] = composed(seen_[i]);
   }
   // Per sample; black where it is outside the scene's part of the shutter.
   const std::vector<Vec3>& color() const { return color_; }
@@ -141,9 +146,29 @@ class PixelRenderer {
     return Vec3(glm::normalize(glm::inverse(to_camera) * along));
   }
 
+  // What a sample sees: the opaque surface, or the colour behind everything, and layers over it from far to near, which
+  // follow the surface in invocations_.
+  struct Seen {
+    bool surface = false;
+    Vec3 behind{0.0f};
+    std::uint32_t first = 0, layers = 0;
+  };
+
+  void ask_for(const ReferenceScene& scene, std::int64_t number, double b1, double b2, double t) {
+    invocations_.push_back({location(scene, number, b1, b2, t), static_cast<float>(t)});
+  }
+
+  Vec3 composed(const Seen& seen) const {
+    std::size_t at = seen.first;
+    Vec3 color = seen.surface ? points_[at++].color : seen.behind;
+    for (std::uint32_t layer = 0; layer < seen.layers; ++layer, ++at)
+      color = color * (1.0f - points_[at].alpha) + points_[at].color * points_[at].alpha;
+    return color;
+  }
+
   // Nearest surface of what is opaque and what passes its alpha test, then layers over it from far to near.
   // `t`: of the whole shutter.
-  Vec3 shade(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r, double t) {
+  Seen see(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r, double t) {
     const scene::FrameGeometry& frame = scene.frame;
     double depth = packet_.depth[r];
     std::int64_t number = packet_.triangle[r];
@@ -164,27 +189,30 @@ class PixelRenderer {
       number = masked->triangle, b1 = masked->b1, b2 = masked->b2;
       layers_.erase(masked, layers_.end());
     }
-    Vec3 color;
-    if (number != RayPacket::kNothing)
-      color =
-          tilecore::shade_point(frame, request.lighting, {location(scene, number, b1, b2, t), static_cast<float>(t)})
-              .color;
+    Seen seen;
+    seen.first = static_cast<std::uint32_t>(invocations_.size());
+    seen.surface = number != RayPacket::kNothing;
+    if (seen.surface)
+      ask_for(scene, number, b1, b2, t);
     else if (request.background)
-      color = *request.background;
+      seen.behind = *request.background;
     else
-      color = request.lighting.environment.background(background_direction(scene, packet_, r));
+      seen.behind = request.lighting.environment.background(background_direction(scene, packet_, r));
     for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
       if (frame.drawable_of(scene.triangles[static_cast<std::size_t>(layer->triangle)].patch).material->alpha_mode !=
           scene::AlphaMode::kBlend)
         continue;
-      const tilecore::ShadedPoint point = tilecore::shade_point(
-          frame, request.lighting, {location(scene, layer->triangle, layer->b1, layer->b2, t), static_cast<float>(t)});
-      color = color * (1.0f - point.alpha) + point.color * point.alpha;
+      ask_for(scene, layer->triangle, layer->b1, layer->b2, t);
+      ++seen.layers;
     }
-    return color;
+    return seen;
   }
 
   RayPacket packet_;
+  std::vector<Seen> seen_;  // as order_
+  std::vector<tilecore::Invocation> invocations_;
+  std::vector<tilecore::ShadedPoint> points_;
+  tilecore::PixelShader shader_;
   std::vector<Sample> samples_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order_;  // cell, sample
   std::vector<Vec3> color_;
