@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace tessera {
 
@@ -29,6 +31,18 @@ class PerThread {
  private:
   tbb::enumerable_thread_specific<T> values_;
 };
+
+// How many threads parallel loops use at most.
+inline std::size_t thread_count() {
+  return std::min(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism),
+                  static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+}
+
+// Calls body(), whose parallel loops use at most `threads` threads, this one among them.
+template <class Body>
+void with_threads(std::size_t threads, const Body& body) {
+  tbb::task_arena(static_cast<int>(threads)).execute(body);
+}
 
 // While it lives, parallel loops use at most `threads` threads (0: all that the machine has).
 class ThreadLimit {

@@ -45,20 +45,18 @@ class SubPatchStore {
   std::size_t size_ = 0;
 };
 
-// `read`: by drawable, empty for all.
-std::vector<PatchRun> patches_to_read(const scene::FrameGeometry& frame, const std::vector<std::uint8_t>& read) {
+// Drawables whose patches this frame draws. `read`: by drawable, empty for all.
+std::vector<std::uint32_t> drawables_to_read(const scene::FrameGeometry& frame, const std::vector<std::uint8_t>& read) {
   const bool skip_procedures = frame.request.sample_procedures || !frame.request.procedures;
-  std::vector<PatchRun> runs;
+  std::vector<std::uint32_t> drawables;
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const scene::Drawable& drawable = *frame.drawables[d].drawable;
     if (drawable.patch_count == 0 || (!read.empty() && read[d] == 0)) continue;
     if (!frame.moves_here(frame.drawables[d])) continue;
     if (!frame.drawables[d].visible || (skip_procedures && frame.drawables[d].procedure != nullptr)) continue;
-    if (runs.empty() || runs.back().end != drawable.first_patch)
-      runs.push_back({drawable.first_patch, drawable.first_patch});
-    runs.back().end += drawable.patch_count;
+    drawables.push_back(static_cast<std::uint32_t>(d));
   }
-  return runs;
+  return drawables;
 }
 
 std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
@@ -88,7 +86,10 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
   FrontEndResult all;
   all.instances = culling.counters;
   all.ledger = culling.ledger;
-  all.read = patches_to_read(frame, culling.read);
+  PatchCulling patches = cull_patches(frame, drawables_to_read(frame, culling.read), pyramids, spec);
+  all.groups = patches.counters;
+  all.ledger += patches.ledger;
+  all.read = std::move(patches.read);
   struct Counts {
     FrontendCounters counters;
     memory::Ledger ledger;
@@ -141,6 +142,7 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
     append(all.read, part.read);
     merge(all.counters, part.counters);
     merge(all.instances, part.instances);
+    merge(all.groups, part.groups);
     all.ledger += part.ledger;
   }
   return all;

@@ -5,6 +5,7 @@
 
 #include "base/counter.h"
 #include "frontend/instance_culling.h"
+#include "frontend/patch_culling.h"
 #include "frontend/patch_splitter.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -16,13 +17,8 @@ namespace tessera::frontend {
 // one or two motion keys, then the cells of a cluster. What the front end and every tile core that needs the patch fetch.
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 
-// Base patches [first, end).
-struct PatchRun {
-  std::uint32_t first, end;
-};
-
-// The front end's work on one frame after posing, for each of its motion segments: drop instances that cannot be seen, split every base patch of the
-// others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
+// The front end's work on one frame after posing, for each of its motion segments: drop instances
+// and groups of patches that cannot be seen, split every base patch of the others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
 // segment.
 // What `guess` hides, if there is one, is deferred. Throws LimitError where the sub-patches need more memory than `budget`
 // has; what it exceeds is no more than what 32768 base patches become.
@@ -31,6 +27,7 @@ struct FrontEndResult {
   std::vector<PatchRun> read;  // base patches whose records were read, in order
   FrontendCounters counters;
   InstanceCounters instances;
+  PatchGroupCounters groups;
   memory::Ledger ledger;
 };
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,

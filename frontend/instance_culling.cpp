@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "frontend/bounds/drawable_box.h"
 #include "scene/subpixel.h"
 
 namespace tessera::frontend {
@@ -13,27 +14,6 @@ namespace {
 using scene::FrameGeometry;
 using scene::InstancedNode;
 using scene::InstanceGroup;
-
-// Displaced vertices lie no farther from the box of the control points than the largest offset (the unit normal as
-// single precision computes it).
-double largest_offset(const scene::PosedDrawable& drawable, const PyramidLibrary& pyramids) {
-  if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !drawable.material->displacement) return 0;
-  const scene::Displacement& displacement = *drawable.material->displacement;
-  const ValueRange heights = pyramids.of(*displacement.texture).whole();
-  const auto offset = [&](float height) {
-    return std::abs(static_cast<double>(displacement.scale) * static_cast<double>(height)) +
-           std::abs(static_cast<double>(displacement.bias));
-  };
-  return std::max(offset(heights.low), offset(heights.high)) * (1 + 0x1p-18);
-}
-
-double largest_coordinate(const MovingBox& box) {
-  double largest = 0;
-  for (std::size_t key = 0; key < 2; ++key)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      largest = std::max({largest, std::abs(box.low[key][axis]), std::abs(box.high[key][axis])});
-  return largest;
-}
 
 double reach(float low, float high) {
   return std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
@@ -71,11 +51,6 @@ double placed_reach(const InstanceGroup& group, double object_reach) {
   return largest;
 }
 
-bool outside(const SubPatchBody& body, const FrameGeometry& frame) {
-  const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame.projection, body.margin);
-  return !bounds || outside_frame(*bounds, frame.request.width, frame.request.height);
-}
-
 // Whether the frame's poses are those that any of the node's instances moves by.
 bool any_moves_here(const FrameGeometry& frame, const InstancedNode& node) {
   if (frame.part.whole() && frame.segments.empty()) return true;
@@ -91,14 +66,14 @@ InstanceCounters cull_group(const FrameGeometry& frame, const InstancedNode& nod
   InstanceCounters counters;
   counters.instances = group.count;
   counters.groups_tested = 1;
-  const bool none = outside(group_body(frame, node, box, group), frame);
+  const bool none = outside_view(group_body(frame, node, box, group), frame);
   if (none)
     counters.groups_culled = 1;
   else
     counters.instances_tested = group.count;
   for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
     const std::uint32_t instance = node.order[k];
-    const bool culled = none || outside(instance_body(frame, node, box, instance), frame);
+    const bool culled = none || outside_view(instance_body(frame, node, box, instance), frame);
     counters.instances_culled += culled ? 1 : 0;
     std::fill_n(read + instance * node.primitives, node.primitives, static_cast<std::uint8_t>(culled ? 0 : 1));
   }
@@ -126,12 +101,7 @@ MovingBox instanced_box(const FrameGeometry& frame, const InstancedNode& node, c
 SubPatchBody instance_body(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
                            std::uint32_t instance) {
   const scene::PosedDrawable& drawable = frame.drawables[node.first_drawable + instance * node.primitives];
-  SubPatchBody body{box_corners(box, drawable.to_raster),
-                    vertex_rounding_margin(box, largest_coordinate(box), drawable.to_raster,
-                                           static_cast<double>(frame.request.subpixels())),
-                    {}};
-  body.margin.pixels += static_cast<double>(scene::kStillPixels);
-  return body;
+  return box_body(frame, drawable, box);
 }
 
 SubPatchBody group_body(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,

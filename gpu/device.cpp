@@ -11,6 +11,10 @@
 namespace tessera::gpu {
 namespace {
 
+// A pose takes half a kilobyte for each drawable: of more than these it is kept for the next frame only if that may well
+// be the same.
+constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
+
 MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record) {
   MachineModel model;
   model.record = std::move(record);
@@ -51,7 +55,10 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
 }
 
 scene::FrameRequest Device::frame_request(int frame) const {
-  return gpu::frame_request(prepared_->capture, gpu_, settings_, request_.width, request_.height, frame);
+  scene::FrameRequest request =
+      gpu::frame_request(prepared_->capture, gpu_, settings_, request_.width, request_.height, frame);
+  request.memory_parts = memory_parts_;
+  return request;
 }
 
 tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
@@ -119,7 +126,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
 tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
                                               const scene::FrameGeometry* left, FrameResult& result) {
   const StageTimer timer(result, "motion");
-  std::unique_ptr<scene::FrameGeometry> previous;
+  std::shared_ptr<const scene::FrameGeometry> previous;
   if (eye.sequence.wants_previous_pose(frame))
     previous = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame - 1));
   tilecore::ResolveFrame& resolve = eye.sequence.begin(frame, geometry, std::move(previous), result.effect_reasons);
@@ -136,12 +143,13 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, Eye& eye, const scene::
   return resolve;
 }
 
-std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
-                                                          FrameResult& result) {
-  std::unique_ptr<scene::FrameGeometry> geometry;
+std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
+                                                                FrameResult& result) {
+  std::shared_ptr<const scene::FrameGeometry> geometry;
   {
     const StageTimer timer(result, "pose");
-    geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame));
+    geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame), std::exchange(eye.pose, nullptr));
+    if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;
   }
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
   const tilecore::SamplePattern pattern(
@@ -179,7 +187,7 @@ std::unique_ptr<scene::FrameGeometry> Device::render_view(int frame, Eye& eye, c
 void Device::render_right_eye(int frame, const scene::FrameGeometry& left, FrameResult& result) {
   FrameResult right(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
   ResolveSequence& sequence = eyes_[1].sequence;
-  std::unique_ptr<scene::FrameGeometry> pose = render_view(frame, eyes_[1], &left, right);
+  std::shared_ptr<const scene::FrameGeometry> pose = render_view(frame, eyes_[1], &left, right);
   if (resolve_.desampling != tilecore::Desampling::kOff) {
     sequence.finish();
     sequence.keep_pose(std::move(pose));
@@ -198,7 +206,7 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
 FrameResult Device::render(int frame) {
   const auto start = std::chrono::steady_clock::now();
   FrameResult result(frame, tilecore::FrameTargets(request_.region, request_.auxiliary, request_.resolve_auxiliary));
-  std::unique_ptr<scene::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
+  std::shared_ptr<const scene::FrameGeometry> left = render_view(frame, eyes_[0], nullptr, result);
   const bool desampled = resolve_.desampling != tilecore::Desampling::kOff;
   // Before the right eye, which reads the left one's finished frame as its history.
   if (desampled) eyes_[0].sequence.finish();

@@ -42,6 +42,9 @@ class Device {
 
   FrameResult render(int frame);
 
+  // Frames have one part in so many of the memory that reading the capture left; 1 unless others render at once.
+  void share_memory(std::size_t parts) { memory_parts_ = parts; }
+
   // Null: nobody. It must outlive the device or the next call.
   void set_observer(ViewObserver* observer) { observer_ = observer; }
 
@@ -61,6 +64,7 @@ class Device {
   struct Eye {
     scene::CameraChoice camera;
     ResolveSequence sequence;
+    std::shared_ptr<const scene::FrameGeometry> pose{};  // of the frame rendered last, if it is worth its memory
   };
 
   scene::FrameRequest frame_request(int frame) const;
@@ -72,8 +76,8 @@ class Device {
   tilecore::ResolveFrame& begin_resolve(int frame, Eye& eye, const scene::FrameGeometry& geometry,
                                         const scene::FrameGeometry* left, FrameResult& result);
   // Renders one view into `result`.
-  std::unique_ptr<scene::FrameGeometry> render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
-                                                    FrameResult& result);
+  std::shared_ptr<const scene::FrameGeometry> render_view(int frame, Eye& eye, const scene::FrameGeometry* left,
+                                                          FrameResult& result);
   void render_right_eye(int frame, const scene::FrameGeometry& left, FrameResult& result);
   // Renders the same frame fully and writes the difference to result.targets.error.
   void measure_error(const tilecore::TileJob& job, FrameResult& result);
@@ -92,6 +96,7 @@ class Device {
   ViewObserver* observer_ = nullptr;
   std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
   int last_frame_ = 0;
+  std::size_t memory_parts_ = 1;
 };
 
 }  // namespace tessera::gpu

@@ -91,7 +91,12 @@ memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& g
   std::uint64_t instances = 0;
   for (const scene::InstancedNode& node : assembly.instanced_nodes)
     instances += node.order.size() * frontend::kInstanceRecordBytes + node.groups.size() * kMaxRecordBytes;
-  return memory::AddressMap({assembly.record_count * kMaxRecordBytes + instances,
+  std::uint64_t groups = 0;
+  for (const auto* of_kind : {&assembly.cluster_groups, &assembly.bezier_groups})
+    for (const scene::PatchGroups& of_primitive : *of_kind)
+      groups += of_primitive.box_count() * (frontend::kPatchGroupBoxBytes + frontend::kPatchGroupHeaderBytes) +
+                of_primitive.levels.size() * kMaxRecordBytes;
+  return memory::AddressMap({assembly.record_count * kMaxRecordBytes + instances + groups,
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
 }

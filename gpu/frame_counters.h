@@ -14,6 +14,7 @@ namespace tessera::gpu {
 struct FrameCounters : tilecore::CoreCounters {
   frontend::FrontendCounters frontend;
   frontend::InstanceCounters instances;
+  frontend::PatchGroupCounters groups;
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   memory::L2Counters l2;
@@ -31,6 +32,7 @@ template <class A, class B, class Visit>
 void for_each_counter_struct(A& a, B& b, const Visit& visit) {
   visit(a.frontend, b.frontend);
   visit(a.instances, b.instances);
+  visit(a.groups, b.groups);
   visit(a.binner, b.binner);
   visit(a.tessellation, b.tessellation);
   tilecore::for_each_unit(a, b, visit);

@@ -1,5 +1,7 @@
 #include "gpu/pipeline.h"
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "tilecore/resolve/resolve_unit.h"
@@ -59,27 +61,38 @@ void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const t
   counters.ledger += sums.ledger;
 }
 
+void Pipeline::bound(const ViewRun& run, const frontend::OcclusionGuess* guess, scene::MemoryBudget& budget) {
+  const StageTimer timer(run.result, "bound");
+  const std::uint64_t pose = guess == nullptr ? run.job.frame->identity : 0;
+  if (pose != 0 && kept_.pose == pose) return;
+  kept_.clear();
+  kept_.front_end = frontend::run_front_end(*run.job.frame, pyramids_, gpu_.front_end_spec(), guess, &budget);
+  kept_.pose = pose;
+}
+
 void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess) {
   const tilecore::TileJob& job = run.job;
   FrameResult& result = run.result;
   // What reading the capture left.
   const scene::Capture& capture = *job.frame->assembly->capture;
-  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.charged_bytes);
-  frontend::FrontEndResult front_end;
-  {
-    const StageTimer timer(result, "bound");
-    front_end = frontend::run_front_end(*job.frame, pyramids_, gpu_.front_end_spec(), guess, &budget);
-  }
+  const std::uint64_t left = capture.max_bytes - std::min(capture.charged_bytes, capture.max_bytes);
+  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.max_bytes - left / job.frame->request.memory_parts);
+  bound(run, guess, budget);
+  frontend::FrontEndResult& front_end = kept_.front_end;
   run.recorder.front_end(*job.frame, front_end);
   if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
-  binner::Binner binner(gpu_.binner_spec(), *job.grid);
-  binner.buffer().record_accesses(run.recorder.binner_log());
-  binner.buffer().limit(&budget);
+  const bool binned = std::exchange(kept_.binned, false) && run.recorder.binner_log() == nullptr;
+  if (!binned) {
+    kept_.binner.emplace(gpu_.binner_spec(), *job.grid);
+    kept_.binner->buffer().record_accesses(run.recorder.binner_log());
+    kept_.binner->buffer().limit(&budget);
+  }
+  binner::Binner& binner = *kept_.binner;
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   result.maps = TileMaps(*job.grid);
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));
   TileScheduler scheduler(run, cores_, binner, cache);
-  scheduler.render(front_end.sub_patches, {});
+  scheduler.render(front_end.sub_patches, {}, binned);
   second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
     if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
@@ -95,7 +108,17 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   }
   result.counters.frontend = front_end.counters;
   result.counters.instances = front_end.instances;
+  result.counters.groups = front_end.groups;
   result.counters.ledger += front_end.ledger;
+  binner.buffer().limit(nullptr);
+  binner.buffer().record_accesses(nullptr);
+  // Lists that a partial render emptied are no more, and a second pass belongs to its frame.
+  if (kept_.pose == 0)
+    kept_.clear();
+  else if (result.counters.binner.partial_renders > 0)
+    kept_.binner.reset();
+  else
+    kept_.binned = true;
 }
 
 }  // namespace tessera::gpu

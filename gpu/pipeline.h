@@ -1,6 +1,10 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "base/parallel.h"
+#include "binner/binner.h"
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/front_end.h"
@@ -11,7 +15,10 @@
 namespace tessera::gpu {
 
 // The machine from the front end on: a posed view in, image and counters out. Keeps its tile cores' scratch memory from
-// view to view.
+// view to view, and lists while the pose is the same.
+//
+// Invariant (cited by the tests):
+//   PL1  Images, counters and records of a view do not depend on the views before it.
 class Pipeline {
  public:
   // Both must outlive it.
@@ -24,6 +31,8 @@ class Pipeline {
   frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
 
  private:
+  // Fills kept_.front_end.
+  void bound(const ViewRun& run, const frontend::OcclusionGuess* guess, scene::MemoryBudget& budget);
   // Renders again the tiles of sub-patches that the previous frame's depth hid and that are visible after all.
   void second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
                    frontend::FrontEndResult& front_end);
@@ -32,6 +41,22 @@ class Pipeline {
   const GpuConfiguration& gpu_;
   const frontend::PyramidLibrary& pyramids_;
   PerThread<tilecore::TileCore> cores_;
+  // What front end and binner made of the pose rendered last, for a further frame of the same pose: the emulated units
+  // do the same again, the host does not.
+  struct Kept {
+    std::uint64_t pose = 0;  // scene::FrameGeometry::identity; 0: none
+    frontend::FrontEndResult front_end;
+    std::optional<binner::Binner> binner;
+    bool binned = false;  // the lists hold all sub-patches
+
+    void clear() {
+      pose = 0;
+      front_end = {};
+      binner.reset();
+      binned = false;
+    }
+  };
+  Kept kept_;
 };
 
 }  // namespace tessera::gpu

@@ -30,7 +30,7 @@ bool ResolveSequence::wants_previous_pose(int number) const {
 }
 
 tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeometry& geometry,
-                                               std::unique_ptr<scene::FrameGeometry> previous_pose,
+                                               std::shared_ptr<const scene::FrameGeometry> previous_pose,
                                                EffectReasons& reasons) {
   if (previous_pose) pose_ = std::move(previous_pose);
   History& next = histories_[1 - last_];

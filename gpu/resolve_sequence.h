@@ -26,7 +26,7 @@ class ResolveSequence {
   // The frame that the tile cores work on from now on. `geometry` is its pose; `previous_pose` null: that of the last
   // frame, if it was the one before. Valid until finish().
   tilecore::ResolveFrame& begin(int number, const scene::FrameGeometry& geometry,
-                                std::unique_ptr<scene::FrameGeometry> previous_pose, EffectReasons& reasons);
+                                std::shared_ptr<const scene::FrameGeometry> previous_pose, EffectReasons& reasons);
   // Of a left eye: a right one takes pixels from its frames, if desampling is adaptive. Call before the first begin().
   void serve_other_eye() { read_by_other_eye_ = settings_.desampling == tilecore::Desampling::kAdaptive; }
   // For a right eye: the finished left one. Call after begin().
@@ -36,7 +36,7 @@ class ResolveSequence {
   // The frame is finished: history() is its own from now on.
   void finish();
   // Its pose, for the next frame.
-  void keep_pose(std::unique_ptr<scene::FrameGeometry> pose) { pose_ = std::move(pose); }
+  void keep_pose(std::shared_ptr<const scene::FrameGeometry> pose) { pose_ = std::move(pose); }
 
   // Of the frame that was finished last; empty before the first.
   const tilecore::History& history() const { return histories_[last_]; }
@@ -49,7 +49,7 @@ class ResolveSequence {
   bool read_by_other_eye_ = false;
   tilecore::History histories_[2];
   std::size_t last_ = 0;
-  std::unique_ptr<scene::FrameGeometry> pose_;  // of the frame that was finished last
+  std::shared_ptr<const scene::FrameGeometry> pose_;  // of the frame that was finished last
   std::unique_ptr<tilecore::MotionField> motion_, eye_motion_;
   tilecore::ResolveFrame frame_;
 };

@@ -90,7 +90,8 @@ void TileScheduler::share(Round& round) {
   }
 }
 
-void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only) {
+void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
+                           bool binned) {
   const tilecore::TileJob& job = run_.job;
   const int group_side = job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
   const binner::TileIndex tile_count = binner_.grid().tile_count();
@@ -100,7 +101,7 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
   for (bool done = false; !done;) {
     {
       const StageTimer timer(run_.result, "bin");
-      done = binner_.run(*job.frame, sub_patches, cursor);
+      done = binned || binner_.run(*job.frame, sub_patches, cursor);
     }
     Round round{run_.recorder.begin_round(binner_), {}, unfinished, done};
     const StageTimer timer(run_.result, "tiles");

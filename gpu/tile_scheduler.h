@@ -33,8 +33,9 @@ class TileScheduler {
   TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
                 tilecore::TessellationCache& cache);
 
-  // Bins, renders and finishes tiles: all of them, or those that `only` marks.
-  void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only);
+  // Bins, renders and finishes tiles: all of them, or those that `only` marks. `binned`: the lists hold all already.
+  void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
+              bool binned = false);
 
   // What resolve stencils that reach into neighbouring tiles left open, when every tile is finished.
   void finish_across_tiles();

@@ -45,16 +45,19 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   // The box of a group or an instance takes the time of any other.
   const auto boxes = [](const frontend::InstanceCounters& c) { return c.groups_tested + c.instances_tested; };
   geometry_.bounds += boxes(result.instances) - boxes(instances_);
+  geometry_.bounds += result.groups.groups_tested - groups_.groups_tested;
   geometry_bytes_ += bytes;
   if (record_accesses_) log_front_end(*frame.assembly, result, bytes);
   front_end_ = result.counters;
   instances_ = result.instances;
+  groups_ = result.groups;
 }
 
 void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result,
                                  std::uint64_t bytes) {
-  const bool first_pass = instances_.instances == 0;
-  if (assembly.instanced_nodes.empty() || !first_pass) {
+  const bool first_pass = instances_.instances == 0 && groups_.groups_tested == 0;
+  const bool dropped = result.instances.instances != 0 || result.groups.groups_tested != 0;
+  if (!dropped || !first_pass) {
     // Records lie one behind the other in the order in which they are read.
     geometry_log_.add_next(Unit::kFrontend, Purpose::kPatchData, false, bytes);
     return;
@@ -63,11 +66,12 @@ void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend
   for (const frontend::PatchRun& run : result.read)
     for (std::uint32_t p = run.first; p < run.end;) {
       const scene::Drawable& drawable = assembly.drawable_of(p);
-      const std::uint64_t from = record_offsets_[drawable.first_record],
-                          to = record_offsets_[drawable.first_record + drawable.patch_count];
+      const std::uint32_t end = std::min(run.end, drawable.first_patch + drawable.patch_count),
+                          record = assembly.record_of(p);
+      const std::uint64_t from = record_offsets_[record], to = record_offsets_[record + (end - p)];
       geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, from, to - from);
       of_patches += to - from;
-      p += drawable.patch_count;
+      p = end;
     }
   geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, record_offsets_.back(), bytes - of_patches);
 }

@@ -94,6 +94,7 @@ class WorkRecorder {
   std::vector<std::uint64_t> record_offsets_;
   frontend::FrontendCounters front_end_;
   frontend::InstanceCounters instances_;
+  frontend::PatchGroupCounters groups_;
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   memory::Traffic rounds_;                              // of all that went to a round

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,6 +17,7 @@
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "gpu/dram_bursts.h"
+#include "gpu/frame_stream.h"
 #include "gpu/image_bytes.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
@@ -127,7 +130,8 @@ class ReplayCommand final : public Command {
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
 
-    gpu::Device renderer(capture, gpu, settings, request);
+    const auto prepared = std::make_shared<const gpu::PreparedCapture>(capture);
+    gpu::Device renderer(prepared, gpu, settings, request);
     baselines::BaselineObserver schemes;
     if (baselines_) renderer.set_observer(&schemes);
     say_notices(capture, renderer);
@@ -145,8 +149,12 @@ class ReplayCommand final : public Command {
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       FrameWriter images({out_, aux_, exposure, settings.output.exr_compression});
+      std::optional<gpu::Device> second;
+      if (renders_two_at_once(gpu, settings, request, last - first, limits.max_bytes))
+        second.emplace(prepared, gpu, settings, request);
+      gpu::FrameStream frames(second ? std::vector{&renderer, &*second} : std::vector{&renderer}, first, last);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
-        gpu::FrameResult result = renderer.render(frame);
+        gpu::FrameResult result = frames.next();
         files.add(result);
         statistics.add(result, baselines_ ? &schemes.last() : nullptr);
         images.add(frame, std::move(result.targets));
@@ -255,6 +263,13 @@ class ReplayCommand final : public Command {
                                    escape_control(capture_), request.region.width(), request.region.height(), bytes,
                                    max_bytes));
     return request;
+  }
+
+  // Two frames at once, while the images of a third are written.
+  bool renders_two_at_once(const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
+                           const gpu::RenderRequest& request, int frames, std::uint64_t max_bytes) const {
+    return frames > 1 && thread_count() > 1 && !baselines_ && gpu::frames_are_independent(gpu, settings, request) &&
+           gpu::image_bytes(request, settings) <= max_bytes / 3;
   }
 
   FrameRange frame_range(const scene::Capture& capture) const {

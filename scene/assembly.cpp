@@ -251,8 +251,16 @@ GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembl
   }
   assembly.neighbours.resize(bezier.size());
   assembly.clusters.resize(meshes.size());
-  parallel_for(bezier.size(), [&](std::size_t i) { assembly.neighbours[i] = find_neighbours(bezier[i]->vertices); });
-  parallel_for(meshes.size(), [&](std::size_t i) { assembly.clusters[i] = build_clusters(*meshes[i]); });
+  assembly.bezier_groups.resize(bezier.size());
+  assembly.cluster_groups.resize(meshes.size());
+  parallel_for(bezier.size(), [&](std::size_t i) {
+    assembly.neighbours[i] = find_neighbours(bezier[i]->vertices);
+    assembly.bezier_groups[i] = group_bezier_patches(bezier[i]->vertices);
+  });
+  parallel_for(meshes.size(), [&](std::size_t i) {
+    assembly.clusters[i] = build_clusters(*meshes[i]);
+    assembly.cluster_groups[i] = group_clusters(*meshes[i], assembly.clusters[i]);
+  });
   return numbers;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scene/capture.h"
+#include "scene/patch_groups.h"
 
 namespace tessera::scene {
 
@@ -99,9 +100,10 @@ struct Assembly {
   const Capture* capture = nullptr;
   // The capture's, then one for primitives without, then those that primitives of the capture's need otherwise.
   std::vector<Material> materials;
-  std::vector<int> material_source;                      // of each, the capture's that it comes from, or kNone
-  std::vector<MeshClusters> clusters;                    // shared by all nodes that draw the mesh
-  std::vector<std::vector<PatchNeighbours>> neighbours;  // per Bezier primitive and patch
+  std::vector<int> material_source;                        // of each, the capture's that it comes from, or kNone
+  std::vector<MeshClusters> clusters;                      // shared by all nodes that draw the mesh
+  std::vector<std::vector<PatchNeighbours>> neighbours;    // per Bezier primitive and patch
+  std::vector<PatchGroups> cluster_groups, bezier_groups;  // as clusters, as neighbours
   std::vector<Drawable> drawables;
   std::vector<DrawnPrimitive> drawn;
   std::vector<InstancedNode> instanced_nodes;

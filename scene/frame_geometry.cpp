@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -180,13 +181,56 @@ void pose_drawables(FrameGeometry& frame, std::span<const Material> materials, c
   });
 }
 
-void tessellate(FrameGeometry& frame) {
+bool same_bits(std::span<const DMat4> a, std::span<const DMat4> b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+}
+
+// Whether both are asked the same, at whatever times.
+bool same_request(const FrameGeometry& a, const FrameGeometry& b) {
+  FrameRequest at_times = b.request;
+  at_times.open_time = a.request.open_time, at_times.close_time = a.request.close_time;
+  const auto shut = [](const FrameRequest& request) { return request.open_time == request.close_time; };
+  return a.assembly == b.assembly && a.request == at_times && shut(a.request) == shut(b.request);
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+  return same_bits(a.world, b.world) && a.in_scene == b.in_scene && a.visible == b.visible && a.weights == b.weights;
+}
+
+// Whether everything that a frame is made from is the same; poses, views, values of materials and lights are known.
+bool same_scene(const FrameGeometry& a, const FrameGeometry& b) {
+  if (!same_request(a, b) || a.material_values != b.material_values || a.lights != b.lights) return false;
+  // Curved motion may leave and come back.
+  if (a.request.motion_segments != 1 && !a.assembly->capture->played_animations.empty()) return false;
+  for (std::size_t key = 0; key < 2; ++key) {
+    if (!same_pose(a.poses[key], b.poses[key]) || a.projections[key] != b.projections[key]) return false;
+    if (!same_bits({&a.views[key].world_to_camera, 1}, {&b.views[key].world_to_camera, 1})) return false;
+  }
+  return a.projection == b.projection;
+}
+
+// Whether a drawable's vertices are the capture's own and appear where they did before.
+bool rests(const PosedDrawable& drawable, const PosedDrawable& before) {
+  const auto own = [](const PosedDrawable& posed) {
+    return !posed.deforming && posed.positions[0].data() == posed.primitive->vertices.positions.data();
+  };
+  return own(drawable) && own(before) && !before.curved && drawable.material == before.material &&
+         std::memcmp(drawable.to_raster.data(), before.to_raster.data(), sizeof(drawable.to_raster)) == 0;
+}
+
+// `before`: of the same request, or null.
+void tessellate(FrameGeometry& frame, const FrameGeometry* before) {
   const Assembly& assembly = *frame.assembly;
   frame.patterns.resize(assembly.grid_patches.size());
   frame.displacement_lod.resize(assembly.grid_patches.size());
   parallel_for(assembly.grid_patches.size(), [&](std::size_t g) {
     const std::uint32_t p = assembly.grid_patches[g];
     const PosedDrawable& drawable = frame.drawable_of(p);
+    if (before != nullptr && drawable.procedure == nullptr && rests(drawable, before->drawable_of(p))) {
+      frame.patterns[g] = before->patterns[g];
+      frame.displacement_lod[g] = before->displacement_lod[g];
+      return;
+    }
     if (drawable.procedure != nullptr) frame.patterns[g] = procedure_pattern(frame, p);
     if (drawable.drawable->kind != Primitive::Kind::kBezierPatches) return;
     frame.patterns[g] = bezier_pattern(frame, drawable, p);
@@ -211,7 +255,8 @@ void charge_segments(const FrameGeometry& frame, const SegmentPlan& plan) {
   for (const DrawnPrimitive& drawn : assembly.drawn)
     if (frame.drawables[drawn.first_drawable].deforming)
       bytes += 2 * frame.drawables[drawn.first_drawable].positions[0].size() * (2 * sizeof(Vec3) + sizeof(Vec4));
-  MemoryBudget budget(capture.max_bytes, capture.file.string(), std::min(capture.charged_bytes, capture.max_bytes));
+  const std::uint64_t left = capture.max_bytes - std::min(capture.charged_bytes, capture.max_bytes);
+  MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.max_bytes - left / frame.request.memory_parts);
   budget.charge(static_cast<std::uint64_t>(plan.count), bytes, "a motion segment (sampling.motion_segments)");
 }
 
@@ -284,12 +329,39 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
     pose_drawables(segment, materials_of(frame), &frame);
     for (PosedDrawable& drawable : segment.drawables)
       if (drawable.curved) segment.any_motion = true;
-    tessellate(segment);
+    tessellate(segment, nullptr);
     place_all_lights(segment);
     frame.moving_lights = frame.moving_lights || segment.lights[0] != segment.lights[1];
   }
   share_deformation(frame);
   share_patterns(frame);
+}
+
+// Nodes, camera, lights and materials of a frame: what all of it follows from.
+std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const CameraChoice& camera,
+                                           const FrameRequest& request) {
+  static std::atomic<std::uint64_t> last_identity = 0;
+  auto frame = std::make_unique<FrameGeometry>();
+  frame->identity = ++last_identity;
+  frame->assembly = &assembly;
+  frame->request = request;
+  set_poses(
+      *frame, camera, pose_at(*assembly.capture, request.open_time),
+      request.close_time == request.open_time ? std::optional<Pose>() : pose_at(*assembly.capture, request.close_time));
+  // One segment keeps the projection of shutter open.
+  frame->projection = frame->projections[1] = frame->projections[0];
+  frame->material_values = animated_material_values(*assembly.capture, request.open_time);
+  frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
+  place_all_lights(*frame);
+  return frame;
+}
+
+// Drawables and their patterns.
+void complete_frame(FrameGeometry& frame, const CameraChoice& camera, const FrameGeometry* before) {
+  pose_drawables(frame, materials_of(frame), nullptr);
+  for (const PosedDrawable& drawable : frame.drawables) frame.any_motion = frame.any_motion || drawable.moving;
+  tessellate(frame, before);
+  cut_shutter(frame, camera);
 }
 
 }  // namespace
@@ -303,23 +375,19 @@ CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch) {
 
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                           const FrameRequest& request) {
-  static std::atomic<std::uint64_t> last_identity = 0;
-  auto frame = std::make_unique<FrameGeometry>();
-  frame->identity = ++last_identity;
-  frame->assembly = &assembly;
-  frame->request = request;
-  set_poses(
-      *frame, camera, pose_at(*assembly.capture, request.open_time),
-      request.close_time == request.open_time ? std::optional<Pose>() : pose_at(*assembly.capture, request.close_time));
-  // One segment keeps the projection of shutter open.
-  frame->projection = frame->projections[1] = frame->projections[0];
-  frame->material_values = animated_material_values(*assembly.capture, request.open_time);
-  frame->materials = frame_materials(assembly, request, !frame->material_values.empty());
-  pose_drawables(*frame, materials_of(*frame), nullptr);
-  for (const PosedDrawable& drawable : frame->drawables) frame->any_motion = frame->any_motion || drawable.moving;
-  tessellate(*frame);
-  place_all_lights(*frame);
-  cut_shutter(*frame, camera);
+  std::unique_ptr<FrameGeometry> frame = begin_frame(assembly, camera, request);
+  complete_frame(*frame, camera, nullptr);
+  return frame;
+}
+
+std::shared_ptr<const FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
+                                                const FrameRequest& request,
+                                                std::shared_ptr<const FrameGeometry> before) {
+  std::unique_ptr<FrameGeometry> frame = begin_frame(assembly, camera, request);
+  if (before != nullptr && same_scene(*frame, *before)) return before;
+  const bool comparable = before != nullptr && same_request(*frame, *before) &&
+                          frame->projection == before->projection && frame->materials.empty();
+  complete_frame(*frame, camera, comparable ? before.get() : nullptr);
   return frame;
 }
 

@@ -30,6 +30,10 @@ struct FrameRequest {
   // Whether the scene has what the capture says of it; false: as a capture without it.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
 
+  std::size_t memory_parts = 1;  // one of them, of what reading the capture left, is for this frame
+
+  bool operator==(const FrameRequest&) const = default;
+
   float subpixels() const { return static_cast<float>(1 << subpixel_bits); }  // along a pixel's side
 };
 
@@ -132,5 +136,14 @@ CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
 // Poses the scene at both motion keys and fixes every patch's tessellation pattern. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                           const FrameRequest& request);
+
+// The same, for a frame that follows `before` (null: none). Where nothing differs it is `before` itself, where a drawable
+// rests its patches keep their patterns.
+//
+// Invariant (cited by the tests):
+//   FG1  Whatever came before, the frame is what pose_frame() without it makes, but for times and identity.
+std::shared_ptr<const FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
+                                                const FrameRequest& request,
+                                                std::shared_ptr<const FrameGeometry> before);
 
 }  // namespace tessera::scene

@@ -24,6 +24,8 @@ struct Projection {
 
   // Camera space (x right, y up, -z forward) to raster space, as a matrix on (x, y, z, 1).
   DMat4 matrix() const;
+
+  bool operator==(const Projection&) const = default;
 };
 
 Projection make_projection(const Camera& camera, int width, int height);

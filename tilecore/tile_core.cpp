@@ -205,7 +205,6 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const EntryEffects effects = effects_of(job, entry);
   const MeshStore::Item& item =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
-  const MicroMesh& mesh = item.mesh;
   const Tessellator::Work& work = item.work;
   tessellations_.push_back(
       {entry.base_patch, entry.segment, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
@@ -217,7 +216,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 
   const VisibilitySettings settings = visibility_settings(frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, entry, mesh, effects.ray, settings, sink);
+    test_mesh(job, entry, item, effects.ray, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
@@ -240,15 +239,16 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MicroMesh& mesh =
-      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
-  test_mesh(job, entry, mesh, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
+  const MeshStore::Item& item =
+      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
+  test_mesh(job, entry, item, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
   sink.flush();
   leave_segment(job);
 }
 
-void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects,
-                         const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item,
+                         RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+  const MicroMesh& mesh = item.mesh;
   const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
   const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
@@ -257,7 +257,10 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
                   "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
     work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
-  } else if (const VisibilityMethodSettings method = settled(job.visibility, mesh, effects); !method.by_class()) {
+  } else if (const VisibilityMethodSettings method = settled(job.visibility, item.costs, effects,
+                                                             {job.grid->tile_width(), job.grid->tile_height(),
+                                                              samples_.spp, static_cast<double>(samples_.lens_scale)});
+             !method.by_class()) {
     visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(frame, entry)}, method, sink, work);
   } else {
     work.boxes_built += boxes_of(mesh);

@@ -37,6 +37,9 @@ scene::Capture wavy_square(int side, float half_height) {
   camera.near = 0.01f;
   camera.vertical_fov = 2 * std::atan(half_height);
   test::add_camera(capture, {0, 0, 1}, camera);
+  // No frame is the one before, and none is blurred.
+  test::add_motion(capture, static_cast<int>(capture.nodes.size()) - 1, {0.01, 0, 0});
+  capture.settings.shutter_close = capture.settings.shutter_open;
   return capture;
 }
 

@@ -23,6 +23,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   job.pattern = &pattern_;
   job.force_motion = force_motion;
   job.cull_occlusion = gpu_.tilecore.occlusion_culling;
+  job.visibility = gpu_.tilecore.visibility;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
 
   frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, gpu_.front_end_spec());

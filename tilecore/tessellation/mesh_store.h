@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "tilecore/tessellation/tessellator.h"
+#include "tilecore/visibility/method_choice.h"
 
 namespace tessera::tilecore {
 
@@ -20,6 +21,7 @@ class MeshStore {
   struct Item {
     MicroMesh mesh;
     Tessellator::Work work;
+    TestCosts costs;  // of meshes with motion or lens
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
   const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,

@@ -12,6 +12,9 @@ namespace {
 // [measured] Rays that 4x4 pixels cast for a sample that is over the mesh, and what a triangle test is worth in box
 // tests: between what the method table's toys and turning, approaching and crossing meshes take.
 constexpr double kRaysPerSample = 1.6, kTriangle = 2;
+// [measured] What building a box is worth in box tests, and how many nodes the frustum of 4x4 pixels meets for a cell
+// that crosses them: between meshes that turn on their place and such that fly across many tiles.
+constexpr double kBuilt = 2, kFrustumTests = 2;
 
 // Whole numbers at or below; std::floor() is a call where the target has no instruction for it.
 double floor_of(float x) {
@@ -48,13 +51,29 @@ double area(float x_low, float x_high, float y_low, float y_high) {
                               (static_cast<double>(y_high) - static_cast<double>(y_low));
 }
 
+// Rectangles of 4x4 pixels that a box touches on its straight way between two places.
+double swept_bundles(const Box& open, const Box& close) {
+  constexpr double kSide = 4;
+  const auto mean = [](float a, float b, float c, float d) {
+    return 0.5 * (static_cast<double>(b) - static_cast<double>(a) + static_cast<double>(d) - static_cast<double>(c));
+  };
+  const auto way = [](float a, float b, float c, float d) {
+    return 0.5 *
+           std::abs(static_cast<double>(c) + static_cast<double>(d) - static_cast<double>(a) - static_cast<double>(b));
+  };
+  const double w = mean(open.x0, open.x1, close.x0, close.x1) + kSide,
+               h = mean(open.y0, open.y1, close.y0, close.y1) + kSide;
+  return (w * h + way(open.x0, open.x1, close.x0, close.x1) * h + way(open.y0, open.y1, close.y0, close.y1) * w) /
+         (kSide * kSide);
+}
+
 }  // namespace
 
 TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
   const bool moving = effects.motion;
   TestCosts costs;
   std::array<Box, 2> whole;
-  double cells = 0, on_screen = 0;
+  double on_screen = 0;
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
     const MicroMesh::Leaf& leaf = mesh.leaves[l];
     double in_leaf = 0;
@@ -73,24 +92,55 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
       if (!moving) close = open;
       whole[0].add(open), whole[1].add(close);
       on_screen += 0.5 * (open.area() + close.area());
+      costs.bundles += swept_bundles(open, close);
       open.add(close);
       costs.brute += 2 * kTriangle * open.pixels();
     }
     costs.by_class += in_leaf * area(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high);
-    cells += in_leaf;
+    costs.cells += in_leaf;
+    if (effects.lens && in_leaf > 0)
+      costs.lens_factor = std::max(costs.lens_factor, std::abs(static_cast<double>(leaf.lens_factor)));
   }
-  const double levels = std::log2(std::max(cells, 1.0));
-  costs.by_ray =
-      kRaysPerSample * 0.5 * (whole[0].area() + whole[1].area()) * (1 + 2 * levels) + 2 * kTriangle * on_screen;
+  costs.leaves = static_cast<double>(mesh.leaves.size());
+  const auto extent = [&](float Box::*low, float Box::*high) {
+    return costs.cells == 0 ? 0.0
+                            : 0.5 * (static_cast<double>(whole[0].*high) - static_cast<double>(whole[0].*low) +
+                                     static_cast<double>(whole[1].*high) - static_cast<double>(whole[1].*low));
+  };
+  const auto way = [&](float Box::*low, float Box::*high) {
+    return costs.cells == 0 ? 0.0
+                            : 0.5 * std::abs(static_cast<double>(whole[1].*high) + static_cast<double>(whole[1].*low) -
+                                             static_cast<double>(whole[0].*high) - static_cast<double>(whole[0].*low));
+  };
+  costs.width = extent(&Box::x0, &Box::x1), costs.height = extent(&Box::y0, &Box::y1);
+  costs.way_x = way(&Box::x0, &Box::x1), costs.way_y = way(&Box::y0, &Box::y1);
+  const double levels = std::log2(std::max(costs.cells, 1.0));
+  costs.ray_visits = kRaysPerSample * (1 + 2 * levels);
+  costs.by_ray = costs.ray_visits * 0.5 * (whole[0].area() + whole[1].area()) + 2 * kTriangle * on_screen;
   return costs;
 }
 
-VisibilityMethodSettings settled(VisibilityMethodSettings method, const MicroMesh& mesh, RayEffects effects) {
+// The area that a box sweeps, widened by a tile, over that of a tile.
+double TestCosts::tiles(int tile_width, int tile_height, double lens_scale) const {
+  const auto tw = static_cast<double>(tile_width), th = static_cast<double>(tile_height);
+  const double reach = 2 * lens_factor * lens_scale, w = width + reach + tw, h = height + reach + th;
+  return (w * h + way_x * h + way_y * w) / (tw * th);
+}
+
+VisibilityMethodSettings settled(VisibilityMethodSettings method, const TestCosts& costs, RayEffects effects,
+                                 const ChoiceScale& scale) {
   if (!method.chooses()) return method;
-  const TestCosts costs = test_costs(mesh, effects);
+  const double tiles = costs.tiles(scale.tile_width, scale.tile_height, scale.lens_scale),
+               samples = scale.samples_per_pixel;
+  const double by_class = samples * costs.by_class + tiles * kBuilt * (costs.cells + costs.leaves),
+               reach = 2 * costs.lens_factor * scale.lens_scale,
+               out_of_focus = (costs.width + reach) * (costs.height + reach) - costs.width * costs.height,
+               by_ray = samples * (costs.by_ray + costs.ray_visits * out_of_focus) + tiles * kBuilt * 2 * costs.cells +
+                        kFrustumTests * costs.bundles,
+               brute = samples * costs.brute + tiles * kBuilt * costs.cells;
   method.traversal = Traversal::kClass;
-  if (costs.by_ray < costs.by_class) method.traversal = Traversal::kRay;
-  if (!effects.lens && costs.brute < std::min(costs.by_class, costs.by_ray)) method.method = VisibilityMethod::kBrute;
+  if (by_ray < by_class) method.traversal = Traversal::kRay;
+  if (!effects.lens && brute < std::min(by_class, by_ray)) method.method = VisibilityMethod::kBrute;
   return method;
 }
 

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "frontend/bounds/sub_patch_bounder.h"
+
+namespace tessera::frontend {
+
+// Bodies of whole drawables, or of large parts of them: boxes in object space that hold control points and offsets.
+
+// Displaced vertices lie no farther from the box of the control points than this (the unit normal as single precision
+// computes it).
+double largest_offset(const scene::PosedDrawable& drawable, const PyramidLibrary& pyramids);
+
+double largest_coordinate(const MovingBox& box);
+
+// The body of what `box` holds of a drawable at both motion keys, displacement included.
+SubPatchBody box_body(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, const MovingBox& box);
+
+// Whether a body is outside the view or its depth range at all times.
+bool outside_view(const SubPatchBody& body, const scene::FrameGeometry& frame);
+
+}  // namespace tessera::frontend

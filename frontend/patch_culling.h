@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/counter.h"
+#include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/settings.h"
+#include "memory/ledger.h"
+#include "scene/frame_geometry.h"
+
+namespace tessera::frontend {
+
+// Patches of drawables whose vertices rest are tested in groups (scene/patch_groups.h) before any of their records is
+// fetched: what is far outside the view costs the logarithm of its patches.
+//
+// Invariants (cited by the tests):
+//   PC1  What is dropped appears nowhere in the frame: a group's body holds every vertex that the machine computes of
+//        its patches, at both motion keys.
+//   PC2  The boxes of a group lie together: reading them is one record, testing each is counted. Those below a group
+//        that is outside are neither read nor tested.
+//   PC3  Patches that stay keep their order.
+
+// [assumed] A box of six floats, and what precedes those of one group: their number and where those below lie.
+inline constexpr std::uint64_t kPatchGroupBoxBytes = sizeof(scene::PatchGroups::Box), kPatchGroupHeaderBytes = 8;
+
+struct PatchGroupCounters {
+  std::uint64_t groups_tested = 0;
+  std::uint64_t groups_culled = 0;
+  std::uint64_t patches_culled = 0;
+};
+
+// Base patches [first, end).
+struct PatchRun {
+  std::uint32_t first, end;
+};
+
+// The groups' hierarchy of a drawable as this frame poses it; null where its vertices do not rest, or are few.
+const scene::PatchGroups* resting_groups(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
+
+// A group's box where the drawable has it, displaced by up to `offset`.
+MovingBox group_box(const scene::PatchGroups::Box& box, double offset);
+
+// What is left of the drawables' patches, in order. `drawables`: their numbers, rising.
+struct PatchCulling {
+  std::vector<PatchRun> read;
+  PatchGroupCounters counters;
+  memory::Ledger ledger;
+};
+PatchCulling cull_patches(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& drawables,
+                          const PyramidLibrary& pyramids, const FrontEndSpec& spec);
+
+}  // namespace tessera::frontend
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<frontend::PatchGroupCounters> = true;
+template <>
+inline constexpr auto kCounterFields<frontend::PatchGroupCounters> =
+    std::to_array<CounterField<frontend::PatchGroupCounters>>({
+        {"frontend.patch_groups_tested", &frontend::PatchGroupCounters::groups_tested, Combine::kSum, "groups",
+         "Groups of neighbouring base patches whose common box was tested against the view before their records were "
+         "read.",
+         ""},
+        {"frontend.patch_groups_culled", &frontend::PatchGroupCounters::groups_culled, Combine::kSum, "groups",
+         "Those of frontend.patch_groups_tested that lie outside the view at all times.", ""},
+        {"frontend.patches_culled_in_groups", &frontend::PatchGroupCounters::patches_culled, Combine::kSum, "patches",
+         "Base patches of groups outside the view; neither their records were read nor bounds of their own computed.",
+         ""},
+    });
+TESSERA_COUNTERS_COVER(frontend::PatchGroupCounters);
+
+}  // namespace tessera
