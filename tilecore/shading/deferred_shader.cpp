@@ -11,6 +11,14 @@ namespace {
 
 constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded together
 
+// Whether any of a pixel's samples does.
+bool sees_opaque(const std::uint32_t* patch, int spp) {
+  static_assert(TileState::kNoPatch == 0xFFFFFFFFu);
+  std::uint32_t all = TileState::kNoPatch;
+  for (int k = 0; k < spp; ++k) all &= patch[k];
+  return all != TileState::kNoPatch;
+}
+
 }  // namespace
 
 void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
@@ -96,7 +104,9 @@ void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& sampl
     for (int block_x = 0; block_x < width; block_x += kBlockSide)
       for (int y = block_y; y < std::min(block_y + kBlockSide, height); y += side)
         for (int x = block_x; x < std::min(block_x + kBlockSide, width); x += side)
-          collect_block(job, samples, state, x, y, side);
+          if (side > 1 ||
+              sees_opaque(&state.patch[static_cast<std::size_t>((y * width + x) * samples.spp)], samples.spp))
+            collect_block(job, samples, state, x, y, side);
 }
 
 void DeferredShader::collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x0,
@@ -172,39 +182,65 @@ void DeferredShader::collect_cells(const TileJob& job, const TileSamples& sample
 
 void DeferredShader::color_samples(const TileJob& job, const TileSamples& samples) {
   sample_color_.resize(samples.count);
-  sample_coverage_.assign(samples.count, 0.0f);
+  sample_coverage_.resize(samples.count);
+  behind_.clear();
   const auto spp = static_cast<std::size_t>(samples.spp);
-  for (std::size_t s = 0; s < samples.count; ++s) {
-    const std::uint32_t point = sample_point_[s];
-    if (point == kNone) {
-      // Samples of skipped pixels have no colour.
-      if (runs_of(s / spp) != 0)
-        sample_color_[s] = job.has_background ? job.background : background_of(job, samples, s);
-      continue;
+  for (std::size_t s = 0, pixel = 0; s < samples.count; ++pixel)
+    for (const std::size_t end = s + spp; s < end; ++s) {
+      const std::uint32_t point = sample_point_[s];
+      sample_coverage_[s] = point == kNone ? 0.0f : 1.0f;
+      if (point == kNone) {
+        // Samples of skipped pixels have no colour.
+        if (runs_of(pixel) != 0) behind_.push_back(static_cast<std::uint32_t>(s));
+        continue;
+      }
+      sample_color_[s] = points_[point].color;
+      if (job.shading == ShadingRate::kCache) pixel_normal_[pixel] += points_[point].normal;
     }
-    sample_color_[s] = points_[point].color;
-    sample_coverage_[s] = 1.0f;
-    if (job.shading == ShadingRate::kCache) pixel_normal_[s / spp] += points_[point].normal;
+  if (job.has_background) {
+    for (const std::uint32_t s : behind_) sample_color_[s] = job.background;
+  } else {
+    // What is behind everything turns with the camera, segment by segment.
+    const int segments = static_cast<int>(job.frame->segments.size());
+    for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }
   if (job.shading == ShadingRate::kCache) return;
   for (std::size_t i = 0; i < opaque_; ++i) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
 
-Vec3 DeferredShader::background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const {
-  // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
-  SamplePattern::LensPoint lens{0.0f, 0.0f};
-  // What is behind everything turns with the camera, segment by segment.
-  const int count = static_cast<int>(job.frame->segments.size()),
-            segment = count == 0 ? 0 : 1 + part_of_time(samples.t(s), count);
+void DeferredShader::color_background(const TileJob& job, const TileSamples& samples, int segment) {
   const scene::FrameGeometry& frame = job.frame->segment(segment);
+  const int segments = static_cast<int>(job.frame->segments.size()), width = samples.pixels.width();
   const auto lens_scale = static_cast<float>(frame.projection.lens_scale);
-  if (lens_scale != 0.0f) {
-    const auto pixel = static_cast<int>(s) / samples.spp;
-    lens = job.pattern->lens(samples.pixels.x0 + pixel % samples.pixels.width(),
-                             samples.pixels.y0 + pixel / samples.pixels.width(), static_cast<int>(s) % samples.spp);
+  auto& [x, y, t, lens_u, lens_v] = view_points_;
+  std::array<std::uint32_t, kBackgroundBatch> seen;
+  std::array<Vec3, kBackgroundBatch> colors;
+  for (std::size_t next = 0; next < behind_.size();) {
+    std::size_t count = 0;
+    for (; next < behind_.size() && count < kBackgroundBatch; ++next) {
+      const std::uint32_t s = behind_[next];
+      const float time = samples.t(s);
+      if (segment != 0 && 1 + part_of_time(time, segments) != segment) continue;
+      // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
+      SamplePattern::LensPoint lens{0.0f, 0.0f};
+      if (lens_scale != 0.0f) {
+        const int pixel = static_cast<int>(s) / samples.spp;
+        lens = job.pattern->lens(samples.pixels.x0 + pixel % width, samples.pixels.y0 + pixel / width,
+                                 static_cast<int>(s) % samples.spp);
+      }
+      seen[count] = s;
+      x[count] = samples.x[s], y[count] = samples.y[s], t[count] = frame.part.local(time);
+      lens_u[count] = lens.u * lens_scale, lens_v[count] = lens.v * lens_scale;
+      ++count;
+    }
+    // Lanes up to the next multiple of the widest vector.
+    for (std::size_t lane = count; lane % 16 != 0; ++lane)
+      for (auto& values : view_points_) values[lane] = values[count - 1];
+    view_rays_[static_cast<std::size_t>(segment)].background(
+        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, job.lighting.environment.intensity(),
+        colors.data());
+    for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
-  return job.lighting.environment.background(view_rays_[static_cast<std::size_t>(segment)].direction(
-      samples.x[s], samples.y[s], frame.part.local(samples.t(s)), lens.u * lens_scale, lens.v * lens_scale));
 }
 
 // ---- Blending ---------------------------------------------------------------------------------------------------

@@ -73,6 +73,7 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
       if (!moving) close = open;
       whole[0].add(open), whole[1].add(close);
       on_screen += 0.5 * (open.area() + close.area());
+      if (effects.lens) continue;
       open.add(close);
       costs.brute += 2 * kTriangle * open.pixels();
     }
