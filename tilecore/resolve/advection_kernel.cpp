@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <bit>
-#include <climits>
 #include <cmath>
 
 #include "tilecore/resolve/agreeing_texels.h"
@@ -101,29 +100,110 @@ bool FetchAgreeingTexels(const HistoryView& history, const FourTexels& texels, s
   return true;
 }
 
+// Pixels that may be plain, with what all of them together ask of the texels.
+struct Candidates {
+  std::uint16_t pixels = 0;
+  bool one_patch = true;
+  std::uint32_t patch = 0;
+  float nearest = 0, farthest = 0, least_limit = 0;  // of their depths; of what texels may be away from them
+  IntRect texels;
+
+  HWY_INLINE void add(int number, std::uint32_t of_patch, float depth, float limit, int x, int y) {
+    if (pixels == 0) {
+      patch = of_patch, nearest = farthest = depth, least_limit = limit;
+      texels = {x, y, x + 2, y + 2};
+    }
+    pixels = static_cast<std::uint16_t>(pixels | 1u << number);
+    one_patch = one_patch && of_patch == patch;
+    nearest = std::min(nearest, depth), farthest = std::max(farthest, depth),
+    least_limit = std::min(least_limit, limit);
+    texels = {std::min(texels.x0, x), std::min(texels.y0, y), std::max(texels.x1, x + 2), std::max(texels.y1, y + 2)};
+  }
+};
+
+// Whether every texel of the rectangle agrees with every candidate, as far as that can be told of all at once: no depth
+// is further from any of theirs than the least limit, since differences are rounded in order of their size.
+HWY_INLINE bool all_agree(const HistoryView& history, const Candidates& c) {
+  const IntRect& rect = c.texels;
+  const int width = rect.width();
+  constexpr int kMost = 8, kVector = 4;
+  if (!c.one_patch || width < kVector || width > kMost || rect.height() > kMost) return false;
+  const D d;
+  const hn::RebindToUnsigned<D> du;
+  V low = hn::Set(d, c.nearest), high = hn::Set(d, c.farthest), zeros = hn::Zero(d);
+  auto other = hn::Zero(du);
+  const auto patch = hn::Set(du, c.patch);
+  for (int y = rect.y0; y < rect.y1; ++y)
+    for (const int x : {rect.x0, rect.x1 - kVector}) {
+      const std::ptrdiff_t at = history.index(x, y);
+      for (std::size_t i = 0; i < kVector; i += hn::Lanes(d)) {
+        const V depth = hn::LoadU(d, history.depth + at + i);
+        low = hn::Min(low, depth), high = hn::Max(high, depth), zeros = hn::Add(zeros, hn::Sub(depth, depth));
+        other = hn::Or(other, hn::Xor(hn::LoadU(du, history.patch + at + i), patch));
+      }
+    }
+  const auto within = hn::And(hn::Le(hn::Sub(high, hn::Set(d, c.nearest)), hn::Set(d, c.least_limit)),
+                              hn::Le(hn::Sub(hn::Set(d, c.farthest), low), hn::Set(d, c.least_limit)));
+  return hn::AllTrue(d, hn::And(within, hn::Eq(zeros, hn::Zero(d)))) && hn::AllTrue(du, hn::Eq(other, hn::Zero(du)));
+}
+
+// FetchAgreeingTexels() of texels that agree, if the colour is finite.
+HWY_INLINE Channels fetch_unchecked(const HistoryView& history, const FourTexels& texels) {
+  const Vec4 *above = history.color + texels.above, *below = above + history.row_stride;
+  const Channels base = load(above);
+  return base + (((load(above + 1) - base) * texels.w1 + (load(below) - base) * texels.w2) +
+                 (load(below + 1) - base) * texels.w3);
+}
+
 PlainAdvection AdvectPlainPixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
                                  float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
-  PlainAdvection result;
-  int left = INT_MAX, top = INT_MAX, right = INT_MIN, bottom = INT_MIN;
+  FourTexels texels[16];
+  std::int32_t left[16], top[16];
+  float limits[16];
+  Candidates candidates;
   for (int j = 0; j < 4; ++j) {
     const std::ptrdiff_t row = j * block.row_stride;
     unsigned pixels = wanted >> (4 * j) & 15u;
     if (pixels == 0) continue;
     const RowPlaces places(block.x, block.y + j, block.velocity + row, history.region);
     for (pixels &= places.plain; pixels != 0; pixels &= pixels - 1) {
-      const int i = std::countr_zero(pixels);
+      const int i = std::countr_zero(pixels), p = 4 * j + i;
       const float depth = block.depth[row + i], limit = depth_tolerance * std::abs(depth);
       if (block.usable[row + i] == 0 || !std::isfinite(limit)) continue;
-      const FourTexels texels{history.index(places.x[i], places.y[i]), places.w1[i], places.w2[i], places.w3[i]};
-      if (!FetchAgreeingTexels(history, texels, block.patch[row + i], depth, limit, &out[j * out_stride + i])) continue;
-      result.taken = static_cast<std::uint16_t>(result.taken | 1u << (4 * j + i));
-      left = std::min(left, places.x[i]), right = std::max(right, places.x[i]);
-      top = std::min(top, places.y[i]), bottom = std::max(bottom, places.y[i]);
+      texels[p] = {history.index(places.x[i], places.y[i]), places.w1[i], places.w2[i], places.w3[i]};
+      left[p] = places.x[i], top[p] = places.y[i], limits[p] = limit;
+      candidates.add(p, block.patch[row + i], depth, limit, places.x[i], places.y[i]);
     }
+  }
+  PlainAdvection result;
+  if (candidates.pixels == 0) return result;
+  const auto out_of = [&](int p) HWY_ATTR { return &out[(p >> 2) * out_stride + (p & 3)]; };
+  if (all_agree(history, candidates)) {
+    Channels colors[16], zeros = splat<4>(0.0f);  // stays 0 while all colours are finite
+    for (unsigned pixels = candidates.pixels; pixels != 0; pixels &= pixels - 1) {
+      const int p = std::countr_zero(pixels);
+      colors[p] = fetch_unchecked(history, texels[p]);
+      zeros = zeros + (colors[p] - colors[p]);
+    }
+    if (is_finite(zeros)) {
+      for (unsigned pixels = candidates.pixels; pixels != 0; pixels &= pixels - 1)
+        store(colors[std::countr_zero(pixels)], out_of(std::countr_zero(pixels)));
+      result = {candidates.pixels, candidates.texels};
+    }
+  }
+  // One by one.
+  if (result.taken == 0) {
+    Candidates taken;
+    for (unsigned pixels = candidates.pixels; pixels != 0; pixels &= pixels - 1) {
+      const int p = std::countr_zero(pixels);
+      const std::ptrdiff_t at = (p >> 2) * block.row_stride + (p & 3);
+      if (FetchAgreeingTexels(history, texels[p], block.patch[at], block.depth[at], limits[p], out_of(p)))
+        taken.add(p, 0, 0.0f, 0.0f, left[p], top[p]);
+    }
+    result = {taken.pixels, taken.texels};
   }
   const auto count = static_cast<std::uint64_t>(std::popcount(result.taken));
   work.fetches += count, work.velocity_texels += count, work.history_texels += 4 * count;
-  if (count > 0) result.texels = {left, top, right + 2, bottom + 2};
   return result;
 }
 

@@ -111,6 +111,7 @@ class ResolveUnit {
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
+  void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   bool is_edge(const ResolveSettings& settings, const Block& block) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;

@@ -215,6 +215,8 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
   auto& [x, y, t, lens_u, lens_v] = view_points_;
   std::array<std::uint32_t, kBackgroundBatch> seen;
   std::array<Vec3, kBackgroundBatch> colors;
+  int last_pixel = -1;
+  const SamplePattern::LensPoint* lenses = nullptr;  // of its samples
   for (std::size_t next = 0; next < behind_.size();) {
     std::size_t count = 0;
     for (; next < behind_.size() && count < kBackgroundBatch; ++next) {
@@ -225,8 +227,11 @@ void DeferredShader::color_background(const TileJob& job, const TileSamples& sam
       SamplePattern::LensPoint lens{0.0f, 0.0f};
       if (lens_scale != 0.0f) {
         const int pixel = static_cast<int>(s) / samples.spp;
-        lens = job.pattern->lens(samples.pixels.x0 + pixel % width, samples.pixels.y0 + pixel / width,
-                                 static_cast<int>(s) % samples.spp);
+        if (pixel != last_pixel) {
+          last_pixel = pixel;
+          lenses = job.pattern->lenses(samples.pixels.x0 + pixel % width, samples.pixels.y0 + pixel / width);
+        }
+        lens = lenses[static_cast<int>(s) - pixel * samples.spp];
       }
       seen[count] = s;
       x[count] = samples.x[s], y[count] = samples.y[s], t[count] = frame.part.local(time);

@@ -12,6 +12,13 @@ bool is_smooth(const scene::PosedDrawable& drawable) {
   return has_grid(drawable) || !drawable.normals[0].empty() || drawable.material->unlit;
 }
 
+// Of what fits an int at once, but for the sign of 0; std::floor() is a call where the target has no instruction for it.
+float floor_of_place(float v) {
+  if (!(std::abs(v) < 1e9f)) return std::floor(v);
+  const auto whole = static_cast<float>(static_cast<int>(v));
+  return whole > v ? whole - 1.0f : whole;
+}
+
 bool share_edge(const std::array<std::uint64_t, 3>& a, const std::array<std::uint64_t, 3>& b) {
   int shared = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -40,7 +47,16 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
       if (state.patch[first + k] != TileState::kNoPatch)
         add_sample(job, samples, state, p, k, first + k, split[p], first_of_pixel);
   }
-  if (fragments_.size() > 1) merge_all(job);
+  runs_.clear();
+  if (fragments_.size() == 1) {
+    // Samples have its number, which is its run's, too.
+    const Fragment& f = fragments_.front();
+    runs_.push_back({f.sample, f.time_sum / static_cast<float>(f.samples), f.pixel, f.rests, 0});
+    quads_ = 1;
+    return;
+  }
+  if (fragments_.empty()) return;
+  merge_all(job);
   make_runs();
 }
 
@@ -56,8 +72,8 @@ void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, 
   const int segment = known_rests_ ? 0 : job.frame->segment_at(patch, t);
   // A still pinhole sample sees the surface where it is itself.
   const float x = known_rests_ ? samples.x[s] : state.rest_x[s], y = known_rests_ ? samples.y[s] : state.rest_y[s];
-  const float cell_x = std::floor(x), cell_y = std::floor(y);
-  const bool right = split && samples.x[s] - std::floor(samples.x[s]) >= 0.5f, positive = state.positive[s] != 0;
+  const float cell_x = floor_of_place(x), cell_y = floor_of_place(y);
+  const bool right = split && samples.x[s] - floor_of_place(samples.x[s]) >= 0.5f, positive = state.positive[s] != 0;
   const float dx = x - cell_x - (split ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f,
               distance2 = dx * dx + dy * dy;
   std::size_t f = job.shading == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
@@ -120,7 +136,6 @@ void FragmentMerger::merge_all(const TileJob& job) {
 }
 
 void FragmentMerger::make_runs() {
-  runs_.clear();
   for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
     Fragment& fragment = fragments_[f];
     const std::uint32_t r = root(f);
