@@ -107,8 +107,10 @@ void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, floa
   block.still = still != 0;
 }
 
-// Asks the host for the part of the history that plan_block() will read, so that it is there by then.
+// Asks the host for what plan_block() will read of the history, and complete() write, so that it is there by then.
 void ResolveUnit::fetch_ahead(const ResolveFrame& resolve, const Block& block) const {
+  for (int y = block.pixels.y0; y < block.pixels.y1; ++y)
+    __builtin_prefetch(&resolve.next->color[resolve.next->pixel(block.pixels.x0, y)], 1);
   if (!block.decision.advect) return;
   const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
   const VelocityBuffer& velocity = block.from_other_eye ? eye_velocity_ : velocity_;

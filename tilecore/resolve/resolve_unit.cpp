@@ -63,7 +63,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
-  resolve_pixels(resolve, color, coverage);
+  resolve_pixels(resolve, color, coverage, targets);
   const History* previous = resolve.previous.history;
   for (const Block& block : blocks_) {
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
@@ -97,11 +97,15 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
   charge(resolve, memory);
 }
 
-void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage) {
+void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                                 const FrameTargets& targets) {
   const History& next = *resolve.next;
   const auto n = static_cast<std::size_t>(spp_);
   for (const Block& block : blocks_) {
     const int shift = block.pixels.x0 & 3, width = block.pixels.width();
+    // Where the image will be written.
+    for (int y = block.pixels.y0; y < block.pixels.y1; ++y)
+      __builtin_prefetch(targets.color.at(block.pixels.x0 - targets.region.x0, y - targets.region.y0).data(), 1);
     const bool at_once = spp_ == 4 && block.exists == kFullBlock;
     if (at_once) {
       const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);

@@ -50,12 +50,16 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 
 // ---- Pixel-shader invocations -----------------------------------------------------------------------------------
 
-std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
+Invocation& DeferredShader::add_invocation(const TileJob& job, std::uint32_t patch, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
-  if (!drawables_.empty()) ++drawables_[drawable_of(job, invocation.at.patch)].pixel_shader_invocations;
-  invocations_.push_back(invocation);
+  if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].pixel_shader_invocations;
   pixel_of_invocation_.push_back(static_cast<std::uint32_t>(pixel));
+  return invocations_.emplace_back();
+}
+
+std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
+  add_invocation(job, invocation.at.patch, pixel) = invocation;
   return static_cast<std::uint32_t>(kept_ + invocations_.size() - 1);
 }
 
@@ -66,15 +70,13 @@ void DeferredShader::run_warps(const TileJob& job) {
   counters_.warps += pixel_shader_.take_warps();
 }
 
-Invocation DeferredShader::invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at,
-                                      float light_time, std::size_t pixel, bool rests) const {
-  Invocation out{at, light_time};
-  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return out;
+void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
+                                  Invocation& out) const {
+  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return;
   // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
   const auto width = static_cast<std::size_t>(samples.pixels.width());
   out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
   out.partner_y = rests && pixel / width % 2 == 1 ? -1 : 1;
-  return out;
 }
 
 std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
@@ -138,11 +140,15 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
-    const SurfaceLocation at{state.patch[s], state.triangle[s], state.b1[s], state.b2[s],
-                             time_seen(*job.frame, state.patch[s], samples.t(s))};
-    Invocation asked = invocation(job, samples, at, run.light_time, pixel, run.rests);
+    const std::uint32_t patch = state.patch[s];
+    // In place: a copy would wait for what has just been written.
+    Invocation& asked = add_invocation(job, patch, pixel);
+    asked.at.patch = patch, asked.at.triangle = state.triangle[s];
+    asked.at.b1 = state.b1[s], asked.at.b2 = state.b2[s];
+    asked.at.t = run.rests ? 0.0f : time_seen(*job.frame, patch, samples.t(s));
+    asked.light_time = run.light_time;
     asked.quad = quads_ + run.quad;
-    ask_for(job, asked, pixel);
+    set_partners(job, samples, pixel, run.rests, asked);
   }
   quads_ += static_cast<std::uint32_t>(merger.quads());
   for (std::size_t p = 0; p < count; ++p) {
@@ -330,7 +336,9 @@ std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSample
   }
   const float light_time = shared.time_sum / static_cast<float>(shared.count);
   const bool rests = is_at_rest(*job.frame, layer.patch);
-  shared.point = ask_for(job, invocation(job, samples, at, light_time, pixel, rests), pixel);
+  Invocation asked{at, light_time};
+  set_partners(job, samples, pixel, rests, asked);
+  shared.point = ask_for(job, asked, pixel);
   if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
   return shared.point;
 }

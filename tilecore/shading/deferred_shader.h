@@ -125,10 +125,12 @@ class DeferredShader {
   // Number of the layer's point.
   std::uint32_t ask_for_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
                               SharedLayer& shared, std::size_t pixel);
+  // A new one, counted; to be filled.
+  Invocation& add_invocation(const TileJob& job, std::uint32_t patch, std::size_t pixel);
   // Number of the point that the invocation will shade.
   std::uint32_t ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel);
-  Invocation invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at, float light_time,
-                        std::size_t pixel, bool rests) const;
+  void set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
+                    Invocation& out) const;
   void count_visible(const TileJob& job, std::uint32_t patch) {
     if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].samples_visible;
   }
