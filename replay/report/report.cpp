@@ -97,9 +97,12 @@ std::string markup_text(const std::string& text) {
 }
 
 // Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
-std::string fill_page(const std::vector<std::pair<std::string, std::string>>& parts) {
+std::string fill_page(const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
   std::string_view rest = page_files().at("page.html");
+  std::size_t bytes = rest.size();
+  for (const auto& [name, text] : parts) bytes += text.size();
   std::string page;
+  page.reserve(bytes);
   for (const auto& [name, text] : parts) {
     const std::size_t at = rest.find(name);
     page.append(rest.substr(0, at)).append(text);
@@ -148,10 +151,11 @@ std::string write_report(const fs::path& folder) {
     data["keys"] = meanings({"settings", "gpu"}, "key");
     std::string script = vega_script();
     for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
-    write_file_atomically(folder / "report.html", fill_page({{"@TITLE@", markup_text(data.at("title"))},
-                                                             {"@STYLE@", std::string(page_files().at("page.css"))},
-                                                             {"@DATA@", script_json(data)},
-                                                             {"@SCRIPT@", script}}));
+    const std::string title = markup_text(data.at("title")), text = script_json(data);
+    write_file_atomically(
+        folder / "report.html",
+        fill_page(
+            {{"@TITLE@", title}, {"@STYLE@", page_files().at("page.css")}, {"@DATA@", text}, {"@SCRIPT@", script}}));
     return note;
   }
   throw InputError(folder.string(), "",
