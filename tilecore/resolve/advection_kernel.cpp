@@ -75,9 +75,16 @@ struct BlockPlaces {
 
  private:
   struct Bounds {
-    VI left = hn::Set(DI(), INT_MAX), top = left, right = hn::Set(DI(), INT_MIN), bottom = right;
-    V nearest = hn::Set(D(), std::numeric_limits<float>::infinity()), farthest = hn::Neg(nearest), limit = nearest;
-    hn::Vec<hn::RebindToUnsigned<D>> other_patch = hn::Zero(hn::RebindToUnsigned<D>());
+    VI left, top, right, bottom;
+    V nearest, farthest, limit;
+    hn::Vec<hn::RebindToUnsigned<D>> other_patch;
+
+    // Not by initializers of the members: GCC 12 compiles those without the region's target.
+    HWY_INLINE Bounds() {
+      left = top = hn::Set(DI(), INT_MAX), right = bottom = hn::Set(DI(), INT_MIN);
+      nearest = limit = hn::Set(D(), std::numeric_limits<float>::infinity()), farthest = hn::Neg(nearest);
+      other_patch = hn::Zero(hn::RebindToUnsigned<D>());
+    }
   };
 
   // Those of row j from pixel i on.
