@@ -1,6 +1,7 @@
 #include "tilecore/shading/fragment_merger.h"
 
 #include <cmath>
+#include <limits>
 
 #include "tilecore/shading/surface.h"
 
@@ -40,6 +41,8 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
   visible_ = merged_ = quads_ = 0;
   fragments_.clear();
   vertices_.clear();
+  runs_.clear();
+  if (pixels.size() == 1 && !split[0] && group_alike(job, samples, state, pixels[0] * spp_)) return;
   run_of_.assign(pixels.size() * spp_, kNoRun);
   for (std::size_t p = 0; p < pixels.size(); ++p) {
     const std::size_t first_of_pixel = fragments_.size(), first = pixels[p] * spp_;
@@ -47,7 +50,6 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
       if (state.patch[first + k] != TileState::kNoPatch)
         add_sample(job, samples, state, p, k, first + k, split[p], first_of_pixel);
   }
-  runs_.clear();
   if (fragments_.size() == 1) {
     // Samples have its number, which is its run's, too.
     const Fragment& f = fragments_.front();
@@ -60,14 +62,41 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
   make_runs();
 }
 
+void FragmentMerger::know(const TileJob& job, std::uint32_t patch) {
+  if (patch == known_patch_ && job.frame->identity == known_frame_) return;
+  known_patch_ = patch, known_frame_ = job.frame->identity;
+  known_rests_ = is_at_rest(*job.frame, patch);
+}
+
+bool FragmentMerger::group_alike(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                 std::size_t first) {
+  const std::uint32_t patch = state.patch[first], triangle = state.triangle[first];
+  if (patch == TileState::kNoPatch || job.shading == ShadingRate::kSample) return false;
+  for (std::size_t s = first + 1; s < first + spp_; ++s)
+    if (state.triangle[s] != triangle || state.patch[s] != patch || state.positive[s] != state.positive[first])
+      return false;
+  know(job, patch);
+  if (!known_rests_) return false;
+  Run run{first, 0.0f, 0, true, 0};
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t s = first; s < first + spp_; ++s) {
+    const float dx = samples.x[s] - floor_of_place(samples.x[s]) - 0.5f,
+                dy = samples.y[s] - floor_of_place(samples.y[s]) - 0.5f;
+    if (const float distance2 = dx * dx + dy * dy; distance2 < least) run.sample = s, least = distance2;
+    run.light_time += samples.t(s);
+  }
+  run.light_time /= static_cast<float>(spp_);
+  runs_.push_back(run);
+  run_of_.assign(spp_, 0);
+  visible_ = spp_, quads_ = 1;
+  return true;
+}
+
 void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p,
                                 std::size_t k, std::size_t s, bool split, std::size_t first_of_pixel) {
   ++visible_;
   const std::uint32_t patch = state.patch[s], triangle = state.triangle[s];
-  if (patch != known_patch_ || job.frame->identity != known_frame_) {
-    known_patch_ = patch, known_frame_ = job.frame->identity;
-    known_rests_ = is_at_rest(*job.frame, patch);
-  }
+  know(job, patch);
   const float t = samples.t(s);
   const int segment = known_rests_ ? 0 : job.frame->segment_at(patch, t);
   // A still pinhole sample sees the surface where it is itself.
