@@ -8,6 +8,7 @@
 #include <ImfOutputFile.h>
 #include <half.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <string_view>
@@ -32,12 +33,14 @@ Imf::PixelType pixel_type(ExrChannel::Type type) {
   return Imf::HALF;
 }
 
-std::vector<half> to_half(const ExrChannel& channel, std::size_t pixels) {
-  std::vector<half> values(pixels);
-  const float* source = static_cast<const float*>(channel.values);
-  for (std::size_t i = 0; i < pixels; ++i) values[i] = half(source[i * channel.stride]);
-  return values;
+// Pixels from `first` on as halves.
+void to_half(const ExrChannel& channel, std::size_t first, std::vector<half>& values) {
+  const float* source = static_cast<const float*>(channel.values) + first * channel.stride;
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = half(source[i * channel.stride]);
 }
+
+// Rows that are compressed together, at most; so many are made halves at a time.
+constexpr int kRowsAtOnce = 32;
 
 // OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is
 // walked first: every attribute inside the file, an image within the limits, no more channels than the file's length
@@ -177,24 +180,31 @@ void write_exr(const std::filesystem::path& target, int width, int height, const
     static constexpr Imf::Compression kCompressions[] = {
         Imf::PIZ_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION, Imf::NO_COMPRESSION};
     header.compression() = kCompressions[static_cast<std::size_t>(compression)];
-    Imf::FrameBuffer frame_buffer;
-    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    std::vector<std::vector<half>> halves;  // alive until the pixels are written
-    halves.reserve(channels.size());
-    for (const ExrChannel& channel : channels) {
+    for (const ExrChannel& channel : channels)
       header.channels().insert(channel.name, Imf::Channel(pixel_type(channel.type)));
-      const char* base = static_cast<const char*>(channel.values);
-      std::size_t x_stride = channel.stride * 4;
-      if (channel.type == ExrChannel::Type::kHalf) {
-        base = reinterpret_cast<const char*>(halves.emplace_back(to_half(channel, pixels)).data());
-        x_stride = sizeof(half);
-      }
-      frame_buffer.insert(channel.name, Imf::Slice(pixel_type(channel.type), const_cast<char*>(base), x_stride,
-                                                   x_stride * static_cast<std::size_t>(width)));
-    }
     Imf::OutputFile output(file.temporary().c_str(), header);
-    output.setFrameBuffer(frame_buffer);
-    output.writePixels(height);
+    std::vector<std::vector<half>> halves(channels.size());
+    for (int y = 0; y < height; y += kRowsAtOnce) {
+      const int rows = std::min(kRowsAtOnce, height - y);
+      const std::size_t row_pixels = static_cast<std::size_t>(width), first = static_cast<std::size_t>(y) * row_pixels;
+      Imf::FrameBuffer frame_buffer;
+      for (std::size_t c = 0; c < channels.size(); ++c) {
+        const ExrChannel& channel = channels[c];
+        const Imath::Box2i window(Imath::V2i(0, y), Imath::V2i(width - 1, y + rows - 1));
+        std::size_t x_stride = channel.stride * 4;
+        const char* base = static_cast<const char*>(channel.values) + first * x_stride;
+        if (channel.type == ExrChannel::Type::kHalf) {
+          halves[c].resize(static_cast<std::size_t>(rows) * row_pixels);
+          to_half(channel, first, halves[c]);
+          base = reinterpret_cast<const char*>(halves[c].data());
+          x_stride = sizeof(half);
+        }
+        frame_buffer.insert(channel.name,
+                            Imf::Slice::Make(pixel_type(channel.type), base, window, x_stride, x_stride * row_pixels));
+      }
+      output.setFrameBuffer(frame_buffer);
+      output.writePixels(rows);
+    }
   } catch (const std::exception& error) {
     throw WriteError(fmt::format("cannot write {}: {}", target.string(), error.what()));
   }

@@ -8,6 +8,8 @@ namespace {
 Vector3<float> plain(Vec3 a) { return {a.x, a.y, a.z}; }
 Vec3 glm_vector(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
 
+#include "shaders_cpp/background.inc"
+
 }  // namespace
 
 const std::array<Vec3, 3>& soft_box_axes() {
@@ -22,9 +24,6 @@ Vec3 Environment::specular(Vec3 direction, float roughness) const {
   return glm_vector(studio_specular(plain(direction), roughness, intensity_));
 }
 
-Vec3 Environment::background(Vec3 direction) const {
-  const float ceiling = ceiling_share(direction.y, 0.9f);
-  return (kFloor * (1.0f - ceiling) + kCeiling * ceiling) * Vec3(0.62f, 0.66f, 0.72f) * (0.55f * intensity_);
-}
+Vec3 Environment::background(Vec3 direction) const { return glm_vector(studio_background(direction.y, intensity_)); }
 
 }  // namespace tessera::shaders

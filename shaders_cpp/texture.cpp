@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/color.h"
+#include "base/parallel.h"
 
 namespace tessera::shaders {
 namespace {
@@ -30,12 +31,13 @@ std::vector<Coverage> coverage_of(int source_size, int target_size) {
   return all;
 }
 
-// Halves an image of `channels` floats. `Pixels` gives and takes texels.
+// Halves an image of `channels` floats. `get` and `put` give and take texels, on any thread.
 template <class Get, class Put>
 void halve(int width, int height, int channels, const Get& get, const Put& put) {
   const int w = std::max(1, width / 2), h = std::max(1, height / 2);
   const std::vector<Coverage> columns = coverage_of(width, w), rows = coverage_of(height, h);
-  for (int y = 0; y < h; ++y)
+  const auto make_row = [&](std::size_t row) {
+    const int y = static_cast<int>(row);
     for (int x = 0; x < w; ++x)
       for (int c = 0; c < channels; ++c) {
         const Coverage &cx = columns[static_cast<std::size_t>(x)], &cy = rows[static_cast<std::size_t>(y)];
@@ -46,6 +48,12 @@ void halve(int width, int height, int channels, const Get& get, const Put& put) 
                    (cx.weights[i] * cy.weights[j]);
         put(x, y, c, sum);
       }
+  };
+  constexpr int kWorthThreads = 1 << 12;  // texels
+  if (std::int64_t{w} * h >= kWorthThreads)
+    parallel_for(static_cast<std::size_t>(h), make_row);
+  else
+    for (int y = 0; y < h; ++y) make_row(static_cast<std::size_t>(y));
 }
 
 }  // namespace

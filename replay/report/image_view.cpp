@@ -12,12 +12,17 @@ std::string base64(std::string_view bytes) {
   static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= bytes.size() - i ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-  }
+  const auto append = [&](unsigned a, unsigned b, unsigned c, std::size_t digits) {
+    const unsigned bits = a << 16 | b << 8 | c;
+    const char four[] = {kDigits[bits >> 18], kDigits[bits >> 12 & 63], digits > 2 ? kDigits[bits >> 6 & 63] : '=',
+                         digits > 3 ? kDigits[bits & 63] : '='};
+    text.append(four, 4);
+  };
+  const auto byte = [&](std::size_t i) { return unsigned{static_cast<unsigned char>(bytes[i])}; };
+  std::size_t i = 0;
+  for (; i + 3 <= bytes.size(); i += 3) append(byte(i), byte(i + 1), byte(i + 2), 4);
+  if (bytes.size() - i == 1) append(byte(i), 0, 0, 2);
+  if (bytes.size() - i == 2) append(byte(i), byte(i + 1), 0, 3);
   return text;
 }
 

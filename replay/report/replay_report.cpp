@@ -1,4 +1,5 @@
 #include <fstream>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -88,7 +89,7 @@ json replay_report(const fs::path& folder, std::string&) {
                        statistics.stride == 1 ? "" : fmt::format(" (every {}th shown)", statistics.stride),
                        stats.at("gpu").at("preset").get<std::string>())},
           {"stats", stats},
-          {"views", views},
+          {"views", std::move(views)},
           {"left_out", left_out}};
 }
 

@@ -1,6 +1,9 @@
 #include "replay/report/report.h"
 
 #include <array>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -48,10 +51,42 @@ std::string vega_script() {
   return text + "};\n";
 }
 
+// Whether a text between quotes is JSON of itself, and without '<'. Images in base64 are, and long.
+bool is_plain(std::string_view text) {
+  bool plain = true;
+  for (const char c : text) plain &= c >= ' ' && c <= '~' && c != '"' && c != '\\' && c != '<';
+  return plain;
+}
+
 // Inside a script element nothing may look like the end of it, and inside markup nothing like markup.
+void append_script_json(const json& value, std::string& out) {
+  const auto append_each = [&](const auto& items, char open, char close) {
+    out += open;
+    const char* between = "";
+    for (const auto& item : items) {
+      out += std::exchange(between, ",");
+      if constexpr (std::is_same_v<std::decay_t<decltype(items)>, json::object_t>) {
+        append_script_json(item.first, out);
+        out += ':';
+        append_script_json(item.second, out);
+      } else {
+        append_script_json(item, out);
+      }
+    }
+    out += close;
+  };
+  if (value.is_object()) return append_each(value.get_ref<const json::object_t&>(), '{', '}');
+  if (value.is_array()) return append_each(value.get_ref<const json::array_t&>(), '[', ']');
+  if (value.is_string() && is_plain(value.get_ref<const std::string&>())) {
+    out.append(1, '"').append(value.get_ref<const std::string&>()).append(1, '"');
+    return;
+  }
+  for (const char c : json_text(value)) c == '<' ? out += "\\u003c" : out += c;
+}
+
 std::string script_json(const json& value) {
   std::string text;
-  for (const char c : json_text(value)) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  append_script_json(value, text);
   return text;
 }
 
@@ -62,9 +97,12 @@ std::string markup_text(const std::string& text) {
 }
 
 // Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
-std::string fill_page(const std::vector<std::pair<std::string, std::string>>& parts) {
+std::string fill_page(const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
   std::string_view rest = page_files().at("page.html");
+  std::size_t bytes = rest.size();
+  for (const auto& [name, text] : parts) bytes += text.size();
   std::string page;
+  page.reserve(bytes);
   for (const auto& [name, text] : parts) {
     const std::size_t at = rest.find(name);
     page.append(rest.substr(0, at)).append(text);
@@ -113,10 +151,11 @@ std::string write_report(const fs::path& folder) {
     data["keys"] = meanings({"settings", "gpu"}, "key");
     std::string script = vega_script();
     for (const char* name : kScripts) script.append(page_files().at(name)).append("\n");
-    write_file_atomically(folder / "report.html", fill_page({{"@TITLE@", markup_text(data.at("title"))},
-                                                             {"@STYLE@", std::string(page_files().at("page.css"))},
-                                                             {"@DATA@", script_json(data)},
-                                                             {"@SCRIPT@", script}}));
+    const std::string title = markup_text(data.at("title")), text = script_json(data);
+    write_file_atomically(
+        folder / "report.html",
+        fill_page(
+            {{"@TITLE@", title}, {"@STYLE@", page_files().at("page.css")}, {"@DATA@", text}, {"@SCRIPT@", script}}));
     return note;
   }
   throw InputError(folder.string(), "",

@@ -2,6 +2,7 @@
 #include <bit>
 #include <climits>
 #include <cmath>
+#include <limits>
 
 #include "tilecore/resolve/agreeing_texels.h"
 
@@ -44,38 +45,91 @@ HWY_INLINE M both_within(VI v, int first, int end) {
   return hn::RebindMask(D(), hn::AndNot(hn::Lt(v, at_least), hn::Lt(v, below)));
 }
 
-// Where four pixels of a row come from: place_at() of advection.cpp, for all at once.
-struct RowPlaces {
-  alignas(16) std::int32_t x[4], y[4];    // upper left texels
-  alignas(16) float w1[4], w2[4], w3[4];  // weights of the other three
-  unsigned plain = 0;                     // bit i: all four texels have a weight and are in the region
+// Where the pixels of a block come from, place_at() of advection.cpp for four of a row at once, and what those that may
+// be plain ask of the texels together.
+struct BlockPlaces {
+  alignas(16) std::int32_t x[16], y[16];             // upper left texels
+  alignas(16) float w1[16], w2[16], w3[16];          // weights of the other three
+  alignas(16) float limit[16];                       // how far a texel's depth may be from the pixel's
+  std::uint16_t plain = 0;                           // bit i: all four texels have a weight and are in the region
+  IntRect texels;                                    // of all plain pixels
+  float nearest = 0, farthest = 0, least_limit = 0;  // of their depths and limits
+  bool one_patch = true;                             // that of the block's first pixel
 
-  HWY_INLINE RowPlaces(int px, int py, const Vec2* velocity, const IntRect& region) {
-    for (std::size_t i = 0; i < 4; i += hn::Lanes(D())) place(i, px, py, velocity, region);
+  HWY_INLINE BlockPlaces(const BlockOfPixels& block, std::uint16_t wanted, const IntRect& region, float tolerance) {
+    const D d;
+    const DI di;
+    Bounds bounds;
+    for (int j = 0; j < 4; ++j)
+      if ((wanted >> (4 * j) & 15) != 0)
+        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) place(block, j, i, wanted, region, tolerance, bounds);
+    if (plain == 0) return;
+    texels = {hn::GetLane(hn::MinOfLanes(di, bounds.left)), hn::GetLane(hn::MinOfLanes(di, bounds.top)),
+              hn::GetLane(hn::MaxOfLanes(di, bounds.right)) + 2, hn::GetLane(hn::MaxOfLanes(di, bounds.bottom)) + 2};
+    nearest = hn::GetLane(hn::MinOfLanes(d, bounds.nearest)),
+    farthest = hn::GetLane(hn::MaxOfLanes(d, bounds.farthest));
+    least_limit = hn::GetLane(hn::MinOfLanes(d, bounds.limit));
+    const hn::RebindToUnsigned<D> du;
+    one_patch = hn::AllTrue(du, hn::Eq(bounds.other_patch, hn::Zero(du)));
   }
 
  private:
-  // Those from pixel i on.
-  HWY_INLINE void place(std::size_t i, int px, int py, const Vec2* velocity, const IntRect& region) {
+  struct Bounds {
+    VI left, top, right, bottom;
+    V nearest, farthest, limit;
+    hn::Vec<hn::RebindToUnsigned<D>> other_patch;
+
+    // Not by initializers of the members: GCC 12 compiles those without the region's target.
+    HWY_INLINE Bounds() {
+      left = top = hn::Set(DI(), INT_MAX), right = bottom = hn::Set(DI(), INT_MIN);
+      nearest = limit = hn::Set(D(), std::numeric_limits<float>::infinity()), farthest = hn::Neg(nearest);
+      other_patch = hn::Zero(hn::RebindToUnsigned<D>());
+    }
+  };
+
+  // Those of row j from pixel i on.
+  HWY_INLINE void place(const BlockOfPixels& block, int j, std::size_t i, std::uint16_t wanted, const IntRect& region,
+                        float tolerance, Bounds& bounds) {
     const D d;
     const DI di;
+    const hn::RebindToUnsigned<D> du;
+    const hn::Rebind<std::uint8_t, D> du8;
+    const std::ptrdiff_t from = j * block.row_stride + static_cast<std::ptrdiff_t>(i);
+    const std::size_t to = 4 * static_cast<std::size_t>(j) + i;
     V vx, vy;
-    hn::LoadInterleaved2(d, &velocity[i].x, vx, vy);
+    hn::LoadInterleaved2(d, &block.velocity[from].x, vx, vy);
     const V longest = hn::Set(d, kLongestMotion), one = hn::Set(d, 1.0f), zero = hn::Zero(d);
     const M fits = hn::And(hn::Lt(hn::Abs(vx), longest), hn::Lt(hn::Abs(vy), longest));
     const Split sx(hn::IfThenElseZero(fits, hn::Neg(vx))), sy(hn::IfThenElseZero(fits, hn::Neg(vy)));
     const V fx = sx.fraction, fy = sy.fraction, weight1 = hn::Mul(fx, hn::Sub(one, fy)),
             weight2 = hn::Mul(hn::Sub(one, fx), fy), weight3 = hn::Mul(fx, fy);
     alignas(16) static constexpr std::int32_t kColumns[4] = {0, 1, 2, 3};
-    const VI tx = hn::Add(sx.whole, hn::Add(hn::Set(di, px), hn::Load(di, kColumns + i))),
-             ty = hn::Add(sy.whole, hn::Set(di, py));
+    const VI tx = hn::Add(sx.whole, hn::Add(hn::Set(di, block.x), hn::Load(di, kColumns + i))),
+             ty = hn::Add(sy.whole, hn::Set(di, block.y + j));
     const M between = hn::And(hn::And(hn::Lt(fx, one), hn::Lt(fy, one)),
                               hn::And(hn::And(hn::Ne(weight1, zero), hn::Ne(weight2, zero)), hn::Ne(weight3, zero)));
     const M inside = hn::And(both_within(tx, region.x0, region.x1), both_within(ty, region.y0, region.y1));
-    hn::Store(tx, di, x + i), hn::Store(ty, di, y + i);
-    hn::Store(weight1, d, w1 + i), hn::Store(weight2, d, w2 + i), hn::Store(weight3, d, w3 + i);
-    plain |= simd::mask_bits(d, hn::And(hn::And(fits, between), inside)) << i;
+    const V depth = hn::LoadU(d, block.depth + from), may_differ = hn::Mul(hn::Set(d, tolerance), hn::Abs(depth));
+    const M finite = hn::Eq(hn::Sub(may_differ, may_differ), zero),
+            usable = hn::RebindMask(d, hn::Ne(hn::PromoteTo(di, hn::LoadU(du8, block.usable + from)), hn::Zero(di)));
+    const M asked = hn::RebindMask(d, hn::Ne(hn::And(hn::Set(di, wanted >> to), hn::Load(di, kBits)), hn::Zero(di)));
+    const M good = hn::And(hn::And(hn::And(fits, between), hn::And(inside, finite)), hn::And(usable, asked));
+    hn::Store(tx, di, x + to), hn::Store(ty, di, y + to);
+    hn::Store(weight1, d, w1 + to), hn::Store(weight2, d, w2 + to), hn::Store(weight3, d, w3 + to);
+    hn::Store(may_differ, d, limit + to);
+    plain = static_cast<std::uint16_t>(plain | simd::mask_bits(d, good) << to);
+    const auto chosen = hn::RebindMask(di, good);
+    bounds.left = hn::Min(bounds.left, hn::IfThenElse(chosen, tx, bounds.left));
+    bounds.top = hn::Min(bounds.top, hn::IfThenElse(chosen, ty, bounds.top));
+    bounds.right = hn::Max(bounds.right, hn::IfThenElse(chosen, tx, bounds.right));
+    bounds.bottom = hn::Max(bounds.bottom, hn::IfThenElse(chosen, ty, bounds.bottom));
+    bounds.nearest = hn::Min(bounds.nearest, hn::IfThenElse(good, depth, bounds.nearest));
+    bounds.farthest = hn::Max(bounds.farthest, hn::IfThenElse(good, depth, bounds.farthest));
+    bounds.limit = hn::Min(bounds.limit, hn::IfThenElse(good, may_differ, bounds.limit));
+    const auto differs = hn::Xor(hn::LoadU(du, block.patch + from), hn::Set(du, *block.patch));
+    bounds.other_patch = hn::Or(bounds.other_patch, hn::IfThenElseZero(hn::RebindMask(du, good), differs));
   }
+  alignas(16) static constexpr std::int32_t kBits[4] = {1, 2, 4, 8};
 };
 
 bool FetchAgreeingTexels(const HistoryView& history, const FourTexels& texels, std::uint32_t patch, float depth,
@@ -101,29 +155,82 @@ bool FetchAgreeingTexels(const HistoryView& history, const FourTexels& texels, s
   return true;
 }
 
+// Whether every texel agrees with every plain pixel, as far as that can be told of all at once: no depth is further from
+// any of theirs than the least limit, since differences are rounded in order of their size.
+HWY_INLINE bool all_agree(const HistoryView& history, const BlockPlaces& places, std::uint32_t of_patch) {
+  const IntRect& rect = places.texels;
+  const int width = rect.width();
+  constexpr int kMost = 8, kVector = 4;
+  if (!places.one_patch || width < kVector || width > kMost || rect.height() > kMost) return false;
+  const D d;
+  const hn::RebindToUnsigned<D> du;
+  const V nearest = hn::Set(d, places.nearest), farthest = hn::Set(d, places.farthest),
+          limit = hn::Set(d, places.least_limit);
+  V low = nearest, high = farthest, zeros = hn::Zero(d);
+  auto other = hn::Zero(du);
+  const auto patch = hn::Set(du, of_patch);
+  for (int y = rect.y0; y < rect.y1; ++y)
+    for (const int x : {rect.x0, rect.x1 - kVector}) {
+      const std::ptrdiff_t at = history.index(x, y);
+      for (std::size_t i = 0; i < kVector; i += hn::Lanes(d)) {
+        const V depth = hn::LoadU(d, history.depth + at + i);
+        low = hn::Min(low, depth), high = hn::Max(high, depth), zeros = hn::Add(zeros, hn::Sub(depth, depth));
+        other = hn::Or(other, hn::Xor(hn::LoadU(du, history.patch + at + i), patch));
+      }
+    }
+  const auto within = hn::And(hn::Le(hn::Sub(high, nearest), limit), hn::Le(hn::Sub(farthest, low), limit));
+  return hn::AllTrue(d, hn::And(within, hn::Eq(zeros, hn::Zero(d)))) && hn::AllTrue(du, hn::Eq(other, hn::Zero(du)));
+}
+
+// FetchAgreeingTexels() of texels that agree, if the colour is finite.
+HWY_INLINE Channels fetch_unchecked(const HistoryView& history, const FourTexels& texels) {
+  const Vec4 *above = history.color + texels.above, *below = above + history.row_stride;
+  const Channels base = load(above);
+  return base + (((load(above + 1) - base) * texels.w1 + (load(below) - base) * texels.w2) +
+                 (load(below + 1) - base) * texels.w3);
+}
+
 PlainAdvection AdvectPlainPixels(const BlockOfPixels& block, std::uint16_t wanted, const HistoryView& history,
                                  float depth_tolerance, Vec4* out, std::ptrdiff_t out_stride, AdvectionWork& work) {
   PlainAdvection result;
-  int left = INT_MAX, top = INT_MAX, right = INT_MIN, bottom = INT_MIN;
-  for (int j = 0; j < 4; ++j) {
-    const std::ptrdiff_t row = j * block.row_stride;
-    unsigned pixels = wanted >> (4 * j) & 15u;
-    if (pixels == 0) continue;
-    const RowPlaces places(block.x, block.y + j, block.velocity + row, history.region);
-    for (pixels &= places.plain; pixels != 0; pixels &= pixels - 1) {
-      const int i = std::countr_zero(pixels);
-      const float depth = block.depth[row + i], limit = depth_tolerance * std::abs(depth);
-      if (block.usable[row + i] == 0 || !std::isfinite(limit)) continue;
-      const FourTexels texels{history.index(places.x[i], places.y[i]), places.w1[i], places.w2[i], places.w3[i]};
-      if (!FetchAgreeingTexels(history, texels, block.patch[row + i], depth, limit, &out[j * out_stride + i])) continue;
-      result.taken = static_cast<std::uint16_t>(result.taken | 1u << (4 * j + i));
-      left = std::min(left, places.x[i]), right = std::max(right, places.x[i]);
-      top = std::min(top, places.y[i]), bottom = std::max(bottom, places.y[i]);
+  const BlockPlaces places(block, wanted, history.region, depth_tolerance);
+  if (places.plain == 0) return result;
+  const auto texels_of = [&](std::size_t p) HWY_ATTR {
+    return FourTexels{history.index(places.x[p], places.y[p]), places.w1[p], places.w2[p], places.w3[p]};
+  };
+  const auto out_of = [&](std::size_t p)
+                          HWY_ATTR { return &out[static_cast<std::ptrdiff_t>(p >> 2) * out_stride + (p & 3)]; };
+  if (all_agree(history, places, *block.patch)) {
+    Channels colors[16], zeros = splat<4>(0.0f);  // stays 0 while all colours are finite
+    for (unsigned left = places.plain; left != 0; left &= left - 1) {
+      const auto p = static_cast<std::size_t>(std::countr_zero(left));
+      colors[p] = fetch_unchecked(history, texels_of(p));
+      zeros = zeros + (colors[p] - colors[p]);
     }
+    if (is_finite(zeros)) {
+      for (unsigned left = places.plain; left != 0; left &= left - 1) {
+        const auto p = static_cast<std::size_t>(std::countr_zero(left));
+        store(colors[p], out_of(p));
+      }
+      result = {places.plain, places.texels};
+    }
+  }
+  // One by one.
+  if (result.taken == 0) {
+    IntRect read{INT_MAX, INT_MAX, INT_MIN, INT_MIN};
+    for (unsigned left = places.plain; left != 0; left &= left - 1) {
+      const auto p = static_cast<std::size_t>(std::countr_zero(left));
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(p >> 2) * block.row_stride + (p & 3);
+      if (!FetchAgreeingTexels(history, texels_of(p), block.patch[at], block.depth[at], places.limit[p], out_of(p)))
+        continue;
+      result.taken = static_cast<std::uint16_t>(result.taken | 1u << p);
+      read = {std::min(read.x0, places.x[p]), std::min(read.y0, places.y[p]), std::max(read.x1, places.x[p] + 2),
+              std::max(read.y1, places.y[p] + 2)};
+    }
+    if (result.taken != 0) result.texels = read;
   }
   const auto count = static_cast<std::uint64_t>(std::popcount(result.taken));
   work.fetches += count, work.velocity_texels += count, work.history_texels += 4 * count;
-  if (count > 0) result.texels = {left, top, right + 2, bottom + 2};
   return result;
 }
 

@@ -6,9 +6,6 @@
 namespace tessera::tilecore {
 namespace {
 
-// [assumed] linear light below which differences count less; a tenth of a white diffuse surface.
-constexpr float kFloor = 0.1f;
-
 bool has(BlockMask mask, int x, int y) { return x >= 0 && x < 4 && y >= 0 && y < 4 && (mask >> (4 * y + x) & 1) != 0; }
 
 }  // namespace
@@ -16,9 +13,9 @@ bool has(BlockMask mask, int x, int y) { return x >= 0 && x < 4 && y >= 0 && y <
 float relative_difference(const Vec4& a, const Vec4& b) {
   const Vec4 difference = glm::abs(a - b), level = glm::max(glm::abs(a), glm::abs(b));
   for (int c = 0; c < 4; ++c)
-    if (!(difference[c] <= 1e30f)) return 1.0f;
+    if (!(difference[c] <= kLargestDifference)) return 1.0f;
   const float most = std::max(std::max(difference[0], difference[1]), std::max(difference[2], difference[3]));
-  return std::min(1.0f, most / (std::max(std::max(level[0], level[1]), level[2]) + kFloor));
+  return std::min(1.0f, most / (std::max(std::max(level[0], level[1]), level[2]) + kDifferenceFloor));
 }
 
 bool stands_out(const Vec4* colors, BlockMask advected, BlockMask rendered, float tolerance) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "base/enum_words.h"
@@ -26,6 +27,13 @@ struct DiscrepancySettings {
 // Difference of two linear colours between 0 and 1: of the channel that differs most, relative to the brighter colour,
 // with a floor so that black is not infinitely far from nearly black. NaN differs from everything by 1.
 float relative_difference(const Vec4& a, const Vec4& b);
+
+// Sum of that over pixels of a block, in their order. Colours are a16[4*y + x] and b[y * b_stride + x].
+float sum_of_differences(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels);
+
+// [assumed] linear light below which differences count less; a tenth of a white diffuse surface.
+inline constexpr float kDifferenceFloor = 0.1f;
+inline constexpr float kLargestDifference = 1e30f;  // that is told from infinity
 
 // Whether the advected pixels of a block stand out of their rendered neighbours above, left, right and below in it, on
 // average by more than the tolerance. Colours are [4*y + x]; pixels without rendered neighbours do not vote.

@@ -9,6 +9,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/large_pages.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -36,6 +37,9 @@ void extract(std::ifstream& in, std::vector<T>& values) {
 History::History(IntRect region_in) : region(region_in) {
   const auto pixels = static_cast<std::size_t>(region.width()) * static_cast<std::size_t>(region.height());
   const auto blocks = static_cast<std::size_t>(block_columns()) * static_cast<std::size_t>(block_rows());
+  reserve_in_large_pages(color, pixels);
+  reserve_in_large_pages(depth, pixels);
+  reserve_in_large_pages(surface, pixels);
   color.assign(pixels, Vec4(0.0f));
   depth.assign(pixels, std::numeric_limits<float>::infinity());
   surface.assign(pixels, 0);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -44,6 +45,11 @@ template <int Spp>
 Vec4 mean_of_samples(const Vec3* color, const float* coverage) {
   return mean_of_samples(color, coverage, Spp);
 }
+
+// The usual four samples on SIMD lanes, with the same bits: pixels of a row, or of a block of 4x4 (bit 4*y + x) whose
+// rows are `stride` pixels apart.
+void means_of_row(const Vec3* color, const float* coverage, std::size_t pixels, float* out);
+void means_of_block(const Vec3* color, const float* coverage, std::ptrdiff_t stride, std::uint16_t pixels, Vec4* out);
 
 void resolve_multisample(const ResolveInput& input, Image& target, ResolveCounters& counters, memory::Ledger& ledger);
 

@@ -1,5 +1,6 @@
 #include "tilecore/resolve/pixel_surfaces.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "base/random.h"
@@ -22,6 +23,18 @@ std::size_t center_of(const TileSamples& samples) {
 
 bool is_still(const MotionField* motion, std::uint32_t drawable) {
   return motion != nullptr && motion->kind(drawable) == MotionField::Kind::kStill;
+}
+
+// Of pixels of four samples each: how many from the first on, at most `most`, see `patch` alone; four at a time.
+std::size_t pixels_that_see(std::uint32_t patch, const std::uint32_t* samples, std::size_t most) {
+  std::size_t pixels = 0;
+  for (; pixels + 4 <= most; pixels += 4) {
+    std::uint32_t other = 0;
+    for (std::size_t k = 0; k < 16; ++k) other |= samples[4 * pixels + k] ^ patch;
+    if (other != 0) break;
+  }
+  while (pixels < most && all_are(&samples[4 * pixels], patch)) ++pixels;
+  return pixels;
 }
 
 }  // namespace
@@ -56,16 +69,23 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
     last_surface = p == TileState::kNoPatch ? 0 : drawable_of[p] + 1;
     last_still = p == TileState::kNoPatch || is_still(motion, drawable_of[p]);
   };
-  for (std::size_t pixel = 0; pixel < depth.size(); ++pixel) {
-    const std::uint32_t* seen = &state.patch[pixel * n];
-    depth[pixel] = state.z[pixel * n + center_sample];
-    patch[pixel] = seen[center_sample];
-    // Mostly the four samples see what the pixel before does.
-    if (n == 4 && all_are(seen, last_patch)) {
-      surface[pixel] = last_surface;
-      still[pixel] = last_still;
+  const std::uint32_t* const patches = state.patch.data();
+  const float* const depths = state.z.data() + center_sample;
+  const std::size_t count = depth.size();
+  for (std::size_t pixel = 0; pixel < count; ++pixel) {
+    // Mostly the samples see what the pixel before does.
+    const std::size_t alike = n == 4 ? pixels_that_see(last_patch, &patches[4 * pixel], count - pixel) : 0;
+    if (alike != 0) {
+      for (std::size_t k = 0; k < alike; ++k) depth[pixel + k] = depths[4 * (pixel + k)];
+      std::fill_n(&patch[pixel], alike, last_patch);
+      std::fill_n(&surface[pixel], alike, last_surface);
+      std::fill_n(&still[pixel], alike, std::uint8_t{last_still});
+      pixel += alike - 1;
       continue;
     }
+    const std::uint32_t* seen = &patches[pixel * n];
+    depth[pixel] = depths[pixel * n];
+    patch[pixel] = seen[center_sample];
     std::uint32_t same = 1;
     for (std::size_t k = 1; k < n; ++k) same &= static_cast<std::uint32_t>(seen[k] == seen[0]);
     look_up(seen[0]);

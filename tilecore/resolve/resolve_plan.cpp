@@ -43,6 +43,7 @@ void ResolveUnit::plan(const ResolveFrame& resolve, const scene::FrameGeometry& 
       Block block;
       block.pixels = tile.intersect({x, y, x + 4, y + 4});
       decide(resolve, block);
+      fetch_ahead(resolve, block);
       blocks_.push_back(block);
     }
   // Once all velocities of the tile are there.
@@ -104,6 +105,34 @@ void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, floa
   }
   block.uniform = other == 0;
   block.still = still != 0;
+}
+
+// Asks the host for what plan_block() will read of the history, and complete() write, so that it is there by then.
+void ResolveUnit::fetch_ahead(const ResolveFrame& resolve, const Block& block) const {
+  const History& next = *resolve.next;
+  for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
+    const std::size_t first = next.pixel(block.pixels.x0, y);
+    __builtin_prefetch(&next.color[first], 1);
+    if (block.pixels.x0 % 16 >= 4) continue;  // a line of the host's cache holds sixteen of each
+    __builtin_prefetch(&next.depth[first], 1);
+    __builtin_prefetch(&next.surface[first], 1);
+  }
+  if (!block.decision.advect) return;
+  const History& history = block.from_other_eye ? *resolve.other_eye.history : *resolve.previous.history;
+  const VelocityBuffer& velocity = block.from_other_eye ? eye_velocity_ : velocity_;
+  constexpr float kFarthest = 1024;
+  const Vec2 motion = glm::clamp(velocity.velocity()[surfaces_.index(block.pixels.x0, block.pixels.y0)],
+                                 Vec2(-kFarthest), Vec2(kFarthest));
+  const IntRect& region = history.region;
+  const int x0 = std::clamp(block.pixels.x0 - ceiling(motion.x), region.x0, region.x1 - 1),
+            x1 = std::min(x0 + 4, region.x1 - 1), y0 = block.pixels.y0 - ceiling(motion.y);
+  for (int y = std::max(y0, region.y0); y < std::min(y0 + 5, region.y1); ++y) {
+    const std::size_t first = history.pixel(x0, y), last = history.pixel(x1, y);
+    __builtin_prefetch(&history.surface[first]);
+    __builtin_prefetch(&history.depth[first]);
+    __builtin_prefetch(&history.color[first]);
+    __builtin_prefetch(&history.color[last]);
+  }
 }
 
 void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
@@ -172,8 +201,7 @@ void ResolveUnit::plan_block(const ResolveFrame& resolve, Block& block) {
       try_advection(resolve, block, missing);
   } else if (missing != 0) {
     block.reconstructed = reconstructible(settings, block, missing);
-    counters_.pixels_forced +=
-        static_cast<std::uint64_t>(std::popcount(static_cast<unsigned>(missing & ~block.reconstructed)));
+    counters_.pixels_forced += pixel_count(static_cast<BlockMask>(missing & ~block.reconstructed));
     block.rendered = static_cast<BlockMask>(block.exists & ~block.reconstructed);
   }
   switch (block.decision.samples) {
@@ -277,8 +305,7 @@ void ResolveUnit::copy_still(const ResolveFrame& resolve, Block& block, BlockMas
       const Vec4& color = history.color[there + i];
       const bool same = history.surface[there + i] == surfaces_.surface[here + i] &&
                         history.depth[there + i] == surfaces_.depth[here + i];
-      if (same && std::isfinite(color.x) && std::isfinite(color.y) && std::isfinite(color.z) &&
-          std::isfinite(color.w)) {
+      if (same && is_finite(color)) {
         colors_[here + i] = color;
         block.advected = static_cast<BlockMask>(block.advected | bit);
       } else {

@@ -63,7 +63,7 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     std::copy_n(&surfaces_.depth[from], n, &next.depth[to]);
     std::copy_n(&surfaces_.surface[from], n, &next.surface[to]);
   }
-  resolve_pixels(resolve, color, coverage);
+  resolve_pixels(resolve, color, coverage, targets);
   const History* previous = resolve.previous.history;
   for (const Block& block : blocks_) {
     const std::size_t b = next.block(block.pixels.x0, block.pixels.y0);
@@ -97,28 +97,37 @@ void ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
   charge(resolve, memory);
 }
 
-void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage) {
+void ResolveUnit::resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                                 const FrameTargets& targets) {
   const History& next = *resolve.next;
   const auto n = static_cast<std::size_t>(spp_);
   for (const Block& block : blocks_) {
     const int shift = block.pixels.x0 & 3, width = block.pixels.width();
+    // Where the image will be written.
+    for (int y = block.pixels.y0; y < block.pixels.y1; ++y)
+      __builtin_prefetch(targets.color.at(block.pixels.x0 - targets.region.x0, y - targets.region.y0).data(), 1);
+    const bool at_once = spp_ == 4 && block.exists == kFullBlock;
+    if (at_once) {
+      const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
+      means_of_block(&color[4 * first], &coverage[4 * first], surfaces_.pixels.width(), block.rendered,
+                     &colors_[first]);
+    }
     for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
       const std::size_t from = surfaces_.index(block.pixels.x0, y), to = next.pixel(block.pixels.x0, y);
       const unsigned row = static_cast<unsigned>(4 * (y & 3) + shift);
       const unsigned rendered = block.rendered >> row, advected = block.advected >> row,
                      reconstructed = block.reconstructed >> row;
       Vec4* out = &colors_[from];
-      for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x)
+      for (std::size_t x = 0; !at_once && x < static_cast<std::size_t>(width); ++x)
         if ((rendered >> x & 1u) != 0)
-          out[x] = spp_ == 4 ? mean_of_samples<4>(&color[4 * (from + x)], &coverage[4 * (from + x)])
-                             : mean_of_samples(&color[n * (from + x)], &coverage[n * (from + x)], spp_);
+          out[x] = mean_of_samples(&color[n * (from + x)], &coverage[n * (from + x)], spp_);
       const std::uint32_t origin = row_bytes(advected) * static_cast<std::uint32_t>(PixelOrigin::kAdvected) +
                                    row_bytes(reconstructed) * static_cast<std::uint32_t>(PixelOrigin::kReconstructed);
       std::memcpy(&resolve.origin[to], &origin, static_cast<std::size_t>(width));
     }
-    pixels_shaded_ += static_cast<std::uint64_t>(std::popcount(block.rendered));
-    counters_.pixels_advected += static_cast<std::uint64_t>(std::popcount(block.advected));
-    counters_.pixels_reconstructed += static_cast<std::uint64_t>(std::popcount(block.reconstructed));
+    pixels_shaded_ += pixel_count(block.rendered);
+    counters_.pixels_advected += pixel_count(block.advected);
+    counters_.pixels_reconstructed += pixel_count(block.reconstructed);
   }
 }
 
@@ -132,21 +141,29 @@ void ResolveUnit::check_discrepancy(const ResolveFrame& resolve, const Block& bl
     discrepant = stands_out(colors, block.advected, block.rendered, settings.tolerance);
   } else {
     // Every other row is enough: of each pattern of eight that is one of its squares, spread over the whole block.
-    float sum = 0.0f;
-    int compared = 0;
     const auto every_other_row = static_cast<BlockMask>(0x0f0fu << (4 * (block.pixels.y0 & 1)));
     const auto looked_at = static_cast<BlockMask>(block.rendered & block.exists & every_other_row);
     Vec4 there[16];
-    const BlockMask taken = advect_plain(resolve, block, velocity_, looked_at, there, 4);
-    for_each_pixel(block.pixels, [&](int x, int y) {
-      const BlockMask bit = block_bit(x, y);
-      Vec4& expected = there[4 * (y & 3) + (x & 3)];
-      if ((looked_at & bit) == 0 || ((taken & bit) == 0 && !advect(resolve, block, velocity_, x, y, expected, false)))
-        return;
-      sum += relative_difference(expected, colors_[surfaces_.index(x, y)]);
-      ++compared;
-    });
-    discrepant = compared > 0 && sum > settings.tolerance * static_cast<float>(compared);
+    BlockMask taken = advect_plain(resolve, block, velocity_, looked_at, there, 4);
+    if (taken != looked_at)
+      for_each_pixel(block.pixels, [&](int x, int y) {
+        const BlockMask bit = block_bit(x, y);
+        if ((looked_at & ~taken & bit) != 0 &&
+            advect(resolve, block, velocity_, x, y, there[4 * (y & 3) + (x & 3)], false))
+          taken = static_cast<BlockMask>(taken | bit);
+      });
+    if (taken != 0) {
+      const Vec4* rendered = &colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)];
+      std::ptrdiff_t stride = surfaces_.pixels.width();
+      Vec4 cut[16];
+      if (block.exists != kFullBlock) {
+        for_each_pixel(block.pixels,
+                       [&](int x, int y) { cut[4 * (y & 3) + (x & 3)] = colors_[surfaces_.index(x, y)]; });
+        rendered = cut, stride = 4;
+      }
+      const float sum = sum_of_differences(there, rendered, stride, taken);
+      discrepant = sum > settings.tolerance * static_cast<float>(pixel_count(taken));
+    }
   }
   if (!discrepant) return;
   ++counters_.blocks_discrepant;

@@ -111,6 +111,7 @@ class ResolveUnit {
 
   void plan_block(const ResolveFrame& resolve, Block& block);
   void decide(const ResolveFrame& resolve, Block& block);
+  void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
   bool is_edge(const ResolveSettings& settings, const Block& block) const;
   // Those of the missing pixels that have a rendered pixel of their surface in the block.
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
@@ -121,7 +122,8 @@ class ResolveUnit {
                          BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride);
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
               bool count);
-  void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
+  void resolve_pixels(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
+                      const FrameTargets& targets);
   void look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const;
   void check_discrepancy(const ResolveFrame& resolve, const Block& block);
   // Colours, and depth and surface, of the pixels of `region`, row by row.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "tilecore/resolve/block_pixels.h"
 
@@ -66,7 +67,7 @@ MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
 }
 
 // All pixels at a time: MotionField::rigid_step() in the same order, element by element.
-bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds) {
+bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds, std::uint32_t& usable) {
   const std::size_t first = surfaces_->index(block.x0, block.y0),
                     width = static_cast<std::size_t>(surfaces_->pixels.width()),
                     spp = static_cast<std::size_t>(surfaces_->spp);
@@ -85,13 +86,22 @@ bool VelocityBuffer::evaluate_rigid(IntRect block, std::array<float, 16>& speeds
   }
   MotionField::RigidSteps steps;
   motion_->rigid_steps(drawable, points, steps);
-  for (std::size_t i = 0; i < 16; ++i) {
-    const std::size_t pixel = first + i / 4 * width + i % 4;
-    velocity_[pixel] = {steps.x[i], steps.y[i]};
-    then_depth_[pixel] = steps.depth[i];
-    usable_[pixel] = steps.usable >> i & 1;
+  for (std::size_t j = 0; j < 4; ++j) {
+    const std::size_t row = first + j * width;
+    for (std::size_t i = 0; i < 4; ++i) velocity_[row + i] = {steps.x[4 * j + i], steps.y[4 * j + i]};
+    std::copy_n(&steps.depth[4 * j], 4, &then_depth_[row]);
+    const std::uint32_t bytes = row_bytes(steps.usable >> (4 * j) & 15u);
+    std::memcpy(&usable_[row], &bytes, sizeof bytes);
   }
-  speeds = steps.speed;
+  speeds = steps.speed, usable = steps.usable;
+  return true;
+}
+
+bool VelocityBuffer::rests(IntRect block) const {
+  for (int y = block.y0; y < block.y1; ++y) {
+    const std::uint8_t* row = &surfaces_->still[surfaces_->index(block.x0, y)];
+    if (!std::all_of(row, row + block.width(), [](std::uint8_t still) { return still != 0; })) return false;
+  }
   return true;
 }
 
@@ -101,15 +111,12 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
     out.usable = false;
     return out;
   }
-  out.still = knows_still_;
-  for (int y = block.y0; y < block.y1; ++y)
-    for (int x = block.x0; x < block.x1; ++x) out.still = out.still && surfaces_->still[surfaces_->index(x, y)] != 0;
+  out.still = knows_still_ && rests(block);
   std::array<float, 16> speeds;
   int count = 0;
-  if (!out.still && evaluate_rigid(block, speeds)) {
+  if (std::uint32_t usable = 0; !out.still && evaluate_rigid(block, speeds, usable)) {
     evaluations_ += counted ? 16 : 0;
-    for (int y = block.y0; y < block.y1; ++y)
-      for (int x = block.x0; x < block.x1; ++x) out.usable = out.usable && usable_[surfaces_->index(x, y)] != 0;
+    out.usable = usable == 0xffffu;
     out.speed = statistic_of(speeds, 16, statistic);
     return out;
   }

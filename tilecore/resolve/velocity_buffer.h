@@ -44,8 +44,10 @@ class VelocityBuffer {
 
  private:
   MotionField::Step evaluate_pixel(std::size_t pixel);
-  // All of a whole block that sees one rigid drawable and nothing blended; false: it is another.
-  bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds);
+  // All of a whole block that sees one rigid drawable and nothing blended, where bit i of `usable` is pixel i; false: it
+  // is another.
+  bool evaluate_rigid(IntRect block, std::array<float, 16>& speeds, std::uint32_t& usable);
+  bool rests(IntRect block) const;
 
   const scene::FrameGeometry* frame_ = nullptr;
   const TileSamples* samples_ = nullptr;

@@ -11,6 +11,14 @@ namespace {
 
 constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded together
 
+// Whether any of a pixel's samples does.
+bool sees_opaque(const std::uint32_t* patch, int spp) {
+  static_assert(TileState::kNoPatch == 0xFFFFFFFFu);
+  std::uint32_t all = TileState::kNoPatch;
+  for (int k = 0; k < spp; ++k) all &= patch[k];
+  return all != TileState::kNoPatch;
+}
+
 }  // namespace
 
 void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileState& state, bool empty_cache,
@@ -42,12 +50,16 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 
 // ---- Pixel-shader invocations -----------------------------------------------------------------------------------
 
-std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
+Invocation& DeferredShader::add_invocation(const TileJob& job, std::uint32_t patch, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
-  if (!drawables_.empty()) ++drawables_[drawable_of(job, invocation.at.patch)].pixel_shader_invocations;
-  invocations_.push_back(invocation);
+  if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].pixel_shader_invocations;
   pixel_of_invocation_.push_back(static_cast<std::uint32_t>(pixel));
+  return invocations_.emplace_back();
+}
+
+std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
+  add_invocation(job, invocation.at.patch, pixel) = invocation;
   return static_cast<std::uint32_t>(kept_ + invocations_.size() - 1);
 }
 
@@ -58,15 +70,13 @@ void DeferredShader::run_warps(const TileJob& job) {
   counters_.warps += pixel_shader_.take_warps();
 }
 
-Invocation DeferredShader::invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at,
-                                      float light_time, std::size_t pixel, bool rests) const {
-  Invocation out{at, light_time};
-  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return out;
+void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
+                                  Invocation& out) const {
+  if (job.derivatives != ShadingDerivatives::kQuad || job.shading == ShadingRate::kCache) return;
   // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
   const auto width = static_cast<std::size_t>(samples.pixels.width());
   out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
   out.partner_y = rests && pixel / width % 2 == 1 ? -1 : 1;
-  return out;
 }
 
 std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel) {
@@ -96,7 +106,9 @@ void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& sampl
     for (int block_x = 0; block_x < width; block_x += kBlockSide)
       for (int y = block_y; y < std::min(block_y + kBlockSide, height); y += side)
         for (int x = block_x; x < std::min(block_x + kBlockSide, width); x += side)
-          collect_block(job, samples, state, x, y, side);
+          if (side > 1 ||
+              sees_opaque(&state.patch[static_cast<std::size_t>((y * width + x) * samples.spp)], samples.spp))
+            collect_block(job, samples, state, x, y, side);
 }
 
 void DeferredShader::collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x0,
@@ -128,11 +140,15 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   const auto first_point = static_cast<std::uint32_t>(kept_ + invocations_.size());
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
-    const SurfaceLocation at{state.patch[s], state.triangle[s], state.b1[s], state.b2[s],
-                             time_seen(*job.frame, state.patch[s], samples.t(s))};
-    Invocation asked = invocation(job, samples, at, run.light_time, pixel, run.rests);
+    const std::uint32_t patch = state.patch[s];
+    // In place: a copy would wait for what has just been written.
+    Invocation& asked = add_invocation(job, patch, pixel);
+    asked.at.patch = patch, asked.at.triangle = state.triangle[s];
+    asked.at.b1 = state.b1[s], asked.at.b2 = state.b2[s];
+    asked.at.t = run.rests ? 0.0f : time_seen(*job.frame, patch, samples.t(s));
+    asked.light_time = run.light_time;
     asked.quad = quads_ + run.quad;
-    ask_for(job, asked, pixel);
+    set_partners(job, samples, pixel, run.rests, asked);
   }
   quads_ += static_cast<std::uint32_t>(merger.quads());
   for (std::size_t p = 0; p < count; ++p) {
@@ -172,39 +188,70 @@ void DeferredShader::collect_cells(const TileJob& job, const TileSamples& sample
 
 void DeferredShader::color_samples(const TileJob& job, const TileSamples& samples) {
   sample_color_.resize(samples.count);
-  sample_coverage_.assign(samples.count, 0.0f);
+  sample_coverage_.resize(samples.count);
+  behind_.clear();
   const auto spp = static_cast<std::size_t>(samples.spp);
-  for (std::size_t s = 0; s < samples.count; ++s) {
-    const std::uint32_t point = sample_point_[s];
-    if (point == kNone) {
-      // Samples of skipped pixels have no colour.
-      if (runs_of(s / spp) != 0)
-        sample_color_[s] = job.has_background ? job.background : background_of(job, samples, s);
-      continue;
+  for (std::size_t s = 0, pixel = 0; s < samples.count; ++pixel)
+    for (const std::size_t end = s + spp; s < end; ++s) {
+      const std::uint32_t point = sample_point_[s];
+      sample_coverage_[s] = point == kNone ? 0.0f : 1.0f;
+      if (point == kNone) {
+        // Samples of skipped pixels have no colour.
+        if (runs_of(pixel) != 0) behind_.push_back(static_cast<std::uint32_t>(s));
+        continue;
+      }
+      sample_color_[s] = points_[point].color;
+      if (job.shading == ShadingRate::kCache) pixel_normal_[pixel] += points_[point].normal;
     }
-    sample_color_[s] = points_[point].color;
-    sample_coverage_[s] = 1.0f;
-    if (job.shading == ShadingRate::kCache) pixel_normal_[s / spp] += points_[point].normal;
+  if (job.has_background) {
+    for (const std::uint32_t s : behind_) sample_color_[s] = job.background;
+  } else {
+    // What is behind everything turns with the camera, segment by segment.
+    const int segments = static_cast<int>(job.frame->segments.size());
+    for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }
   if (job.shading == ShadingRate::kCache) return;
   for (std::size_t i = 0; i < opaque_; ++i) pixel_normal_[pixel_of_invocation_[i]] += points_[kept_ + i].normal;
 }
 
-Vec3 DeferredShader::background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const {
-  // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
-  SamplePattern::LensPoint lens{0.0f, 0.0f};
-  // What is behind everything turns with the camera, segment by segment.
-  const int count = static_cast<int>(job.frame->segments.size()),
-            segment = count == 0 ? 0 : 1 + part_of_time(samples.t(s), count);
+void DeferredShader::color_background(const TileJob& job, const TileSamples& samples, int segment) {
   const scene::FrameGeometry& frame = job.frame->segment(segment);
+  const int segments = static_cast<int>(job.frame->segments.size()), width = samples.pixels.width();
   const auto lens_scale = static_cast<float>(frame.projection.lens_scale);
-  if (lens_scale != 0.0f) {
-    const auto pixel = static_cast<int>(s) / samples.spp;
-    lens = job.pattern->lens(samples.pixels.x0 + pixel % samples.pixels.width(),
-                             samples.pixels.y0 + pixel / samples.pixels.width(), static_cast<int>(s) % samples.spp);
+  auto& [x, y, t, lens_u, lens_v] = view_points_;
+  std::array<std::uint32_t, kBackgroundBatch> seen;
+  std::array<Vec3, kBackgroundBatch> colors;
+  int last_pixel = -1;
+  const SamplePattern::LensPoint* lenses = nullptr;  // of its samples
+  for (std::size_t next = 0; next < behind_.size();) {
+    std::size_t count = 0;
+    for (; next < behind_.size() && count < kBackgroundBatch; ++next) {
+      const std::uint32_t s = behind_[next];
+      const float time = samples.t(s);
+      if (segment != 0 && 1 + part_of_time(time, segments) != segment) continue;
+      // Its lens point is the pattern's own: tiles where nothing is out of focus have none for their samples.
+      SamplePattern::LensPoint lens{0.0f, 0.0f};
+      if (lens_scale != 0.0f) {
+        const int pixel = static_cast<int>(s) / samples.spp;
+        if (pixel != last_pixel) {
+          last_pixel = pixel;
+          lenses = job.pattern->lenses(samples.pixels.x0 + pixel % width, samples.pixels.y0 + pixel / width);
+        }
+        lens = lenses[static_cast<int>(s) - pixel * samples.spp];
+      }
+      seen[count] = s;
+      x[count] = samples.x[s], y[count] = samples.y[s], t[count] = frame.part.local(time);
+      lens_u[count] = lens.u * lens_scale, lens_v[count] = lens.v * lens_scale;
+      ++count;
+    }
+    // Lanes up to the next multiple of the widest vector.
+    for (std::size_t lane = count; lane % 16 != 0; ++lane)
+      for (auto& values : view_points_) values[lane] = values[count - 1];
+    view_rays_[static_cast<std::size_t>(segment)].background(
+        {x.data(), y.data(), t.data(), lens_u.data(), lens_v.data()}, count, job.lighting.environment.intensity(),
+        colors.data());
+    for (std::size_t i = 0; i < count; ++i) sample_color_[seen[i]] = colors[i];
   }
-  return job.lighting.environment.background(view_rays_[static_cast<std::size_t>(segment)].direction(
-      samples.x[s], samples.y[s], frame.part.local(samples.t(s)), lens.u * lens_scale, lens.v * lens_scale));
 }
 
 // ---- Blending ---------------------------------------------------------------------------------------------------
@@ -289,7 +336,9 @@ std::uint32_t DeferredShader::ask_for_layer(const TileJob& job, const TileSample
   }
   const float light_time = shared.time_sum / static_cast<float>(shared.count);
   const bool rests = is_at_rest(*job.frame, layer.patch);
-  shared.point = ask_for(job, invocation(job, samples, at, light_time, pixel, rests), pixel);
+  Invocation asked{at, light_time};
+  set_partners(job, samples, pixel, rests, asked);
+  shared.point = ask_for(job, asked, pixel);
   if (job.derivatives == ShadingDerivatives::kQuad) add_layer_quad(job, samples, layer, shared.point);
   return shared.point;
 }

@@ -102,6 +102,7 @@ class DeferredShader {
     }
   };
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  static constexpr std::size_t kBackgroundBatch = 256;
 
   // First which invocations there are, then all of them in warps, then what samples see of them.
   void collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
@@ -110,7 +111,8 @@ class DeferredShader {
   int runs_of(std::size_t pixel) const { return runs_.empty() ? 1 : runs_[pixel]; }
   void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   void collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
-  Vec3 background_of(const TileJob& job, const TileSamples& samples, std::size_t s) const;
+  // Those of behind_ that look through segment `segment` of the shutter.
+  void color_background(const TileJob& job, const TileSamples& samples, int segment);
   void collect_layers(const TileJob& job, const TileSamples& samples, TileState& state);
   void run_warps(const TileJob& job);
   void color_samples(const TileJob& job, const TileSamples& samples);
@@ -123,10 +125,12 @@ class DeferredShader {
   // Number of the layer's point.
   std::uint32_t ask_for_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
                               SharedLayer& shared, std::size_t pixel);
+  // A new one, counted; to be filled.
+  Invocation& add_invocation(const TileJob& job, std::uint32_t patch, std::size_t pixel);
   // Number of the point that the invocation will shade.
   std::uint32_t ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel);
-  Invocation invocation(const TileJob& job, const TileSamples& samples, const SurfaceLocation& at, float light_time,
-                        std::size_t pixel, bool rests) const;
+  void set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
+                    Invocation& out) const;
   void count_visible(const TileJob& job, std::uint32_t patch) {
     if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].samples_visible;
   }
@@ -160,6 +164,8 @@ class DeferredShader {
   std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone
   std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone where the pixel is skipped
   std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
+  std::vector<std::uint32_t> behind_;        // samples that see nothing opaque
+  std::array<std::array<float, kBackgroundBatch>, 5> view_points_;  // as ViewRays::Points
   std::vector<SharedLayer> shared_layers_;
   std::vector<std::uint32_t> shared_of_;
   std::vector<LayerQuad> layer_quads_;

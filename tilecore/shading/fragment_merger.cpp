@@ -1,6 +1,7 @@
 #include "tilecore/shading/fragment_merger.h"
 
 #include <cmath>
+#include <limits>
 
 #include "tilecore/shading/surface.h"
 
@@ -10,6 +11,13 @@ namespace {
 // Whether attributes go on smoothly across the edges of a drawable's triangles that share vertices.
 bool is_smooth(const scene::PosedDrawable& drawable) {
   return has_grid(drawable) || !drawable.normals[0].empty() || drawable.material->unlit;
+}
+
+// Of what fits an int at once, but for the sign of 0; std::floor() is a call where the target has no instruction for it.
+float floor_of_place(float v) {
+  if (!(std::abs(v) < 1e9f)) return std::floor(v);
+  const auto whole = static_cast<float>(static_cast<int>(v));
+  return whole > v ? whole - 1.0f : whole;
 }
 
 bool share_edge(const std::array<std::uint64_t, 3>& a, const std::array<std::uint64_t, 3>& b) {
@@ -33,6 +41,8 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
   visible_ = merged_ = quads_ = 0;
   fragments_.clear();
   vertices_.clear();
+  runs_.clear();
+  if (pixels.size() == 1 && !split[0] && group_alike(job, samples, state, pixels[0] * spp_)) return;
   run_of_.assign(pixels.size() * spp_, kNoRun);
   for (std::size_t p = 0; p < pixels.size(); ++p) {
     const std::size_t first_of_pixel = fragments_.size(), first = pixels[p] * spp_;
@@ -40,24 +50,59 @@ void FragmentMerger::group(const TileJob& job, const TileSamples& samples, const
       if (state.patch[first + k] != TileState::kNoPatch)
         add_sample(job, samples, state, p, k, first + k, split[p], first_of_pixel);
   }
-  if (fragments_.size() > 1) merge_all(job);
+  if (fragments_.size() == 1) {
+    // Samples have its number, which is its run's, too.
+    const Fragment& f = fragments_.front();
+    runs_.push_back({f.sample, f.time_sum / static_cast<float>(f.samples), f.pixel, f.rests, 0});
+    quads_ = 1;
+    return;
+  }
+  if (fragments_.empty()) return;
+  merge_all(job);
   make_runs();
+}
+
+void FragmentMerger::know(const TileJob& job, std::uint32_t patch) {
+  if (patch == known_patch_ && job.frame->identity == known_frame_) return;
+  known_patch_ = patch, known_frame_ = job.frame->identity;
+  known_rests_ = is_at_rest(*job.frame, patch);
+}
+
+bool FragmentMerger::group_alike(const TileJob& job, const TileSamples& samples, const TileState& state,
+                                 std::size_t first) {
+  const std::uint32_t patch = state.patch[first], triangle = state.triangle[first];
+  if (patch == TileState::kNoPatch || job.shading == ShadingRate::kSample) return false;
+  for (std::size_t s = first + 1; s < first + spp_; ++s)
+    if (state.triangle[s] != triangle || state.patch[s] != patch || state.positive[s] != state.positive[first])
+      return false;
+  know(job, patch);
+  if (!known_rests_) return false;
+  Run run{first, 0.0f, 0, true, 0};
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t s = first; s < first + spp_; ++s) {
+    const float dx = samples.x[s] - floor_of_place(samples.x[s]) - 0.5f,
+                dy = samples.y[s] - floor_of_place(samples.y[s]) - 0.5f;
+    if (const float distance2 = dx * dx + dy * dy; distance2 < least) run.sample = s, least = distance2;
+    run.light_time += samples.t(s);
+  }
+  run.light_time /= static_cast<float>(spp_);
+  runs_.push_back(run);
+  run_of_.assign(spp_, 0);
+  visible_ = spp_, quads_ = 1;
+  return true;
 }
 
 void FragmentMerger::add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p,
                                 std::size_t k, std::size_t s, bool split, std::size_t first_of_pixel) {
   ++visible_;
   const std::uint32_t patch = state.patch[s], triangle = state.triangle[s];
-  if (patch != known_patch_ || job.frame->identity != known_frame_) {
-    known_patch_ = patch, known_frame_ = job.frame->identity;
-    known_rests_ = is_at_rest(*job.frame, patch);
-  }
+  know(job, patch);
   const float t = samples.t(s);
   const int segment = known_rests_ ? 0 : job.frame->segment_at(patch, t);
   // A still pinhole sample sees the surface where it is itself.
   const float x = known_rests_ ? samples.x[s] : state.rest_x[s], y = known_rests_ ? samples.y[s] : state.rest_y[s];
-  const float cell_x = std::floor(x), cell_y = std::floor(y);
-  const bool right = split && samples.x[s] - std::floor(samples.x[s]) >= 0.5f, positive = state.positive[s] != 0;
+  const float cell_x = floor_of_place(x), cell_y = floor_of_place(y);
+  const bool right = split && samples.x[s] - floor_of_place(samples.x[s]) >= 0.5f, positive = state.positive[s] != 0;
   const float dx = x - cell_x - (split ? (right ? 0.75f : 0.25f) : 0.5f), dy = y - cell_y - 0.5f,
               distance2 = dx * dx + dy * dy;
   std::size_t f = job.shading == ShadingRate::kSample ? fragments_.size() : first_of_pixel;
@@ -120,7 +165,6 @@ void FragmentMerger::merge_all(const TileJob& job) {
 }
 
 void FragmentMerger::make_runs() {
-  runs_.clear();
   for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
     Fragment& fragment = fragments_[f];
     const std::uint32_t r = root(f);

@@ -64,6 +64,9 @@ class FragmentMerger {
     std::uint32_t samples = 0, parent = 0, run = 0, quad = 0;
     std::uint32_t vertices = 0;  // in vertices_, where it has_vertices
   };
+  // A pixel's samples, from `first` on, that all see one triangle at rest: one fragment. False: they do not.
+  bool group_alike(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t first);
+  void know(const TileJob& job, std::uint32_t patch);
   void add_sample(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t p, std::size_t k,
                   std::size_t s, bool split, std::size_t first_of_pixel);
   void merge_all(const TileJob& job);

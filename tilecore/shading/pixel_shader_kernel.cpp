@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "tilecore/shading/pixel_shader_kernel.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -45,9 +47,12 @@ std::size_t DistinctNeighbours(const std::int32_t* lines, std::size_t count, std
   const IntLanes::D d;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 1;
-  for (; i + lanes <= count; i += lanes) {
-    const auto line = hn::LoadU(d, lines + i), before = hn::LoadU(d, lines + i - 1);
-    const auto wanted = hn::And(hn::Not(hn::Lt(line, hn::Zero(d))), hn::Ne(line, before));
+  // The last vector ends with the last line; what it shares with the one before is not looked at again.
+  for (; i < count && lanes < count; i += lanes) {
+    const std::size_t first = std::min(i, count - lanes);
+    const auto line = hn::LoadU(d, lines + first), before = hn::LoadU(d, lines + first - 1);
+    const auto fresh = hn::Not(hn::FirstN(d, i - first));
+    const auto wanted = hn::And(fresh, hn::And(hn::Not(hn::Lt(line, hn::Zero(d))), hn::Ne(line, before)));
     kept += hn::CompressStore(line, wanted, d, out + kept);
   }
   for (; i < count; ++i)

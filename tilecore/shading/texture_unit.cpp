@@ -83,7 +83,21 @@ void TextureUnit::fetch(const Texture& texture, const shaders::TexelFootprint& f
   }
 }
 
+bool TextureUnit::ask_once(std::int32_t line) {
+  Asked& place = asked_at_[static_cast<std::uint32_t>(line) % kAskedPlaces];
+  if (place.lookup == lookup_) {
+    if (place.line == line) return false;
+    // Another line has its place.
+    if (std::find(asked_.begin(), asked_.end(), line) != asked_.end()) return false;
+  } else {
+    place = {lookup_, line};
+  }
+  asked_.push_back(line);
+  return true;
+}
+
 void TextureUnit::fetch_warp(const std::array<std::int32_t*, 8>& lines, std::size_t first, std::size_t lanes) {
+  if (candidates_.size() < lanes + 16) candidates_.resize(lanes + 16);
   for (std::size_t level = 0; level < 2; ++level) {
     const std::int32_t* any = lines[4 * level] + first;
     std::uint64_t reads = 0;
@@ -91,15 +105,11 @@ void TextureUnit::fetch_warp(const std::array<std::int32_t*, 8>& lines, std::siz
     if (reads == 0) continue;
     counters_.texels += reads;
     asked_.clear();
+    ++lookup_;
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      candidates_.resize(lanes + 16);
       const std::size_t count = distinct_neighbours(lines[4 * level + corner] + first, lanes, candidates_.data());
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::int32_t line = candidates_[k];
-        if (std::find(asked_.rbegin(), asked_.rend(), line) != asked_.rend()) continue;
-        asked_.push_back(line);
-        need_line(static_cast<std::uint32_t>(line));
-      }
+      for (std::size_t k = 0; k < count; ++k)
+        if (ask_once(candidates_[k])) need_line(static_cast<std::uint32_t>(candidates_[k]));
     }
   }
 }

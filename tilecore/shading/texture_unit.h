@@ -96,6 +96,8 @@ class TextureUnit {
     const TextureLayoutView* layout = nullptr;
   };
   const TextureLayoutView& layout_of(const shaders::Texture& texture);
+  // False: the lookup in hand asked for the line before.
+  bool ask_once(std::int32_t line);
   void need_line(std::uint32_t line) {
     ++counters_.cache_requests;
     if (cache_.use(line)) return;
@@ -107,7 +109,15 @@ class TextureUnit {
   memory::LineCache cache_{0, 1, 64};
   std::array<Known, 16> known_;
   std::vector<std::int32_t> candidates_;
-  std::vector<std::int32_t> asked_;  // lines that the warp's lookup asked for in the level in hand
+  // Lines that the warp's lookup asked for in the level in hand; the first at each place is found without a search.
+  struct Asked {
+    std::uint64_t lookup = 0;
+    std::int32_t line = 0;
+  };
+  static constexpr std::size_t kAskedPlaces = 128;
+  std::array<Asked, kAskedPlaces> asked_at_{};
+  std::uint64_t lookup_ = 0;
+  std::vector<std::int32_t> asked_;
   std::vector<std::uint32_t> misses_;
   TextureCounters counters_;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "scene/frame_geometry.h"
 
@@ -16,7 +17,17 @@ class ViewRays {
   // Point of the image in pixels; time in [0, 1]; point of the lens in Projection::lens_scale. Unit length.
   Vec3 direction(float x, float y, float t, float lens_u, float lens_v) const;
 
+  // What direction() is asked of, point by point. Arrays reach to the next multiple of 16.
+  struct Points {
+    const float *x, *y, *t, *lens_u, *lens_v;
+  };
+  // Environment(intensity).background(direction()) of each of `count` points, with the same bits, on SIMD lanes.
+  // `colors` reaches to the next multiple of 16, too.
+  void background(const Points& points, std::size_t count, float intensity, Vec3* colors) const;
+
  private:
+  friend struct ViewRaysKernel;
+
   scene::Projection projection_;
   bool turning_ = false;
   // Camera to world, but for scale: constant, times t, times t^2. Only the first unless the camera turns.

@@ -71,7 +71,7 @@ std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& dra
 void Tessellator::resize(std::size_t vertices) {
   for (Points& points : object_) points.resize(vertices + kVertexPadding);
   normal_.resize(vertices + kVertexPadding);
-  for (auto* v : {&u_, &v_, &offset_, &margin_}) v->resize(vertices + kVertexPadding);
+  for (auto* v : {&u_, &v_, &offset_, &margin_, &texture_u_, &texture_v_}) v->resize(vertices + kVertexPadding);
 }
 
 Vec3 Tessellator::vertex_position(const FrameGeometry& frame, std::uint32_t patch, int i, int j, int key,
@@ -112,7 +112,14 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
       evaluate_row(row, u_.data(), count, position, normal, kDisplaced ? margin_.data() : nullptr);
       if constexpr (kDisplaced) {
         for (std::size_t i = 0; i < count; ++i) {
-          offset_[i] = displacement.offset(u_[i], v);
+          const Vec2 at = displacement.coordinate(u_[i], v);
+          texture_u_[i] = at.x, texture_v_[i] = at.y;
+        }
+        const scene::Displacement& material = *displacement.material;
+        sample_heights(material.texture->view(), material.sampler, displacement.lod, texture_u_.data(),
+                       texture_v_.data(), count, offset_.data());
+        for (std::size_t i = 0; i < count; ++i) {
+          offset_[i] = material.scale * offset_[i] + material.bias;  // PatchDisplacement::offset()
           if (margin_[i] > 0.0f) continue;
           const Vector3<float> n = shaders::limit_normal(c, u_[i], v, shaders::bicubic_point<float>(row, u_[i]));
           normal_.x[i] = n.x;

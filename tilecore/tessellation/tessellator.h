@@ -51,7 +51,7 @@ class Tessellator {
   };
   std::array<Points, 2> object_;
   Points normal_;
-  std::vector<float> u_, v_, offset_, margin_;
+  std::vector<float> u_, v_, offset_, margin_, texture_u_, texture_v_;
 };
 
 }  // namespace tessera::tilecore

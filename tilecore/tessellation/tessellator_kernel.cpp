@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "tilecore/tessellation/tessellator_kernel.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -6,13 +8,14 @@
 
 #include "base/simd-inl.h"
 #include "scene/subpixel.h"
-#include "shaders_cpp/bicubic-inl.h"
+#include "shaders_cpp/shading-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::tilecore::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = tessera::HWY_NAMESPACE::FloatLanes;
+using tessera::HWY_NAMESPACE::IntLanes;
 using tessera::HWY_NAMESPACE::Vector3;
 using D = Lanes::D;
 
@@ -54,6 +57,34 @@ void EvaluateRow(const shaders::BicubicRow<float>& plain, const float* u, std::s
 void Displace(std::size_t count, const float* offset, PointArrays normal, PointArrays position) {
   each_vector(count, [&](std::size_t i) HWY_ATTR {
     store(load(position, i) + load(normal, i) * Lanes::load(offset + i), position, i);
+  });
+}
+
+// ScalarTexture::sample_level().
+HWY_INLINE Lanes height_in_level(const shaders::HeightView& texture, const shaders::Sampler& sampler, Lanes u, Lanes v,
+                                 std::size_t level) {
+  const std::int32_t width = texture.width[level];
+  const float* values = texture.values + texture.first[level];
+  const auto s = shader::linear_texels<Lanes, IntLanes>(sampler.wrap_s, u, IntLanes(width)),
+             t = shader::linear_texels<Lanes, IntLanes>(sampler.wrap_t, v, IntLanes(texture.height[level]));
+  const IntLanes above = t.first * IntLanes(width), below = t.second * IntLanes(width);
+  const Lanes one(1.0f), rest = one - s.weight,
+                         top = gather(values, above + s.first) * rest + gather(values, above + s.second) * s.weight,
+                         bottom = gather(values, below + s.first) * rest + gather(values, below + s.second) * s.weight;
+  return top * (one - t.weight) + bottom * t.weight;
+}
+
+void SampleHeights(const shaders::HeightView& texture, const shaders::Sampler& sampler, float lod, const float* u,
+                   const float* v, std::size_t count, float* heights) {
+  const float at = lod > 0.0f ? std::min(lod, static_cast<float>(texture.levels - 1)) : 0.0f;
+  const auto level = static_cast<std::size_t>(at);
+  const float share = at - static_cast<float>(level);
+  each_vector(count, [&](std::size_t i) HWY_ATTR {
+    const Lanes x = Lanes::load(u + i), y = Lanes::load(v + i);
+    Lanes height = height_in_level(texture, sampler, x, y, level);
+    if (share != 0.0f)
+      height = height * Lanes(1.0f - share) + height_in_level(texture, sampler, x, y, level + 1) * Lanes(share);
+    height.store(heights + i);
   });
 }
 
@@ -122,6 +153,7 @@ namespace tessera::tilecore {
 
 HWY_EXPORT(EvaluateRow);
 HWY_EXPORT(Displace);
+HWY_EXPORT(SampleHeights);
 HWY_EXPORT(ProjectVertices);
 
 void evaluate_row(const shaders::BicubicRow<float>& row, const float* u, std::size_t count, PointArrays position,
@@ -130,6 +162,10 @@ void evaluate_row(const shaders::BicubicRow<float>& row, const float* u, std::si
 }
 void displace(std::size_t count, const float* offset, PointArrays normal, PointArrays position) {
   HWY_DYNAMIC_DISPATCH(Displace)(count, offset, normal, position);
+}
+void sample_heights(const shaders::HeightView& texture, const shaders::Sampler& sampler, float lod, const float* u,
+                    const float* v, std::size_t count, float* heights) {
+  HWY_DYNAMIC_DISPATCH(SampleHeights)(texture, sampler, lod, u, v, count, heights);
 }
 bool project_vertices(std::size_t count, const std::array<PointArrays, 2>& object, const std::array<Mat4, 2>& to_raster,
                       bool moving, const ProjectionSettings& settings, const std::array<PointArrays, 2>& raster,

@@ -6,6 +6,7 @@
 
 #include "base/vec.h"
 #include "shaders_cpp/bicubic.h"
+#include "shaders_cpp/texture.h"
 
 namespace tessera::tilecore {
 
@@ -25,6 +26,10 @@ void evaluate_row(const shaders::BicubicRow<float>& row, const float* u, std::si
 
 // position += normal * offset, component by component.
 void displace(std::size_t count, const float* offset, PointArrays normal, PointArrays position);
+
+// ScalarTexture::sample() at `count` coordinates (u, v), with the same bits.
+void sample_heights(const shaders::HeightView& texture, const shaders::Sampler& sampler, float lod, const float* u,
+                    const float* v, std::size_t count, float* heights);
 
 // How vertices become raster-space vertices (see MicroMesh).
 struct ProjectionSettings {

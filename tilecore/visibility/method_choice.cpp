@@ -93,6 +93,7 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
       whole[0].add(open), whole[1].add(close);
       on_screen += 0.5 * (open.area() + close.area());
       costs.bundles += swept_bundles(open, close);
+      if (effects.lens) continue;
       open.add(close);
       costs.brute += 2 * kTriangle * open.pixels();
     }

@@ -72,6 +72,13 @@ std::uint32_t lens_number(std::uint32_t sample, int bits) {
   return number;
 }
 
+// Fills `count` values with the first `period` of them, again and again.
+template <class T>
+void repeat(T* values, std::size_t period, std::size_t count) {
+  for (std::size_t done = period; done < count; done *= 2)
+    std::copy_n(values, std::min(done, count - done), values + done);
+}
+
 }  // namespace
 
 SamplePattern::SamplePattern(const SamplingSettings& settings)
@@ -218,16 +225,26 @@ void TileSamples::fill(const SamplePattern& pattern, IntRect tile, float lens_sc
   time.resize(count);
   lens_u.resize(lens ? count + kPadding : 0);
   lens_v.resize(lens ? count + kPadding : 0);
-  std::size_t i = 0;
-  for (int py = tile.y0; py < tile.y1; ++py)
-    for (int px = tile.x0; px < tile.x1; ++px, i += n) {
-      const std::size_t at = pattern.index(px, py, 0);
-      for (std::size_t s = 0; s < n; ++s) {
-        x[i + s] = static_cast<float>(px) + pattern.offsets_[s].x;
-        y[i + s] = static_cast<float>(py) + pattern.offsets_[s].y;
-        time[i + s] = pattern.times_[at + s];
-      }
-    }
+  const std::size_t row_samples = static_cast<std::size_t>(tile.width()) * n;
+  std::size_t row = 0;
+  for (int py = tile.y0; py < tile.y1; ++py, row += row_samples) {
+    // All rows have the places of the first across, all pixels of a row its places down.
+    if (row == 0)
+      for (std::size_t i = 0; i < row_samples; ++i)
+        x[i] = static_cast<float>(tile.x0 + static_cast<int>(i / n)) + pattern.offsets_[i % n].x;
+    else
+      std::copy_n(&x[0], row_samples, &x[row]);
+    for (std::size_t s = 0; s < n; ++s) y[row + s] = static_cast<float>(py) + pattern.offsets_[s].y;
+    repeat(&y[row], n, row_samples);
+    // The pattern's row, from the tile's first column on.
+    const auto side = static_cast<std::size_t>(pattern.side()), column = static_cast<std::size_t>(tile.x0) % side,
+               first = std::min(row_samples, (side - column) * n);
+    const std::uint16_t* times = &pattern.times_[pattern.index(0, py, 0)];
+    std::copy_n(times + column * n, first, &time[row]);
+    const std::size_t wrapped = std::min(row_samples - first, column * n);
+    std::copy_n(times, wrapped, &time[row + first]);
+    if (row_samples > side * n) repeat(&time[row], side * n, row_samples);
+  }
   if (lens) fill_lens(pattern, lens_scale_in);
 }
 
@@ -237,8 +254,7 @@ void TileSamples::fill_lens(const SamplePattern& pattern, float scale) {
   std::size_t i = 0;
   for (int py = pixels.y0; py < pixels.y1; ++py)
     for (int px = pixels.x0; px < pixels.x1; ++px, i += n) {
-      const SamplePattern::LensPoint* points =
-          &pattern.lens_[pattern.lens_variant(px, py) * pattern.times_.size() + pattern.index(px, py, 0)];
+      const SamplePattern::LensPoint* points = pattern.lenses(px, py);
       for (std::size_t s = 0; s < n; ++s) {
         lens_u[i + s] = points[s].u * scale;
         lens_v[i + s] = points[s].v * scale;

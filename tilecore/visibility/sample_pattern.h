@@ -79,9 +79,9 @@ class SamplePattern {
   struct LensPoint {
     float u, v;
   };
-  LensPoint lens(int x, int y, int sample) const {
-    return lens_[lens_variant(x, y) * times_.size() + index(x, y, sample)];
-  }
+  LensPoint lens(int x, int y, int sample) const { return lenses(x, y)[sample]; }
+  // Of a pixel's samples.
+  const LensPoint* lenses(int x, int y) const { return &lens_[lens_variant(x, y) * times_.size() + index(x, y, 0)]; }
 
   // Of the whole shutter (0), or of one segment of motion (1 on): the classes whose times lie in it, with times and
   // stencil values that count from its beginning to its end.

@@ -244,6 +244,27 @@ TEST(Discrepancy, DifferencesAreRelativeSymmetricAndSurviveNonsense) {
   EXPECT_EQ(relative_difference(Vec4(-1000), Vec4(1000)), 1);
 }
 
+TEST(Discrepancy, EveryInstructionSetAddsTheDifferencesOfSinglePixelsInTheirOrder) {
+  test::Random random(12);
+  const float odd[] = {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), -0.0f, 2e30f, 1e-40f};
+  for (int n = 0; n < 2000; ++n) {
+    std::array<Vec4, 16> a;
+    std::array<Vec4, 4 * 7> b;
+    for (Vec4& c : a) c = Vec4(random.uniform(-1, 4), random.uniform(0, 4), random.uniform(0, 4), random.uniform(0, 1));
+    for (Vec4& c : b) c = Vec4(random.uniform(-1, 4), random.uniform(0, 4), random.uniform(0, 4), random.uniform(0, 1));
+    for (int k = n % 3; k > 0; --k) a[static_cast<std::size_t>(random.integer(0, 15))][k] = odd[random.integer(0, 5)];
+    const auto pixels = static_cast<BlockMask>(random.integer(0, 0xffff));
+    float expected = 0.0f;
+    for (std::size_t p = 0; p < 16; ++p)
+      if (pixels >> p & 1) expected += relative_difference(a[p], b[p / 4 * 7 + p % 4]);
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      ASSERT_EQ(sum_of_differences(a.data(), b.data(), 7, pixels), expected) << target << ", block " << n;
+    }
+  }
+  force_simd_target("");
+}
+
 TEST(Discrepancy, AdvectedPixelsStandOutBeyondTheirRenderedNeighboursOnly) {
   std::array<Vec4, 16> colors;
   const BlockMask rendered = checkerboard_mask(0), advected = static_cast<BlockMask>(~rendered);
@@ -270,7 +291,38 @@ TEST(MultisampleResolve, FourSamplesAtOnceHaveTheBitsOfOneAfterTheOther) {
     const Vec4 expected = mean_of_samples(color.get(), coverage.get(), 4),
                got = mean_of_samples<4>(color.get(), coverage.get());
     ASSERT_EQ(std::memcmp(&got.x, &expected.x, 4 * sizeof(float)), 0) << n;
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      Vec4 on_lanes;
+      means_of_row(color.get(), coverage.get(), 1, &on_lanes.x);
+      ASSERT_EQ(std::memcmp(&on_lanes.x, &expected.x, 4 * sizeof(float)), 0) << target << ", " << n;
+    }
   }
+  force_simd_target("");
+}
+
+TEST(MultisampleResolve, ABlockHasTheMeansOfItsPixelsAndLeavesTheOthersAlone) {
+  test::Random random(10);
+  constexpr std::size_t kStride = 9;
+  std::array<Vec3, 4 * 4 * kStride> color;
+  std::array<float, 4 * 4 * kStride> coverage;
+  for (Vec3& c : color) c = random.in_box(3);
+  for (float& c : coverage) c = random.coin() ? 1.0f : 0.0f;
+  for (int n = 0; n < 200; ++n) {
+    const auto pixels = static_cast<std::uint16_t>(random.integer(0, 0xffff));
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      std::array<Vec4, 4 * kStride> out;
+      out.fill(Vec4(-7.0f));
+      means_of_block(color.data(), coverage.data(), kStride, pixels, out.data());
+      for (std::size_t at = 0; at < out.size(); ++at) {
+        const std::size_t x = at % kStride, y = at / kStride;
+        const bool taken = x < 4 && (pixels >> (4 * y + x) & 1) != 0;
+        ASSERT_EQ(out[at], taken ? mean_of_samples(&color[4 * at], &coverage[4 * at], 4) : Vec4(-7.0f)) << target;
+      }
+    }
+  }
+  force_simd_target("");
 }
 
 }  // namespace

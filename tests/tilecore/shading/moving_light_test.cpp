@@ -1,11 +1,16 @@
 // What moves during the shutter besides geometry: lights, what is behind everything, and the pattern of times itself.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <string>
 #include <vector>
 
 #include "base/image_metrics.h"
+#include "base/simd_targets.h"
+#include "shaders_cpp/environment.h"
 #include "tests/tilecore/pixel_scene.h"
 #include "tilecore/shading/view_rays.h"
 
@@ -95,6 +100,45 @@ TEST(ViewRays, AreWhereFarPointsOfTheSceneAre) {
     EXPECT_NEAR(r.x / r.w + static_cast<double>(u) * -coc, static_cast<double>(x), 2e-3);
     EXPECT_NEAR(r.y / r.w + static_cast<double>(v) * -coc, static_cast<double>(y), 2e-3);
   }
+}
+
+TEST(ViewRays, EveryInstructionSetSeesTheBackgroundOfSinglePoints) {
+  test::Random random(8);
+  for (const bool turns : {false, true})
+    for (const bool orthographic : {false, true}) {
+      TestFrame scene;
+      test::add_node(*scene.capture, test::patches(test::flat_patch({0, 0, -5}, {1, 0, 0}, {0, 1, 0})));
+      scene::Camera camera;
+      if (orthographic) camera.type = scene::Camera::Type::kOrthographic;
+      camera.lens.aperture_radius = 0.2f;
+      camera.lens.focus_distance = 4;
+      test::add_camera(*scene.capture, {1, 2, 3}, camera);
+      if (turns)
+        test::add_turn(*scene.capture, static_cast<int>(scene.capture->nodes.size()) - 1, {0.3f, 1, 0.2f}, 0.8f);
+      scene.pose();
+      const ViewRays rays(*scene.frame);
+      const shaders::Environment environment(1.7f);
+      constexpr std::size_t kPoints = 64;
+      std::array<std::array<float, kPoints>, 5> at;
+      for (std::size_t i = 0; i < kPoints; ++i) {
+        at[0][i] = random.uniform(-400, 400), at[1][i] = random.uniform(-400, 400), at[2][i] = random.uniform(0, 1);
+        at[3][i] = random.uniform(-3, 3), at[4][i] = random.uniform(-3, 3);
+      }
+      at[1][5] = std::numeric_limits<float>::infinity(), at[0][6] = std::numeric_limits<float>::quiet_NaN();
+      for (const std::string& target : simd_target_names()) {
+        force_simd_target(target);
+        for (const std::size_t count : {std::size_t{1}, std::size_t{17}, kPoints}) {
+          std::array<Vec3, kPoints> colors;
+          rays.background({at[0].data(), at[1].data(), at[2].data(), at[3].data(), at[4].data()}, count, 1.7f,
+                          colors.data());
+          for (std::size_t i = 0; i < count; ++i)
+            ASSERT_EQ(colors[i],
+                      environment.background(rays.direction(at[0][i], at[1][i], at[2][i], at[3][i], at[4][i])))
+                << target << ", point " << i;
+        }
+      }
+    }
+  force_simd_target("");
 }
 
 // A wall lit by a lamp that moves along it.

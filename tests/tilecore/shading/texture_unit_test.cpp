@@ -1,7 +1,10 @@
 // Which lines of the emulated memory lookups in textures need.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <set>
+#include <vector>
 
 #include "tests/support/captures.h"
 #include "tilecore/shading/texture_unit.h"
@@ -90,6 +93,53 @@ TEST(TextureUnit, ATrilinearLookUpIsTwoAndEachLevelHasLinesOfItsOwn) {
   nearest.mip = MipFilter::kNearest;
   EXPECT_EQ(lines_of(memory, 64, *texture, nearest, Vec2(0.3f, 0.3f), 1.5f, &counters).size(), 1u);
   EXPECT_EQ(counters.texels, 1u);
+}
+
+// Invariant TX1: of lines far apart, too, in the order in which they were met.
+TEST(TextureUnit, AWarpAsksForEachLineOnceWhicheverLanesNameIt) {
+  const auto texture = black(64, 64);
+  const scene::Capture capture = with_texture(texture);
+  const TextureMemory memory(capture.materials, 64);
+  test::Random random(23);
+  TextureUnit unit;
+  for (int round = 0; round < 300; ++round) {
+    constexpr std::size_t kLanes = 32;
+    std::array<std::array<std::int32_t, kLanes + 16>, 8> lines;
+    std::uint64_t texels = 0, requests = 0;
+    // Multiples of a power of two collide wherever places are found by the lowest bits.
+    const int step = 1 << random.integer(0, 12), range = random.integer(1, 40);
+    for (std::size_t l = 0; l < 8; ++l) {
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const std::int32_t line = random.integer(0, 4) == 0 ? -1 : step * random.integer(0, range);
+        lines[l][lane] = line;
+        if (l % 4 == 0 && line >= 0) ++texels;
+      }
+    }
+    std::vector<std::uint32_t> expected;
+    for (std::size_t level = 0; level < 2; ++level) {
+      const auto& first = lines[4 * level];
+      if (std::all_of(first.begin(), first.begin() + kLanes, [](std::int32_t line) { return line < 0; })) continue;
+      std::vector<std::int32_t> asked;
+      for (std::size_t corner = 0; corner < 4; ++corner)
+        for (std::size_t lane = 0; lane < kLanes; ++lane)
+          if (const std::int32_t line = lines[4 * level + corner][lane];
+              line >= 0 && std::find(asked.begin(), asked.end(), line) == asked.end())
+            asked.push_back(line);
+      requests += asked.size();
+      // The cache is large enough for all of them.
+      for (const std::int32_t line : asked)
+        if (std::find(expected.begin(), expected.end(), static_cast<std::uint32_t>(line)) == expected.end())
+          expected.push_back(static_cast<std::uint32_t>(line));
+    }
+    unit.begin_tile({&memory, 1 << 16, 1 << 10, 64});
+    std::array<std::int32_t*, 8> pointers;
+    for (std::size_t l = 0; l < 8; ++l) pointers[l] = lines[l].data();
+    unit.fetch_warp(pointers, 0, kLanes);
+    EXPECT_EQ(unit.take_misses(), expected) << "round " << round;
+    const TextureCounters counters = unit.take_counters();
+    EXPECT_EQ(counters.cache_requests, requests);
+    EXPECT_EQ(counters.texels, texels);
+  }
 }
 
 // Invariant TX2.

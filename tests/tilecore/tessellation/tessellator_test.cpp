@@ -2,13 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "base/simd_targets.h"
 #include "scene/subpixel.h"
 #include "tests/tilecore/support.h"
+#include "tilecore/tessellation/tessellator_kernel.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -191,6 +196,33 @@ TEST(Tessellator, ClustersKeepTheirTrianglesNumbers) {
   const auto work = tessellator.tessellate(*test.frame, 0, whole_patch(*test.frame, 0), {}, mesh);
   EXPECT_EQ(work.triangles, 3u);
   EXPECT_EQ(work.domain_evaluations, 5u);
+}
+
+TEST(Tessellator, EveryInstructionSetSamplesTheHeightsOfSinglePoints) {
+  Random random(31);
+  for (int round = 0; round < 60; ++round) {
+    const int width = random.integer(1, 20), height = random.integer(1, 20);
+    std::vector<float> values(static_cast<std::size_t>(width * height));
+    for (float& value : values) value = random.uniform(-1, 1);
+    const shaders::ScalarTexture texture(width, height, values);
+    shaders::Sampler sampler;
+    sampler.wrap_s = static_cast<shaders::Wrap>(random.integer(0, 2));
+    sampler.wrap_t = static_cast<shaders::Wrap>(random.integer(0, 2));
+    const float lods[] = {-1.0f, 0.0f, 1.0f, random.uniform(0, 4), 99.0f}, lod = lods[round % 5];
+    constexpr std::size_t kCount = 21;
+    std::array<float, kCount + 16> u{}, v{}, heights{};
+    for (std::size_t i = 0; i < kCount; ++i) u[i] = random.uniform(-3, 3), v[i] = random.uniform(-3, 3);
+    u[3] = std::numeric_limits<float>::infinity(), v[7] = std::numeric_limits<float>::quiet_NaN(), u[9] = -1e30f;
+    for (const std::string& target : simd_target_names()) {
+      force_simd_target(target);
+      sample_heights(texture.view(), sampler, lod, u.data(), v.data(), kCount, heights.data());
+      for (std::size_t i = 0; i < kCount; ++i)
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(heights[i]),
+                  std::bit_cast<std::uint32_t>(texture.sample(sampler, Vec2(u[i], v[i]), lod)))
+            << target << ", round " << round << ", point " << i;
+    }
+  }
+  force_simd_target("");
 }
 
 }  // namespace

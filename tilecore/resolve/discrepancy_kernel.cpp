@@ -1,0 +1,61 @@
+#include <algorithm>
+#include <bit>
+
+#include "tilecore/resolve/discrepancy.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tilecore/resolve/discrepancy_kernel.cpp"
+#include <hwy/foreach_target.h>
+
+#include "base/simd-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::tilecore::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_TARGET == HWY_SCALAR
+
+HWY_INLINE float difference_of(const Vec4& a, const Vec4& b) { return relative_difference(a, b); }
+
+#else
+
+// relative_difference(): maxima of finite numbers, in any order.
+HWY_INLINE float difference_of(const Vec4& a, const Vec4& b) {
+  const hn::FixedTag<float, 4> d;
+  const auto x = hn::LoadU(d, &a.x), y = hn::LoadU(d, &b.x);
+  const auto difference = hn::Abs(hn::Sub(x, y));
+  if (!hn::AllTrue(d, hn::Le(difference, hn::Set(d, kLargestDifference)))) return 1.0f;
+  const auto level = hn::InsertLane(hn::Max(hn::Abs(x), hn::Abs(y)), 3, 0.0f);  // of colour alone
+  const auto two = hn::Max(hn::InterleaveLower(d, difference, level), hn::InterleaveUpper(d, difference, level)),
+             one = hn::Max(two, hn::Shuffle1032(two));
+  alignas(16) float most[4];
+  hn::Store(one, d, most);
+  return std::min(1.0f, most[0] / (most[1] + kDifferenceFloor));
+}
+
+#endif
+
+float SumOfDifferences(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
+  float sum = 0.0f;
+  for (unsigned left = pixels; left != 0; left &= left - 1) {
+    const int p = std::countr_zero(left);
+    sum += difference_of(a16[p], b[(p >> 2) * b_stride + (p & 3)]);
+  }
+  return sum;
+}
+
+}  // namespace tessera::tilecore::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::tilecore {
+
+HWY_EXPORT(SumOfDifferences);
+
+float sum_of_differences(const Vec4* a16, const Vec4* b, std::ptrdiff_t b_stride, BlockMask pixels) {
+  return HWY_DYNAMIC_DISPATCH(SumOfDifferences)(a16, b, b_stride, pixels);
+}
+
+}  // namespace tessera::tilecore
+#endif

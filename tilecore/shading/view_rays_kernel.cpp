@@ -1,0 +1,124 @@
+#include <limits>
+
+#include "shaders_cpp/studio.h"
+#include "tilecore/shading/view_rays.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tilecore/shading/view_rays_kernel.cpp"
+#include <hwy/foreach_target.h>
+
+#include "base/simd-inl.h"
+
+#ifndef TESSERA_TILECORE_SHADING_VIEW_RAYS_KERNEL_CPP_
+#define TESSERA_TILECORE_SHADING_VIEW_RAYS_KERNEL_CPP_
+namespace tessera::tilecore {
+
+// What the kernel reads of ViewRays.
+struct ViewRaysKernel {
+  const scene::Projection& projection;
+  bool turning;
+  const std::array<DMat3, 3>& to_world;
+
+  explicit ViewRaysKernel(const ViewRays& rays)
+      : projection(rays.projection_), turning(rays.turning_), to_world(rays.to_world_) {}
+};
+
+}  // namespace tessera::tilecore
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::tilecore::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using shaders::kCeiling;
+using shaders::kFloor;
+using tessera::HWY_NAMESPACE::FloatLanes;
+using tessera::HWY_NAMESPACE::real_max;
+using tessera::HWY_NAMESPACE::real_min;
+using tessera::HWY_NAMESPACE::Vector3;
+
+template <class Real>
+Real clamp_unit(Real x) {
+  return real_min(real_max(x, Real(0.0f)), Real(1.0f));
+}
+
+#include "shaders_cpp/background.inc"
+
+using D = hn::ScalableTag<double>;
+using F = hn::Rebind<float, D>;
+using V = hn::Vec<D>;
+
+struct Direction {
+  V x, y, z;
+};
+
+HWY_INLINE Direction turned(const DMat3& m, const Direction& v) {
+  const D d;
+  const auto row = [&](int r) HWY_ATTR {
+    return hn::Add(hn::Add(hn::Mul(hn::Set(d, m[0][r]), v.x), hn::Mul(hn::Set(d, m[1][r]), v.y)),
+                   hn::Mul(hn::Set(d, m[2][r]), v.z));
+  };
+  return {row(0), row(1), row(2)};
+}
+
+// constant + t (linear + t quadratic)
+HWY_INLINE V at_time(V constant, V linear, V quadratic, V t) {
+  return hn::Add(constant, hn::Mul(t, hn::Add(linear, hn::Mul(t, quadratic))));
+}
+
+// y of ViewRays::direction().
+HWY_INLINE hn::Vec<F> heights(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t i) {
+  const D d;
+  const F f;
+  const scene::Projection& p = rays.projection;
+  const auto wide = [&](const float* values) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(f, values + i)); };
+  const V scale = hn::Set(d, p.scale), inverse_focus = hn::Set(d, p.inverse_focus),
+          tilt_x = hn::Mul(wide(points.lens_u), inverse_focus), tilt_y = hn::Mul(wide(points.lens_v), inverse_focus);
+  Direction in;
+  in.z = hn::Set(d, -1.0);
+  if (p.orthographic) {
+    in.x = hn::Div(hn::Neg(tilt_x), scale), in.y = hn::Div(tilt_y, scale);
+  } else {
+    in.x = hn::Div(hn::Sub(hn::Sub(wide(points.x), hn::Set(d, p.center_x)), tilt_x), scale);
+    in.y = hn::Div(hn::Neg(hn::Sub(hn::Sub(wide(points.y), hn::Set(d, p.center_y)), tilt_y)), scale);
+  }
+  Direction world = turned(rays.to_world[0], in);
+  if (rays.turning) {
+    const Direction linear = turned(rays.to_world[1], in), quadratic = turned(rays.to_world[2], in);
+    const V t = wide(points.t);
+    world = {at_time(world.x, linear.x, quadratic.x, t), at_time(world.y, linear.y, quadratic.y, t),
+             at_time(world.z, linear.z, quadratic.z, t)};
+  }
+  const V length2 = hn::Add(hn::Add(hn::Mul(world.x, world.x), hn::Mul(world.y, world.y)), hn::Mul(world.z, world.z));
+  const auto known =
+      hn::And(hn::Gt(length2, hn::Zero(d)), hn::Le(length2, hn::Set(d, std::numeric_limits<double>::max())));
+  return hn::DemoteTo(f, hn::IfThenElseZero(known, hn::Div(world.y, hn::Sqrt(length2))));
+}
+
+void Background(const ViewRaysKernel& rays, const ViewRays::Points& points, std::size_t count, float intensity,
+                Vec3* colors) {
+  const F f;
+  const FloatLanes::D d;
+  alignas(64) float height[hn::MaxLanes(FloatLanes::D())];
+  for (std::size_t i = 0; i < count; i += FloatLanes::count()) {
+    for (std::size_t k = 0; k < FloatLanes::count(); k += hn::Lanes(f))
+      hn::StoreU(heights(rays, points, i + k), f, height + k);
+    const Vector3<FloatLanes> color = studio_background(FloatLanes::load(height), FloatLanes(intensity));
+    hn::StoreInterleaved3(color.x.v, color.y.v, color.z.v, d, &colors[i].x);
+  }
+}
+
+}  // namespace tessera::tilecore::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tessera::tilecore {
+
+HWY_EXPORT(Background);
+
+void ViewRays::background(const Points& points, std::size_t count, float intensity, Vec3* colors) const {
+  HWY_DYNAMIC_DISPATCH(Background)(ViewRaysKernel(*this), points, count, intensity, colors);
+}
+
+}  // namespace tessera::tilecore
+#endif
