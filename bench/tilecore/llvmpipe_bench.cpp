@@ -293,10 +293,11 @@ ColorDifference color_difference(const tessera::Image& ours, const std::vector<s
   return {out.tessera / count, out.llvmpipe / count, out.difference / count};
 }
 
-// Two thirds of what is left are edges, whose samples lie elsewhere in the pixel; the rest is that llvmpipe interpolates
-// normals, chooses its level of detail by quads and approximates it and sRGB.
+// What is left: samples at edges lie elsewhere in the pixel; llvmpipe interpolates normals between vertices, shades
+// pixels at their middle where the triangle may not be, and approximates levels of detail and sRGB. None of it favours
+// bright or dark: means are held closer than single pixels. A roughness off by a tenth is three times as far off.
 bool agrees(const ColorDifference& d) {
-  return d.difference <= 0.01 * d.tessera && std::abs(d.tessera - d.llvmpipe) <= 0.002 * d.tessera;
+  return d.difference <= 0.02 * d.tessera && std::abs(d.tessera - d.llvmpipe) <= 0.005 * d.tessera;
 }
 std::string to_string(const ColorDifference& d) {
   return fmt::format("mean colour {:.4f} and {:.4f}, mean difference {:.4f}", d.tessera, d.llvmpipe, d.difference);
