@@ -121,8 +121,8 @@ class ReplayCommand final : public Command {
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     limits.strict = strict_;
     const scene::Capture capture = scene::read_capture(capture_, limits);
-    const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes);
     const auto [first, last] = frame_range(capture);
+    const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes, last - first > 1);
     repeat_failures_with(fmt::format("tessera replay {}", capture_));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
@@ -214,7 +214,7 @@ class ReplayCommand final : public Command {
   };
 
   gpu::RenderRequest render_request(const scene::Capture& capture, const gpu::RunSettings& settings,
-                                    std::uint64_t max_bytes) const {
+                                    std::uint64_t max_bytes, bool several_frames) const {
     gpu::RenderRequest request;
     request.width = capture.settings.width;
     request.height = capture.settings.height;
@@ -248,7 +248,8 @@ class ReplayCommand final : public Command {
       throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");
     if (!history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--history is of one eye; stereo.eye_separation asks for two");
-    const std::uint64_t bytes = gpu::image_bytes(request, settings);
+    // A frame's images are written while the next frame is rendered.
+    const std::uint64_t bytes = gpu::image_bytes(request, settings) * (several_frames ? 2 : 1);
     if (bytes > max_bytes)
       throw LimitError(fmt::format("{}: images of {}x{} need {} bytes, --max-memory allows {}",
                                    escape_control(capture_), request.region.width(), request.region.height(), bytes,

@@ -275,6 +275,19 @@ TEST(ReplayCommand, ImagesBeyondTheMemoryLimitEndWithStatus4) {
   EXPECT_FALSE(fs::exists(out / "x"));
 }
 
+// While a frame's images are written, the next one's are rendered: both count.
+TEST(ReplayCommand, ImagesOfTwoFramesCountAgainstTheMemoryLimit) {
+  const test::TemporaryFolder out;
+  const auto replay = [&](const char* frames) {
+    return run_tessera({"replay", capture("vases"), "--size", "1280x720", "--frames", frames, "--max-memory", "0.05",
+                        "--no-report", "--quiet", "--out", (out / "x").string()});
+  };
+  const ProcessResult two = replay("0:2"), one = replay("0:1");
+  EXPECT_EQ(two.status, 4) << two.errors;
+  EXPECT_THAT(two.errors, HasSubstr("--max-memory allows"));
+  EXPECT_EQ(one.status, 0) << one.errors;
+}
+
 TEST(ReplayCommand, MissingCapturesEndWithStatus3) {
   const ProcessResult r = run_tessera({"replay", "no/such.glb"});
   EXPECT_EQ(r.status, 3);

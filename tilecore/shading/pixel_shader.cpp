@@ -42,6 +42,8 @@ ShadedPoint shade_procedure_point(const FrameGeometry& frame, const Lighting& li
   return shade_procedure(frame, lighting, lights, at, surface, towards_viewer(frame, surface, at.t));
 }
 
+constexpr std::uint32_t kFree = 0xFFFFFFFFu;  // no bucket
+
 // Which segment of the shutter the lights are in at time t.
 int light_segment(const FrameGeometry& shutter, float t) {
   if (!shutter.moving_lights || shutter.segments.empty()) return 0;
@@ -85,16 +87,16 @@ void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, 
                 "a point for each invocation, warps of 4 lanes up to a batch");
   if (textures != nullptr && !textures->active()) textures = nullptr;
   sort_invocations(shutter, invocations);
-  for (std::size_t begin = 0, end = 0; begin < buckets_.size(); begin = end) {
+  for (std::size_t begin = 0, end = 0; begin < rank_.size(); begin = end) {
+    const Bucket& leader = buckets_[rank_[begin]];
     std::size_t count = 0;
-    for (; end < buckets_.size() && buckets_[end].draw == buckets_[begin].draw; ++end) count += buckets_[end].count;
-    shade_draw_of(shutter, lighting, invocations, std::span(order_).subspan(buckets_[begin].first, count), points,
-                  textures, warp_lanes);
+    for (; end < rank_.size() && buckets_[rank_[end]].draw == leader.draw; ++end) count += buckets_[rank_[end]].count;
+    shade_draw_of(shutter, lighting, invocations, std::span(order_).subspan(leader.first, count), points, textures,
+                  warp_lanes);
   }
 }
 
 std::uint32_t PixelShader::bucket_of(std::uint64_t draw, std::uint32_t patch) {
-  constexpr std::uint32_t kFree = 0xFFFFFFFFu;
   if (2 * (buckets_.size() + 1) > table_.size()) {
     table_.assign(std::max<std::size_t>(256, 2 * table_.size()), kFree);
     for (std::uint32_t b = 0; b < buckets_.size(); ++b) {
@@ -115,7 +117,7 @@ std::uint32_t PixelShader::bucket_of(std::uint64_t draw, std::uint32_t patch) {
 
 void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const Invocation> invocations) {
   buckets_.clear();
-  std::fill(table_.begin(), table_.end(), 0xFFFFFFFFu);
+  std::fill(table_.begin(), table_.end(), kFree);
   bucket_.resize(invocations.size());
   const bool parts = !shutter.segments.empty();
   std::uint32_t last = 0;
@@ -142,7 +144,6 @@ void PixelShader::sort_invocations(const FrameGeometry& shutter, std::span<const
   for (std::size_t i = 0; i < invocations.size(); ++i)
     order_[buckets_[bucket_[i]].first++] = static_cast<std::uint32_t>(i);
   for (Bucket& b : buckets_) b.first -= b.count;
-  std::sort(buckets_.begin(), buckets_.end(), [](const Bucket& a, const Bucket& b) { return a.first < b.first; });
 }
 
 // All of `order`, which are of one draw.

@@ -75,7 +75,7 @@ class PixelShader {
   // Lanes at a time: no fewer than a warp has.
   static constexpr std::size_t kBatch = 256;
 
-  // Fills order_ and buckets_, both sorted by draw and patch.
+  // Fills buckets_, and order_ and rank_, sorted by draw and patch.
   void sort_invocations(const scene::FrameGeometry& frame, std::span<const Invocation> invocations);
   std::uint32_t bucket_of(std::uint64_t draw, std::uint32_t patch);
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
@@ -84,7 +84,7 @@ class PixelShader {
 
   std::vector<Bucket> buckets_;
   std::vector<std::uint32_t> table_;          // of bucket numbers, by patch; a power of two of them
-  std::vector<std::uint32_t> bucket_, rank_;  // of each invocation; of each bucket
+  std::vector<std::uint32_t> bucket_, rank_;  // of each invocation; sorted buckets
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> warp_ends_;
   std::array<std::array<std::int32_t, kBatch>, 4> vertex_;
