@@ -318,8 +318,8 @@ bool check_shaded() {
   return good;
 }
 
-// False: the colours are others, or Tessera takes `most` times llvmpipe's time.
-bool measure_shaded(const std::filesystem::path& folder, int rounds, double most) {
+// False: the colours are others, or Tessera takes more than `limit` times llvmpipe's time.
+bool measure_shaded(const std::filesystem::path& folder, int rounds, double limit) {
   PosedScene scene(1280, 720, kShadedScene);
   const TriangleList triangles = list_triangles(*scene.frame, scene.patches, true);
   gpu::Device device = shading_device(scene);
@@ -347,7 +347,7 @@ bool measure_shaded(const std::filesystem::path& folder, int rounds, double most
                     kShadedScene.area, kShadedScene.samples_per_pixel, scene.mean_area, triangles.triangle_count(),
                     invocations, 1e3 * median(ours), 1e3 * median(theirs), ratio, difference.tessera,
                     difference.llvmpipe, difference.difference, processor(), llvmpipe.renderer()));
-  return agrees(difference) && ratio <= most;
+  return agrees(difference) && ratio <= limit;
 }
 
 }  // namespace

@@ -3,17 +3,18 @@
 //
 // Roofline: what the shader's vector instructions take at least on this machine, one after the other: arithmetic at the
 // peak of multiply-adds or of mixed sums and products, divisions and roots at theirs, gathers of texels from the first
-// cache at theirs. All rates and the shader are timed in turn; processor time of one thread.
+// cache at theirs. Rates and shader take turns; processor time of one thread, the best of nine rounds.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/simd_targets.h"
 #include "base/thread_clock.h"
 #include "bench/support/invocations.h"
 #include "bench/support/shader_trace.h"
-#include "bench/support/timing.h"
 #include "bench/support/vector_rates.h"
 #include "scene/capture_reader.h"
 
@@ -62,14 +63,16 @@ Roofline measure_roofline(const CaptureInvocations& of, const ShaderWork& work) 
     texels.push_back(lane_ns * work.texel_gathers * peak.gather);
     others.push_back(lane_ns * work.other_gathers * peak.gather);
   }
-  return {median(time), median(arithmetic), median(divisions), median(texels), median(others)};
+  // The best of the rounds: what disturbs makes things slower, nothing faster.
+  const auto best = [](const std::vector<double>& v) { return *std::min_element(v.begin(), v.end()); };
+  return {best(time), best(arithmetic), best(divisions), best(texels), best(others)};
 }
 
-// An error where invocations take `most` times the roofline.
-void OverRoofline(benchmark::State& state, const std::string& name, const std::string& target, double most) {
-  const CaptureInvocations of(TESSERA_SOURCE_DIR "/captures/" + name + ".glb", 1 << 13);
+// An error where invocations take more than `limit` times the roofline: a ratio within one run, with room for noise.
+void OverRoofline(benchmark::State& state, const std::string& name, const std::string& target, double limit) {
+  const CaptureInvocations of(TESSERA_SOURCE_DIR "/captures/" + name + ".glb", 1 << 15);
   force_simd_target(target);
-  const ShaderWork work = trace_shader(of, measure_vector_times().lanes, 5);
+  const ShaderWork work = trace_shader(of, measure_vector_times().lanes, 19);
   Roofline roofline;
   for (auto _ : state) roofline = measure_roofline(of, work);
   force_simd_target("");
@@ -81,21 +84,27 @@ void OverRoofline(benchmark::State& state, const std::string& name, const std::s
   show("texels", work.texel_gathers), show("other_gathers", work.other_gathers);
   const double ratio = roofline.shader / roofline.least();
   show("over_roofline", ratio);
-  if (ratio > most) state.SkipWithError(("takes " + std::to_string(ratio) + " times the roofline").c_str());
+  if (ratio > limit) state.SkipWithError(("takes " + std::to_string(ratio) + " times the roofline").c_str());
 }
 
+struct Workload {
+  const char* capture;
+  double roofline_limit;
+};
+
 const bool kRegistered = [] {
-  for (const char* name : {"eggs", "stroll"}) {
+  for (const Workload& workload : {Workload{"eggs", 3.6}, Workload{"stroll", 4.5}}) {
+    const std::string name = workload.capture;
+    const double limit = workload.roofline_limit;
     for (const std::string& target : simd_target_names())
-      benchmark::RegisterBenchmark(("Shade/" + std::string(name) + "/" + target).c_str(),
+      benchmark::RegisterBenchmark(("Shade/" + name + "/" + target).c_str(),
                                    [name, target](benchmark::State& s) { Warps(s, name, target); });
     for (const std::string& target : simd_target_names())
       if (target == "AVX3" || target == "AVX2")
-        benchmark::RegisterBenchmark(("OverRoofline/" + std::string(name) + "/" + target).c_str(),
-                                     [name, target](benchmark::State& s) { OverRoofline(s, name, target, 99); })
-            ->Iterations(1);
-    benchmark::RegisterBenchmark(("Shade/" + std::string(name) + "/alone").c_str(),
-                                 [name](benchmark::State& s) { Alone(s, name); });
+        benchmark::RegisterBenchmark(("OverRoofline/" + name + "/" + target).c_str(), [=](benchmark::State& s) {
+          OverRoofline(s, name, target, limit);
+        })->Iterations(1);
+    benchmark::RegisterBenchmark(("Shade/" + name + "/alone").c_str(), [name](benchmark::State& s) { Alone(s, name); });
   }
   return true;
 }();
