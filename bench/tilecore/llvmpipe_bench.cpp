@@ -358,7 +358,7 @@ int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "--shaded") try {
       const std::filesystem::path folder = argc > 2 ? argv[2] : "";
       if (!folder.empty()) std::filesystem::create_directories(folder);
-      return tessera::bench::measure_shaded(folder, argc > 3 ? std::stoi(argv[3]) : 7, 1.2) ? 0 : 1;
+      return tessera::bench::measure_shaded(folder, argc > 3 ? std::stoi(argv[3]) : 7, 0.6) ? 0 : 1;
     } catch (const std::exception& error) {
       fmt::print(stderr, "tessera_llvmpipe_baseline: {}\n", error.what());
       return 1;
