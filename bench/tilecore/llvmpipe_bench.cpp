@@ -350,19 +350,24 @@ bool measure_shaded(const std::filesystem::path& folder, int rounds, double limi
   return agrees(difference) && ratio <= limit;
 }
 
+// The command line after --shaded: [OUT_FOLDER [ROUNDS]].
+int run_shaded(int argc, char** argv) {
+  try {
+    const std::filesystem::path folder = argc > 0 ? argv[0] : "";
+    if (!folder.empty()) std::filesystem::create_directories(folder);
+    return measure_shaded(folder, argc > 1 ? std::stoi(argv[1]) : 7, 0.6) ? 0 : 1;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "tessera_llvmpipe_baseline: {}\n", error.what());
+    return 1;
+  }
+}
+
 }  // namespace
 }  // namespace tessera::bench
 
 int main(int argc, char** argv) {
   const tessera::ThreadLimit limit(tessera::bench::kThreads);
-  if (argc > 1 && std::string(argv[1]) == "--shaded") try {
-      const std::filesystem::path folder = argc > 2 ? argv[2] : "";
-      if (!folder.empty()) std::filesystem::create_directories(folder);
-      return tessera::bench::measure_shaded(folder, argc > 3 ? std::stoi(argv[3]) : 7, 0.6) ? 0 : 1;
-    } catch (const std::exception& error) {
-      fmt::print(stderr, "tessera_llvmpipe_baseline: {}\n", error.what());
-      return 1;
-    }
+  if (argc > 1 && std::string(argv[1]) == "--shaded") return tessera::bench::run_shaded(argc - 2, argv + 2);
   return tessera::bench::run_program(
       {"tessera_llvmpipe_baseline", 7, tessera::bench::measure_all, tessera::bench::check}, argc, argv);
 }
