@@ -86,8 +86,14 @@ HWY_INLINE LaneMask both(LaneMask a, LaneMask b) { return {hn::And(a.m, b.m)}; }
 HWY_INLINE FloatLanes select(LaneMask mask, FloatLanes x, FloatLanes y) {
   return FloatLanes(hn::IfThenElse(mask.m, x.v, y.v));
 }
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
+// x86's minimum and maximum are these very selections: the second operand where neither is less.
+HWY_INLINE FloatLanes real_min(FloatLanes a, FloatLanes b) { return FloatLanes(hn::Min(b.v, a.v)); }
+HWY_INLINE FloatLanes real_max(FloatLanes a, FloatLanes b) { return FloatLanes(hn::Max(b.v, a.v)); }
+#else
 HWY_INLINE FloatLanes real_min(FloatLanes a, FloatLanes b) { return select(b < a, b, a); }
 HWY_INLINE FloatLanes real_max(FloatLanes a, FloatLanes b) { return select(a < b, b, a); }
+#endif
 HWY_INLINE FloatLanes select_less(FloatLanes a, FloatLanes b, FloatLanes x, FloatLanes y) {
   return select(a < b, x, y);
 }

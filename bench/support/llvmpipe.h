@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/support/osmesa_context.h"
 #include "bench/support/posed_scene.h"
 
 namespace tessera::bench {
@@ -21,14 +22,10 @@ class Llvmpipe {
  public:
   static constexpr int kMultisamples = 4;
 
-  // `threads` rasterize, beside the caller's, which transforms and bins. `layers`: single-sample images that exist at
-  // once. Throws std::runtime_error when Mesa gives another renderer. One instance per process at a time.
+  // `layers`: single-sample images that exist at once. See OsMesaContext.
   Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers);
-  Llvmpipe(const Llvmpipe&) = delete;
-  Llvmpipe& operator=(const Llvmpipe&) = delete;
-  ~Llvmpipe();
 
-  const std::string& renderer() const { return renderer_; }
+  const std::string& renderer() const { return context_.renderer(); }
 
   // Draws return before the image is there; finish() waits.
   void finish();
@@ -56,11 +53,9 @@ class Llvmpipe {
   void make_buffers(const TriangleList& triangles);
   void make_targets(int layers);
 
+  OsMesaContext context_;
   int width_, height_, index_count_ = 0;
   float depth_a_, depth_b_;  // depth of clip space = a * z + b
-  std::string renderer_;
-  void* context_ = nullptr;
-  std::array<std::uint8_t, 4> front_buffer_{};  // OSMesa insists on one
   // Names of OpenGL objects.
   unsigned still_program_ = 0, moving_program_ = 0, accumulate_program_ = 0, pick_program_ = 0;
   unsigned still_vertices_ = 0, moving_vertices_ = 0, no_vertices_ = 0;

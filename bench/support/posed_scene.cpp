@@ -7,8 +7,11 @@
 #include <stdexcept>
 
 #include "base/parallel.h"
+#include "base/random.h"
+#include "shaders_cpp/texture.h"
 #include "tests/support/captures.h"
 #include "tests/support/mesh_triangles.h"
+#include "tilecore/shading/surface.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::bench {
@@ -41,12 +44,64 @@ std::vector<Vec3> blob(float radius) {
   return points;
 }
 
+// An image of blocks that vary smoothly inside, so that neither a texel more or less in a footprint nor a level of
+// detail a little off shows much.
+std::shared_ptr<const shaders::Texture> image(std::array<float, 3> low, std::array<float, 3> high,
+                                              shaders::ColorSpace space) {
+  constexpr int kSize = 512, kBlock = 8;
+  Image8 pixels(kSize, kSize, 3);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const std::uint32_t block =
+          hash32(static_cast<std::uint32_t>(x / kBlock), static_cast<std::uint32_t>(y / kBlock));
+      const float wave =
+          0.5f + 0.25f * std::sin(0.09f * static_cast<float>(x)) * std::cos(0.07f * static_cast<float>(y));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float share = 0.5f * wave + 0.5f * static_cast<float>(block >> 8 * c & 255) / 255.0f;
+        pixels.at(x, y)[c] = static_cast<std::uint8_t>(255.0f * (low[c] + (high[c] - low[c]) * share));
+      }
+    }
+  return std::make_shared<shaders::Texture>(DecodedImage{pixels}, space);
+}
+
+// Images, lights and the studio. A patch of the wall is 32 of the image's texels wide.
+void add_material(scene::Capture& capture) {
+  scene::Material material;
+  material.base_color_texture.texture = image({0.2f, 0.15f, 0.1f}, {0.9f, 0.85f, 0.8f}, shaders::ColorSpace::kSrgb);
+  material.metallic_roughness_texture.texture = image({0, 0.25f, 0}, {0, 0.9f, 0.8f}, shaders::ColorSpace::kLinear);
+  for (scene::TextureSlot* slot : {&material.base_color_texture, &material.metallic_roughness_texture}) {
+    slot->shift.scale = Vec2(1.0f / 16);
+    slot->transform = slot->shift.transform();
+  }
+  capture.materials.push_back(material);
+  capture.settings.environment = 1.0f;
+  const auto add_light = [&](const shaders::Light& light, const DQuat& rotation, const DVec3& position) {
+    capture.lights.push_back(light);
+    capture.light_parameters.push_back({light.color, 1.0f});
+    scene::Node node;
+    node.light = static_cast<int>(capture.lights.size()) - 1;
+    node.transform.rotation = rotation;
+    node.transform.translation = position;
+    capture.nodes.push_back(node);
+    capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
+  };
+  shaders::Light sun, lamp;
+  sun.color = {1.2f, 1.1f, 1.0f};
+  lamp.type = shaders::Light::Type::kPoint;
+  lamp.color = {2e5f, 3e5f, 4e5f};
+  add_light(sun, glm::angleAxis(-0.7, glm::normalize(DVec3(1, 0.5, 0))), DVec3(0));
+  add_light(lamp, DQuat(1, 0, 0, 0), {-200, 100, -350});
+}
+
 scene::Capture make_capture(int width, int height, const SceneSettings& settings) {
   scene::Capture capture;
+  if (settings.textured) add_material(capture);
+  const int material = settings.textured ? 0 : scene::kNone;
   test::Random random(7);
   const auto add = [&](const std::vector<Vec3>& points, double x_pixels, double y_pixels, double depth) {
     const double unit = depth / kFocalPixels, angle = static_cast<double>(random.uniform(0, 6.2831853f));
-    const int node = test::add_node(capture, test::patches(points), {x_pixels * unit, y_pixels * unit, -depth});
+    const int node =
+        test::add_node(capture, test::patches(points, material), {x_pixels * unit, y_pixels * unit, -depth});
     if (settings.blur > 0)
       test::add_motion(capture, node, DVec3(std::cos(angle), std::sin(angle), 0) * (settings.blur * unit));
   };
@@ -71,11 +126,18 @@ scene::Capture make_capture(int width, int height, const SceneSettings& settings
 // One patch of a list, with vertices numbered from 0.
 struct Piece {
   std::array<std::vector<TriangleList::Vertex>, 2> keys;
+  std::vector<TriangleList::Attributes> attributes;
   std::vector<std::uint32_t> indices;
 };
 
-Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, tilecore::Tessellator& tessellator,
-                 tilecore::MicroMesh& mesh) {
+TriangleList::Attributes attributes_at(const scene::FrameGeometry& frame, const tilecore::SurfaceLocation& at) {
+  const tilecore::Surface surface = tilecore::evaluate_surface(frame, at);
+  const scene::TextureSlot& slot = surface.drawable->material->base_color_texture;
+  return {surface.position, surface.normal, surface.texcoord(slot.texcoord, slot.transform).value};
+}
+
+Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, bool attributes,
+                 tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
   const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   if (drawable.material->double_sided) throw std::runtime_error("a list of triangles knows no double-sided material");
   tessellator.tessellate(frame, patch, scene::patch_cells(frame, patch), {drawable.moving, false}, mesh);
@@ -86,9 +148,14 @@ Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, tilecor
     piece.keys[1].push_back(drawable.moving ? TriangleList::Vertex{mesh.x1[v], mesh.y1[v], mesh.z1[v]}
                                             : piece.keys[0].back());
   }
-  test::for_each_triangle(mesh, [&](const std::array<std::int32_t, 3>& corners, std::uint32_t) {
-    for (const std::size_t c : {0, 1, 2})
+  if (attributes) piece.attributes.resize(mesh.vertex_count);
+  test::for_each_triangle(mesh, [&](const std::array<std::int32_t, 3>& corners, std::uint32_t triangle) {
+    for (const std::size_t c : {0, 1, 2}) {
       piece.indices.push_back(static_cast<std::uint32_t>(corners[drawable.mirrored ? 2 - c : c]));
+      if (attributes)
+        piece.attributes[static_cast<std::size_t>(corners[c])] =
+            attributes_at(frame, {patch, triangle, c == 1 ? 1.0f : 0.0f, c == 2 ? 1.0f : 0.0f, 0});
+    }
   });
   return piece;
 }
@@ -133,12 +200,14 @@ double TriangleList::mean_area() const {
   return area / static_cast<double>(std::max<std::size_t>(triangle_count(), 1));
 }
 
-TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches) {
+TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches,
+                            bool attributes) {
   std::vector<Piece> pieces(patches.size());
   PerThread<tilecore::Tessellator> tessellators;
   PerThread<tilecore::MicroMesh> meshes;
-  parallel_for(patches.size(),
-               [&](std::size_t p) { pieces[p] = list_patch(frame, patches[p], tessellators.local(), meshes.local()); });
+  parallel_for(patches.size(), [&](std::size_t p) {
+    pieces[p] = list_patch(frame, patches[p], attributes, tessellators.local(), meshes.local());
+  });
 
   TriangleList list;
   list.near_depth = std::numeric_limits<float>::infinity();
@@ -146,6 +215,7 @@ TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector
     const auto first = static_cast<std::uint32_t>(list.patch.size());
     for (const std::uint32_t i : pieces[p].indices) list.indices.push_back(first + i);
     list.patch.resize(list.patch.size() + pieces[p].keys[0].size(), patches[p]);
+    list.attributes.insert(list.attributes.end(), pieces[p].attributes.begin(), pieces[p].attributes.end());
     for (std::size_t key = 0; key < 2; ++key)
       for (const TriangleList::Vertex& v : pieces[p].keys[key]) {
         list.keys[key].push_back(v);

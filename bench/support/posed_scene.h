@@ -19,6 +19,7 @@ struct SceneSettings {
   double blur = 0;    // pixels that everything moves
   bool lens = false;  // 32 pixels of confusion on the wall
   int samples_per_pixel = 4;
+  bool textured = false;  // base colour, metalness and roughness by images; a sun and a lamp beside the studio's light
 };
 
 // That scene posed for one image, and the machine that renders it.
@@ -48,7 +49,13 @@ struct TriangleList {
   std::array<std::vector<Vertex>, 2> keys;  // shutter open and close; the same where nothing moves
   std::vector<std::uint32_t> patch;         // base patch of each vertex
   std::vector<std::uint32_t> indices;       // three per triangle; a front face is counter-clockwise with y up
-  float near_depth = 0, far_depth = 0;      // of all vertices
+  // Of each vertex at shutter open, where they are asked for: world, and in the base colour's image.
+  struct Attributes {
+    Vec3 position, normal;
+    Vec2 texcoord;
+  };
+  std::vector<Attributes> attributes;
+  float near_depth = 0, far_depth = 0;  // of all vertices
 
   std::size_t triangle_count() const { return indices.size() / 3; }
   // At shutter open, pixels^2.
@@ -58,6 +65,7 @@ struct TriangleList {
 
 // Tessellates `patches` whole. Throws std::runtime_error for a vertex in front of the near plane or far beside the
 // image, and for a double-sided material: the list can say neither.
-TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
+TriangleList list_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches,
+                            bool attributes = false);
 
 }  // namespace tessera::bench

@@ -2,6 +2,7 @@
 //
 //   tessera_llvmpipe_baseline OUT_FOLDER [ROUNDS]  measures every row; writes llvmpipe.csv
 //   tessera_llvmpipe_baseline --check              small images, no times: do both see the same?
+//   tessera_llvmpipe_baseline --shaded [OUT_FOLDER [ROUNDS]]  whole shaded frames, see below; writes shaded.csv
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one
 // frame with 4x MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an
@@ -11,6 +12,11 @@
 // until it is done; its vertices are there before, tessellated and projected, those of static rows divided by their
 // depths, too. Two threads rasterize, beside the one that transforms and bins. Rounds interleave the two; figures are
 // medians over the rounds.
+//
+// Shaded: the scene with images for base colour, metalness and roughness, under the studio, a sun and a lamp; triangles
+// of 4 pixel^2. Tessera renders its whole frame: pose, front end, binner, visibility, shading once per pixel and
+// surface, resolve, all counters on. llvmpipe clears, draws what bench/support/llvmpipe_shaded.h says, resolves and
+// reads back. Colours are compared first.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -22,9 +28,11 @@
 #include "base/atomic_file.h"
 #include "base/parallel.h"
 #include "bench/support/llvmpipe.h"
+#include "bench/support/llvmpipe_shaded.h"
 #include "bench/support/posed_scene.h"
 #include "bench/support/program.h"
 #include "bench/support/timing.h"
+#include "gpu/device.h"
 
 namespace tessera::bench {
 namespace {
@@ -207,8 +215,10 @@ bool report(const std::string& what, bool good, const Agreement& a) {
   return good;
 }
 
+bool check_shaded();
+
 bool check() {
-  bool good = true;
+  bool good = check_shaded();
   for (const SceneSettings& settings :
        {SceneSettings{4, 0, false, 4}, SceneSettings{0.5, 0, false, 4}, SceneSettings{4, 32, false, 4}}) {
     PosedScene scene(320, 180, settings);
@@ -247,11 +257,117 @@ bool check() {
   return good;
 }
 
+// ---- Shaded frames ----------------------------------------------------------------------------------------------
+
+const SceneSettings kShadedScene{4, 0, false, 4, true};
+
+gpu::Device shading_device(const PosedScene& scene) {
+  gpu::RunSettings settings;
+  settings.sampling.samples_per_pixel = scene.pattern.samples_per_pixel();
+  settings.tessellation = scene.frame->request.tessellation;
+  const int width = scene.frame->request.width, height = scene.frame->request.height;
+  return gpu::Device(scene.capture, scene.gpu, settings, {width, height, {0, 0, width, height}, false});
+}
+
+float half_value(std::uint16_t half) {
+  const int exponent = half >> 10 & 31, fraction = half & 1023;
+  const float size = exponent == 0 ? std::ldexp(static_cast<float>(fraction), -24)
+                                   : std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
+  return half >> 15 != 0 ? -size : size;
+}
+
+// Mean of channels, in linear light where 1 is white, and mean size of their differences.
+struct ColorDifference {
+  double tessera = 0, llvmpipe = 0, difference = 0;
+};
+ColorDifference color_difference(const tessera::Image& ours, const std::vector<std::uint16_t>& theirs) {
+  ColorDifference out;
+  const std::size_t pixels = theirs.size() / 4, channels = ours.values.size() / pixels;
+  for (std::size_t p = 0; p < pixels; ++p)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto a = static_cast<double>(ours.values[channels * p + c]),
+                 b = static_cast<double>(half_value(theirs[4 * p + c]));
+      out.tessera += a, out.llvmpipe += b, out.difference += std::abs(a - b);
+    }
+  const double count = 3.0 * static_cast<double>(pixels);
+  return {out.tessera / count, out.llvmpipe / count, out.difference / count};
+}
+
+// What is left: samples at edges lie elsewhere in the pixel; llvmpipe interpolates normals between vertices, shades
+// pixels at their middle where the triangle may not be, and approximates levels of detail and sRGB. None of it favours
+// bright or dark: means are held closer than single pixels. A roughness off by a tenth is three times as far off.
+bool agrees(const ColorDifference& d) {
+  return d.difference <= 0.02 * d.tessera && std::abs(d.tessera - d.llvmpipe) <= 0.005 * d.tessera;
+}
+std::string to_string(const ColorDifference& d) {
+  return fmt::format("mean colour {:.4f} and {:.4f}, mean difference {:.4f}", d.tessera, d.llvmpipe, d.difference);
+}
+
+bool check_shaded() {
+  PosedScene scene(320, 180, kShadedScene);
+  const TriangleList triangles = list_triangles(*scene.frame, scene.patches, true);
+  const gpu::FrameResult ours = shading_device(scene).render(0);
+  bool good = true;
+  for (const float roughness : {1.0f, 0.9f}) {
+    const ColorDifference d =
+        color_difference(ours.targets.color, ShadedLlvmpipe(scene, triangles, kThreads, roughness).render());
+    const bool expected = agrees(d) == (roughness == 1.0f);
+    fmt::print("shaded, {:g} times as rough: {}{}\n", roughness, to_string(d), expected ? "" : "  <- wrong");
+    good = expected && good;
+  }
+  return good;
+}
+
+// False: the colours are others, or Tessera takes more than `limit` times llvmpipe's time.
+bool measure_shaded(const std::filesystem::path& folder, int rounds, double limit) {
+  PosedScene scene(1280, 720, kShadedScene);
+  const TriangleList triangles = list_triangles(*scene.frame, scene.patches, true);
+  gpu::Device device = shading_device(scene);
+  ShadedLlvmpipe llvmpipe(scene, triangles, kThreads);
+  const ColorDifference difference = color_difference(device.render(0).targets.color, llvmpipe.render());
+  std::vector<double> ours, theirs;
+  std::uint64_t invocations = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const double start = now();
+    invocations = device.render(0).counters.shading.pixel_shader_invocations;
+    const double rendered = now();
+    llvmpipe.render();
+    ours.push_back(rendered - start);
+    theirs.push_back(now() - rendered);
+  }
+  const double ratio = median(ours) / median(theirs);
+  fmt::print("{}{}\nwhole frame {:.1f} ms ({} invocations), llvmpipe {:.1f} ms: {:.2f}\n", to_string(difference),
+             agrees(difference) ? "" : "  <- wrong", 1e3 * median(ours), invocations, 1e3 * median(theirs), ratio);
+  if (!folder.empty())
+    write_file_atomically(
+        folder / "shaded.csv",
+        fmt::format("area,samples_per_pixel,mean_area,triangles,invocations,tessera_ms,llvmpipe_ms,tessera_over_"
+                    "llvmpipe,goal,tessera_mean_color,llvmpipe_mean_color,mean_difference,host,renderer\n"
+                    "{:g},{},{:.2f},{},{},{:.1f},{:.1f},{:.3f},1,{:.4f},{:.4f},{:.4f},\"{}\",\"{}\"\n",
+                    kShadedScene.area, kShadedScene.samples_per_pixel, scene.mean_area, triangles.triangle_count(),
+                    invocations, 1e3 * median(ours), 1e3 * median(theirs), ratio, difference.tessera,
+                    difference.llvmpipe, difference.difference, processor(), llvmpipe.renderer()));
+  return agrees(difference) && ratio <= limit;
+}
+
+// The command line after --shaded: [OUT_FOLDER [ROUNDS]].
+int run_shaded(int argc, char** argv) {
+  try {
+    const std::filesystem::path folder = argc > 0 ? argv[0] : "";
+    if (!folder.empty()) std::filesystem::create_directories(folder);
+    return measure_shaded(folder, argc > 1 ? std::stoi(argv[1]) : 7, 0.6) ? 0 : 1;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "tessera_llvmpipe_baseline: {}\n", error.what());
+    return 1;
+  }
+}
+
 }  // namespace
 }  // namespace tessera::bench
 
 int main(int argc, char** argv) {
   const tessera::ThreadLimit limit(tessera::bench::kThreads);
+  if (argc > 1 && std::string(argv[1]) == "--shaded") return tessera::bench::run_shaded(argc - 2, argv + 2);
   return tessera::bench::run_program(
       {"tessera_llvmpipe_baseline", 7, tessera::bench::measure_all, tessera::bench::check}, argc, argv);
 }

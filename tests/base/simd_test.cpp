@@ -1,13 +1,60 @@
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <set>
+#include <vector>
 
 #include "base/error.h"
 #include "base/random.h"
+#include "base/real.h"
 #include "base/simd_targets.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tests/base/simd_test.cpp"
+#include <hwy/foreach_target.h>
+
+#include "base/simd-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::HWY_NAMESPACE {
+
+// Of the first lane.
+void LeastAndLargest(float a, float b, float* out) {
+  float lanes[hn::MaxLanes(FloatLanes::D())];
+  real_min(FloatLanes(a), FloatLanes(b)).store(lanes);
+  out[0] = lanes[0];
+  real_max(FloatLanes(a), FloatLanes(b)).store(lanes);
+  out[1] = lanes[0];
+}
+
+}  // namespace tessera::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace tessera {
 namespace {
+
+HWY_EXPORT(LeastAndLargest);
+
+TEST(SimdTargets, LanesChooseTheOperandThatScalarsDo) {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const std::vector<float> numbers = {0.0f, -0.0f, 1.0f, -1.0f, infinity, -infinity, nan, -nan};
+  for (const std::string& name : simd_target_names()) {
+    force_simd_target(name);
+    for (const float a : numbers)
+      for (const float b : numbers) {
+        float out[2];
+        HWY_DYNAMIC_DISPATCH(LeastAndLargest)(a, b, out);
+        const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
+        EXPECT_EQ(bits(out[0]), bits(real_min(a, b))) << name << ": " << a << ", " << b;
+        EXPECT_EQ(bits(out[1]), bits(real_max(a, b))) << name << ": " << a << ", " << b;
+      }
+  }
+  force_simd_target("");
+}
 
 TEST(SimdTargets, ScalarCodeIsAlwaysThereAndTargetsCanBeForced) {
   const auto names = simd_target_names();
@@ -43,3 +90,4 @@ TEST(Random, ReversedBitsAndSobolFormATwoDimensionalNet) {
 
 }  // namespace
 }  // namespace tessera
+#endif
