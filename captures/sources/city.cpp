@@ -223,13 +223,8 @@ std::vector<Part> car(int paint, int tyre) {
       12, 1, [&](float, float) { return Vec3(0.04f); });
   const Geometry cabin = patches_of(loaf({0, 0.82f, 0.15f}, {0.70f, 0.62f, 1.15f}, 0.48f, 0.12f), 12, 4,
                                     [&](float, float v) { return v > 0.5f ? body : dark; });
-  for (const Geometry* part : {&skirt, &cabin}) {
-    const auto first = static_cast<std::uint32_t>(shell.positions.size());
-    shell.positions.insert(shell.positions.end(), part->positions.begin(), part->positions.end());
-    shell.texcoords.insert(shell.texcoords.end(), part->texcoords.begin(), part->texcoords.end());
-    shell.colors.insert(shell.colors.end(), part->colors.begin(), part->colors.end());
-    for (const std::uint32_t index : part->indices) shell.indices.push_back(first + index);
-  }
+  append(shell, skirt);
+  append(shell, cabin);
   Geometry wheels;
   for (const float z : {-1.2f, 1.2f})
     for (const float side : {-1.0f, 1.0f}) {
@@ -241,12 +236,7 @@ std::vector<Part> car(int paint, int tyre) {
                         z - r * std::cos(around));
           },
           8, 2, [](float, float v) { return Vec3(v < 0.5f ? 0.02f : 0.25f); });
-      const auto first = static_cast<std::uint32_t>(wheels.positions.size());
-      wheels.positions.insert(wheels.positions.end(), wheel.positions.begin(), wheel.positions.end());
-      wheels.texcoords.insert(wheels.texcoords.end(), wheel.texcoords.begin(), wheel.texcoords.end());
-      wheels.colors.insert(wheels.colors.end(), wheel.colors.begin(), wheel.colors.end());
-      for (const std::uint32_t index : wheel.indices) wheels.indices.push_back(first + index);
-      wheels.bezier = true;
+      append(wheels, wheel);
     }
   // Lamps and bumpers: white in front, red behind.
   for (const float end : {-1.0f, 1.0f}) {

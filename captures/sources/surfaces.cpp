@@ -165,6 +165,15 @@ Geometry patches_of(const std::function<Vec3(float, float)>& surface, int nu, in
   return g;
 }
 
+void append(Geometry& to, const Geometry& patches) {
+  to.bezier = true;
+  const auto first = static_cast<std::uint32_t>(to.positions.size());
+  to.positions.insert(to.positions.end(), patches.positions.begin(), patches.positions.end());
+  to.texcoords.insert(to.texcoords.end(), patches.texcoords.begin(), patches.texcoords.end());
+  to.colors.insert(to.colors.end(), patches.colors.begin(), patches.colors.end());
+  for (const std::uint32_t index : patches.indices) to.indices.push_back(first + index);
+}
+
 void add_box(Geometry& g, Vec3 low, Vec3 high, unsigned faces, float scale, Vec3 light) {
   for (int axis = 0; axis < 3; ++axis)
     for (int side = 0; side < 2; ++side) {

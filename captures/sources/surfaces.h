@@ -46,6 +46,9 @@ void add_patch(Geometry& g, const std::array<Vec3, 16>& points, const std::array
 Geometry patches_of(const std::function<Vec3(float, float)>& surface, int nu, int nv,
                     const std::function<Vec3(float, float)>& light);
 
+// Appends patches with texture coordinates and colours to others.
+void append(Geometry& to, const Geometry& patches);
+
 // Appends faces of an axis-parallel box as patches: bit 2 * axis + 1 of `faces` is the face of the larger coordinate.
 // Texture coordinates are metres times `scale`.
 inline constexpr unsigned kAllFaces = 63, kNoBottom = 63 & ~4u, kNoBack = 63 & ~16u;
