@@ -7,12 +7,12 @@ out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 "$root/tessera" replay "$root/captures/eggs.glb" --size 960x540 --spp 64 --quiet --out "$out/eggs"
 cp "$out"/eggs/frame_*.png "$here/eggs.png"
-for name in city garden; do
-  "$root/tessera" replay "$root/captures/$name.glb" --size 960x540 --spp 16 --quiet --out "$out/$name"
-  cp "$out/$name"/frame_*.png "$here/$name.png"
-done
 for name in vases serpent flyby; do
   "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 64 --quiet --out "$out/$name"
+  cp "$out/$name"/frame_*.png "$here/$name.png"
+done
+for name in city garden; do
+  "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 16 --quiet --out "$out/$name"
   cp "$out/$name"/frame_*.png "$here/$name.png"
 done
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 64 --quiet --out "$out/workshop"
