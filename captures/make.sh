@@ -8,6 +8,6 @@ out=${1:-$here}
 sources=$(mktemp -d)
 trap 'rm -rf "$sources"' EXIT
 "$build/tessera_make_captures" "$sources"
-for name in eggs vases serpent flyby stroll workshop; do
+for name in eggs vases serpent flyby stroll workshop city garden; do
   "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb"
 done

@@ -16,7 +16,7 @@ std::span<const std::uint8_t> bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const std::uint8_t*>(values.data()), values.size() * sizeof(T)};
 }
 
-constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
+constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
 
 }  // namespace
 
@@ -28,6 +28,12 @@ json texture_info(int texture, Vec2 repeat) {
   json info = {{"index", texture}};
   if (repeat != Vec2(1.0f)) info["extensions"]["KHR_texture_transform"] = {{"scale", {repeat.x, repeat.y}}};
   return info;
+}
+
+json displaced(json material, int heights, Vec2 repeat, float scale, float bias) {
+  material["extensions"]["TESSERA_displacement"] = {
+      {"texture", texture_info(heights, repeat)}, {"scale", scale}, {"bias", bias}};
+  return material;
 }
 
 json look_at(Vec3 eye, Vec3 target) {
@@ -90,7 +96,7 @@ int Asset::add_material(json material) {
   return static_cast<int>(document_["materials"].size()) - 1;
 }
 
-int Asset::add_mesh(const Geometry& g, int material) {
+json Asset::primitive(const Geometry& g, int material) {
   Vec3 low = g.positions.front(), high = low;
   for (const Vec3& p : g.positions) {
     low = glm::min(low, p);
@@ -101,16 +107,36 @@ int Asset::add_mesh(const Geometry& g, int material) {
                                                {{"min", array_of(low)}, {"max", array_of(high)}})}};
   if (!g.normals.empty()) attributes["NORMAL"] = add_accessor(bytes_of(g.normals), kFloat, count, "VEC3");
   if (!g.texcoords.empty()) attributes["TEXCOORD_0"] = add_accessor(bytes_of(g.texcoords), kFloat, count, "VEC2");
+  if (!g.colors.empty())
+    attributes["COLOR_0"] = add_accessor(bytes_of(g.colors), kUnsignedByte, count, "VEC4", {{"normalized", true}});
   if (!g.joints.empty()) attributes["JOINTS_0"] = add_accessor(bytes_of(g.joints), kUnsignedShort, count, "VEC4");
   if (!g.weights.empty()) attributes["WEIGHTS_0"] = add_accessor(bytes_of(g.weights), kFloat, count, "VEC4");
-  json primitive = {{"attributes", attributes},
-                    {"material", material},
-                    {"indices", add_accessor(bytes_of(g.indices), kUnsignedInt, g.indices.size(), "SCALAR")}};
+  json out = {{"attributes", attributes},
+              {"material", material},
+              {"indices", add_accessor(bytes_of(g.indices), kUnsignedInt, g.indices.size(), "SCALAR")}};
+  for (const std::vector<Vec3>& morph : g.morphs) {
+    Vec3 least = morph.front(), most = least;
+    for (const Vec3& p : morph) {
+      least = glm::min(least, p);
+      most = glm::max(most, p);
+    }
+    out["targets"].push_back({{"POSITION", add_accessor(bytes_of(morph), kFloat, count, "VEC3",
+                                                        {{"min", array_of(least)}, {"max", array_of(most)}})}});
+  }
   if (g.bezier) {
-    primitive["extensions"]["TESSERA_bezier_patches"] = {{"count", count / 16}};
+    out["extensions"]["TESSERA_bezier_patches"] = {{"count", count / 16}};
     use_extension("TESSERA_bezier_patches");
   }
-  document_["meshes"].push_back({{"primitives", json::array({primitive})}});
+  return out;
+}
+
+int Asset::add_mesh(const Geometry& g, int material) { return add_mesh({{g, material}}); }
+
+int Asset::add_mesh(const std::vector<Part>& parts) {
+  json primitives = json::array();
+  for (const Part& part : parts)
+    if (!part.geometry.positions.empty()) primitives.push_back(primitive(part.geometry, part.material));
+  document_["meshes"].push_back({{"primitives", primitives}});
   return static_cast<int>(document_["meshes"].size()) - 1;
 }
 
@@ -123,6 +149,24 @@ int Asset::add_node(json node) {
     use_extension("TESSERA_procedure");
   document_["nodes"].push_back(std::move(node));
   return static_cast<int>(document_["nodes"].size()) - 1;
+}
+
+void Asset::Instances::add(Vec3 at, float turn, float size) {
+  translations.push_back(at);
+  rotations.push_back(glm::angleAxis(turn, Vec3(0, 1, 0)));
+  scales.emplace_back(size);
+}
+
+int Asset::add_instances(const std::string& name, int mesh, const Instances& instances) {
+  use_extension("EXT_mesh_gpu_instancing");
+  std::vector<float> turns;
+  for (const glm::quat& q : instances.rotations) turns.insert(turns.end(), {q.x, q.y, q.z, q.w});
+  const std::size_t count = instances.translations.size();
+  const json attributes = {{"TRANSLATION", add_accessor(bytes_of(instances.translations), kFloat, count, "VEC3")},
+                           {"ROTATION", add_accessor(bytes_of(turns), kFloat, count, "VEC4")},
+                           {"SCALE", add_accessor(bytes_of(instances.scales), kFloat, count, "VEC3")}};
+  return add_node(
+      {{"name", name}, {"mesh", mesh}, {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", attributes}}}}}});
 }
 
 int Asset::add_camera(json camera) {
@@ -146,14 +190,14 @@ int Asset::add_skin(const std::vector<int>& joints, const std::vector<Mat4>& inv
 }
 
 void Asset::animate_values(int node, const std::string& path, const std::vector<float>& times,
-                           std::span<const float> values, const char* type) {
+                           std::span<const float> values, const char* type, std::size_t count) {
   json& animations = document_["animations"];
   if (!animations.is_array()) animations = json::array({{{"channels", json::array()}, {"samplers", json::array()}}});
   json& animation = animations[0];
   const int input = add_accessor(bytes_of(times), kFloat, times.size(), "SCALAR",
                                  {{"min", json::array({times.front()})}, {"max", json::array({times.back()})}});
   const std::vector<float> copy(values.begin(), values.end());
-  const int output = add_accessor(bytes_of(copy), kFloat, times.size(), type);
+  const int output = add_accessor(bytes_of(copy), kFloat, count, type);
   animation["samplers"].push_back({{"input", input}, {"output", output}});
   animation["channels"].push_back(
       {{"sampler", animation["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
@@ -161,14 +205,18 @@ void Asset::animate_values(int node, const std::string& path, const std::vector<
 
 void Asset::animate(int node, const std::string& path, const std::vector<float>& times,
                     const std::vector<Vec3>& values) {
-  animate_values(node, path, times, {&values[0].x, 3 * values.size()}, "VEC3");
+  animate_values(node, path, times, {&values[0].x, 3 * values.size()}, "VEC3", times.size());
 }
 
 void Asset::animate(int node, const std::string& path, const std::vector<float>& times,
                     const std::vector<glm::quat>& values) {
   std::vector<float> scalars;
   for (const glm::quat& q : values) scalars.insert(scalars.end(), {q.x, q.y, q.z, q.w});
-  animate_values(node, path, times, scalars, "VEC4");
+  animate_values(node, path, times, scalars, "VEC4", times.size());
+}
+
+void Asset::animate_weights(int node, const std::vector<float>& times, const std::vector<float>& values) {
+  animate_values(node, "weights", times, values, "SCALAR", values.size());
 }
 
 void Asset::write(const std::filesystem::path& folder) {

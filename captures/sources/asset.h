@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -17,10 +18,18 @@ namespace tessera::captures {
 struct Geometry {
   std::vector<Vec3> positions, normals;
   std::vector<Vec2> texcoords;
+  std::vector<std::array<std::uint8_t, 4>> colors;  // factors of the base colour, 255 = 1
   std::vector<std::uint32_t> indices;
   std::vector<std::array<std::uint16_t, 4>> joints;
   std::vector<Vec4> weights;
-  bool bezier = false;  // 16 positions per patch; indices are its control cage
+  std::vector<std::vector<Vec3>> morphs;  // differences of positions, one vector per target
+  bool bezier = false;                    // 16 positions per patch; indices are its control cage
+};
+
+// One primitive of a mesh.
+struct Part {
+  Geometry geometry;
+  int material = 0;
 };
 
 // Collects the objects of a glTF asset and writes it as NAME.gltf with NAME.bin and images beside it. Every add_
@@ -36,8 +45,16 @@ class Asset {
 
   int add_material(nlohmann::json material);
   int add_mesh(const Geometry& geometry, int material);
+  int add_mesh(const std::vector<Part>& parts);     // those that have no vertices are left out
   int add_points(const std::vector<Vec3>& points);  // an accessor of its own
   int add_node(nlohmann::json node);                // a root of the scene unless `child` later claims it
+  // A node that draws `mesh` at each place (EXT_mesh_gpu_instancing).
+  struct Instances {
+    std::vector<Vec3> translations, scales;
+    std::vector<glm::quat> rotations;
+    void add(Vec3 at, float turn, float size);  // turned about +y
+  };
+  int add_instances(const std::string& name, int mesh, const Instances& instances);
   int add_camera(nlohmann::json camera);
   int add_light(nlohmann::json light);
   int add_skin(const std::vector<int>& joints, const std::vector<Mat4>& inverse_bind);
@@ -46,6 +63,8 @@ class Asset {
   void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<Vec3>& values);
   void animate(int node, const std::string& path, const std::vector<float>& times,
                const std::vector<glm::quat>& values);
+  // Weights of morph targets: as many for each key as the node's mesh has.
+  void animate_weights(int node, const std::vector<float>& times, const std::vector<float>& values);
 
   nlohmann::json& node(int index) { return document_["nodes"][static_cast<std::size_t>(index)]; }
   nlohmann::json& capture_settings() { return document_["extensions"]["TESSERA_capture"]; }
@@ -59,8 +78,9 @@ class Asset {
   int add_texture(std::string file, std::string bytes);
   int add_accessor(std::span<const std::uint8_t> bytes, int component_type, std::size_t count, const char* type,
                    nlohmann::json more = {});
+  nlohmann::json primitive(const Geometry& geometry, int material);
   void animate_values(int node, const std::string& path, const std::vector<float>& times, std::span<const float> values,
-                      const char* type);
+                      const char* type, std::size_t count);
   void use_extension(const std::string& name);
 
   std::string name_;
@@ -71,6 +91,9 @@ class Asset {
 
 // {"index": texture} with a texture transform when `repeat` is not 1.
 nlohmann::json texture_info(int texture, Vec2 repeat = Vec2(1.0f));
+
+// The material, displaced by scale * height + bias.
+nlohmann::json displaced(nlohmann::json material, int heights, Vec2 repeat, float scale, float bias);
 
 // "translation", "rotation" members for a camera or light at `eye` that looks at `target`.
 nlohmann::json look_at(Vec3 eye, Vec3 target);

@@ -12,12 +12,6 @@ using nlohmann::json;
 
 constexpr float kPi = 3.14159265f;
 
-json displaced(json material, int heights, Vec2 repeat, float scale, float bias) {
-  material["extensions"]["TESSERA_displacement"] = {
-      {"texture", texture_info(heights, repeat)}, {"scale", scale}, {"bias", bias}};
-  return material;
-}
-
 // Dragon's eggs: a lathe of four segments, scales all over.
 Geometry egg() {
   return revolve(

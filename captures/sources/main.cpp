@@ -16,6 +16,8 @@ int main(int argc, char** argv) {
     tessera::captures::make_flyby(argv[1]);
     tessera::captures::make_stroll(argv[1]);
     tessera::captures::make_workshop(argv[1]);
+    tessera::captures::make_city(argv[1]);
+    tessera::captures::make_garden(argv[1]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera_make_captures: %s\n", error.what());
     return 1;

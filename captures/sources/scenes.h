@@ -11,5 +11,7 @@ void make_serpent(const std::filesystem::path& folder);   // a skinned mesh with
 void make_workshop(const std::filesystem::path& folder);  // procedures only: a still life
 void make_flyby(const std::filesystem::path& folder);     // fast motion across the whole screen
 void make_stroll(const std::filesystem::path& folder);    // the same with a moving camera, 60 frames
+void make_city(const std::filesystem::path& folder);      // deep, mostly hidden: walking along a street
+void make_garden(const std::filesystem::path& folder);    // leaves, flowers and grass in the wind
 
 }  // namespace tessera::captures

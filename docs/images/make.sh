@@ -11,6 +11,10 @@ for name in vases serpent flyby; do
   "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 64 --quiet --out "$out/$name"
   cp "$out/$name"/frame_*.png "$here/$name.png"
 done
+for name in city garden; do
+  "$root/tessera" replay "$root/captures/$name.glb" --size 480x270 --spp 16 --quiet --out "$out/$name"
+  cp "$out/$name"/frame_*.png "$here/$name.png"
+done
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 64 --quiet --out "$out/workshop"
 cp "$out"/workshop/frame_*.png "$here/workshop.png"
 "$root/tessera" replay "$root/captures/workshop.glb" --size 960x540 --spp 16 --set procedures.style=lines --quiet --out "$out/lines"

@@ -154,7 +154,7 @@ std::vector<std::string> small_captures() {
                                   erring_capture(),
                                   pointing_capture(),
                                   wire_capture()};
-  for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"})
+  for (const char* name : {"city", "eggs", "flyby", "garden", "serpent", "stroll", "vases", "workshop"})
     all.push_back(without_buffers(test::read_text(test::shipped_capture(name))));
   for (const shaders::StageDeclaration& shape : shaders::shape_declarations())
     all.push_back(procedure_capture({{"shape", shape.name}}));

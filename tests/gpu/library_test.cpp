@@ -123,7 +123,7 @@ TEST(Library, TrafficEnergyAndMapsAddUp) {
 
 // Every capture with something that others lack: moving patches, procedures, many objects, blending, two eyes.
 TEST(Library, CostsOfDrawablesAddUpToTheFrames) {
-  for (const char* name : {"eggs", "workshop", "stroll"})
+  for (const char* name : {"eggs", "workshop", "stroll", "garden"})
     for (const double eyes : {0.0, 0.05}) {
       const tessera::Scene scene(std::string(TESSERA_SOURCE_DIR "/captures/") + name + ".glb");
       const tessera::Frame frame =

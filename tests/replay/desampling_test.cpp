@@ -759,7 +759,7 @@ TEST(Desampling, CompressionChangesTrafficNotImages) {
 // ---- Against baselines ---------------------------------------------------------------------------------------------
 
 TEST(Desampling, ScaledCubicStencilsBeatBilinearOnEveryShippedCaptureAtHalfRate) {
-  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll", "workshop"}) {
+  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll", "workshop", "city", "garden"}) {
     const Capture capture = shipped(name);
     const int frame = capture.settings.first_frame;
     Machine p = plain();

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <set>
+#include <string_view>
 
 #include "base/simd_targets.h"
 #include "gpu/device.h"
@@ -97,8 +99,8 @@ class ShippedCapture : public testing::TestWithParam<const char*> {
  protected:
   Capture capture = scene::read_capture(test::shipped_capture(GetParam()));
   int frame = capture.settings.first_frame;
-  // Procedures and many small objects take long; their frames are small.
-  bool small = std::string_view(GetParam()) == "workshop" || std::string_view(GetParam()) == "stroll";
+  // Procedures, many small objects and many patches take long; their frames are small.
+  bool small = std::set<std::string_view>{"workshop", "stroll", "city", "garden"}.contains(GetParam());
   gpu::RenderRequest size = small ? whole(80, 45) : whole(160, 90);
   gpu::FrameResult shown(const Variant& variant) const { return render(capture, variant, frame, size); }
 };
@@ -308,7 +310,7 @@ TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture,
-                         testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "stroll"),
+                         testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "stroll", "city", "garden"),
                          [](const auto& param_info) { return std::string(param_info.param); });
 
 TEST(PartialRender, IsCountedAndLosesNothing) {  // M6

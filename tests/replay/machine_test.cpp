@@ -235,7 +235,7 @@ TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "serpent", "flyby", "workshop"),
+INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "city", "garden"),
                          [](const auto& p) { return std::string(p.param); });
 
 // Lines of all tiles together, each once.
