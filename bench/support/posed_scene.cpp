@@ -17,6 +17,12 @@
 namespace tessera::bench {
 namespace {
 
+gpu::GpuConfiguration machine_for(const SceneSettings& settings) {
+  gpu::GpuConfiguration gpu;
+  gpu.tilecore.visibility.traversal = settings.traversal;
+  return gpu;
+}
+
 constexpr double kFocalPixels = 720;  // one unit is one pixel at this depth
 constexpr float kWallDepth = 900;
 constexpr float kMargin = 160;  // pixels of wall beyond the frame, so that it fills the frame at all times
@@ -166,6 +172,7 @@ PosedScene::PosedScene(int width, int height, const SceneSettings& settings)
     : capture(make_capture(width, height, settings)),
       assembly(scene::assemble(capture)),
       pyramids(assembly),
+      gpu(machine_for(settings)),
       pattern({settings.samples_per_pixel, 0, 0}),
       grid(width, height, gpu.tile.width, gpu.tile.height),
       machine(gpu, pattern, grid) {

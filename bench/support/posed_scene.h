@@ -20,6 +20,7 @@ struct SceneSettings {
   bool lens = false;  // 32 pixels of confusion on the wall
   int samples_per_pixel = 4;
   bool textured = false;  // base colour, metalness and roughness by images; a sun and a lamp beside the studio's light
+  tilecore::Traversal traversal = tilecore::Traversal::kAuto;
 };
 
 // That scene posed for one image, and the machine that renders it.
