@@ -102,10 +102,11 @@ HitLimits hit_limits(const scene::FrameGeometry& frame, const scene::PosedDrawab
   return limits;
 }
 
-VisibilitySettings visibility_settings(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                       const float* depth) {
+VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeometry& frame,
+                                       const scene::PosedDrawable& drawable, const float* depth) {
   return {hit_limits(frame, drawable), frame.projection.orthographic,
-          static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
+          static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection),
+          job.kernels};
 }
 
 // One for each leaf and for each cell that is not clipped.
@@ -215,7 +216,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;
 
-  const VisibilitySettings settings = visibility_settings(frame, drawable, state.z.data());
+  const VisibilitySettings settings = visibility_settings(job, frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
     test_mesh(job, entry, mesh, effects.ray, settings, sink);
     sink.flush();
@@ -242,7 +243,7 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const EntryEffects effects = effects_of(job, entry);
   const MicroMesh& mesh =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
-  test_mesh(job, entry, mesh, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
+  test_mesh(job, entry, mesh, effects.ray, visibility_settings(job, frame, drawable, nullptr), sink);
   sink.flush();
   leave_segment(job);
 }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <vector>
 
+#include "tilecore/visibility/ray_stages.h"
 #include "tilecore/visibility/sample_tests.h"
 
 #if defined(TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -85,8 +86,9 @@ HWY_INLINE void for_each_lane(M mask, const Body& body) {
 
 // What a kernel is compiled for. Without kDepthMoves no corner changes its depth; the formulas are the same, with the
 // divisions that follow from it done once per cell.
-template <bool kMotion_, bool kDepthMoves_, bool kLens_, bool kOrthographic_>
+template <bool kMotion_, bool kDepthMoves_, bool kLens_, bool kOrthographic_, class Clock_ = NoStageClock>
 struct Effects {
+  using Clock = Clock_;
   static constexpr bool kMotion = kMotion_, kDepthMoves = kMotion_ && kDepthMoves_, kLens = kLens_,
                         kOrthographic = kOrthographic_;
 };
@@ -369,10 +371,13 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
   M ties = hn::Or(hn::Or(hn::Eq(e_ab, zero), hn::Eq(e_bc, zero)), hn::Eq(e_ca, zero));
   M first = hn::And(valid, one_sign(e_ab, e_bc, e_ca));
   const M two = hn::And(valid, cell.second);
-  to.work.triangle_tests += hn::CountTrue(d, valid) + hn::CountTrue(d, two);
+  const std::uint64_t triangle_tests = hn::CountTrue(d, valid) + hn::CountTrue(d, two);
+  to.work.triangle_tests += triangle_tests;
+  E::Clock::count(RayStage::kTriangles, triangle_tests);
   const V e_cd = edge(c, e), e_da = edge(e, a), e_ac = hn::Neg(e_ca);  // exactly what edge(a, c) gives
   ties = hn::Or(ties, hn::And(cell.second, hn::Or(hn::Eq(e_cd, zero), hn::Eq(e_da, zero))));
   const M second = hn::AndNot(ties, hn::And(two, one_sign(e_ac, e_cd, e_da)));
+  E::Clock::enter(RayStage::kHits);
   if (!hn::AllFalse(d, second)) {
     const VI next = hn::Add(cell.triangle, hn::Set(DI(), 1));
     emit<E>(to, second, {e_cd, e_da, e_ac}, {&a, &c, &e}, {&cell.corner[0], &cell.corner[2], &cell.corner[3]}, s.id,
@@ -384,6 +389,7 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
     emit<E>(to, first, {e_bc, e_ca, e_ab}, {&a, &b, &c}, {&cell.corner[0], &cell.corner[1], &cell.corner[2]}, s.id,
             cell.triangle);
   if (!hn::AllFalse(d, ties)) test_ties<E>(to, cell, corner, ties, s.id);
+  E::Clock::enter(RayStage::kTriangles);
 }
 
 // ---- Pairs of a sample and a cell -------------------------------------------------------------------------------
@@ -459,12 +465,17 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const D d;
   const DI di;
   const MicroMesh& mesh = to.mesh;
-  to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
+  const std::uint64_t box_tests = from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
+  to.work.box_tests += box_tests;
+  E::Clock::count(RayStage::kBoxes, box_tests);
+  E::Clock::enter(RayStage::kTriangles);
   LeafCells cells;
   load_cells<E>(mesh, l * kLeafCells, cells);
   Pairs pairs;
   for (std::size_t s = 0; s < from.count;) {
+    E::Clock::enter(RayStage::kBoxes);
     s = find_pairs(mesh, l * kLeafCells, from, s, pairs);
+    E::Clock::enter(RayStage::kTriangles);
     hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
     for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
       const M valid = hn::FirstN(d, pairs.count - i);
@@ -476,6 +487,7 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
     pairs.count = 0;
   }
   from.count = 0;
+  E::Clock::enter(RayStage::kClasses);
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE

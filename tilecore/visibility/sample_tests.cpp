@@ -6,7 +6,8 @@
 namespace tessera::tilecore {
 namespace {
 
-VisibilityKernels kernels_for(RayEffects effects) {
+VisibilityKernels kernels_for(RayEffects effects, const VisibilitySettings& settings) {
+  if (settings.kernels != nullptr) return *settings.kernels;
 #ifdef TESSERA_STATIC_EFFECTS
   TESSERA_CHECK(!effects.motion && !effects.lens,
                 "a build with TESSERA_EFFECTS=static has no code for motion and defocus");
@@ -21,7 +22,7 @@ VisibilityKernels kernels_for(RayEffects effects) {
 
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                 RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
-  kernels_for(effects).trace_leaf(mesh, leaf, samples, times, settings, sink, work);
+  kernels_for(effects, settings).trace_leaf(mesh, leaf, samples, times, settings, sink, work);
   // The next leaf sees what this one covered.
   if (settings.depth != nullptr) sink.flush();
 }
@@ -29,7 +30,7 @@ void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samp
 void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
                        const TileSamples& samples, RayEffects effects, const VisibilitySettings& settings,
                        HitSink& sink, VisibilityWork& work) {
-  kernels_for(effects).test_cell_samples(mesh, cell, list, samples, settings, sink, work);
+  kernels_for(effects, settings).test_cell_samples(mesh, cell, list, samples, settings, sink, work);
 }
 
 }  // namespace tessera::tilecore

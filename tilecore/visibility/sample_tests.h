@@ -15,6 +15,8 @@ namespace tessera::tilecore {
 // on every instruction set; their order may differ. Counts are of what the emulated unit tests, independent of the
 // host's vector width.
 
+struct VisibilityKernels;
+
 struct VisibilityWork {
   std::uint64_t boxes_built = 0;     // of leaves, cells, nodes and bounding polygons
   std::uint64_t box_tests = 0;       // a sample or a tile against a box
@@ -61,6 +63,7 @@ struct VisibilitySettings {
   const float* depth = nullptr;
   float sharp_factor =
       0;  // a projected corner whose lens factor is no larger than this is seen as through the lens centre
+  const VisibilityKernels* kernels = nullptr;  // null: those for the effects and the best SIMD target
 };
 
 // Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels
