@@ -104,8 +104,11 @@ HitLimits hit_limits(const scene::FrameGeometry& frame, const scene::PosedDrawab
 
 VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeometry& frame,
                                        const scene::PosedDrawable& drawable, const float* depth) {
-  return {hit_limits(frame, drawable), frame.projection.orthographic,
-          static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection),
+  return {hit_limits(frame, drawable),
+          frame.projection.orthographic,
+          static_cast<float>(frame.projection.inverse_focus),
+          depth,
+          frontend::sharp_factor(frame.projection),
           job.kernels};
 }
 
@@ -206,7 +209,6 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const EntryEffects effects = effects_of(job, entry);
   const MeshStore::Item& item =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
-  const MicroMesh& mesh = item.mesh;
   const Tessellator::Work& work = item.work;
   tessellations_.push_back(
       {entry.base_patch, entry.segment, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
@@ -218,7 +220,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
 
   const VisibilitySettings settings = visibility_settings(job, frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
-    test_mesh(job, entry, mesh, effects.ray, settings, sink);
+    test_mesh(job, entry, item, effects.ray, settings, sink);
     sink.flush();
   };
   switch (drawable.material->alpha_mode) {
@@ -241,15 +243,16 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const scene::FrameGeometry& frame = enter(job, entry);
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const EntryEffects effects = effects_of(job, entry);
-  const MicroMesh& mesh =
-      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced).mesh;
-  test_mesh(job, entry, mesh, effects.ray, visibility_settings(job, frame, drawable, nullptr), sink);
+  const MeshStore::Item& item =
+      meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
+  test_mesh(job, entry, item, effects.ray, visibility_settings(job, frame, drawable, nullptr), sink);
   sink.flush();
   leave_segment(job);
 }
 
-void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects,
-                         const VisibilitySettings& settings, HitSink& sink) {
+void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item,
+                         RayEffects effects, const VisibilitySettings& settings, HitSink& sink) {
+  const MicroMesh& mesh = item.mesh;
   const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
   const TimeRange entry_times{entry.t0, entry.t1};
   VisibilityWork work;
@@ -258,17 +261,17 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
                   "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
     work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
-  } else if (const VisibilityMethodSettings method = settled(job.visibility, mesh, effects); !method.by_class()) {
+  } else if (const VisibilityMethodSettings method =
+                 job.visibility.chooses() ? settled(job.visibility, item.costs(effects), effects) : job.visibility;
+             !method.by_class()) {
     visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(frame, entry)}, method, sink, work);
   } else {
     work.boxes_built += boxes_of(mesh);
     leaf_times_.resize(mesh.leaves.size());
     touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);
     work.box_tests += mesh.leaves.size();
-    for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-      const TimeRange times = leaf_times_[l].intersect(entry_times);
-      if (!times.empty()) trace_leaf(mesh, l, samples_, times, effects, settings, sink, work);
-    }
+    for (TimeRange& times : leaf_times_) times = times.intersect(entry_times);
+    trace_leaves(mesh, leaf_times_, samples_, effects, settings, sink, work);
   }
   if (!mesh.clipped_cells.empty())
     test_clipped_cells(mesh, samples_, entry_times, effects, frame.projection, settings, job.visibility, sink, work);

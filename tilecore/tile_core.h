@@ -139,7 +139,7 @@ class TileCore {
   void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
-  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MicroMesh& mesh, RayEffects effects,
+  void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item, RayEffects effects,
                  const VisibilitySettings& settings, HitSink& sink);
 
   MeshStore meshes_;

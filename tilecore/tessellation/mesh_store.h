@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <list>
+#include <optional>
 #include <unordered_map>
 
 #include "tilecore/tessellation/tessellator.h"
+#include "tilecore/visibility/method_choice.h"
 
 namespace tessera::tilecore {
 
@@ -20,6 +22,15 @@ class MeshStore {
   struct Item {
     MicroMesh mesh;
     Tessellator::Work work;
+    // Of the mesh, computed when first asked for: every tile that it touches chooses by the same.
+    const TestCosts& costs(RayEffects effects) const {
+      if (!costs_) costs_ = test_costs(mesh, effects);
+      return *costs_;
+    }
+
+   private:
+    friend class MeshStore;
+    mutable std::optional<TestCosts> costs_;
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
   const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,

@@ -86,8 +86,11 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
 }
 
 VisibilityMethodSettings settled(VisibilityMethodSettings method, const MicroMesh& mesh, RayEffects effects) {
+  return method.chooses() ? settled(method, test_costs(mesh, effects), effects) : method;
+}
+
+VisibilityMethodSettings settled(VisibilityMethodSettings method, const TestCosts& costs, RayEffects effects) {
   if (!method.chooses()) return method;
-  const TestCosts costs = test_costs(mesh, effects);
   method.traversal = Traversal::kClass;
   if (costs.by_ray < costs.by_class) method.traversal = Traversal::kRay;
   if (!effects.lens && costs.brute < std::min(costs.by_class, costs.by_ray)) method.method = VisibilityMethod::kBrute;

@@ -29,6 +29,7 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects);
 
 // `method` with what it leaves open (chooses()) settled for a mesh: the cheapest of the three, the first of equals. A
 // function of the mesh alone.
+VisibilityMethodSettings settled(VisibilityMethodSettings method, const TestCosts& costs, RayEffects effects);
 VisibilityMethodSettings settled(VisibilityMethodSettings method, const MicroMesh& mesh, RayEffects effects);
 
 }  // namespace tessera::tilecore

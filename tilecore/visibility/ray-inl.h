@@ -13,8 +13,6 @@
 #define TESSERA_TILECORE_RAY_PATH_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
-
 #include "tilecore/visibility/cell_samples-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -150,18 +148,8 @@ HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const Cl
   survivors.count += compress_store(id, in, di, survivors.id + at);
 }
 
-// Asks for what test_survivors reads first.
-HWY_INLINE void prefetch_leaf(const MicroMesh& mesh, std::size_t l) {
-  const std::size_t first = l * kLeafCells;
-  for (const auto* box : {&mesh.box_x_low, &mesh.box_x_high, &mesh.box_y_low, &mesh.box_y_high})
-    hwy::Prefetch(box->data() + first);
-  for (const auto& corner : mesh.corner) hwy::Prefetch(corner.data() + first);
-  hwy::Prefetch(mesh.triangle.data() + first);
-}
-
 template <class E>
 void trace(const Context& to, std::size_t l, TimeRange times) {
-  prefetch_leaf(to.mesh, l);
   const D d;
   const DI di;
   const SampleClasses& classes = *to.samples.classes;

@@ -81,6 +81,11 @@ void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const Visibi
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                 RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 
+// The same of all leaves of a mesh whose times are not empty, in order, each asked for from memory while the one before it
+// is tested. `times`: one for each leaf.
+void trace_leaves(const MicroMesh& mesh, std::span<const TimeRange> times, const TileSamples& samples,
+                  RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+
 // The triangles of one cell, all corners projected, against given samples (natural order, each once). For visibility
 // methods that find their samples in another way: the same hits with the same bits as above.
 void test_cell_samples(const MicroMesh& mesh, std::size_t cell, std::span<const std::uint32_t> list,
