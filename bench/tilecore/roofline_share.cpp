@@ -6,7 +6,7 @@
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole, triangles of 1 pixel^2, 32 pixels of blur; one thread. Every
 // round renders the frame with the kernels as they are and with the same source compiled with a clock, and measures the
-// ceilings. What a look at the clock costs is the difference of the two frames over the looks; it is taken off each
+// roofline. What a look at the clock costs is the difference of the two frames over the looks; it is taken off each
 // stage. Figures are medians over the rounds.
 //
 // Boxes: survivors of a leaf's box against the boxes of its cells, the list of pairs included. Triangles: from the list
@@ -69,7 +69,7 @@ struct StageFigures {
 
 struct Shares {
   std::array<StageFigures, tilecore::kRayStages> stages;
-  std::vector<double> boxes, linear, perspective;  // ceilings
+  std::vector<double> boxes, linear, perspective;  // the roofline
   std::vector<double> tiles;                       // seconds of the tile cores without the clock
   bool same = true;                                // what both frames count
 
@@ -163,6 +163,9 @@ bool check() {
     laws.expect(target + ": the clock changes no count", s.same);
     laws.expect(target + ": boxes and triangles are tested",
                 s.stage(RayStage::kBoxes).tests > 0 && s.stage(RayStage::kTriangles).tests > 0);
+    // Half of what a machine reached whose processors others wanted, too.
+    laws.expect(target + ": boxes reach a tenth of the roofline", s.share(RayStage::kBoxes, s.boxes) > 0.1);
+    laws.expect(target + ": triangles reach a twentieth", s.share(RayStage::kTriangles, s.perspective) > 0.05);
   }
   force_simd_target("");
   return laws.all_hold();
