@@ -102,10 +102,14 @@ HitLimits hit_limits(const scene::FrameGeometry& frame, const scene::PosedDrawab
   return limits;
 }
 
-VisibilitySettings visibility_settings(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
-                                       const float* depth) {
-  return {hit_limits(frame, drawable), frame.projection.orthographic,
-          static_cast<float>(frame.projection.inverse_focus), depth, frontend::sharp_factor(frame.projection)};
+VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeometry& frame,
+                                       const scene::PosedDrawable& drawable, const float* depth) {
+  return {hit_limits(frame, drawable),
+          frame.projection.orthographic,
+          static_cast<float>(frame.projection.inverse_focus),
+          depth,
+          frontend::sharp_factor(frame.projection),
+          job.kernels};
 }
 
 // One for each leaf and for each cell that is not clipped.
@@ -113,6 +117,14 @@ std::uint64_t boxes_of(const MicroMesh& mesh) {
   std::uint64_t boxes = mesh.leaves.size();
   for (const MicroMesh::Leaf& leaf : mesh.leaves) boxes += static_cast<std::uint64_t>(std::popcount(leaf.cells));
   return boxes;
+}
+
+VisibilityMethodSettings method_for(const TileJob& job, const MeshStore::Item& item, RayEffects effects,
+                                    const TileSamples& samples) {
+  if (!job.visibility.chooses()) return job.visibility;
+  return settled(
+      job.visibility, item.costs(effects), effects,
+      {job.grid->tile_width(), job.grid->tile_height(), samples.spp, static_cast<double>(samples.lens_scale)});
 }
 
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.
@@ -214,7 +226,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;
 
-  const VisibilitySettings settings = visibility_settings(frame, drawable, state.z.data());
+  const VisibilitySettings settings = visibility_settings(job, frame, drawable, state.z.data());
   const auto run = [&](HitSink&& sink) {
     test_mesh(job, entry, item, effects.ray, settings, sink);
     sink.flush();
@@ -241,7 +253,7 @@ void TileCore::find_hits(const TileJob& job, const binner::QueueEntry& entry, Hi
   const EntryEffects effects = effects_of(job, entry);
   const MeshStore::Item& item =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
-  test_mesh(job, entry, item, effects.ray, visibility_settings(frame, drawable, nullptr), sink);
+  test_mesh(job, entry, item, effects.ray, visibility_settings(job, frame, drawable, nullptr), sink);
   sink.flush();
   leave_segment(job);
 }
@@ -257,20 +269,15 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
                   "a build with TESSERA_EFFECTS=static renders still, pinhole scenes");
     work.boxes_built += boxes_of(mesh);
     raster_mesh(mesh, samples_, settings, sink, work);
-  } else if (const VisibilityMethodSettings method = settled(job.visibility, item.costs, effects,
-                                                             {job.grid->tile_width(), job.grid->tile_height(),
-                                                              samples_.spp, static_cast<double>(samples_.lens_scale)});
-             !method.by_class()) {
+  } else if (const VisibilityMethodSettings method = method_for(job, item, effects, samples_); !method.by_class()) {
     visibility_.test({mesh, samples_, entry_times, effects, settings, leaf_columns(frame, entry)}, method, sink, work);
   } else {
     work.boxes_built += boxes_of(mesh);
     leaf_times_.resize(mesh.leaves.size());
     touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);
     work.box_tests += mesh.leaves.size();
-    for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
-      const TimeRange times = leaf_times_[l].intersect(entry_times);
-      if (!times.empty()) trace_leaf(mesh, l, samples_, times, effects, settings, sink, work);
-    }
+    for (TimeRange& times : leaf_times_) times = times.intersect(entry_times);
+    trace_leaves(mesh, leaf_times_, samples_, effects, settings, sink, work);
   }
   if (!mesh.clipped_cells.empty())
     test_clipped_cells(mesh, samples_, entry_times, effects, frame.projection, settings, job.visibility, sink, work);

@@ -39,6 +39,8 @@ struct TileJob {
   VisibilityMethodSettings visibility;
   std::uint64_t burst_bytes = 64;
   TextureUnit::Settings textures;
+  const VisibilityKernels* kernels =
+      nullptr;  // see VisibilitySettings; for a benchmark whose patches all have one set of effects
   const ParameterMaps* procedures = nullptr;  // what the sampling controller draws, if anything
   int box_bits = 32;                          // precision of the boxes of cells
   bool charge_frame_buffer = true;  // finished pixels count as written; false: what they are compressed to does, later

@@ -31,7 +31,7 @@ MicroMesh make_sheet(float size, float blur, bool moving) {
     }
   for (int lj = 0; lj < n; lj += 4)
     for (int li = 0; li < n; li += 4) {
-      mesh.begin_leaf();
+      mesh.begin_leaf({lj * columns + li, columns, std::min(4, n - li)});
       for (int j = lj; j < std::min(lj + 4, n); ++j)
         for (int i = li; i < std::min(li + 4, n); ++i) {
           const std::int32_t a = j * columns + i;

@@ -9,7 +9,7 @@ using Clock = std::chrono::steady_clock;
 
 MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& frame,
                                                  const frontend::PyramidLibrary& pyramids, bool keep_tiles,
-                                                 bool force_motion) {
+                                                 bool force_motion, const tilecore::VisibilityKernels* kernels) {
   Result result;
   auto lap = Clock::now();
   const auto charge = [&](double& seconds) {
@@ -22,6 +22,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   job.grid = &grid_;
   job.pattern = &pattern_;
   job.force_motion = force_motion;
+  job.kernels = kernels;
   job.cull_occlusion = gpu_.tilecore.occlusion_culling;
   job.visibility = gpu_.tilecore.visibility;
   job.burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);

@@ -29,9 +29,9 @@ class MachineVisibility {
     tilecore::TessellationCounters tessellation;
     Stages stages;
   };
-  // `force_motion`: the ray path, though nothing moves.
+  // `force_motion`: the ray path, though nothing moves. `kernels`: see TileJob.
   Result run(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles,
-             bool force_motion = false);
+             bool force_motion = false, const tilecore::VisibilityKernels* kernels = nullptr);
 
  private:
   gpu::GpuConfiguration gpu_;

@@ -47,7 +47,7 @@ const MeshStore::Item& MeshStore::get(const scene::FrameGeometry& frame, std::ui
   node.key = key;
   tessellator_.set_box_bits(box_bits);
   node.item.work = tessellator_.tessellate(frame, patch, range, effects, node.item.mesh, displaced);
-  node.item.costs = effects.motion || effects.lens ? test_costs(node.item.mesh, effects) : TestCosts{};
+  node.item.costs_.reset();
   node.bytes = node.item.mesh.memory_bytes();
   bytes_ += node.bytes;
   index_[key] = nodes_.begin();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <list>
+#include <optional>
 #include <unordered_map>
 
 #include "tilecore/tessellation/tessellator.h"
@@ -21,7 +22,15 @@ class MeshStore {
   struct Item {
     MicroMesh mesh;
     Tessellator::Work work;
-    TestCosts costs;  // of meshes with motion or lens
+    // Of the mesh, computed when first asked for: every tile that it touches chooses by the same.
+    const TestCosts& costs(RayEffects effects) const {
+      if (!costs_) costs_ = test_costs(mesh, effects);
+      return *costs_;
+    }
+
+   private:
+    friend class MeshStore;
+    mutable std::optional<TestCosts> costs_;
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
   const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,

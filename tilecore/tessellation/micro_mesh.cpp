@@ -19,8 +19,9 @@ void MicroMesh::clear_cells() {
   triangle_count = 0;
 }
 
-void MicroMesh::begin_leaf() {
+void MicroMesh::begin_leaf(const Grid& grid) {
   leaves.push_back(Leaf{});
+  leaves.back().grid = grid;
   const std::size_t slots = leaves.size() * kLeafCells;
   for (auto& c : corner) c.resize(slots, 0);
   triangle.resize(slots, 0);

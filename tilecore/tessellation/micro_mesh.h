@@ -34,6 +34,16 @@ struct MicroMesh {
   // Boxes in pixels in the leaf's rest frame (see Leaf). Empty for slots that are unused or clipped.
   std::vector<float> box_x_low, box_x_high, box_y_low, box_y_high;
 
+  // A leaf whose vertices form a grid: its cells, row by row, are those of `columns`; the first one's corner a is vertex
+  // `first`, and `stride` vertices later begins the next row:
+  //     a = first + j stride + i,   b = a + 1,   c = b + stride,   d = a + stride
+  // for cell j columns + i. No columns: any corners.
+  struct Grid {
+    std::int32_t first = 0, stride = 0, columns = 0;
+  };
+  static constexpr int kGridColumns = 4;         // at most, and as many rows
+  static constexpr std::size_t kRowPadding = 8;  // the vertex arrays go on by so much behind the vertices of a grid
+
   // A leaf's cells nearly share their motion and their circle of confusion. What they share is taken from the sample
   // instead of from every box: a sample at (x, y, t, u, v) lies in the leaf's *rest frame* at
   //     x' = x - tau(t) drift_x + u lens_factor,    tau(t) = t r / ((1-t) + t r)
@@ -47,6 +57,7 @@ struct MicroMesh {
     float near;                          // no hit of these cells is nearer
     bool flat;                           // no corner changes its depth
     float x_low, x_high, y_low, y_high;  // of all boxes; empty without cells
+    Grid grid;                           // kept where both triangles of all its cells in use are
   };
   std::vector<Leaf> leaves;
 
@@ -59,7 +70,8 @@ struct MicroMesh {
   void clear_cells();
   // Appends a cell to the current leaf (see begin_leaf). `first_triangle` numbers triangle (a, b, c); (a, c, d)
   // follows.
-  void begin_leaf();
+  void begin_leaf() { begin_leaf(Grid{}); }
+  void begin_leaf(const Grid& grid);
   void add_cell(const std::array<std::int32_t, 4>& corners, std::uint32_t first_triangle);
 
   // Of the arrays' storage.

@@ -97,7 +97,8 @@ std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std
   const std::uint32_t any = first_bits | second_bits;
   clipped &= any;
   m.triangle_count += static_cast<std::uint64_t>(std::popcount(first_bits) + std::popcount(second_bits));
-  // Cells that lose one of two triangles are rare.
+  // Cells that lose one of two triangles are rare; one whose corners move up has left the grid.
+  if (first_bits != second_bits) m.leaves[first / kLeafCells].grid = {};
   for (std::uint32_t bits = first_bits ^ second_bits; bits != 0; bits &= bits - 1) {
     const std::size_t slot = first + static_cast<std::size_t>(std::countr_zero(bits));
     if (first_bits >> (slot - first) & 1) {

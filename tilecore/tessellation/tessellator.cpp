@@ -28,7 +28,8 @@ void build_grid_cells(const TessellationPattern& pattern, const scene::CellRange
   const int columns = range.i1 - range.i0 + 1;
   for (int lj = range.j0; lj < range.j1; lj += kLeafSide)
     for (int li = range.i0; li < range.i1; li += kLeafSide) {
-      mesh.begin_leaf();
+      const std::int32_t first = (lj - range.j0) * columns + (li - range.i0);
+      mesh.begin_leaf({first, columns, std::min<int>(kLeafSide, range.i1 - li)});
       for (int j = lj; j < std::min<int>(lj + kLeafSide, range.j1); ++j)
         for (int i = li; i < std::min<int>(li + kLeafSide, range.i1); ++i) {
           const std::int32_t a = (j - range.j0) * columns + (i - range.i0);

@@ -1,7 +1,9 @@
 #include "tilecore/visibility/bundle_frustum.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace tessera::tilecore {
@@ -10,13 +12,12 @@ namespace {
 constexpr float kFar = 3e38f;      // of empty boxes; finite, so that no product with it is NaN
 constexpr float kUnit = 0x1p-24f;  // u of single precision
 
-float ulps_down(float t, int n) {
-  for (; n > 0; --n) t = std::nextafter(t, -1.0f);
-  return t;
+// A time that is not negative, `n` steps of single precision earlier (0 at the earliest) or later.
+float ulps_down(float t, std::int32_t n) {
+  return std::bit_cast<float>(std::max(std::bit_cast<std::int32_t>(t) - n, 0));
 }
-float ulps_up(float t, int n) {
-  for (; n > 0; --n) t = std::nextafter(t, 2.0f);
-  return t;
+float ulps_up(float t, std::int32_t n) {
+  return std::bit_cast<float>(std::bit_cast<std::int32_t>(t + 0.0f) + n);  // the sum has no negative zero
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 // Samples against the cells of a leaf: SIMD source that all kernels of visibility share. For inclusion by their files,
 // once per SIMD target.
 
+#include <algorithm>
 #include <bit>
+#include <type_traits>
 #include <vector>
 
+#include "tilecore/visibility/ray_stages.h"
 #include "tilecore/visibility/sample_tests.h"
 
 #if defined(TESSERA_TILECORE_VISIBILITY_KERNEL_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -85,8 +88,9 @@ HWY_INLINE void for_each_lane(M mask, const Body& body) {
 
 // What a kernel is compiled for. Without kDepthMoves no corner changes its depth; the formulas are the same, with the
 // divisions that follow from it done once per cell.
-template <bool kMotion_, bool kDepthMoves_, bool kLens_, bool kOrthographic_>
+template <bool kMotion_, bool kDepthMoves_, bool kLens_, bool kOrthographic_, class Clock_ = NoStageClock>
 struct Effects {
+  using Clock = Clock_;
   static constexpr bool kMotion = kMotion_, kDepthMoves = kMotion_ && kDepthMoves_, kLens = kLens_,
                         kOrthographic = kOrthographic_;
 };
@@ -174,37 +178,171 @@ HWY_INLINE void load_cells(const MicroMesh& mesh, std::size_t first, LeafCells& 
 // Picks entries of a table of a leaf's cells: a permutation of one register where that holds all of them.
 HWY_INLINE V pick(const float* table, VI number) {
   if constexpr (kMaxLanes == kLeafCells)
-    return hn::TableLookupLanes(hn::Load(D(), table), hn::IndicesFromVec(D(), number));
+    return hn::TableLookupLanes(hn::LoadU(D(), table), hn::IndicesFromVec(D(), number));
   else
     return hn::GatherIndex(D(), table, number);
 }
 HWY_INLINE VI pick(const std::int32_t* table, VI number) {
   if constexpr (kMaxLanes == kLeafCells)
-    return hn::TableLookupLanes(hn::Load(DI(), table), hn::IndicesFromVec(DI(), number));
+    return hn::TableLookupLanes(hn::LoadU(DI(), table), hn::IndicesFromVec(DI(), number));
   else
     return hn::GatherIndex(DI(), table, number);
+}
+
+// The same of a table of 32 entries and two registers, which lies on a multiple of 64 bytes.
+constexpr std::size_t kPickable = 32;
+HWY_INLINE V pick_of_32(const float* table, VI number) {
+#if HWY_TARGET == HWY_AVX3
+  // Highway 1.0 has no word for it.
+  return V{_mm512_permutex2var_ps(_mm512_load_ps(table), number.raw, _mm512_load_ps(table + 16))};
+#else
+  return hn::GatherIndex(D(), table, number);
+#endif
+}
+HWY_INLINE VI pick_of_32(const std::int32_t* table, VI number) {
+#if HWY_TARGET == HWY_AVX3
+  return VI{_mm512_permutex2var_epi32(_mm512_load_si512(table), number.raw, _mm512_load_si512(table + 16))};
+#else
+  return hn::GatherIndex(DI(), table, number);
+#endif
+}
+
+// A corner of the lanes' cells; `get` gives its entry of a LeafCells' table.
+template <class E, class Get>
+HWY_INLINE CellCorner pick_corner(const Get& get) {
+  CellCorner v;
+  v.x0 = get(LeafCells::kX0);
+  v.y0 = get(LeafCells::kY0);
+  v.d_x = E::kMotion ? get(LeafCells::kDX) : v.x0;
+  v.d_y = E::kMotion ? get(LeafCells::kDY) : v.y0;
+  v.z0 = E::kDepthMoves || E::kOrthographic ? get(LeafCells::kZ0) : v.x0;  // else not looked at
+  v.d_z = E::kDepthMoves ? get(LeafCells::kDZ) : v.x0;
+  v.z1 = E::kDepthMoves ? get(LeafCells::kZ1) : v.x0;
+  v.scale = E::kOrthographic ? hn::Set(D(), 1.0f) : (E::kDepthMoves ? v.x0 : get(LeafCells::kScale));
+  return v;
 }
 
 // The cells that `number` names in each lane.
 template <class E>
 HWY_INLINE Cell pick_cells(const LeafCells& from, VI number) {
-  const D d;
-  const DI di;
   Cell c;
-  for (std::size_t k = 0; k < 4; ++k) {
-    CellCorner& v = c.corner[k];
-    const auto get = [&](std::size_t what) HWY_ATTR { return pick(from.corner[k][what], number); };
-    v.x0 = get(LeafCells::kX0);
-    v.y0 = get(LeafCells::kY0);
-    v.d_x = E::kMotion ? get(LeafCells::kDX) : v.x0;
-    v.d_y = E::kMotion ? get(LeafCells::kDY) : v.y0;
-    v.z0 = E::kDepthMoves || E::kOrthographic ? get(LeafCells::kZ0) : v.x0;  // else not looked at
-    v.d_z = E::kDepthMoves ? get(LeafCells::kDZ) : v.x0;
-    v.z1 = E::kDepthMoves ? get(LeafCells::kZ1) : v.x0;
-    v.scale = E::kOrthographic ? hn::Set(d, 1.0f) : (E::kDepthMoves ? v.x0 : get(LeafCells::kScale));
-  }
+  for (std::size_t k = 0; k < 4; ++k)
+    c.corner[k] = pick_corner<E>([&](std::size_t what) HWY_ATTR { return pick(from.corner[k][what], number); });
   c.triangle = pick(from.triangle, number);
-  c.second = hn::RebindMask(d, hn::Ne(pick(from.second, number), hn::Zero(di)));
+  c.second = hn::RebindMask(D(), hn::Ne(pick(from.second, number), hn::Zero(DI())));
+  return c;
+}
+
+// ---- Leaves of a grid -------------------------------------------------------------------------------------------
+
+// The vertices of such a leaf, each once, and what finds the corners of its cells among them. Row by row: three rows from
+// the first entry of a table, two from the entry that begins the second register.
+struct LeafVertices {
+  static constexpr std::size_t kRows = MicroMesh::kGridColumns + 1, kRowsBefore = 3, kBehind = kPickable / 2, kRow = 8;
+  static_assert(kRowsBefore * kRows <= kBehind && (kRows - kRowsBefore) * kRows <= kBehind &&
+                kRow <= MicroMesh::kRowPadding);
+  // Where a row of `length` vertices begins.
+  static constexpr std::size_t row_at(std::size_t row, std::size_t length) {
+    return row < kRowsBefore ? row * length : kBehind + (row - kRowsBefore) * length;
+  }
+  alignas(64) float table[8][kPickable];  // as LeafCells; what is behind a vertex is not looked at
+  const std::int32_t *first_corner, *fourth_corner, *triangle;  // by cell
+};
+
+// By columns of a leaf, less one: where corners a and d of each cell are in LeafVertices.
+struct GridCorners {
+  alignas(64) std::int32_t first[MicroMesh::kGridColumns][kLeafCells], fourth[MicroMesh::kGridColumns][kLeafCells];
+};
+constexpr GridCorners kGridCorners = [] {
+  GridCorners corners{};
+  for (std::size_t columns = 1; columns <= MicroMesh::kGridColumns; ++columns)
+    for (std::size_t cell = 0; cell < columns * MicroMesh::kGridColumns; ++cell) {
+      const std::size_t row = cell / columns, column = cell % columns;
+      const auto at = [&](std::size_t j) {
+        return static_cast<std::int32_t>(LeafVertices::row_at(j, columns + 1) + column);
+      };
+      corners.first[columns - 1][cell] = at(row);
+      corners.fourth[columns - 1][cell] = at(row + 1);
+    }
+  return corners;
+}();
+
+// Calls put(d, at, get) until all vertices of a leaf had their turn: `get` makes a vector of tag `d` of what an array
+// holds for some of them; its place is from entry `at` of a table on. Lanes without a vertex are zero.
+template <class Put>
+HWY_INLINE void for_each_row(const MicroMesh::Leaf& leaf, const Put& put) {
+  const auto columns = static_cast<std::size_t>(leaf.grid.columns), length = columns + 1;
+  const std::size_t rows = (leaf.cell_count + columns - 1) / columns + 1;
+  const auto vertex = [&](std::size_t row) {
+    return static_cast<std::size_t>(leaf.grid.first) + row * static_cast<std::size_t>(leaf.grid.stride);
+  };
+#if HWY_TARGET == HWY_AVX3
+  // Rows side by side in a register, each loaded where it belongs: what is masked out is not read.
+  const D d;
+  for (std::size_t first = 0, part = 0; first < LeafVertices::kRows;
+       first += LeafVertices::kRowsBefore, part += LeafVertices::kBehind) {
+    const std::size_t end = std::min(rows, first + LeafVertices::kRowsBefore);
+    put(d, part, [&](const std::vector<float>& from) HWY_ATTR {
+      __m512 all = _mm512_setzero_ps();
+      for (std::size_t row = first; row < end; ++row) {
+        const std::size_t at = (row - first) * length;
+        const auto in = static_cast<__mmask16>(((1u << length) - 1) << at);
+        all = _mm512_mask_loadu_ps(all, in, from.data() + vertex(row) - at);
+      }
+      return V{all};
+    });
+  }
+#else
+  // A row overwrites what the one before it put behind its own.
+  const hn::CappedTag<float, LeafVertices::kRow> d;
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t i = 0; i < length; i += hn::Lanes(d))
+      put(d, LeafVertices::row_at(row, length) + i, [&](const std::vector<float>& from) HWY_ATTR {
+        return hn::IfThenElseZero(hn::FirstN(d, length - i), hn::LoadU(d, from.data() + vertex(row) + i));
+      });
+#endif
+}
+
+template <class E>
+HWY_INLINE void load_vertices(const MicroMesh& mesh, std::size_t l, LeafVertices& to) {
+  const MicroMesh::Leaf& leaf = mesh.leaves[l];
+  const auto columns = static_cast<std::size_t>(leaf.grid.columns);
+  to.first_corner = kGridCorners.first[columns - 1];
+  to.fourth_corner = kGridCorners.fourth[columns - 1];
+  to.triangle = reinterpret_cast<const std::int32_t*>(mesh.triangle.data() + l * kLeafCells);
+  for_each_row(leaf, [&](auto d, std::size_t at, const auto& get) HWY_ATTR {
+    using Vector = hn::Vec<decltype(d)>;
+    const auto put = [&](std::size_t what, Vector values) HWY_ATTR { hn::StoreU(values, d, to.table[what] + at); };
+    const Vector x0 = get(mesh.x0), y0 = get(mesh.y0), z0 = get(mesh.z0);
+    put(LeafCells::kX0, x0);
+    put(LeafCells::kY0, y0);
+    if constexpr (E::kMotion) {
+      put(LeafCells::kDX, hn::Sub(get(mesh.x1), x0));
+      put(LeafCells::kDY, hn::Sub(get(mesh.y1), y0));
+    }
+    if constexpr (E::kDepthMoves) {
+      const Vector z1 = get(mesh.z1);
+      put(LeafCells::kDZ, hn::Sub(z1, z0));
+      put(LeafCells::kZ1, z1);
+    }
+    if constexpr (E::kDepthMoves || E::kOrthographic) put(LeafCells::kZ0, z0);
+    // Vertices at no depth are of no cell that is tested.
+    const Vector one = hn::Set(d, 1.0f);
+    if constexpr (!E::kDepthMoves && !E::kOrthographic)
+      put(LeafCells::kScale, hn::Div(one, hn::IfThenElse(hn::Eq(z0, hn::Zero(d)), one, z0)));
+  });
+}
+
+template <class E>
+HWY_INLINE Cell pick_cells(const LeafVertices& from, VI number) {
+  const DI di;
+  const VI a = pick(from.first_corner, number), e = pick(from.fourth_corner, number), one = hn::Set(di, 1);
+  const VI vertex[4] = {a, hn::Add(a, one), hn::Add(e, one), e};
+  Cell c;
+  for (std::size_t k = 0; k < 4; ++k)
+    c.corner[k] = pick_corner<E>([&](std::size_t what) HWY_ATTR { return pick_of_32(from.table[what], vertex[k]); });
+  c.triangle = pick(from.triangle, number);
+  c.second = hn::RebindMask(D(), hn::Eq(a, a));
   return c;
 }
 
@@ -265,18 +403,25 @@ struct Context {
   VisibilityWork& work;
 };
 
-// A triangle's hits: `inside` lanes, edge functions and corners in the order of the weights.
+// Triangles of the lanes: edge functions, corners and where those are at shutter open, in the order of the weights.
+struct TriangleLanes {
+  V e[3];
+  CornerLanes p[3];
+  V x0[3], y0[3];
+  VI number;
+};
+
+// The hits of the `inside` lanes.
 template <class E>
-HWY_INLINE void emit(const Context& to, M inside, const V (&e)[3], const CornerLanes* const (&p)[3],
-                     const CellCorner* const (&v)[3], VI id, VI triangle) {
+HWY_INLINE void emit(const Context& to, M inside, const TriangleLanes& of, VI id) {
   const D d;
   const HitLimits& limits = to.settings.limits;
-  const V b0 = hn::Mul(e[0], corner_scale<E>(*p[0])), b1 = hn::Mul(e[1], corner_scale<E>(*p[1])),
-          b2 = hn::Mul(e[2], corner_scale<E>(*p[2]));
+  const auto& [e, p, x0, y0, triangle] = of;
+  const V b0 = hn::Mul(e[0], corner_scale<E>(p[0])), b1 = hn::Mul(e[1], corner_scale<E>(p[1])),
+          b2 = hn::Mul(e[2], corner_scale<E>(p[2]));
   const V sum = hn::Add(hn::Add(b0, b1), b2);
-  const V numerator = E::kOrthographic
-                          ? hn::Add(hn::Add(hn::Mul(b0, p[0]->z), hn::Mul(b1, p[1]->z)), hn::Mul(b2, p[2]->z))
-                          : hn::Add(hn::Add(e[0], e[1]), e[2]);
+  const V numerator = E::kOrthographic ? hn::Add(hn::Add(hn::Mul(b0, p[0].z), hn::Mul(b1, p[1].z)), hn::Mul(b2, p[2].z))
+                                       : hn::Add(hn::Add(e[0], e[1]), e[2]);
   const V z = hn::Div(numerator, sum);
   const M in_range = hn::And(hn::Ge(z, hn::Set(d, limits.near)), hn::Le(z, hn::Set(d, limits.far)));
   const M positive = hn::Gt(e[0], hn::Zero(d));
@@ -291,8 +436,8 @@ HWY_INLINE void emit(const Context& to, M inside, const V (&e)[3], const CornerL
     if (hn::AllFalse(d, hit)) return;
   }
   const V w1 = hn::Div(b1, sum), w2 = hn::Div(b2, sum), w0 = hn::Sub(hn::Sub(hn::Set(d, 1.0f), w1), w2);
-  const V rest_x = hn::Add(hn::Add(hn::Mul(w0, v[0]->x0), hn::Mul(w1, v[1]->x0)), hn::Mul(w2, v[2]->x0));
-  const V rest_y = hn::Add(hn::Add(hn::Mul(w0, v[0]->y0), hn::Mul(w1, v[1]->y0)), hn::Mul(w2, v[2]->y0));
+  const V rest_x = hn::Add(hn::Add(hn::Mul(w0, x0[0]), hn::Mul(w1, x0[1])), hn::Mul(w2, x0[2]));
+  const V rest_y = hn::Add(hn::Add(hn::Mul(w0, y0[0]), hn::Mul(w1, y0[1])), hn::Mul(w2, y0[2]));
   alignas(64) float lane_z[kMaxLanes], lane_b1[kMaxLanes], lane_b2[kMaxLanes], lane_x[kMaxLanes], lane_y[kMaxLanes];
   alignas(64) std::int32_t lane_id[kMaxLanes], lane_triangle[kMaxLanes];
   hn::Store(triangle, DI(), lane_triangle);
@@ -369,21 +514,36 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
   M ties = hn::Or(hn::Or(hn::Eq(e_ab, zero), hn::Eq(e_bc, zero)), hn::Eq(e_ca, zero));
   M first = hn::And(valid, one_sign(e_ab, e_bc, e_ca));
   const M two = hn::And(valid, cell.second);
-  to.work.triangle_tests += hn::CountTrue(d, valid) + hn::CountTrue(d, two);
+  const std::uint64_t triangle_tests = hn::CountTrue(d, valid) + hn::CountTrue(d, two);
+  to.work.triangle_tests += triangle_tests;
+  E::Clock::count(RayStage::kTriangles, triangle_tests);
   const V e_cd = edge(c, e), e_da = edge(e, a), e_ac = hn::Neg(e_ca);  // exactly what edge(a, c) gives
   ties = hn::Or(ties, hn::And(cell.second, hn::Or(hn::Eq(e_cd, zero), hn::Eq(e_da, zero))));
   const M second = hn::AndNot(ties, hn::And(two, one_sign(e_ac, e_cd, e_da)));
-  if (!hn::AllFalse(d, second)) {
-    const VI next = hn::Add(cell.triangle, hn::Set(DI(), 1));
-    emit<E>(to, second, {e_cd, e_da, e_ac}, {&a, &c, &e}, {&cell.corner[0], &cell.corner[2], &cell.corner[3]}, s.id,
-            next);
-  }
   ties = hn::And(valid, ties);
   first = hn::AndNot(ties, first);
-  if (!hn::AllFalse(d, first))
-    emit<E>(to, first, {e_bc, e_ca, e_ab}, {&a, &b, &c}, {&cell.corner[0], &cell.corner[1], &cell.corner[2]}, s.id,
-            cell.triangle);
+  E::Clock::enter(RayStage::kHits);
+  // A cell that is not folded has a sample in one of its triangles: both give their hits at once.
+  const auto emit_both = [&](M of_second, M inside) HWY_ATTR {
+    const auto either = [&](V x, V y) HWY_ATTR { return hn::IfThenElse(of_second, y, x); };
+    const auto corners = [&](const CornerLanes& x, const CornerLanes& y) HWY_ATTR {
+      return CornerLanes{x.x, x.y, either(x.z, y.z), either(x.scale, y.scale)};
+    };
+    const CellCorner(&v)[4] = cell.corner;
+    const VI offset = hn::IfThenElseZero(hn::RebindMask(DI(), of_second), hn::Set(DI(), 1));
+    emit<E>(to, inside,
+            {{either(e_bc, e_cd), either(e_ca, e_da), either(e_ab, e_ac)},
+             {corner[0], corners(corner[1], corner[2]), corners(corner[2], corner[3])},
+             {v[0].x0, either(v[1].x0, v[2].x0), either(v[2].x0, v[3].x0)},
+             {v[0].y0, either(v[1].y0, v[2].y0), either(v[2].y0, v[3].y0)},
+             hn::Add(cell.triangle, offset)},
+            s.id);
+  };
+  const M any = hn::Or(first, second), both = hn::And(first, second);
+  if (!hn::AllFalse(d, any)) emit_both(hn::AndNot(first, second), any);
+  if (!hn::AllFalse(d, both)) emit_both(both, both);
   if (!hn::AllFalse(d, ties)) test_ties<E>(to, cell, corner, ties, s.id);
+  E::Clock::enter(RayStage::kTriangles);
 }
 
 // ---- Pairs of a sample and a cell -------------------------------------------------------------------------------
@@ -404,6 +564,18 @@ struct Pairs {
   std::size_t count = 0;
   alignas(64) std::int32_t number[kCapacity + 2 * kLeafCells];
 };
+
+HWY_INLINE M in_box(V x, V x_low, V x_high, V y, V y_low, V y_high) {
+#if HWY_TARGET == HWY_AVX3
+  // AVX-512 compares under a mask for nothing; Highway 1.0 has no word for it.
+  const auto above_x = _mm512_cmp_ps_mask(x.raw, x_low.raw, _CMP_GE_OQ),
+             in_x = _mm512_mask_cmp_ps_mask(above_x, x.raw, x_high.raw, _CMP_LE_OQ),
+             above_y = _mm512_mask_cmp_ps_mask(in_x, y.raw, y_low.raw, _CMP_GE_OQ);
+  return M{_mm512_mask_cmp_ps_mask(above_y, y.raw, y_high.raw, _CMP_LE_OQ)};
+#else
+  return hn::And(hn::And(hn::Ge(x, x_low), hn::Le(x, x_high)), hn::And(hn::Ge(y, y_low), hn::Le(y, y_high)));
+#endif
+}
 
 // Survivors from `s` on against the boxes of all cells, until all are through or the list is full. Returns the first
 // that was not tested.
@@ -429,8 +601,7 @@ HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, cons
   for (; s < from.count && count < Pairs::kCapacity; ++s) {
     const V x = hn::Set(d, from.rest_x[s]), y = hn::Set(d, from.rest_y[s]);
     for (std::size_t part = 0; part < kParts; ++part) {
-      const M inside = hn::And(hn::And(hn::Ge(x, x_low[part]), hn::Le(x, x_high[part])),
-                               hn::And(hn::Ge(y, y_low[part]), hn::Le(y, y_high[part])));
+      const M inside = in_box(x, x_low[part], x_high[part], y, y_low[part], y_high[part]);
       count += compress_store(number[part], inside, di, pairs.number + count);
       number[part] = hn::Add(number[part], next);
     }
@@ -439,43 +610,75 @@ HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, cons
   return s;
 }
 
-template <class E>
-HWY_INLINE SampleLanes gather_samples(const Survivors& from, VI at) {
-  const D d;
+// `get` gives a vector of an array's elements.
+template <class E, class Get>
+HWY_INLINE SampleLanes sample_lanes(const Survivors& from, const Get& get) {
+  const V none = hn::Zero(D());
   SampleLanes s;
-  s.x = hn::GatherIndex(d, from.x, at);
-  s.y = hn::GatherIndex(d, from.y, at);
-  s.t = E::kMotion ? hn::GatherIndex(d, from.t, at) : hn::Zero(d);
-  s.lens_u = E::kLens ? hn::GatherIndex(d, from.lens_u, at) : hn::Zero(d);
-  s.lens_v = E::kLens ? hn::GatherIndex(d, from.lens_v, at) : hn::Zero(d);
-  s.id = hn::GatherIndex(DI(), from.id, at);
+  s.x = get(from.x);
+  s.y = get(from.y);
+  s.t = E::kMotion ? get(from.t) : none;
+  s.lens_u = E::kLens ? get(from.lens_u) : none;
+  s.lens_v = E::kLens ? get(from.lens_v) : none;
+  s.id = get(from.id);
   return s;
 }
 
-// Survivors against a leaf's cells: all boxes first; then the pairs of a survivor and a cell that are left, a vector of
-// them with both triangles at once. Empties the list.
+// The survivors at `at`.
 template <class E>
-void test_survivors(const Context& to, std::size_t l, Survivors& from) {
+HWY_INLINE SampleLanes pick_samples(const Survivors& from, VI at) {
+  if (from.count <= kPickable) return sample_lanes<E>(from, [&](const auto* v) HWY_ATTR { return pick_of_32(v, at); });
+  return sample_lanes<E>(from, [&](const auto* v) HWY_ATTR {
+    return hn::GatherIndex(hn::ScalableTag<std::remove_cvref_t<decltype(*v)>>(), v, at);
+  });
+}
+
+// Pairs, a vector of them with both triangles at once, of a leaf's `cells`. Empties the list.
+template <class E, class Cells>
+HWY_INLINE void test_pairs(const Context& to, const Cells& cells, const Survivors& from, Pairs& pairs) {
   const D d;
   const DI di;
+  hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
+  for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
+    const M valid = hn::FirstN(d, pairs.count - i);
+    const VI pair = hn::Load(di, pairs.number + i);
+    const VI cell = hn::And(pair, hn::Set(di, static_cast<std::int32_t>(kLeafCells - 1)));
+    test_cell<E>(to, pick_cells<E>(cells, cell),
+                 pick_samples<E>(from, hn::ShiftRight<std::countr_zero(kLeafCells)>(pair)), valid);
+  }
+  pairs.count = 0;
+}
+
+// Survivors against a leaf's cells: all boxes first; then the pairs of a survivor and a cell that are left. Empties the
+// list.
+template <class E>
+void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const MicroMesh& mesh = to.mesh;
-  to.work.box_tests += from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
-  LeafCells cells;
-  load_cells<E>(mesh, l * kLeafCells, cells);
-  Pairs pairs;
-  for (std::size_t s = 0; s < from.count;) {
-    s = find_pairs(mesh, l * kLeafCells, from, s, pairs);
-    hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
-    for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
-      const M valid = hn::FirstN(d, pairs.count - i);
-      const VI pair = hn::Load(di, pairs.number + i);
-      const VI cell = hn::And(pair, hn::Set(di, static_cast<std::int32_t>(kLeafCells - 1)));
-      test_cell<E>(to, pick_cells<E>(cells, cell),
-                   gather_samples<E>(from, hn::ShiftRight<std::countr_zero(kLeafCells)>(pair)), valid);
+  const std::uint64_t box_tests = from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
+  to.work.box_tests += box_tests;
+  E::Clock::count(RayStage::kBoxes, box_tests);
+  // Cells are fetched first: boxes need not wait for them.
+  E::Clock::enter(RayStage::kTriangles);
+  const auto test_all = [&](const auto& cells) HWY_ATTR {
+    Pairs pairs;
+    for (std::size_t s = 0; s < from.count;) {
+      E::Clock::enter(RayStage::kBoxes);
+      s = find_pairs(mesh, l * kLeafCells, from, s, pairs);
+      E::Clock::enter(RayStage::kTriangles);
+      test_pairs<E>(to, cells, from, pairs);
     }
-    pairs.count = 0;
+  };
+  if (mesh.leaves[l].grid.columns != 0) {
+    LeafVertices vertices;
+    load_vertices<E>(mesh, l, vertices);
+    test_all(vertices);
+  } else {
+    LeafCells cells;
+    load_cells<E>(mesh, l * kLeafCells, cells);
+    test_all(cells);
   }
   from.count = 0;
+  E::Clock::enter(RayStage::kClasses);
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE

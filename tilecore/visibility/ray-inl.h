@@ -13,8 +13,6 @@
 #define TESSERA_TILECORE_RAY_PATH_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
-
 #include "tilecore/visibility/cell_samples-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -150,24 +148,15 @@ HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const Cl
   survivors.count += compress_store(id, in, di, survivors.id + at);
 }
 
-// Asks for what test_survivors reads first.
-HWY_INLINE void prefetch_leaf(const MicroMesh& mesh, std::size_t l) {
-  const std::size_t first = l * kLeafCells;
-  for (const auto* box : {&mesh.box_x_low, &mesh.box_x_high, &mesh.box_y_low, &mesh.box_y_high})
-    hwy::Prefetch(box->data() + first);
-  for (const auto& corner : mesh.corner) hwy::Prefetch(corner.data() + first);
-  hwy::Prefetch(mesh.triangle.data() + first);
-}
-
 template <class E>
 void trace(const Context& to, std::size_t l, TimeRange times) {
-  prefetch_leaf(to.mesh, l);
   const D d;
   const DI di;
   const SampleClasses& classes = *to.samples.classes;
   const std::size_t begin = classes.first_at[static_cast<std::size_t>(times.first)],
                     end = classes.first_at[static_cast<std::size_t>(times.last) + 1];
   to.work.box_tests += end - begin;
+  E::Clock::count(RayStage::kClasses, end - begin);
   const LeafLanes leaf = leaf_lanes(to, to.mesh.leaves[l]);
 
   // Few classes in a vector have a sample inside the box: those that have are packed into full vectors first.
@@ -232,29 +221,31 @@ void test_samples(const Context& to, std::size_t slot, std::span<const std::uint
 }
 
 // Calls run(Effects<...>()) with what else a leaf needs: whether its corners change their depth, and the projection.
-template <bool kMotion, bool kLens, class Run>
+template <bool kMotion, bool kLens, class Clock, class Run>
 HWY_INLINE void with_leaf(bool flat, bool orthographic, const Run& run) {
   if constexpr (kMotion) {
     if (!flat) {
       if (orthographic)
-        run(Effects<true, true, kLens, true>());
+        run(Effects<true, true, kLens, true, Clock>());
       else
-        run(Effects<true, true, kLens, false>());
+        run(Effects<true, true, kLens, false, Clock>());
       return;
     }
   }
   if (orthographic)
-    run(Effects<kMotion, false, kLens, true>());
+    run(Effects<kMotion, false, kLens, true, Clock>());
   else
-    run(Effects<kMotion, false, kLens, false>());
+    run(Effects<kMotion, false, kLens, false, Clock>());
 }
 
-template <bool kMotion, bool kLens>
+template <bool kMotion, bool kLens, class Clock>
 void trace_leaf_with(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                      const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   const Context context{mesh, samples, settings, sink, work};
-  with_leaf<kMotion, kLens>(mesh.leaves[leaf].flat, settings.orthographic,
-                            [&](auto e) { trace<decltype(e)>(context, leaf, times); });
+  Clock::enter(RayStage::kClasses);
+  with_leaf<kMotion, kLens, Clock>(mesh.leaves[leaf].flat, settings.orthographic,
+                                   [&](auto e) { trace<decltype(e)>(context, leaf, times); });
+  Clock::enter(RayStage::kRest);
 }
 
 template <bool kMotion, bool kLens>
@@ -262,14 +253,14 @@ void test_cell_samples_with(const MicroMesh& mesh, std::size_t cell, std::span<c
                             const TileSamples& samples, const VisibilitySettings& settings, HitSink& sink,
                             VisibilityWork& work) {
   const Context context{mesh, samples, settings, sink, work};
-  with_leaf<kMotion, kLens>(mesh.leaves[cell / kLeafCells].flat, settings.orthographic,
-                            [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
+  with_leaf<kMotion, kLens, NoStageClock>(mesh.leaves[cell / kLeafCells].flat, settings.orthographic,
+                                          [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
 }
 
 // What a file for a set of effects gives, for the SIMD target in hand.
-template <bool kMotion, bool kLens>
+template <bool kMotion, bool kLens, class Clock = NoStageClock>
 VisibilityKernels kernels_with() {
-  return {&trace_leaf_with<kMotion, kLens>, &test_cell_samples_with<kMotion, kLens>};
+  return {&trace_leaf_with<kMotion, kLens, Clock>, &test_cell_samples_with<kMotion, kLens>};
 }
 
 }  // namespace tessera::tilecore::HWY_NAMESPACE

@@ -15,6 +15,8 @@ namespace tessera::tilecore {
 // on every instruction set; their order may differ. Counts are of what the emulated unit tests, independent of the
 // host's vector width.
 
+struct VisibilityKernels;
+
 struct VisibilityWork {
   std::uint64_t boxes_built = 0;     // of leaves, cells, nodes and bounding polygons
   std::uint64_t box_tests = 0;       // a sample or a tile against a box
@@ -61,6 +63,7 @@ struct VisibilitySettings {
   const float* depth = nullptr;
   float sharp_factor =
       0;  // a projected corner whose lens factor is no larger than this is seen as through the lens centre
+  const VisibilityKernels* kernels = nullptr;  // null: those for the effects and the best SIMD target
 };
 
 // Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels
@@ -77,6 +80,11 @@ void raster_mesh(const MicroMesh& mesh, const TileSamples& samples, const Visibi
 //   3. The pairs of a sample and a cell that are left are tested, a vector of pairs with both triangles at once.
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                 RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
+
+// The same of all leaves of a mesh whose times are not empty, in order, each asked for from memory while the one before it
+// is tested. `times`: one for each leaf.
+void trace_leaves(const MicroMesh& mesh, std::span<const TimeRange> times, const TileSamples& samples,
+                  RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work);
 
 // The triangles of one cell, all corners projected, against given samples (natural order, each once). For visibility
 // methods that find their samples in another way: the same hits with the same bits as above.

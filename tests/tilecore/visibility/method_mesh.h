@@ -53,7 +53,7 @@ struct MethodMesh {
     leaf_columns = static_cast<std::size_t>((columns + 3) / 4);
     for (int lj = 0; lj < rows; lj += 4)
       for (int li = 0; li < columns; li += 4) {
-        mesh.begin_leaf();
+        mesh.begin_leaf({lj * (columns + 1) + li, columns + 1, std::min(4, columns - li)});
         for (int j = lj; j < std::min(lj + 4, rows); ++j)
           for (int i = li; i < std::min(li + 4, columns); ++i) {
             const std::int32_t a = j * (columns + 1) + i;
