@@ -16,6 +16,7 @@
 #include "base/output_file.h"
 #include "base/whole_file.h"
 #include "replay/commands.h"
+#include "replay/progress.h"
 #include "shaders_cpp/tone_map.h"
 
 namespace tessera::replay {
@@ -149,7 +150,11 @@ class CompareCommand final : public Command {
     if (folders && !map_.empty()) throw UsageError("--flip-map: is for two images");
     if (!map_.empty()) check_output_file(map_);
     if (beside_outputs({map_}) != stdout) throw UsageError("--flip-map: standard output is for the figures");
-    const json report = folders ? compare_folders(a_, b_) : compare_images(a_, b_, map_);
+    json report;
+    {
+      const LongStep step("comparing", LongStep::quiet_without_terminal());
+      report = folders ? compare_folders(a_, b_) : compare_images(a_, b_, map_);
+    }
     if (json_) {
       fmt::print("{}\n", json_text(report, 2));
       return;

@@ -9,6 +9,7 @@
 #include "base/json_text.h"
 #include "base/text.h"
 #include "replay/commands.h"
+#include "replay/progress.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
 
@@ -251,7 +252,11 @@ class InspectCommand final : public Command {
     add_strict_flag(app, strict_);
   }
   void run() override {
-    const json report = inspect(scene::read_capture(capture_, {.strict = strict_}));
+    json report;
+    {
+      const LongStep step("reading " + escape_control(capture_), LongStep::quiet_without_terminal());
+      report = inspect(scene::read_capture(capture_, {.strict = strict_}));
+    }
     if (json_)
       fmt::print("{}\n", json_text(report, 2));
     else

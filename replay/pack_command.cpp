@@ -16,6 +16,7 @@
 #include "replay/option_numbers.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "replay/pack/packer.h"
+#include "replay/progress.h"
 
 namespace tessera::replay {
 namespace {
@@ -129,7 +130,11 @@ class PackCommand final : public Command {
     if (webp_option_->count() > 0) read_webp_quality();
     if (!ktx2_.empty()) options_.ktx2 = ktx2_ == "etc1s" ? Ktx2Format::kEtc1s : Ktx2Format::kUastc;
     check_output_file(target_);
-    const PackReport report = pack_capture(source_, target_, options_);
+    PackReport report;
+    {
+      const LongStep step("packing " + escape_control(source_), LongStep::quiet_without_terminal());
+      report = pack_capture(source_, target_, options_);
+    }
     print_surfaces(report.surfaces);
     if (report.webp_images > 0)
       fmt::print(beside_outputs({target_}), "{}: {} images as WebP\n", target_, report.webp_images);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -56,6 +57,44 @@ void Progress::update(std::size_t done, const std::string& note) {
                    .c_str());
   std::fflush(stderr);
   line_open_ = true;
+}
+
+LongStep::LongStep(std::string what, bool quiet) : start_(std::chrono::steady_clock::now()) {
+  if (!quiet) watcher_ = std::thread([this, what = std::move(what)] { watch(what); });
+}
+
+LongStep::~LongStep() {
+  if (!watcher_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    finished_ = true;
+  }
+  done_.notify_one();
+  watcher_.join();
+}
+
+bool LongStep::quiet_without_terminal() { return ::isatty(STDERR_FILENO) == 0; }
+
+double LongStep::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void LongStep::watch(const std::string& what) {
+  const bool terminal = ::isatty(STDERR_FILENO) != 0;
+  std::unique_lock lock(mutex_);
+  const auto finished_by = [&](std::chrono::milliseconds time) {
+    return done_.wait_until(lock, start_ + time, [this] { return finished_; });
+  };
+  for (std::chrono::milliseconds time(1000); !finished_by(time); time += std::chrono::milliseconds(500)) {
+    if (!terminal) {
+      std::fprintf(stderr, "%s\n", what.c_str());
+      done_.wait(lock, [this] { return finished_; });
+      return;
+    }
+    std::fprintf(stderr, "\r\033[K%s  %.1f s", what.c_str(), static_cast<double>(time.count()) / 1000);
+    std::fflush(stderr);
+  }
+  if (terminal && seconds() >= 1) std::fprintf(stderr, "\r\033[K");
 }
 
 }  // namespace tessera::replay

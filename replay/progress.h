@@ -1,8 +1,11 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace tessera::replay {
 
@@ -21,6 +24,30 @@ class Progress {
   bool quiet_, terminal_;
   bool line_open_ = false;
   std::chrono::steady_clock::time_point start_;
+};
+
+// Work without steps of its own, while it lives: nothing for a second, then on a terminal a line with the time so far,
+// which goes when the work is done, otherwise one plain line; nothing when quiet.
+class LongStep {
+ public:
+  LongStep(std::string what, bool quiet);
+  ~LongStep();
+  LongStep(const LongStep&) = delete;
+  LongStep& operator=(const LongStep&) = delete;
+
+  double seconds() const;
+
+  // For commands without --quiet: said on terminals only.
+  static bool quiet_without_terminal();
+
+ private:
+  void watch(const std::string& what);
+
+  std::chrono::steady_clock::time_point start_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  bool finished_ = false;
+  std::thread watcher_;  // none when quiet
 };
 
 // Turns SIGINT and SIGTERM into a request that long work looks at between its steps. A second signal ends at once.

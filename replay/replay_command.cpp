@@ -123,15 +123,20 @@ class ReplayCommand final : public Command {
     limits.max_bytes =
         static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 1073741824.0);
     limits.strict = strict_;
+    std::optional<LongStep> step(std::in_place, "reading " + escape_control(capture_), quiet_);
     const scene::Capture capture = scene::read_capture(capture_, limits);
+    step.reset();
     const auto [first, last] = frame_range(capture);
     const gpu::RenderRequest request = render_request(capture, settings, limits.max_bytes, last - first > 1);
     repeat_failures_with(fmt::format("tessera replay {}", capture_));
     check_output_folder(out_, {"frame_*.exr", "frame_*.png", "tiles_*.json", "stats.json", "stats.csv", "baselines.csv",
                                "report.html"});
 
+    step.emplace("assembling base patches", quiet_);
     const auto prepared = std::make_shared<const gpu::PreparedCapture>(capture);
     gpu::Device renderer(prepared, gpu, settings, request);
+    const double assemble_seconds = step->seconds();
+    step.reset();
     baselines::BaselineObserver schemes;
     if (baselines_) renderer.set_observer(&schemes);
     say_notices(capture, renderer);
@@ -140,12 +145,13 @@ class ReplayCommand final : public Command {
     if (!history_.empty())
       renderer.set_history(tilecore::History::restore(history_, limits.max_bytes / kHistoryBytesPerPixel));
     Statistics statistics(capture, gpu, settings, request);
+    statistics.set_host(capture.load_seconds, capture.decode_seconds, assemble_seconds);
     const float exposure =
         settings.output.exposure > 0 ? static_cast<float>(settings.output.exposure) : capture.settings.exposure;
     NamedFiles files(*this, gpu, settings, request, renderer);
     install_stop_handler();
     const int begin = std::max(0, first - warmup_);
-    for (int frame = begin; frame < first && !stop_requested(); ++frame) renderer.render(frame);
+    warm_up(renderer, begin, first);
     {
       Progress progress(static_cast<std::size_t>(last - first), quiet_);
       FrameWriter images({out_, aux_, exposure, settings.output.exr_compression});
@@ -163,6 +169,7 @@ class ReplayCommand final : public Command {
         progress.update(static_cast<std::size_t>(frame - first + 1),
                         fmt::format("frame {}: {:.2f} s", frame, result.seconds));
       }
+      const LongStep writing("writing images", quiet_);
       images.finish();
     }
     statistics.write(out_);
@@ -178,6 +185,15 @@ class ReplayCommand final : public Command {
   }
 
  private:
+  void warm_up(gpu::Device& renderer, int begin, int end) const {
+    if (begin == end) return;
+    Progress progress(static_cast<std::size_t>(end - begin), quiet_);
+    for (int frame = begin; frame < end && !stop_requested(); ++frame) {
+      renderer.render(frame);
+      progress.update(static_cast<std::size_t>(frame - begin + 1), fmt::format("frame {}, not written", frame));
+    }
+  }
+
   // The files of --trace, --dram-trace and --save-history.
   class NamedFiles {
    public:
@@ -281,10 +297,12 @@ class ReplayCommand final : public Command {
   // A machine without the page's modules still gives images and figures.
   void make_report(const Statistics& statistics) const {
     if (no_report_ || statistics.frame_count() == 0) return;
-    if (const std::string missing = missing_for_reports(); missing.empty())
+    if (const std::string missing = missing_for_reports(); missing.empty()) {
+      const LongStep step("writing the report", quiet_);
       write_report(out_);
-    else if (!quiet_)
+    } else if (!quiet_) {
       std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+    }
   }
 
   void say_notices(const scene::Capture& capture, const gpu::Device& renderer) const {

@@ -6,6 +6,7 @@
 
 #include "base/output_file.h"
 #include "replay/commands.h"
+#include "replay/progress.h"
 #include "replay/report/report.h"
 
 namespace tessera::replay {
@@ -25,7 +26,11 @@ class ReportCommand final : public Command {
 
   void run() override {
     if (std::filesystem::is_directory(folder_)) check_output_folder(folder_, {"report.html", "sweep.csv"});
-    const std::string note = write_report(folder_);
+    std::string note;
+    {
+      const LongStep step("writing the report", LongStep::quiet_without_terminal());
+      note = write_report(folder_);
+    }
     if (!note.empty()) std::fprintf(stderr, "note: %s\n", note.c_str());
     fmt::print("{}\n", (std::filesystem::path(folder_) / "report.html").string());
   }

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "replay/commands.h"
+#include "replay/progress.h"
 #include "replay/selfcheck.h"
 
 namespace tessera::replay {
@@ -26,8 +27,12 @@ class SelfCheckCommand final : public Command {
   }
 
   void run() override {
-    std::vector<SelfCheck> checks = check_identities();
-    for (const std::filesystem::path& capture : captures()) checks.push_back(check_tiling(capture, strict_));
+    std::vector<SelfCheck> checks;
+    {
+      const LongStep step("checking", LongStep::quiet_without_terminal());
+      checks = check_identities();
+      for (const std::filesystem::path& capture : captures()) checks.push_back(check_tiling(capture, strict_));
+    }
     if (json_)
       print_json(checks);
     else

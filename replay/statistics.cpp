@@ -66,6 +66,10 @@ json frame_json(const gpu::FrameResult& frame, const baselines::BaselineSet* sch
   return out;
 }
 
+void Statistics::set_host(double load, double decode, double assemble) {
+  head_["host"]["stages"] = {{"load", load}, {"decode", decode}, {"assemble", assemble}};
+}
+
 void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes) {
   nlohmann::json stages = nlohmann::json::object();
   for (const auto& [stage, seconds] : frame.stage_seconds) stages[stage] = seconds;

@@ -20,6 +20,10 @@ class Statistics {
   Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
              const gpu::RenderRequest& request);
 
+  // Host time in seconds of what comes before the first frame: reading the file, decoding what is in it, and
+  // assembling base patches. They are the member "host" of stats.json.
+  void set_host(double load, double decode, double assemble);
+
   // `schemes`: the baselines of the same frame, or null.
   void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr);
   std::size_t frame_count() const { return frames_.size(); }

@@ -21,85 +21,6 @@
 namespace tessera::scene {
 namespace {
 
-// ---- Clusters ---------------------------------------------------------------------------------------------------
-
-using LocalTriangle = std::array<std::uint8_t, 3>;
-
-// The quad of two triangles that share an edge and wind alike, or nothing.
-std::optional<ClusterCell> join(const LocalTriangle& s, const LocalTriangle& t) {
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) {
-      // The shared edge runs c->a in s = (a, b, c) and a->c in t = (a, c, d).
-      const std::uint8_t a = s[i], b = s[(i + 1) % 3], c = s[(i + 2) % 3];
-      if (t[j] == a && t[(j + 1) % 3] == c && t[(j + 2) % 3] != b) return ClusterCell{{a, b, c, t[(j + 2) % 3]}};
-    }
-  return std::nullopt;
-}
-
-// Pairs each triangle with the next free neighbour; what stays alone is a cell of its own.
-void pair_triangles(const std::vector<LocalTriangle>& triangles, std::vector<ClusterCell>& cells) {
-  std::vector<bool> used(triangles.size(), false);
-  for (std::size_t s = 0; s < triangles.size(); ++s) {
-    if (used[s]) continue;
-    std::optional<ClusterCell> cell;
-    for (std::size_t t = s + 1; t < triangles.size() && !cell; ++t) {
-      if (used[t]) continue;
-      cell = join(triangles[s], triangles[t]);
-      if (cell) used[t] = true;
-    }
-    const LocalTriangle& alone = triangles[s];
-    cells.push_back(cell.value_or(ClusterCell{{alone[0], alone[1], alone[2], alone[2]}}));
-  }
-}
-
-// Clusters of some of a primitive's triangles.
-MeshClusters cluster_range(const Primitive& primitive, std::span<const std::uint32_t> indices) {
-  MeshClusters out;
-  // Only the vertices between the first and the last that they use.
-  const auto [low, high] = std::minmax_element(indices.begin(), indices.end());
-  const std::uint32_t base = *low;
-  const std::size_t vertex_count = *high - base + 1;
-  std::vector<std::uint32_t> near(indices.begin(), indices.end());
-  for (std::uint32_t& index : near) index -= base;
-  const std::size_t capacity = meshopt_buildMeshletsBound(near.size(), kMaxClusterVertices, kMaxClusterTriangles);
-  std::vector<meshopt_Meshlet> meshlets(capacity);
-  std::vector<unsigned int> vertices(capacity * kMaxClusterVertices);
-  std::vector<unsigned char> triangles(capacity * kMaxClusterTriangles * 3);
-  const std::size_t count = meshopt_buildMeshlets(meshlets.data(), vertices.data(), triangles.data(), near.data(),
-                                                  near.size(), &primitive.vertices.positions[base].x, vertex_count,
-                                                  sizeof(Vec3), kMaxClusterVertices, kMaxClusterTriangles, 0.0f);
-  std::vector<LocalTriangle> local;
-  for (std::size_t m = 0; m < count; ++m) {
-    const meshopt_Meshlet& meshlet = meshlets[m];
-    Cluster cluster{};
-    cluster.first_vertex = static_cast<std::uint32_t>(out.vertices.size());
-    cluster.vertex_count = meshlet.vertex_count;
-    cluster.first_cell = static_cast<std::uint32_t>(out.cells.size());
-    cluster.triangle_count = meshlet.triangle_count;
-    for (std::size_t v = 0; v < meshlet.vertex_count; ++v)
-      out.vertices.push_back(base + vertices[meshlet.vertex_offset + v]);
-    local.resize(meshlet.triangle_count);
-    for (std::size_t t = 0; t < local.size(); ++t)
-      std::memcpy(local[t].data(), &triangles[meshlet.triangle_offset + 3 * t], 3);
-    pair_triangles(local, out.cells);
-    cluster.cell_count = static_cast<std::uint32_t>(out.cells.size()) - cluster.first_cell;
-    out.clusters.push_back(cluster);
-  }
-  return out;
-}
-
-void append_clusters(const MeshClusters& part, MeshClusters& to) {
-  const auto vertices = static_cast<std::uint32_t>(to.vertices.size()),
-             cells = static_cast<std::uint32_t>(to.cells.size());
-  to.vertices.insert(to.vertices.end(), part.vertices.begin(), part.vertices.end());
-  to.cells.insert(to.cells.end(), part.cells.begin(), part.cells.end());
-  for (Cluster cluster : part.clusters) {
-    cluster.first_vertex += vertices;
-    cluster.first_cell += cells;
-    to.clusters.push_back(cluster);
-  }
-}
-
 // ---- Shared edges -----------------------------------------------------------------------------------------------
 
 constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {
@@ -343,21 +264,6 @@ void add_node(const Node& node, std::vector<NodePrimitive>& primitives, Assembly
 
 }  // namespace
 
-MeshClusters build_clusters(const Primitive& primitive) {
-  // Ranges of their own, so that large meshes are cut on all threads.
-  const std::span<const std::uint32_t> indices = primitive.indices;
-  constexpr std::size_t kRange = 3 * kClusterRangeTriangles;
-  const std::size_t count = (indices.size() + kRange - 1) / kRange;
-  if (count == 0) return {};
-  std::vector<MeshClusters> parts(count);
-  parallel_for(count, [&](std::size_t r) {
-    parts[r] = cluster_range(primitive, indices.subspan(r * kRange, std::min(kRange, indices.size() - r * kRange)));
-  });
-  MeshClusters out = std::move(parts.front());
-  for (std::size_t r = 1; r < count; ++r) append_clusters(std::exchange(parts[r], {}), out);
-  return out;
-}
-
 std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points) {
   const std::vector<std::uint32_t> number = weld_points(control_points);  // so that edges compare as four numbers
   const std::size_t patch_count = control_points.count() / 16;
@@ -384,14 +290,6 @@ std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points) {
     }
   }
   return out;
-}
-
-std::size_t cluster_count_bound(std::size_t index_count) {
-  const auto bound = [](std::size_t indices) {
-    return indices == 0 ? 0 : meshopt_buildMeshletsBound(indices, kMaxClusterVertices, kMaxClusterTriangles);
-  };
-  constexpr std::size_t kRange = 3 * kClusterRangeTriangles;
-  return index_count / kRange * bound(kRange) + bound(index_count % kRange);
 }
 
 InstancedNode group_instances(const std::vector<InstanceTransform>& instances) {

@@ -5,37 +5,13 @@
 #include <vector>
 
 #include "scene/capture.h"
+#include "scene/clusters.h"
 #include "scene/patch_groups.h"
 
 namespace tessera::scene {
 
 // Patch assembly: cuts every primitive that is drawn into base patches, the unit that the machine bounds, bins and
 // tessellates. A base patch is one bicubic Bezier patch, or one cluster of a passive mesh. Done once per capture.
-
-inline constexpr std::size_t kMaxClusterVertices = 64;  // [spec] NVIDIA and AMD mesh shaders, meshoptimizer's advice
-inline constexpr std::size_t kMaxClusterTriangles = 124;
-// Meshes with more triangles are cut into clusters range by range, on all threads.
-inline constexpr std::size_t kClusterRangeTriangles = std::size_t{1} << 17;
-
-// A cell is what a leaf of the tile core's tests holds: a quad of two triangles (a, b, c) and (a, c, d), or one
-// triangle, then d == c.
-struct ClusterCell {
-  std::array<std::uint8_t, 4> corner;  // vertices of the cluster
-  bool single() const { return corner[2] == corner[3]; }
-};
-
-struct Cluster {
-  std::uint32_t first_vertex, vertex_count;  // in MeshClusters::vertices
-  std::uint32_t first_cell, cell_count;      // in MeshClusters::cells
-  std::uint32_t triangle_count;
-};
-
-// A passive mesh cut into clusters (meshoptimizer's meshlets); neighbouring triangles paired into cells.
-struct MeshClusters {
-  std::vector<std::uint32_t> vertices;  // index of the primitive's vertex
-  std::vector<ClusterCell> cells;
-  std::vector<Cluster> clusters;
-};
 
 // Neighbourhood of a Bezier patch. Vertices on a shared edge or corner are computed by one of the patches that share
 // it, its owner, so that all of them get the same bits: no crack opens, displaced or not.
@@ -131,12 +107,8 @@ inline bool has_grid(const Drawable& drawable) { return drawable.kind != Primiti
 //   AS3  Each instance is in one group of its node, whose ranges hold its transform.
 Assembly assemble(const Capture& capture);
 
-// Most clusters that build_clusters() makes of so many indices.
-std::size_t cluster_count_bound(std::size_t index_count);
-
-// Exposed for tests.
+// Exposed for the tests.
 InstancedNode group_instances(const std::vector<InstanceTransform>& instances);
-MeshClusters build_clusters(const Primitive& primitive);
 std::vector<PatchNeighbours> find_neighbours(const Vertices& control_points);
 
 }  // namespace tessera::scene

@@ -58,6 +58,7 @@ struct Primitive {
   enum class Wire : std::uint8_t { kSurface, kPoints, kSegments };
   Kind kind = Kind::kTriangles;
   Wire wire = Wire::kSurface;
+  bool in_cluster_order = false;  // kTriangles: as TESSERA_clusters says, which may be wrong
   Vertices vertices;
   std::vector<std::uint32_t> indices;
   int material = kNone;  // kNone: the default material
@@ -298,6 +299,8 @@ struct Capture {
   std::uint64_t charged_bytes = 0;  // of CaptureLimits::max_bytes, by reading it
   // CaptureLimits::max_bytes: what is left of them is for each frame that is drawn.
   std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max();
+  // Host time of reading it: of the file, its JSON and its checks; then of what its buffers and images hold.
+  double load_seconds = 0, decode_seconds = 0;
   std::vector<Node> nodes;
   std::vector<int> roots;  // nodes of the scene that is drawn
   std::vector<Mesh> meshes;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <utility>
@@ -13,12 +14,17 @@
 #include "scene/gltf/container.h"
 #include "scene/gltf/extension_census.h"
 #include "scene/gltf/json_reader.h"
+#include "scene/gltf/read_ahead.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/validation.h"
 
 namespace tessera::scene {
 
 namespace {
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 // What reading will charge at least follows from the size of the file and the first bytes of it: what cannot fit is
 // refused unread. `budget` is a copy, nothing is charged yet.
@@ -54,6 +60,7 @@ void check_claims(const nlohmann::json& json, MemoryBudget budget) {
 }  // namespace
 
 Capture read_capture(const std::filesystem::path& file, const CaptureLimits& limits) {
+  const double begin = seconds_now();
   const std::string name = file.string();
   MemoryBudget budget(limits.max_bytes, name);
   check_size(file, budget);
@@ -74,6 +81,8 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   const std::vector<std::string> unread = gltf::find_unread_extensions(json, root, budget, notes);
   gltf::Document document(std::move(json), file, std::move(container.binary), container.has_binary, limits, budget,
                           std::move(notes));
+  const double loaded = seconds_now();
+  gltf::read_ahead(document);
   Capture capture;
   capture.file = file;
   gltf::build_materials(document, capture);
@@ -82,6 +91,8 @@ Capture read_capture(const std::filesystem::path& file, const CaptureLimits& lim
   capture.extensions_used = document.model.extensionsUsed;
   capture.extensions_unread = unread;
   capture.notices = document.notes.lines();
+  capture.load_seconds = loaded - begin;
+  capture.decode_seconds = seconds_now() - loaded;
   capture.charged_bytes = budget.used_bytes();
   capture.max_bytes = limits.max_bytes;
   capture.file_bytes = file_bytes + document.resources.bytes_read();

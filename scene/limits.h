@@ -1,8 +1,13 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <string>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -26,18 +31,38 @@ class BudgetError : public LimitError {
   using LimitError::LimitError;
 };
 
+// A charge that has been made.
+struct Charge {
+  std::uint64_t count, size;
+  std::string what;
+};
+
 // The account of one reading, or of one frame.
+//
+// Work that is done ahead has accounts of its own, on any thread: they draw on a room that they share, and write their
+// charges down, to be made again when the work is used. What was drawn and waits keeps its room here until then, or
+// until a charge needs it.
+//
+// Invariants (cited by the tests):
+//   MB1  Charges and refusals are those of an account without anything that waits.
+//   MB2  What was charged and what waits are never more than the limit together.
 class MemoryBudget {
  public:
   // `file`: what messages begin with, if anything. `used` bytes are used already; must not be more.
   explicit MemoryBudget(std::uint64_t max_bytes, const std::string& file = "", std::uint64_t used = 0)
       : max_bytes_(max_bytes), used_(used), file_(file.empty() ? "" : escape_control(file) + ": ") {}
 
+  // An account of work ahead: charges are drawn from `room` and written to `charges`.
+  MemoryBudget(std::atomic<std::uint64_t>& room, std::vector<Charge>& charges)
+      : max_bytes_(std::numeric_limits<std::uint64_t>::max()), used_(0), room_(&room), ahead_(&charges) {}
+
   // Charges count * size bytes. Throws BudgetError (overflow included), naming what was asked for: a text, a place in
   // the file, or a function that makes the text.
   template <class What>
   void charge(std::uint64_t count, std::uint64_t size, const What& what) {
+    if (ahead_ != nullptr) return charge_ahead(count, size, text(what));
     const std::uint64_t left = max_bytes_ - used_;
+    if (waiting_ > 0 && size != 0 && count > (left - waiting_) / size) give_way();
     if (size != 0 && count > left / size)
       throw BudgetError(fmt::format(
           "{}{} needs {} elements of {} bytes; the capture may use {} in all (--max-memory, ReadLimits::max_bytes)",
@@ -45,8 +70,30 @@ class MemoryBudget {
     used_ += count * size;
   }
   std::uint64_t used_bytes() const { return used_; }
+  std::uint64_t left_bytes() const { return max_bytes_ - used_; }
+
+  // `bytes` that were drawn by work ahead wait to be charged; no more than left_bytes(). `drop` frees all that waits.
+  void keep_waiting(std::uint64_t bytes, std::function<void()> drop) {
+    waiting_ = bytes;
+    drop_ = std::move(drop);
+  }
+  // So many of them wait no longer.
+  void stop_waiting(std::uint64_t bytes) { waiting_ -= bytes; }
 
  private:
+  void charge_ahead(std::uint64_t count, std::uint64_t size, std::string what) {
+    std::uint64_t left = room_->load();
+    do {
+      if (size != 0 && count > left / size) throw BudgetError(what + " does not fit ahead");
+    } while (!room_->compare_exchange_weak(left, left - count * size));
+    used_ += count * size;
+    ahead_->push_back({count, size, std::move(what)});
+  }
+  void give_way() {
+    waiting_ = 0;
+    drop_();
+  }
+
   template <class What>
   static std::string text(const What& what) {
     if constexpr (std::is_invocable_v<const What&>)
@@ -59,6 +106,10 @@ class MemoryBudget {
 
   std::uint64_t max_bytes_, used_;
   std::string file_;
+  std::uint64_t waiting_ = 0;
+  std::function<void()> drop_;
+  std::atomic<std::uint64_t>* room_ = nullptr;
+  std::vector<Charge>* ahead_ = nullptr;
 };
 
 }  // namespace tessera::scene

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "base/parallel.h"
-#include "scene/assembly.h"
+#include "scene/clusters.h"
 
 namespace tessera::scene {
 namespace {

@@ -6,6 +6,7 @@
 
 #include <meshoptimizer.h>
 
+#include "scene/clusters.h"
 #include "scene/gltf/accessor_layout.h"
 
 namespace tessera::replay {
@@ -226,7 +227,14 @@ void order_for_meshopt(DracoInput& mesh) {
                                               streams.data(), streams.size()));
   std::vector<std::uint32_t> ordered(mesh.indices.size());
   meshopt_optimizeVertexCacheStrip(ordered.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);
-  mesh.indices = std::move(ordered);
+  scene::Primitive primitive;
+  for (const DracoAttribute& attribute : mesh.attributes) {
+    if (attribute.name != "POSITION") continue;
+    for (std::size_t i = 0; i + 2 < attribute.values.size(); i += 3)
+      primitive.vertices.positions.emplace_back(attribute.values[i], attribute.values[i + 1], attribute.values[i + 2]);
+  }
+  primitive.indices = std::move(ordered);
+  mesh.indices = scene::cluster_order(primitive);
   place.resize(mesh.vertex_count);
   const std::size_t used =
       meshopt_optimizeVertexFetchRemap(place.data(), mesh.indices.data(), mesh.indices.size(), mesh.vertex_count);

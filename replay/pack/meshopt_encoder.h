@@ -50,8 +50,8 @@ struct MeshoptAttribute {
 MeshoptAttribute encode_attribute(const DracoAttribute& attribute, const QuantizationBits& bits,
                                   std::optional<int> exponent = {});
 
-// Joins vertices whose values are all equal, orders triangles for the codec (vertex cache) and vertices by first use;
-// vertices that no triangle has are dropped.
+// Joins vertices whose values are all equal, orders triangles cluster by cluster (scene::cluster_order) and vertices by
+// first use; vertices that no triangle has are dropped.
 void order_for_meshopt(DracoInput& mesh);
 
 }  // namespace tessera::replay

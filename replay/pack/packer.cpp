@@ -20,6 +20,7 @@
 #include "replay/pack/image_packer.h"
 #include "replay/pack/meshopt_encoder.h"
 #include "scene/capture_reader.h"
+#include "scene/clusters.h"
 #include "scene/extensions.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/container.h"
@@ -36,6 +37,7 @@ namespace gltf = scene::gltf;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kQuantization = "KHR_mesh_quantization";
+constexpr const char* kClusters = "TESSERA_clusters";
 constexpr const char* kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 // An extension of a glTF object, or null.
@@ -164,6 +166,7 @@ bool compress_primitive(gltf::Document& document, json& out, json& primitive, co
   primitive["indices"] = out["accessors"].size();
   out["accessors"].push_back({{"componentType", 5125}, {"count", input.indices.size()}, {"type", "SCALAR"}});
   primitive["extensions"][kDraco] = std::move(extension);
+  primitive["extensions"].erase(kClusters);
   return true;
 }
 
@@ -199,7 +202,12 @@ bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive,
   const bool ordered = order_matters(primitive);
   DracoInput input = read_primitive(document, primitive);
   if (input.indices.empty() || (ordered && input.vertex_count > input.indices.size())) return false;
-  if (!ordered) order_for_meshopt(input);
+  if (!ordered) {
+    order_for_meshopt(input);
+    primitive["extensions"][kClusters] = {{"maxVertices", scene::kMaxClusterVertices},
+                                          {"maxTriangles", scene::kMaxClusterTriangles},
+                                          {"range", scene::kClusterRangeTriangles}};
+  }
   // Views in the order in which packing again comes across them.
   std::sort(input.attributes.begin(), input.attributes.end(),
             [](const DracoAttribute& a, const DracoAttribute& b) { return a.name < b.name; });
@@ -347,6 +355,13 @@ void attach_settings(json& d, const PackOptions& options) {
   add_extension(d, "extensionsUsed", "TESSERA_lens");
 }
 
+bool any_in_cluster_order(const json& d) {
+  for (const json& mesh : d["meshes"])
+    for (const json& primitive : mesh["primitives"])
+      if (gltf::find_extension(primitive, kClusters) != nullptr) return true;
+  return false;
+}
+
 // What the data now need: nothing that was unpacked, everything that was compressed.
 void list_extensions(json& d, const BinaryChunk& chunk, bool draco, const ImageReport& images) {
   const auto need = [&](const char* name) {
@@ -357,6 +372,10 @@ void list_extensions(json& d, const BinaryChunk& chunk, bool draco, const ImageR
       need(name);
     else
       drop_extension(d, name);
+  if (any_in_cluster_order(d))
+    add_extension(d, "extensionsUsed", kClusters);
+  else
+    drop_extension(d, kClusters);
   if (draco) need(kDraco);
   if (images.webp > 0) need("EXT_texture_webp");
   if (images.ktx2 > 0) need("KHR_texture_basisu");

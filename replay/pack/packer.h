@@ -41,7 +41,8 @@ struct PackReport {
 //   - Positions move by at most half a step of their quantisation (largest extent / (2^bits - 1)); integers, morph
 //     targets, animations, matrices and application-specific attributes stay exact.
 //   - With meshoptimizer the largest extent is the mesh's, and all other accessors are compressed without loss. Where
-//     nothing counts on their order equal vertices are joined, and vertices and triangles ordered for its codec.
+//     nothing counts on their order equal vertices are joined, and vertices and triangles ordered for its codec and in
+//     the order of clusters (TESSERA_clusters), so that reading the capture need not look for them.
 //   - Draco's sequential method where something counts on the order of vertices: Bezier patches, morph targets,
 //     application-specific attributes. What a stream cannot hold stays as it is.
 //   - Objects that hold no data are kept word for word, unknown extensions included; one that names accessors or buffer

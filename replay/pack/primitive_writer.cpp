@@ -110,6 +110,7 @@ void EditedAsset::write_primitive(json& json_primitive, const scene::Primitive& 
   json_primitive["attributes"] = std::move(attributes);
   json_primitive["indices"] = add_accessor(indices, gltf::kUnsignedInt, "SCALAR");
   json_primitive["mode"] = 4;
+  if (json_primitive.contains("extensions")) json_primitive["extensions"].erase("TESSERA_clusters");
   if (json_primitive.contains("targets")) json_primitive["targets"] = json::array();
   for (const scene::MorphTarget& target : v.morph_targets)
     json_primitive["targets"].push_back(target_json(target, v.count()));

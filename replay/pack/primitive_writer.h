@@ -23,7 +23,7 @@ class EditedAsset {
 
   std::size_t add_view(std::span<const std::uint8_t> bytes);
 
-  // Replaces attributes, targets and indices of a primitive; the Draco extension goes.
+  // Replaces attributes, targets and indices of a primitive; the Draco extension and the claim of an order go.
   void write_primitive(nlohmann::json& json_primitive, const scene::Primitive& primitive,
                        const std::vector<std::uint32_t>& indices);
 

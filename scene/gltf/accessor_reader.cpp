@@ -1,6 +1,10 @@
+#include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
+#include "base/parallel.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/document.h"
 
@@ -94,13 +98,90 @@ float dequantize(std::int64_t value, int component_type) {
   }
 }
 
-std::vector<float> read_floats(Document& document, std::size_t index,
-                               const std::function<bool(std::uint64_t)>& is_used) {
+namespace {
+
+// Elements that one thread converts at a time.
+constexpr std::uint64_t kChunk = 1 << 16;
+
+// Calls convert(first, last) for ranges of `count` elements on all threads; whether all of them said true.
+template <class Convert>
+bool convert_in_chunks(std::uint64_t count, const Convert& convert) {
+  const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
+  if (chunks < 2) return convert(std::uint64_t{0}, count);
+  std::atomic<bool> all = true;
+  parallel_for(chunks, [&](std::size_t c) {
+    if (!convert(c * kChunk, std::min(count, (c + 1) * kChunk))) all = false;
+  });
+  return all;
+}
+
+// Stores convert(scalar of type T) of every scalar of elements without padding inside them. False: one was refused by
+// `is_sound`.
+template <class T, class Out, class Convert, class IsSound>
+bool convert_scalars(const AccessorLayout& layout, const std::uint8_t* bytes, Out* out, const Convert& convert,
+                     const IsSound& is_sound) {
+  const auto components = static_cast<std::uint64_t>(layout.components);
+  return convert_in_chunks(layout.count, [&](std::uint64_t first, std::uint64_t last) {
+    bool sound = true;
+    for (std::uint64_t e = first; e < last; ++e)
+      for (std::uint64_t c = 0; c < components; ++c) {
+        const T scalar = load<T>(bytes + e * layout.stride + c * sizeof(T));
+        sound &= is_sound(scalar);
+        out[e * components + c] = convert(scalar);
+      }
+    return sound;
+  });
+}
+
+template <class T>
+bool convert_integers(const AccessorLayout& layout, const std::uint8_t* bytes, float* out) {
+  const auto any = [](T) { return true; };
+  const int type = layout.component_type;
+  if (layout.normalized)
+    return convert_scalars<T>(
+        layout, bytes, out, [type](T v) { return dequantize(v, type); }, any);
+  return convert_scalars<T>(
+      layout, bytes, out, [](T v) { return static_cast<float>(v); }, any);
+}
+
+// Where an accessor's elements lie when they are nothing but a view's, without sparse parts and matrices; else null.
+const std::uint8_t* plain_elements(Document& document, std::size_t index) {
+  const AccessorLayout& layout = document.layouts[index];
+  const json& accessor = document.json["accessors"][index];
+  if (!layout.has_view || layout.columns != 1 || accessor.contains("sparse")) return nullptr;
+  return document.resources.buffer_view(accessor["bufferView"].get<std::size_t>()).data() + layout.byte_offset;
+}
+
+// False: there is more to an element than its conversion.
+bool read_plain_floats(Document& document, std::size_t index, float* out) {
+  const std::uint8_t* bytes = plain_elements(document, index);
+  if (bytes == nullptr) return false;
+  const AccessorLayout& layout = document.layouts[index];
+  constexpr std::uint32_t kExponent = 0x7F800000;
+  switch (layout.component_type) {
+    case kFloat:
+      return convert_scalars<std::uint32_t>(
+          layout, bytes, out, [](std::uint32_t v) { return std::bit_cast<float>(v); },
+          [](std::uint32_t v) { return (v & kExponent) != kExponent; });
+    case kByte:
+      return convert_integers<std::int8_t>(layout, bytes, out);
+    case kUnsignedByte:
+      return convert_integers<std::uint8_t>(layout, bytes, out);
+    case kShort:
+      return convert_integers<std::int16_t>(layout, bytes, out);
+    case kUnsignedShort:
+      return convert_integers<std::uint16_t>(layout, bytes, out);
+    default:
+      return convert_integers<std::uint32_t>(layout, bytes, out);
+  }
+}
+
+// One by one, with the places of faults. `values` are zeros.
+void read_floats_one_by_one(Document& document, std::size_t index, const std::function<bool(std::uint64_t)>& is_used,
+                            float* values) {
   const AccessorLayout& layout = document.layouts[index];
   const auto components = static_cast<std::uint64_t>(layout.components);
   const Place place = document.root.at("accessors").at(index);
-  document.budget.charge(layout.count * components, sizeof(float), place);
-  std::vector<float> values(layout.count * components, 0.0f);
   visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
     float value;
     if (layout.component_type == kFloat) {
@@ -117,7 +198,32 @@ std::vector<float> read_floats(Document& document, std::size_t index,
     }
     values[e * components + c] = value;
   });
+}
+
+// `Element` is made of floats alone, as many as the accessor's elements have or one.
+template <class Element>
+std::vector<Element> read_elements(Document& document, std::size_t index,
+                                   const std::function<bool(std::uint64_t)>& is_used) {
+  const AccessorLayout& layout = document.layouts[index];
+  const std::uint64_t scalars = layout.count * static_cast<std::uint64_t>(layout.components);
+  document.budget.charge(scalars, sizeof(float), [&] { return document.root.at("accessors").at(index).pointer(); });
+  std::vector<Element> values(scalars * sizeof(float) / sizeof(Element), Element(0.0f));
+  float* const out = reinterpret_cast<float*>(values.data());
+  if (!read_plain_floats(document, index, out)) read_floats_one_by_one(document, index, is_used, out);
   return values;
+}
+
+}  // namespace
+
+std::vector<float> read_floats(Document& document, std::size_t index,
+                               const std::function<bool(std::uint64_t)>& is_used) {
+  return read_elements<float>(document, index, is_used);
+}
+std::vector<Vec2> read_vec2(Document& document, std::size_t index, const std::function<bool(std::uint64_t)>& is_used) {
+  return read_elements<Vec2>(document, index, is_used);
+}
+std::vector<Vec3> read_vec3(Document& document, std::size_t index, const std::function<bool(std::uint64_t)>& is_used) {
+  return read_elements<Vec3>(document, index, is_used);
 }
 
 std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t index) {
@@ -126,6 +232,17 @@ std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t index) 
   document.budget.charge(layout.count * components, sizeof(std::uint32_t),
                          [&] { return document.root.at("accessors").at(index).pointer(); });
   std::vector<std::uint32_t> values(layout.count * components, 0);
+  const auto same = [](auto v) { return static_cast<std::uint32_t>(v); };
+  const auto any = [](auto) { return true; };
+  if (const std::uint8_t* bytes = plain_elements(document, index)) {
+    if (layout.component_type == kUnsignedByte)
+      convert_scalars<std::uint8_t>(layout, bytes, values.data(), same, any);
+    else if (layout.component_type == kUnsignedShort)
+      convert_scalars<std::uint16_t>(layout, bytes, values.data(), same, any);
+    else
+      convert_scalars<std::uint32_t>(layout, bytes, values.data(), same, any);
+    return values;
+  }
   visit_scalars(document, index, layout, [&](std::uint64_t e, std::uint64_t c, const std::uint8_t* at) {
     values[e * components + c] = static_cast<std::uint32_t>(load_integer(at, layout.component_type));
   });

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <tiny_gltf.h>
 #include <nlohmann/json.hpp>
 
+#include "base/vec.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/notes.h"
 #include "scene/gltf/place.h"
@@ -14,6 +16,8 @@
 #include "scene/limits.h"
 
 namespace tessera::scene::gltf {
+
+struct ReadAhead;
 
 // A checked glTF document and everything needed to decode it. `model` is tinygltf's typed view of `json` without its
 // buffers and images: tinygltf fills in the defaults, the bytes come from `resources`, which checks them.
@@ -26,6 +30,7 @@ struct Document {
   const CaptureLimits& limits;
   MemoryBudget& budget;
   std::vector<AccessorLayout> layouts;  // of the accessors
+  std::shared_ptr<ReadAhead> ahead;     // what read_ahead() decoded; null without
 
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
            const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
@@ -41,6 +46,12 @@ const nlohmann::json* find_extension(const nlohmann::json& object, const char* n
 // it becomes zero, with a note.
 std::vector<float> read_floats(Document& document, std::size_t accessor,
                                const std::function<bool(std::uint64_t)>& is_used = {});
+
+// The same as vectors; the accessor's elements have two or three components.
+std::vector<Vec2> read_vec2(Document& document, std::size_t accessor,
+                            const std::function<bool(std::uint64_t)>& is_used = {});
+std::vector<Vec3> read_vec3(Document& document, std::size_t accessor,
+                            const std::function<bool(std::uint64_t)>& is_used = {});
 
 // All scalars of an accessor with an unsigned integer component type.
 std::vector<std::uint32_t> read_unsigned(Document& document, std::size_t accessor);
@@ -73,6 +84,9 @@ struct DracoRequest {
 
 // Decodes a stream. Throws InputError at `place`, that of the extension, where it is broken or not what is asked for.
 DracoMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place);
+
+// What a primitive's extension asks of its stream.
+DracoRequest draco_request(const Document& document, const nlohmann::json& primitive);
 
 // `primitive` is the primitive's JSON; `place` its place.
 DracoMesh read_draco(Document& document, const nlohmann::json& primitive, const Place& place);

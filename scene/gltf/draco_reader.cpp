@@ -1,12 +1,17 @@
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <optional>
+#include <utility>
 
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
 #include <draco/compression/mesh/mesh_sequential_decoder.h>
 
+#include "base/parallel.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/document.h"
+#include "scene/gltf/read_ahead.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -135,6 +140,29 @@ std::pair<std::int64_t, std::int64_t> integer_range(int component_type) {
   }
 }
 
+// Finite floats of points that all have a value, on all threads. False: not all are such.
+bool copy_floats(const draco::Mesh& mesh, const draco::PointAttribute& attribute, std::size_t components, float* out) {
+  constexpr std::uint32_t kChunkPoints = 1 << 16;
+  const std::uint32_t count = mesh.num_points();
+  std::atomic<bool> sound = true;
+  parallel_for((count + kChunkPoints - 1) / kChunkPoints, [&](std::size_t chunk) {
+    const auto first = static_cast<std::uint32_t>(chunk) * kChunkPoints;
+    bool all = true;
+    for (std::uint32_t point = first; point < std::min(count, first + kChunkPoints); ++point) {
+      const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(point));
+      if (index.value() >= attribute.size()) {
+        sound = false;
+        return;
+      }
+      float* const to = out + point * components;
+      std::memcpy(to, attribute.GetAddress(index), components * sizeof(float));
+      for (std::size_t c = 0; c < components; ++c) all &= std::isfinite(to[c]);
+    }
+    if (!all) sound = false;
+  });
+  return sound;
+}
+
 // Scalars of one decoded attribute, per point, read as the accessor says.
 std::vector<float> attribute_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute,
                                     const AccessorLayout& layout, const Place& place) {
@@ -142,6 +170,7 @@ std::vector<float> attribute_values(const draco::Mesh& mesh, const draco::PointA
   const bool is_float = attribute.data_type() == draco::DT_FLOAT32;
   const std::pair<std::int64_t, std::int64_t> range = integer_range(layout.component_type);
   std::vector<float> values(mesh.num_points() * components);
+  if (is_float && copy_floats(mesh, attribute, components, values.data())) return values;
   for (std::uint32_t point = 0; point < mesh.num_points(); ++point) {
     const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(point));
     if (index.value() >= attribute.size()) place.refuse("point {} has no value in the Draco stream", point);
@@ -230,7 +259,7 @@ DracoMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& 
   return out;
 }
 
-DracoMesh read_draco(Document& document, const json& primitive, const Place& place) {
+DracoRequest draco_request(const Document& document, const json& primitive) {
   const json& extension = *find_extension(primitive, "KHR_draco_mesh_compression");
   const std::uint64_t indices = document.layouts[primitive["indices"].get<std::size_t>()].count;
   const auto layout = [&](const json& accessor) { return document.layouts[accessor.get<std::size_t>()]; };
@@ -240,8 +269,17 @@ DracoMesh read_draco(Document& document, const json& primitive, const Place& pla
     request.points = std::max(request.points, layout(accessor).count);
   for (const auto& [name, id] : extension["attributes"].items())
     request.attributes.push_back({name, id.get<std::uint32_t>(), layout(primitive["attributes"][name])});
-  return decode_draco(document.resources.buffer_view(extension["bufferView"].get<std::size_t>()), request,
-                      document.budget, place.at("extensions").at("KHR_draco_mesh_compression"));
+  return request;
+}
+
+DracoMesh read_draco(Document& document, const json& primitive, const Place& place) {
+  const json& extension = *find_extension(primitive, "KHR_draco_mesh_compression");
+  const Bytes stream = document.resources.buffer_view(extension["bufferView"].get<std::size_t>());
+  if (document.ahead != nullptr)
+    if (std::optional<DracoMesh> ready = document.ahead->draco.take(&primitive, document.budget))
+      return std::move(*ready);
+  return decode_draco(stream, draco_request(document, primitive), document.budget,
+                      place.at("extensions").at("KHR_draco_mesh_compression"));
 }
 
 }  // namespace tessera::scene::gltf

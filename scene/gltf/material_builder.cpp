@@ -1,24 +1,19 @@
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <type_traits>
 #include <utility>
 
-#include "base/ktx2/ktx2.h"
 #include "scene/basis_textures.h"
 #include "scene/gltf/builders.h"
+#include "scene/gltf/image_reader.h"
+#include "scene/gltf/read_ahead.h"
 
 namespace tessera::scene::gltf {
 namespace {
 
 using nlohmann::json;
-
-// Colour or data, with what it is in the file.
-template <class Texture>
-struct Sourced {
-  std::shared_ptr<const Texture> texture;
-  TextureSource source;
-};
 
 // Decodes every image once per use (colour, data, heights); KTX2 images once for colour and data, as their transfer
 // function is theirs.
@@ -27,28 +22,30 @@ class TextureLibrary {
   TextureLibrary(Document& document, std::vector<BasisImage>& basis_images)
       : document_(document), basis_images_(basis_images) {}
 
-  Sourced<shaders::Texture> color(std::size_t texture, shaders::ColorSpace space) {
+  ColorImage color(std::size_t texture, shaders::ColorSpace space) {
     return of_first_readable(texture, [&](const Source& from) {
       if (from.basis) return basis_color(from.image, space);
-      Sourced<shaders::Texture>& slot = textures_[{from.image, space}];
+      ColorImage& slot = textures_[{from.image, space}];
       if (slot.texture == nullptr) {
-        const DecodedImage image = decode(from.image, slot.source);
-        slot.texture = std::make_shared<const shaders::Texture>(image, space);
+        const Bytes bytes = document_.resources.image(from.image);
+        slot = taken_or(&ReadAhead::colors, {from.image, space},
+                        [&] { return read_color_image(bytes, space, account(from.image)); });
       }
       return slot;
     });
   }
 
-  Sourced<shaders::ScalarTexture> heights(std::size_t texture) {
+  HeightImage heights(std::size_t texture) {
     return of_first_readable(texture, [&](const Source& from) {
-      Sourced<shaders::ScalarTexture>& slot = heights_[from.image];
+      HeightImage& slot = heights_[from.image];
       if (slot.texture != nullptr) return slot;
       if (from.basis) {
-        slot.texture = basis_heights(unpack(from.image, slot.source));
+        const UnpackedBasis unpacked = unpack(from.image, &ReadAhead::basis_heights);
+        slot = {basis_heights(unpacked.texture), unpacked.source};
         basis_image(from.image).heights = slot.texture;
       } else {
-        const DecodedImage image = decode(from.image, slot.source);
-        slot.texture = std::make_shared<const shaders::ScalarTexture>(image);
+        const Bytes bytes = document_.resources.image(from.image);
+        slot = taken_or(&ReadAhead::heights, from.image, [&] { return read_height_image(bytes, account(from.image)); });
       }
       return slot;
     });
@@ -119,59 +116,19 @@ class TextureLibrary {
     return make(images.back());
   }
 
-  // What `read` returns, limits that it meets with the place of the image.
-  template <class Read>
-  auto of_image(std::size_t image, const Read& read) {
-    try {
-      return read();
-    } catch (const BudgetError&) {
-      throw;
-    } catch (const LimitError& error) {
-      throw LimitError(fmt::format("{}: {}: {}", document_.root.file(), place(image).pointer(), error.what()));
-    }
+  // Takes what was decoded ahead off its shelf, or decodes now.
+  template <class Key, class Value, class Decode>
+  Value taken_or(Shelf<Key, Value> ReadAhead::*shelf, const Key& key, const Decode& decode) {
+    if (document_.ahead != nullptr)
+      if (std::optional<Value> ready = ((*document_.ahead).*shelf).take(key, document_.budget))
+        return std::move(*ready);
+    return decode();
   }
+  ImageAccount account(std::size_t image) { return {document_.limits.image, document_.budget, place(image)}; }
 
-  // Decodes, and charges the 8-bit texture with its mip levels, or the 16-bit heights with theirs.
-  DecodedImage decode(std::size_t image, TextureSource& source) {
+  UnpackedBasis unpack(std::size_t image, Shelf<std::size_t, UnpackedBasis> ReadAhead::*shelf) {
     const Bytes bytes = document_.resources.image(image);
-    DecodedImage decoded;
-    of_image(image, [&] {
-      std::string fault;
-      const auto charge = [&](std::uint64_t count) { document_.budget.charge(count, 1, place(image)); };
-      if (ktx2::is_ktx2(bytes)) place(image).refuse("is KTX2, which only KHR_texture_basisu may name");
-      if (!decode_image(bytes, document_.limits.image, decoded, fault, charge)) place(image).refuse("{}", fault);
-    });
-    const ImageFormat format = image_format(bytes);
-    source.format = format == ImageFormat::kJpeg   ? TextureFormat::kJpeg
-                    : format == ImageFormat::kWebp ? TextureFormat::kWebp
-                                                   : TextureFormat::kPng;
-    charge_levels(image, decoded.width(), decoded.height(), 1);
-    return decoded;
-  }
-
-  // Levels that are made: a third more, and sums on the way.
-  void charge_levels(std::size_t image, int width, int height, std::uint64_t copies) {
-    document_.budget.charge(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height), 6 * copies,
-                            place(image));
-  }
-
-  // Unpacks a KTX2 image. Its textures are charged for all targets, of which a replay may want each, one after the other.
-  ktx2::BasisTexture unpack(std::size_t image, TextureSource& source) {
-    const Bytes bytes = document_.resources.image(image);
-    ktx2::BasisTexture texture;
-    std::string fault;
-    of_image(image, [&] {
-      ktx2::Ktx2Header header;
-      if (!ktx2::is_ktx2(bytes)) place(image).refuse("is no KTX2 image, which KHR_texture_basisu names");
-      if (!ktx2::read_ktx2_header(bytes, document_.limits.image, header, fault)) place(image).refuse("{}", fault);
-      document_.budget.charge(*std::max_element(header.unpacking_bytes.begin(), header.unpacking_bytes.end()), 1,
-                              place(image));
-      charge_levels(image, header.width, header.height, header.unpacking_bytes.size());
-      source = {header.etc1s ? TextureFormat::kKtx2Etc1s : TextureFormat::kKtx2Uastc, header.levels};
-      if (!ktx2::decode_ktx2(bytes, ktx2::BasisTarget::kRgba32, document_.limits.image, texture, fault))
-        place(image).refuse("{}", fault);
-    });
-    return texture;
+    return taken_or(shelf, image, [&] { return unpack_basis_image(bytes, account(image)); });
   }
 
   BasisImage& basis_image(std::size_t image) {
@@ -184,12 +141,12 @@ class TextureLibrary {
     return basis_images_[found->second];
   }
 
-  Sourced<shaders::Texture> basis_color(std::size_t image, shaders::ColorSpace space) {
+  ColorImage basis_color(std::size_t image, shaders::ColorSpace space) {
     Basis& slot = basis_[image];
     if (slot.color.texture == nullptr) {
-      ktx2::BasisTexture unpacked = unpack(image, slot.color.source);
-      slot.space = unpacked.srgb ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear;
-      slot.color.texture = basis_texture(std::move(unpacked));
+      UnpackedBasis unpacked = unpack(image, &ReadAhead::basis_colors);
+      slot.space = unpacked.texture.srgb ? shaders::ColorSpace::kSrgb : shaders::ColorSpace::kLinear;
+      slot.color = {basis_texture(std::move(unpacked.texture)), unpacked.source};
       basis_image(image).texture = slot.color.texture;
     }
     if (slot.space != space && !std::exchange(slot.noted, true))
@@ -201,15 +158,15 @@ class TextureLibrary {
   }
 
   struct Basis {
-    Sourced<shaders::Texture> color;
+    ColorImage color;
     shaders::ColorSpace space = shaders::ColorSpace::kSrgb;
     bool noted = false;
   };
 
   Document& document_;
   std::vector<BasisImage>& basis_images_;
-  std::map<std::pair<std::size_t, shaders::ColorSpace>, Sourced<shaders::Texture>> textures_;
-  std::map<std::size_t, Sourced<shaders::ScalarTexture>> heights_;
+  std::map<std::pair<std::size_t, shaders::ColorSpace>, ColorImage> textures_;
+  std::map<std::size_t, HeightImage> heights_;
   std::map<std::size_t, Basis> basis_;
   std::map<std::size_t, std::size_t> basis_numbers_;  // image to basis_images_
   std::set<std::size_t> unreadable_;                  // images
@@ -234,7 +191,7 @@ TextureSlot texture_slot(TextureLibrary& library, const json& owner, const char*
   const auto info = owner.find(name);
   if (info == owner.end()) return slot;
   const auto texture = (*info)["index"].get<std::size_t>();
-  Sourced<shaders::Texture> color = library.color(texture, space);
+  ColorImage color = library.color(texture, space);
   slot.texture = std::move(color.texture);
   slot.source = color.source;
   slot.sampler = library.sampler(texture);
@@ -248,7 +205,7 @@ Displacement displacement(TextureLibrary& library, const json& extension) {
   Displacement out;
   const json& info = extension["texture"];
   const auto texture = info["index"].get<std::size_t>();
-  Sourced<shaders::ScalarTexture> heights = library.heights(texture);
+  HeightImage heights = library.heights(texture);
   out.texture = std::move(heights.texture);
   out.source = heights.source;
   out.sampler = library.sampler(texture);

@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <string_view>
+#include <utility>
 
+#include "scene/clusters.h"
 #include "scene/gltf/accessor_layout.h"
 #include "scene/gltf/builders.h"
 #include "scene/gltf/subdivision_builder.h"
@@ -18,15 +21,11 @@ constexpr int kModePoints = 0, kModeLines = 1, kModeLineLoop = 2, kTriangles = 4
               kTriangleFan = 6;            // LINE_STRIP, TRIANGLE_STRIP: others
 constexpr std::size_t kMaxTexcoords = 64;  // sets that materials may name
 
-std::vector<Vec3> as_vec3(const std::vector<float>& scalars) {
-  std::vector<Vec3> out(scalars.size() / 3);
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = {scalars[3 * i], scalars[3 * i + 1], scalars[3 * i + 2]};
-  return out;
-}
-
-std::vector<Vec2> as_vec2(const std::vector<float>& scalars) {
-  std::vector<Vec2> out(scalars.size() / 2);
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = {scalars[2 * i], scalars[2 * i + 1]};
+// `Vector` is made of floats alone.
+template <class Vector>
+std::vector<Vector> as_vectors(const std::vector<float>& scalars) {
+  std::vector<Vector> out(scalars.size() * sizeof(float) / sizeof(Vector));
+  std::memcpy(reinterpret_cast<float*>(out.data()), scalars.data(), out.size() * sizeof(Vector));
   return out;
 }
 
@@ -55,38 +54,36 @@ class AttributeSource {
   }
 
   std::vector<float> floats(const std::string& name) {
-    if (draco_ != nullptr)
-      if (const std::vector<float>* values = draco_->find(name)) {
-        charge(values->size(), sizeof(float));
-        return *values;
-      }
-    std::vector<float> values = read(accessor(name));
-    if (draco_ != nullptr && values.size() != draco_->vertex_count * static_cast<std::size_t>(components(name)))
-      place_.at("attributes")
-          .at(name)
-          .refuse("has {} elements outside the Draco stream, which has {} points",
-                  values.size() / static_cast<std::size_t>(components(name)), draco_->vertex_count);
-    return values;
+    if (const std::vector<float>* values = in_stream(name)) return *values;
+    return outside_stream(name, read(accessor(name)));
   }
 
   // An accessor with an element per vertex; what nobody draws need not be finite.
-  std::vector<float> read(std::size_t accessor) {
-    if (indices_ == nullptr) return read_floats(document_, accessor);
-    return read_floats(document_, accessor, [this](std::uint64_t vertex) { return is_drawn(vertex); });
+  std::vector<float> read(std::size_t accessor) { return read_floats(document_, accessor, drawn_only()); }
+  std::vector<Vec3> read_vectors(std::size_t accessor) {
+    std::vector<Vec3> values = read_vec3(document_, accessor, drawn_only());
+    charge(3 * values.size(), sizeof(float));
+    return values;
   }
 
   // For vectors that are made from the scalars.
   void charge(std::size_t count, std::uint64_t bytes) { document_.budget.charge(count, bytes, place_); }
 
   std::vector<Vec2> vec2(const std::string& name) {
-    const std::vector<float> scalars = floats(name);
-    charge(scalars.size(), sizeof(float));
-    return as_vec2(scalars);
+    const std::vector<float>* values = in_stream(name);
+    std::vector<Vec2> out = values != nullptr
+                                ? as_vectors<Vec2>(*values)
+                                : outside_stream(name, read_vec2(document_, accessor(name), drawn_only()));
+    charge(2 * out.size(), sizeof(float));
+    return out;
   }
   std::vector<Vec3> vec3(const std::string& name) {
-    const std::vector<float> scalars = floats(name);
-    charge(scalars.size(), sizeof(float));
-    return as_vec3(scalars);
+    const std::vector<float>* values = in_stream(name);
+    std::vector<Vec3> out = values != nullptr
+                                ? as_vectors<Vec3>(*values)
+                                : outside_stream(name, read_vec3(document_, accessor(name), drawn_only()));
+    charge(3 * out.size(), sizeof(float));
+    return out;
   }
   std::vector<Vec4> vec4(const std::string& name) {
     const std::vector<float> scalars = floats(name);
@@ -97,6 +94,29 @@ class AttributeSource {
 
  private:
   std::size_t accessor(const std::string& name) const { return primitive_["attributes"][name].get<std::size_t>(); }
+
+  // The attribute's scalars in the Draco stream, charged for a copy; null where it is not in one.
+  const std::vector<float>* in_stream(const std::string& name) {
+    const std::vector<float>* values = draco_ != nullptr ? draco_->find(name) : nullptr;
+    if (values != nullptr) charge(values->size(), sizeof(float));
+    return values;
+  }
+  // Beside a Draco stream there must be as many elements as it has points.
+  template <class Element>
+  std::vector<Element> outside_stream(const std::string& name, std::vector<Element> values) const {
+    const std::size_t count =
+        values.size() * sizeof(Element) / sizeof(float) / static_cast<std::size_t>(components(name));
+    if (draco_ != nullptr && count != draco_->vertex_count)
+      place_.at("attributes")
+          .at(name)
+          .refuse("has {} elements outside the Draco stream, which has {} points", count, draco_->vertex_count);
+    return values;
+  }
+
+  std::function<bool(std::uint64_t)> drawn_only() {
+    if (indices_ == nullptr) return {};
+    return [this](std::uint64_t vertex) { return is_drawn(vertex); };
+  }
 
   bool is_drawn(std::uint64_t vertex) {
     if (drawn_.empty()) {
@@ -158,9 +178,7 @@ std::vector<MorphTarget> build_targets(Document& document, AttributeSource& sour
     const auto read = [&](const char* name, std::vector<Vec3>& out) {
       const auto found = (*list)[t].find(name);
       if (found == (*list)[t].end()) return;
-      const std::vector<float> scalars = source.read(found->get<std::size_t>());
-      document.budget.charge(scalars.size(), sizeof(float), place);
-      out = as_vec3(scalars);
+      out = source.read_vectors(found->get<std::size_t>());
       if (out.size() != vertex_count)
         place.at("targets").at(t).at(name).refuse("has {} elements, the decoded primitive {}", out.size(),
                                                   vertex_count);
@@ -195,21 +213,21 @@ Vertices build_vertices(Document& document, const json& primitive, const DracoMe
 }
 
 // A list of triangles from any of glTF's three triangle modes; an incomplete last triangle is dropped.
-std::vector<std::uint32_t> triangle_list(const std::vector<std::uint32_t>& in, int mode) {
-  std::vector<std::uint32_t> out;
+std::vector<std::uint32_t> triangle_list(std::vector<std::uint32_t> in, int mode) {
   if (mode == kTriangles) {
-    out.assign(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(in.size() / 3 * 3));
-  } else {
-    out.reserve(in.size() < 2 ? 0 : 3 * (in.size() - 2));
-    for (std::size_t i = 2; i < in.size(); ++i) {
-      // glTF 2.0 section 3.7.2.1: strips alternate, so that all triangles wind alike; fans turn about vertex 0.
-      if (mode == kTriangleFan)
-        out.insert(out.end(), {in[i - 1], in[i], in[0]});
-      else if (i % 2 == 0)
-        out.insert(out.end(), {in[i - 2], in[i - 1], in[i]});
-      else
-        out.insert(out.end(), {in[i - 1], in[i - 2], in[i]});
-    }
+    in.resize(in.size() / 3 * 3);
+    return in;
+  }
+  std::vector<std::uint32_t> out;
+  out.reserve(in.size() < 2 ? 0 : 3 * (in.size() - 2));
+  for (std::size_t i = 2; i < in.size(); ++i) {
+    // glTF 2.0 section 3.7.2.1: strips alternate, so that all triangles wind alike; fans turn about vertex 0.
+    if (mode == kTriangleFan)
+      out.insert(out.end(), {in[i - 1], in[i], in[0]});
+    else if (i % 2 == 0)
+      out.insert(out.end(), {in[i - 2], in[i - 1], in[i]});
+    else
+      out.insert(out.end(), {in[i - 1], in[i - 2], in[i]});
   }
   return out;
 }
@@ -230,13 +248,15 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
     const auto accessor = found->get<std::size_t>();
     indices = read_unsigned(document, accessor);
     const Place at = document.root.at("accessors").at(accessor);
-    for (std::size_t i = 0; i < indices.size(); ++i)
+    const std::uint32_t largest = indices.empty() ? 0 : *std::max_element(indices.begin(), indices.end());
+    for (std::size_t i = 0; largest >= vertex_count && i < indices.size(); ++i)
       if (indices[i] >= vertex_count) at.refuse("index {} is {}, there are {} vertices", i, indices[i], vertex_count);
     // The largest value of the type would restart strips on some machines and draw a vertex on others.
     const std::uint64_t bytes = component_bytes(document.layouts[accessor].component_type);
     const auto restart = static_cast<std::uint32_t>((std::uint64_t{1} << (8 * bytes)) - 1);
-    if (const auto found_restart = std::find(indices.begin(), indices.end(), restart); found_restart != indices.end())
-      at.refuse("index {} is {}, the value that restarts primitives", found_restart - indices.begin(), restart);
+    if (largest == restart)
+      at.refuse("index {} is {}, the value that restarts primitives",
+                std::find(indices.begin(), indices.end(), restart) - indices.begin(), restart);
   } else {
     document.budget.charge(vertex_count, sizeof(std::uint32_t), place);
     indices.resize(vertex_count);
@@ -245,7 +265,7 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
   if (mode == kModePoints) return indices;
   // Of a vector that grows: the old block and the new one.
   document.budget.charge(indices.size(), mode == kTriangles ? 4 : mode < kTriangles ? 24 : 12, place);
-  return mode < kTriangles ? segment_list(indices, mode) : triangle_list(indices, mode);
+  return mode < kTriangles ? segment_list(indices, mode) : triangle_list(std::move(indices), mode);
 }
 
 template <class Value>
@@ -294,6 +314,13 @@ void expand_wires(Document& document, const std::vector<std::uint32_t>& ends, in
     primitive.indices.insert(primitive.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
 }
 
+// Whether a primitive says that its triangles lie in the order of such clusters as are made here.
+bool claims_cluster_order(const json& primitive) {
+  const json* clusters = find_extension(primitive, "TESSERA_clusters");
+  return clusters != nullptr && (*clusters)["maxVertices"] == kMaxClusterVertices &&
+         (*clusters)["maxTriangles"] == kMaxClusterTriangles && (*clusters)["range"] == kClusterRangeTriangles;
+}
+
 }  // namespace
 
 std::optional<Primitive> build_primitive(Document& document, const json& json_primitive, const Place& place) {
@@ -321,6 +348,7 @@ std::optional<Primitive> build_primitive(Document& document, const json& json_pr
       expand_wires(document, indices, mode, place, primitive);
     else
       primitive.indices = std::move(indices);
+    primitive.in_cluster_order = mode == kTriangles && !is_surface && claims_cluster_order(json_primitive);
   }
   if (const json* bezier = find_extension(json_primitive, "TESSERA_bezier_patches")) {
     primitive.kind = Primitive::Kind::kBezierPatches;

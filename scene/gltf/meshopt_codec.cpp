@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include <fmt/format.h>
+
+#include "base/parallel.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -66,25 +69,46 @@ std::uint64_t tail_bytes(bool version1, std::uint64_t stride) {
   return version1 ? std::max<std::uint64_t>(stride + stride / 4, 24) : std::max<std::uint64_t>(stride, 32);
 }
 
-// 16 deltas of `bits` bits each (0: all are zero, 8: bytes). All ones stand for a byte that follows the packed bits.
+// 16 deltas of kBits bits each; all ones stand for a byte that follows the packed bits.
+template <int kBits>
+void read_packed(CodedBytes& in, std::uint8_t* out) {
+  const Bytes packed = in.take(kGroup * kBits / 8);
+  if (!in.ok) return;
+  constexpr int kPerByte = 8 / kBits, kSentinel = (1 << kBits) - 1;
+  const auto value = [&](int i) {
+    // The first delta lies in the highest bits, of single bits in the lowest.
+    const int slot = i % kPerByte, shift = kBits == 1 ? slot : 8 - kBits * (slot + 1);
+    return (packed[static_cast<std::size_t>(i / kPerByte)] >> shift) & kSentinel;
+  };
+  constexpr int kCount = static_cast<int>(kGroup);
+  if (in.bytes.size() - in.at < kGroup) {
+    for (int i = 0; i < kCount; ++i) out[i] = value(i) == kSentinel ? in.byte() : static_cast<std::uint8_t>(value(i));
+    return;
+  }
+  const std::uint8_t* next = in.bytes.data() + in.at;  // as many as can be asked for are there
+  for (int i = 0; i < kCount; ++i) {
+    const int v = value(i);
+    const bool follows = v == kSentinel;
+    out[i] = follows ? *next : static_cast<std::uint8_t>(v);
+    next += follows ? 1 : 0;
+  }
+  in.at = static_cast<std::size_t>(next - in.bytes.data());
+}
+
+// 16 deltas of `bits` bits each (0: all are zero, 8: bytes).
 void read_group(CodedBytes& in, int bits, std::uint8_t* out) {
   if (bits == 0) {
     std::fill_n(out, kGroup, std::uint8_t{0});
     return;
   }
-  const Bytes packed = in.take(kGroup * static_cast<std::size_t>(bits) / 8);
-  if (!in.ok) return;
   if (bits == 8) {
-    std::copy(packed.begin(), packed.end(), out);
+    const Bytes literal = in.take(kGroup);
+    std::copy(literal.begin(), literal.end(), out);
     return;
   }
-  const int per_byte = 8 / bits, sentinel = (1 << bits) - 1;
-  for (int i = 0; i < static_cast<int>(kGroup); ++i) {
-    // The first delta lies in the highest bits, of single bits in the lowest.
-    const int slot = i % per_byte, shift = bits == 1 ? slot : 8 - bits * (slot + 1);
-    const int value = (packed[static_cast<std::size_t>(i / per_byte)] >> shift) & sentinel;
-    out[i] = value == sentinel ? in.byte() : static_cast<std::uint8_t>(value);
-  }
+  if (bits == 1) read_packed<1>(in, out);
+  if (bits == 2) read_packed<2>(in, out);
+  if (bits == 4) read_packed<4>(in, out);
 }
 
 // Deltas of one byte position of a block: two bits of header for each group choose its number of bits.
@@ -115,24 +139,36 @@ void read_controlled(CodedBytes& in, int control, std::uint64_t elements, std::u
 // all four, turned left by the mode's high bits when it was written.
 void apply_channel(const Deltas& deltas, std::uint8_t mode, std::uint64_t elements, std::uint64_t stride,
                    std::uint8_t* last, std::uint8_t* out) {
-  for (std::uint64_t e = 0; e < elements; ++e, out += stride) {
-    if (mode == 0) {
-      for (std::size_t k = 0; k < 4; ++k) last[k] = static_cast<std::uint8_t>(last[k] + unzigzag(deltas[k][e]));
-    } else if (mode == 1) {
+  std::array<std::uint8_t, 4> now;
+  std::copy_n(last, 4, now.begin());
+  const auto apply = [&](const auto& next) {
+    for (std::uint64_t e = 0; e < elements; ++e, out += stride) {
+      next(e);
+      std::memcpy(out, now.data(), 4);
+    }
+  };
+  if (mode == 0) {
+    apply([&](std::uint64_t e) {
+      for (std::size_t k = 0; k < 4; ++k) now[k] = static_cast<std::uint8_t>(now[k] + unzigzag(deltas[k][e]));
+    });
+  } else if (mode == 1) {
+    apply([&](std::uint64_t e) {
       for (std::size_t k = 0; k < 4; k += 2) {
         const auto delta = static_cast<std::uint16_t>(deltas[k][e] | (deltas[k + 1][e] << 8));
-        const auto value = static_cast<std::uint16_t>((last[k] | (last[k + 1] << 8)) + unzigzag(delta));
-        last[k] = static_cast<std::uint8_t>(value);
-        last[k + 1] = static_cast<std::uint8_t>(value >> 8);
+        const auto value = static_cast<std::uint16_t>((now[k] | (now[k + 1] << 8)) + unzigzag(delta));
+        now[k] = static_cast<std::uint8_t>(value);
+        now[k + 1] = static_cast<std::uint8_t>(value >> 8);
       }
-    } else {
+    });
+  } else {
+    apply([&](std::uint64_t e) {
       std::uint32_t delta = 0;
       for (std::size_t k = 0; k < 4; ++k) delta |= std::uint32_t{deltas[k][e]} << (8 * k);
       delta = std::rotr(delta, mode >> 4);
-      for (std::size_t k = 0; k < 4; ++k) last[k] = static_cast<std::uint8_t>(last[k] ^ (delta >> (8 * k)));
-    }
-    std::copy_n(last, 4, out);
+      for (std::size_t k = 0; k < 4; ++k) now[k] = static_cast<std::uint8_t>(now[k] ^ (delta >> (8 * k)));
+    });
   }
+  std::copy(now.begin(), now.end(), last);
 }
 
 bool decode_attributes(Bytes stream, std::uint64_t count, std::uint64_t stride, std::uint8_t* out, std::string& fault) {
@@ -176,6 +212,10 @@ bool decode_attributes(Bytes stream, std::uint64_t count, std::uint64_t stride, 
 // ---- Indices ----------------------------------------------------------------------------------------------------
 
 void put_index(std::uint8_t* out, std::uint64_t number, std::uint64_t stride, std::uint32_t index) {
+  if (stride == 4 && std::endian::native == std::endian::little) {
+    std::memcpy(out + 4 * number, &index, 4);
+    return;
+  }
   for (std::uint64_t k = 0; k < stride; ++k) out[number * stride + k] = static_cast<std::uint8_t>(index >> (8 * k));
 }
 
@@ -309,17 +349,32 @@ T rounded(float value) {
 // 1 as a signed normalised integer of K bits, `min_bits` <= K: a row of ones.
 bool is_one(int value, int min_bits) { return value >= (1 << (min_bits - 1)) - 1 && ((value + 1) & value) == 0; }
 
-// Calls filter(components) for every element of four components; false with the element where one is not valid.
+// Elements that one thread filters at a time.
+constexpr std::uint64_t kFilterChunk = 1 << 14;
+
+// Calls filter(components) for every element of four components, on all threads; false with the first element where one
+// is not valid.
 template <class T, class Filter>
 bool for_each_element(std::span<std::uint8_t> bytes, const Filter& filter, std::uint64_t& element) {
-  for (element = 0; element < bytes.size() / (4 * sizeof(T)); ++element) {
-    std::array<T, 4> v;
-    std::uint8_t* const at = bytes.data() + element * sizeof v;
-    std::memcpy(v.data(), at, sizeof v);
-    if (!filter(v)) return false;
-    std::memcpy(at, v.data(), sizeof v);
-  }
-  return true;
+  const std::uint64_t count = bytes.size() / (4 * sizeof(T));
+  std::atomic<std::uint64_t> fault = count;
+  parallel_for((count + kFilterChunk - 1) / kFilterChunk, [&](std::size_t chunk) {
+    const std::uint64_t end = std::min(count, (chunk + 1) * kFilterChunk);
+    for (std::uint64_t e = chunk * kFilterChunk; e < end; ++e) {
+      std::array<T, 4> v;
+      std::uint8_t* const at = bytes.data() + e * sizeof v;
+      std::memcpy(v.data(), at, sizeof v);
+      if (!filter(v)) {
+        std::uint64_t first = fault;
+        while (e < first && !fault.compare_exchange_weak(first, e)) {
+        }
+        return;
+      }
+      std::memcpy(at, v.data(), sizeof v);
+    }
+  });
+  element = fault;
+  return element == count;
 }
 
 template <class T>
@@ -369,13 +424,21 @@ bool filter_color(std::array<T, 4>& v) {
 
 // mantissa * 2^exponent, exactly; what no float can hold becomes infinite, and no reader of accessors takes that.
 void filter_exponential(std::span<std::uint8_t> bytes) {
-  for (std::size_t at = 0; at + 4 <= bytes.size(); at += 4) {
-    std::int32_t packed;
-    std::memcpy(&packed, bytes.data() + at, 4);
-    const std::int32_t mantissa = static_cast<std::int32_t>(static_cast<std::uint32_t>(packed) << 8) >> 8;
-    const float value = std::ldexp(static_cast<float>(mantissa), packed >> 24);
-    std::memcpy(bytes.data() + at, &value, 4);
-  }
+  const std::uint64_t count = bytes.size() / 4;
+  parallel_for((count + kFilterChunk - 1) / kFilterChunk, [&](std::size_t chunk) {
+    const std::uint64_t end = std::min(count, (chunk + 1) * kFilterChunk);
+    for (std::uint64_t i = chunk * kFilterChunk; i < end; ++i) {
+      std::int32_t packed;
+      std::memcpy(&packed, bytes.data() + 4 * i, 4);
+      const auto mantissa = static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(packed) << 8) >> 8);
+      const int exponent = packed >> 24;
+      // A product with a normal power of two is rounded once, as ldexp is.
+      const float value = exponent < -126
+                              ? std::ldexp(mantissa, exponent)
+                              : mantissa * std::bit_cast<float>(static_cast<std::uint32_t>(exponent + 127) << 23);
+      std::memcpy(bytes.data() + 4 * i, &value, 4);
+    }
+  });
 }
 
 bool apply_filter(const MeshoptLayout& layout, std::span<std::uint8_t> out, std::string& fault) {

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "base/whole_file.h"
 #include "scene/gltf/meshopt_reader.h"
+#include "scene/gltf/read_ahead.h"
 
 namespace tessera::scene::gltf {
 namespace {
@@ -134,25 +135,62 @@ Resources::Resources(const json& document, const std::filesystem::path& file, st
   views_.resize(views->size());
 }
 
+std::vector<std::uint8_t> Resources::read_uri(const std::string& uri, MemoryBudget& budget, const Place& place) const {
+  if (is_data_uri(uri)) {
+    budget.charge(uri.size(), 4, place);  // kept as a key, unescaped text that doubles, bytes
+    return decode_data_uri(uri, place);
+  }
+  const std::filesystem::path target = resolve_uri(uri, folder_, place);
+  try {
+    return read_whole_file(target, limits_.max_file_bytes, uri,
+                           [&](std::uint64_t size) { budget.charge(size, 1, escape_control(uri)); });
+  } catch (const InputError& error) {
+    place.refuse("{}: {}", escape_control(uri, 120), error.fault());
+  }
+}
+
 const std::vector<std::uint8_t>& Resources::uri_bytes(const std::string& uri, const Place& place) {
   const auto known = loaded_.find(uri);
   if (known != loaded_.end()) return known->second;
-  std::vector<std::uint8_t> bytes;
-  if (is_data_uri(uri)) {
-    if (!uri.starts_with("data:")) notes_.add(place, "schemes are case-insensitive", "has its scheme in capitals");
-    budget_.charge(uri.size(), 4, place);  // kept as a key, unescaped text that doubles, bytes
-    bytes = decode_data_uri(uri, place);
+  if (is_data_uri(uri) && !uri.starts_with("data:"))
+    notes_.add(place, "schemes are case-insensitive", "has its scheme in capitals");
+  std::optional<std::vector<std::uint8_t>> bytes;
+  if (ahead_ != nullptr) bytes = ahead_->uris.take(uri, budget_);
+  if (!bytes) bytes = read_uri(uri, budget_, place);
+  bytes_read_ += bytes->size();
+  return loaded_.emplace(uri, std::move(*bytes)).first->second;
+}
+
+std::optional<Bytes> Resources::known_range(const json& range) const {
+  const auto index = range["buffer"].get<std::size_t>();
+  const json& buffer = document_["buffers"][index];
+  const std::vector<std::uint8_t>* bytes = nullptr;
+  if (!buffer.contains("uri")) {
+    if (index == 0 && has_binary_) bytes = &binary_;
   } else {
-    const std::filesystem::path target = resolve_uri(uri, folder_, place);
-    try {
-      bytes = read_whole_file(target, limits_.max_file_bytes, uri,
-                              [&](std::uint64_t size) { budget_.charge(size, 1, escape_control(uri)); });
-    } catch (const InputError& error) {
-      place.refuse("{}: {}", escape_control(uri, 120), error.fault());
-    }
+    const auto& uri = buffer["uri"].get_ref<const std::string&>();
+    if (const auto known = loaded_.find(uri); known != loaded_.end()) bytes = &known->second;
+    if (bytes == nullptr && ahead_ != nullptr) bytes = ahead_->uris.find(uri);
   }
-  bytes_read_ += bytes.size();
-  return loaded_.emplace(uri, std::move(bytes)).first->second;
+  const auto size = buffer["byteLength"].get<std::uint64_t>(), offset = range.value("byteOffset", std::uint64_t{0}),
+             length = range["byteLength"].get<std::uint64_t>();
+  if (bytes == nullptr || bytes->size() < size || offset > size || length > size - offset) return std::nullopt;
+  return Bytes(*bytes).subspan(offset, length);
+}
+
+std::optional<Bytes> Resources::known_view(std::size_t index) const {
+  if (views_[index].data() != nullptr) return views_[index];
+  const json& view = document_["bufferViews"][index];
+  return find_meshopt(view) == nullptr ? known_range(view) : std::nullopt;
+}
+
+std::optional<Bytes> Resources::known_image(std::size_t index) const {
+  const json& image = document_["images"][index];
+  if (image.contains("bufferView")) return known_view(image["bufferView"].get<std::size_t>());
+  const auto& uri = image["uri"].get_ref<const std::string&>();
+  if (const auto known = loaded_.find(uri); known != loaded_.end()) return Bytes(known->second);
+  const std::vector<std::uint8_t>* ready = ahead_ != nullptr ? ahead_->uris.find(uri) : nullptr;
+  return ready != nullptr ? std::optional<Bytes>(*ready) : std::nullopt;
 }
 
 Bytes Resources::buffer(std::size_t index) {
@@ -184,8 +222,11 @@ Bytes Resources::buffer_view(std::size_t index) {
   const json* meshopt = find_meshopt(view, &name);
   if (meshopt == nullptr) return views_[index] = bytes_of(view, place);
   const Place inner = place.at("extensions").at(name);
-  return views_[index] =
-             decoded_.emplace(index, read_meshopt(*meshopt, bytes_of(*meshopt, inner), budget_, inner)).first->second;
+  const Bytes compressed = bytes_of(*meshopt, inner);
+  std::optional<std::vector<std::uint8_t>> decoded;
+  if (ahead_ != nullptr) decoded = ahead_->views.take(index, budget_);
+  if (!decoded) decoded = read_meshopt(*meshopt, compressed, budget_, inner);
+  return views_[index] = decoded_.emplace(index, std::move(*decoded)).first->second;
 }
 
 Bytes Resources::image(std::size_t index) {

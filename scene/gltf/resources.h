@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,8 @@ namespace tessera::scene::gltf {
 
 using Bytes = std::span<const std::uint8_t>;
 
+struct ReadAhead;
+
 // The bytes behind a document: buffers and images, from the binary chunk, data URIs and files. Files must lie inside
 // the document's folder (links resolved); there is no network. Each is read once, when first asked for.
 class Resources {
@@ -33,6 +36,16 @@ class Resources {
   Bytes buffer_view(std::size_t index);
   // The encoded bytes of an image.
   Bytes image(std::size_t index);
+
+  // Bytes that are there without reading or decoding anything now; nothing otherwise. `range`: a view without
+  // compression, or a compression.
+  std::optional<Bytes> known_range(const nlohmann::json& range) const;
+  std::optional<Bytes> known_view(std::size_t index) const;
+  std::optional<Bytes> known_image(std::size_t index) const;
+  // Reads what a URI of the document names, charged to `budget`. Refuses at `place`. May be called on any thread.
+  std::vector<std::uint8_t> read_uri(const std::string& uri, MemoryBudget& budget, const Place& place) const;
+  // Takes URIs and compressed views from there where they are ready.
+  void use(ReadAhead& ahead) { ahead_ = &ahead; }
 
   // Bytes read from files and data URIs so far.
   std::uint64_t bytes_read() const { return bytes_read_; }
@@ -53,6 +66,7 @@ class Resources {
   std::map<std::size_t, std::vector<std::uint8_t>> decoded_;  // compressed views
   std::vector<Bytes> views_;                                  // known ones; without data until then
   std::uint64_t bytes_read_ = 0;
+  ReadAhead* ahead_ = nullptr;
 };
 
 // The file that a relative URI names, or a refusal: schemes, absolute paths, and paths that leave `folder` (also

@@ -209,6 +209,9 @@ Rule mesh_rule(const json& d) {
        object({{"KHR_draco_mesh_compression", object({{"bufferView", index_of(d, "bufferViews"), kRequired},
                                                       {"attributes", map_of(integer()), kRequired}})},
                {"TESSERA_bezier_patches", object({{"count", integer(1), kRequired}})},
+               {"TESSERA_clusters", object({{"maxVertices", integer(3), kRequired},
+                                            {"maxTriangles", integer(1), kRequired},
+                                            {"range", integer(1), kRequired}})},
                {"TESSERA_subdivision", subdivision_rule()}})},
   });
   return object({{"name", text()}, {"primitives", list(primitive, 1), kRequired}, {"weights", list(number())}});

@@ -1,7 +1,10 @@
 // tessera pack --meshopt and --webp.
+#include <limits>
+
 #include "base/error.h"
 #include "base/webp_codec.h"
 #include "replay/pack/meshopt_encoder.h"
+#include "scene/clusters.h"
 #include "tests/replay/pack_sources.h"
 
 namespace tessera::replay {
@@ -127,6 +130,81 @@ TEST(PackMeshopt, IsDeterministicAndPackingAgainChangesNothing) {
     pack_capture(p.target, p.folder / "twice.glb", meshopt());
     EXPECT_TRUE(read_text(p.folder / "twice.glb") == p.bytes);
   }
+}
+
+// A grid of some hundred clusters, its triangles in any order.
+GltfSource large_grid() {
+  constexpr std::uint32_t kLarge = 100;
+  std::vector<Vec3> points;
+  for (std::uint32_t n = 0; n < kLarge * kLarge; ++n)
+    points.emplace_back(n % kLarge, n / kLarge, std::sin(static_cast<float>(n)));
+  std::vector<std::uint16_t> indices;
+  for (std::uint32_t j = 0; j + 1 < kLarge; ++j)
+    for (std::uint32_t i = 0; i + 1 < kLarge; ++i)
+      for (const std::uint32_t corner : {0u, 1u, kLarge + 1, 0u, kLarge + 1, kLarge})
+        indices.push_back(static_cast<std::uint16_t>(j * kLarge + i + corner));
+  GltfSource s;
+  const int positions = s.positions(points), triangles = s.accessor(indices, kUnsignedShortType, "SCALAR");
+  s.document["meshes"] = {{{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", triangles}}}}}};
+  return s;
+}
+
+// Of each cluster its triangles and the half diagonal of its box, summed over all.
+struct ClusterQuality {
+  std::size_t clusters = 0;
+  double size = 0;
+};
+ClusterQuality quality_of(scene::Primitive primitive, bool in_cluster_order) {
+  primitive.in_cluster_order = in_cluster_order;
+  const scene::MeshClusters found = scene::build_clusters(primitive);
+  ClusterQuality out{found.clusters.size(), 0};
+  for (const scene::Cluster& cluster : found.clusters) {
+    Vec3 low(std::numeric_limits<float>::max()), high(-low);
+    for (std::uint32_t v = 0; v < cluster.vertex_count; ++v) {
+      const Vec3& p = primitive.vertices.positions[found.vertices[cluster.first_vertex + v]];
+      low = glm::min(low, p), high = glm::max(high, p);
+    }
+    out.size += static_cast<double>(glm::length(high - low)) / 2;
+  }
+  return out;
+}
+
+TEST(PackMeshopt, PackedTrianglesAreCutIntoClustersAsGoodAsThoseThatAreFound) {
+  const Packed p(large_grid(), meshopt());
+  const scene::Capture before = p.before(), after = p.after();
+  const scene::Primitive &source = before.meshes[0].primitives[0], &packed = after.meshes[0].primitives[0];
+  ASSERT_FALSE(source.in_cluster_order);
+  ASSERT_TRUE(packed.in_cluster_order);
+  EXPECT_TRUE(names_in(p.parts.document, "extensionsUsed").contains("TESSERA_clusters"));
+  const ClusterQuality found = quality_of(source, false), cut = quality_of(packed, true);
+  EXPECT_LE(static_cast<double>(cut.clusters), 1.02 * static_cast<double>(found.clusters));
+  EXPECT_LE(cut.size, 1.1 * found.size);
+  // The twin: the source's own order is none of clusters.
+  EXPECT_GT(quality_of(source, true).size, 1.5 * found.size);
+}
+
+TEST(PackMeshopt, TheClaimOfAnOrderGoesWhereTheOrderDoes) {
+  const Packed p(large_grid(), meshopt());
+  const auto claims = [&](const PackOptions& options) {
+    const fs::path target = p.folder / "again.glb";
+    pack_capture(p.target, target, options);
+    const json document = glb_parts(read_text(target)).document;
+    const bool used = names_in(document, "extensionsUsed").contains("TESSERA_clusters");
+    EXPECT_EQ(document["meshes"][0]["primitives"][0].value("extensions", json::object()).contains("TESSERA_clusters"),
+              used);
+    return used;
+  };
+  EXPECT_TRUE(claims(meshopt()));
+  EXPECT_TRUE(claims(with(PackMethod::kNone)));  // the triangles stay where they are
+  EXPECT_FALSE(claims(with(PackMethod::kEdgebreaker)));
+  PackOptions cages = meshopt();
+  cages.surfaces.subdivide = 1;
+  EXPECT_FALSE(claims(cages));
+}
+
+TEST(PackMeshopt, WhatMustKeepItsOrderClaimsNone) {
+  for (const GltfSource& source : {animated_grid(), bezier()})
+    EXPECT_FALSE(names_in(Packed(source, meshopt()).parts.document, "extensionsUsed").contains("TESSERA_clusters"));
 }
 
 TEST(PackMeshopt, IsUnpackedOrRepackedByTheOtherMethods) {

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene/capture.h"
+
+namespace tessera::scene {
+
+inline constexpr std::size_t kMaxClusterVertices = 64;  // [spec] NVIDIA and AMD mesh shaders, meshoptimizer's advice
+inline constexpr std::size_t kMaxClusterTriangles = 124;
+// Meshes with more triangles are cut into clusters range by range, on all threads.
+inline constexpr std::size_t kClusterRangeTriangles = std::size_t{1} << 17;
+
+// A cell is what a leaf of the tile core's tests holds: a quad of two triangles (a, b, c) and (a, c, d), or one
+// triangle, then d == c.
+struct ClusterCell {
+  std::array<std::uint8_t, 4> corner;  // vertices of the cluster
+  bool single() const { return corner[2] == corner[3]; }
+};
+
+struct Cluster {
+  std::uint32_t first_vertex, vertex_count;  // in MeshClusters::vertices
+  std::uint32_t first_cell, cell_count;      // in MeshClusters::cells
+  std::uint32_t triangle_count;
+};
+
+// A passive mesh cut into clusters (meshoptimizer's meshlets); neighbouring triangles paired into cells.
+struct MeshClusters {
+  std::vector<std::uint32_t> vertices;  // index of the primitive's vertex
+  std::vector<ClusterCell> cells;
+  std::vector<Cluster> clusters;
+};
+
+// Clusters of a primitive's triangles: found by meshoptimizer, or where the primitive says that its triangles lie in the
+// order of clusters, cut off one after the other where the next triangle does not fit.
+//
+// Invariants (cited by the tests):
+//   CL1  Every triangle is in one cluster, once, with its winding; no cluster is larger than the limits above.
+//   CL2  Cutting triangles that lie in cluster_order() gives the clusters that the order was made of.
+//   CL3  Cutting any triangles gives sound clusters, at most cluster_count_bound() of them.
+MeshClusters build_clusters(const Primitive& primitive);
+
+// The primitive's triangles, three indices each, cluster by cluster as build_clusters() finds them; ranges stay apart.
+// Within a cluster they lie for the sake of a vertex cache, but for the first, which did not fit into the one before.
+std::vector<std::uint32_t> cluster_order(const Primitive& primitive);
+
+// The most clusters that build_clusters() makes of so many indices.
+std::size_t cluster_count_bound(std::size_t index_count);
+
+// Exposed for tests: cells of a cluster's triangles. Each triangle is paired with the next free neighbour; what stays
+// alone is a cell of its own.
+using LocalTriangle = std::array<std::uint8_t, 3>;
+void pair_triangles(std::span<const LocalTriangle> triangles, std::vector<ClusterCell>& cells);
+
+}  // namespace tessera::scene
