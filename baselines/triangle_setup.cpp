@@ -146,7 +146,7 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
       ++counters.culled_frustum;
       continue;
     }
-    list.triangles.push_back({v, static_cast<std::uint32_t>(list.tiles.size())});
+    list.triangles.push_back({v, static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(list.tiles.size())});
   }
   list.group_ends.push_back(static_cast<std::uint32_t>(list.triangles.size()));
   counters.primitives += list.triangles.size();

@@ -14,6 +14,7 @@ namespace tessera::baselines {
 struct TriangleList {
   struct Triangle {
     std::array<std::uint32_t, 3> vertex;
+    std::uint32_t number;     // in TessellatedPatch::triangles
     std::uint32_t tiles_end;  // in `tiles`; they begin where those of the triangle before end
   };
   std::vector<Triangle> triangles;
