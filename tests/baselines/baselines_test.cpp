@@ -324,10 +324,10 @@ TEST(PostPosition, AttributesAreReadForVisibleTrianglesAlone) {
     position.finish(visible);
     return position.counters().queue_bytes_read;
   };
-  const VisibleTriangles none{{{}}}, one{{{triangle_name(4, 0)}}};
-  std::vector<std::uint64_t> names;
-  for (std::uint32_t t = 0; t < 98; ++t) names.push_back(triangle_name(4, t));
-  const VisibleTriangles all{{names}};
+  VisibleTriangles none, one, all;
+  for (VisibleTriangles* visible : {&none, &one, &all}) visible->tiles.resize(1);
+  one.tiles[0] = {triangle_name(4, 0)};
+  for (std::uint32_t t = 0; t < 98; ++t) all.tiles[0].push_back(triangle_name(4, t));
   EXPECT_EQ(read(&all), read(nullptr));
   EXPECT_LT(read(&one), read(&all));
   EXPECT_GE(read(&all) - read(&none), 64u * 20 - 64) << "64 vertices with 20 bytes of attributes each";

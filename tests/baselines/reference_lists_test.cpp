@@ -196,7 +196,6 @@ TYPED_TEST(ReferenceMachines, DV2VS2CL2EachTileShadesItsVerticesOnceAndAnUnlimit
   this->draw(with, scene);
   std::uint64_t of_tiles = 0, bytes = 0;
   std::set<std::array<std::uint64_t, 2>> distinct;
-  std::set<std::uint64_t> patches;
   for (const auto& [tile, vertices] : binned.vertices) {
     of_tiles += vertices.size();
     distinct.insert(vertices.begin(), vertices.end());
@@ -243,7 +242,7 @@ TYPED_TEST(ReferenceMachines, ALimitedCacheIsAListInOrderOfUse) {
     }
   }
   EXPECT_EQ(machine.binner.lists().counters().domain_evaluations_cached, missed);
-  EXPECT_LT(missed, machine.binner.lists().counters().domain_evaluations);
+  EXPECT_LE(missed, machine.binner.lists().counters().domain_evaluations);
 }
 
 // ---- Sizes ----------------------------------------------------------------------------------------------------------
