@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 #include "baselines/baseline_set.h"
@@ -239,6 +241,24 @@ TEST_P(Baselines, GP1PatchesThatTheHullStageDropsHaveNoTriangleToDraw) {
     }
     EXPECT_EQ(dropped, hull.patches_culled);
     EXPECT_EQ(setup.primitives, 0u);
+  });
+}
+
+TEST_P(Baselines, GP2PatchesAreDrawnInTheOrderOfTheirNumbers) {
+  look_at(capture, [](const gpu::RenderedView& view) {
+    const baselines::TriangleSetup setup(*view.job.grid, view.job.frame->projection);
+    std::vector<std::uint32_t> order;
+    const std::thread::id caller = std::this_thread::get_id();
+    const baselines::GeometryCounts counts = baselines::run_geometry(
+        view.job, view.pyramids, view.gpu, setup, setup, [&](const baselines::DrawnPatch& drawn) {
+          EXPECT_EQ(std::this_thread::get_id(), caller);
+          EXPECT_EQ(drawn.patch.triangles.size(), drawn.patch.triangle_numbers.size());
+          order.push_back(drawn.patch.number);
+        });
+    EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
+    EXPECT_EQ(std::adjacent_find(order.begin(), order.end()), order.end());
+    EXPECT_GT(order.size(), 0u);
+    EXPECT_LE(counts.kept_vertices, counts.vertices);
   });
 }
 
