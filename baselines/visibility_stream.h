@@ -16,7 +16,7 @@ BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gme
 // A machine whose binning pass leaves one bit per triangle and bin; each bin reads and shades again the geometry that
 // its bits name [spec: Adreno, VSC and GMEM; assumed: how bits are coded].
 //
-// A bin's stream: numbers (7 bits a byte), by turns how many triangles are left out and how many are visible, of all
+// A bin's stream: numbers (7 bits a byte), how many triangles are left out, how many are visible, and so on, of all
 // triangles of patches that the hull stage keeps, in the order of drawing. Triangles behind the last visible one are not
 // coded.
 //
