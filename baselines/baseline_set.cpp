@@ -1,5 +1,6 @@
 #include "baselines/baseline_set.h"
 
+#include "base/parallel.h"
 #include "baselines/control_list.h"
 #include "baselines/deferred_vertex.h"
 #include "baselines/immediate_frame.h"
@@ -40,13 +41,30 @@ struct Binners {
         control(gpu, job.grid->tile_count()) {}
   Binners(const Binners&) = delete;
 
-  void draw(const DrawnPatch& drawn) {
-    post.add(drawn.patch, drawn.tiles);
-    position.add(drawn.patch, drawn.tiles);
-    deferred.add(drawn.patch, drawn.tiles);
-    stream.add(drawn.patch, drawn.bins);
-    control.add(drawn.patch, drawn.tiles);
+  // Each machine by itself: as many threads as there are machines.
+  void draw(std::span<const DrawnPatch> patches) {
+    parallel_for(kMachines, [&](std::size_t machine) {
+      for (const DrawnPatch& drawn : patches) {
+        if (machine == 0) post.add(drawn.patch, drawn.tiles);
+        if (machine == 1) position.add(drawn.patch, drawn.tiles);
+        if (machine == 2) deferred.add(drawn.patch, drawn.tiles);
+        if (machine == 3) stream.add(drawn.patch, drawn.bins);
+        if (machine == 4) control.add(drawn.patch, drawn.tiles);
+      }
+    });
   }
+  void finish(const VisibleTriangles& visible, std::span<const std::uint64_t> tile_state,
+              std::span<const std::uint64_t> bin_state) {
+    parallel_for(kMachines, [&](std::size_t machine) {
+      if (machine == 0) post.finish(nullptr, tile_state);
+      if (machine == 1) position.finish(&visible, tile_state);
+      if (machine == 2) deferred.finish(tile_state);
+      if (machine == 3) stream.finish(bin_state);
+      if (machine == 4) control.finish(tile_state);
+    });
+  }
+
+  static constexpr std::size_t kMachines = 5;
 
   binner::TileGrid bins;
   TriangleSetup bin_setup;
@@ -127,14 +145,10 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   Binners binners(job, gpu,
                   bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes)));
   const GeometryCounts geometry = run_geometry(job, pyramids, gpu, binners.post.setup(), binners.bin_setup,
-                                               [&](const DrawnPatch& drawn) { binners.draw(drawn); });
+                                               [&](std::span<const DrawnPatch> patches) { binners.draw(patches); });
   const ImmediateFrame drawn = draw_immediately(job, record, gpu);
-  const std::vector<std::uint64_t> state = tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes);
-  binners.post.finish(nullptr, state);
-  binners.position.finish(&drawn.visible, state);
-  binners.deferred.finish(state);
-  binners.stream.finish(tile_state_bytes(binners.bins, samples, kColorAndDepthBytes, job.burst_bytes));
-  binners.control.finish(state);
+  binners.finish(drawn.visible, tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes),
+                 tile_state_bytes(binners.bins, samples, kColorAndDepthBytes, job.burst_bytes));
 
   const BaselineCounters& by_tiles = geometry.tiles;
   out[Scheme::kPostTessellation] = list_machine(binners.post, by_tiles, frame_bytes, invocations);

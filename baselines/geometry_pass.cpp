@@ -144,7 +144,7 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
 // Batches of patches in parallel, joined in order.
 GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
                             const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
-                            const std::function<void(const DrawnPatch&)>& draw) {
+                            const std::function<void(std::span<const DrawnPatch>)>& draw) {
   constexpr std::size_t kBatch = 64;
   struct Counted {
     BaselineCounters tiles, bins;
@@ -172,8 +172,8 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
       merge(counts.bins, counted[k].bins);
       counts.vertices += batch[k].patch.domain_evaluations;
       counts.kept_vertices += counted[k].kept_vertices;
-      draw(batch[k]);
     }
+    draw(batch);
   }
   return counts;
 }

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "baselines/baseline_counters.h"
 #include "baselines/tessellated_patch.h"
@@ -32,10 +34,10 @@ struct GeometryCounts {
 //
 // Invariants (cited by the tests):
 //   GP1  A patch that the hull stage drops has no triangle that setup would keep.
-//   GP2  Patches reach `draw` in the order of their numbers, on the calling thread.
+//   GP2  Patches reach `draw` in the order of their numbers, some at a time, on the calling thread.
 GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
                             const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
-                            const std::function<void(const DrawnPatch&)>& draw);
+                            const std::function<void(std::span<const DrawnPatch>)>& draw);
 
 // The patches that the hull stage keeps, 1 or 0 each. Counts what it does.
 std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,

@@ -1,6 +1,9 @@
 #include "baselines/immediate_frame.h"
 
 #include <algorithm>
+#include <array>
+#include <functional>
+#include <span>
 #include <tuple>
 
 #include "base/parallel.h"
@@ -31,6 +34,13 @@ void draw_all(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTi
     for (std::size_t k = drawn.begin; k < drawn.end; ++k) draw(tiles[drawn.tile], tiles[drawn.tile].touches[k]);
 }
 
+void draw_plain(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order, bool resolve,
+                ImmediateMemory& memory) {
+  draw_all(tiles, order,
+           [&](const TileDrawing&, const LineTouch& touch) { memory.draw(touch.line, touch.passes, touch.blends); });
+  memory.finish(resolve);
+}
+
 ImmediateTraffic traffic_of(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job,
                             const gpu::GpuConfiguration& gpu, const SampleLayout& layout) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.immediate_cache_bytes);
@@ -38,20 +48,20 @@ ImmediateTraffic traffic_of(const std::vector<TileDrawing>& tiles, const tilecor
   const bool resolve = job.pattern->samples_per_pixel() > 1;
   ImmediateMemory cached(cache_bytes, job.burst_bytes, layout.line_count());
   ImmediateMemory uncached(0, job.burst_bytes, layout.line_count());
-  draw_all(tiles, order, [&](const TileDrawing&, const LineTouch& touch) {
-    cached.draw(touch.line, touch.passes, touch.blends);
-    uncached.draw(touch.line, touch.passes, touch.blends);
-  });
-  cached.finish(resolve);
-  uncached.finish(resolve);
-  ImmediateTraffic out{cached.bytes_read(), cached.bytes_written(), uncached.bytes_read() + uncached.bytes_written()};
-  if (!gpu.baselines.immediate_color_compression) return out;
   CompressedColorMemory compressed(cache_bytes, job.burst_bytes, layout);
-  draw_all(tiles, order, [&](const TileDrawing& tile, const LineTouch& touch) {
-    compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
-  });
-  compressed.finish(resolve);
-  if (compressed.bytes_read() + compressed.bytes_written() < out.bytes_read + out.bytes_written) {
+  const bool compresses = gpu.baselines.immediate_color_compression;
+  const std::array<std::function<void()>, 3> machines = {
+      [&] { draw_plain(tiles, order, resolve, cached); }, [&] { draw_plain(tiles, order, resolve, uncached); },
+      [&] {
+        if (!compresses) return;
+        draw_all(tiles, order, [&](const TileDrawing& tile, const LineTouch& touch) {
+          compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
+        });
+        compressed.finish(resolve);
+      }};
+  parallel_for(machines.size(), [&](std::size_t machine) { machines[machine](); });
+  ImmediateTraffic out{cached.bytes_read(), cached.bytes_written(), uncached.bytes_read() + uncached.bytes_written()};
+  if (compresses && compressed.bytes_read() + compressed.bytes_written() < out.bytes_read + out.bytes_written) {
     out.bytes_read = compressed.bytes_read();
     out.bytes_written = compressed.bytes_written();
   }

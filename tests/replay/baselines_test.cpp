@@ -250,10 +250,12 @@ TEST_P(Baselines, GP2PatchesAreDrawnInTheOrderOfTheirNumbers) {
     std::vector<std::uint32_t> order;
     const std::thread::id caller = std::this_thread::get_id();
     const baselines::GeometryCounts counts = baselines::run_geometry(
-        view.job, view.pyramids, view.gpu, setup, setup, [&](const baselines::DrawnPatch& drawn) {
+        view.job, view.pyramids, view.gpu, setup, setup, [&](std::span<const baselines::DrawnPatch> some) {
           EXPECT_EQ(std::this_thread::get_id(), caller);
-          EXPECT_EQ(drawn.patch.triangles.size(), drawn.patch.triangle_numbers.size());
-          order.push_back(drawn.patch.number);
+          for (const baselines::DrawnPatch& drawn : some) {
+            EXPECT_EQ(drawn.patch.triangles.size(), drawn.patch.triangle_numbers.size());
+            order.push_back(drawn.patch.number);
+          }
         });
     EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
     EXPECT_EQ(std::adjacent_find(order.begin(), order.end()), order.end());
