@@ -11,17 +11,23 @@ namespace tessera::baselines {
 // Ways to bring the same geometry to the same samples, measured side by side. See binner/README.md.
 enum class Scheme : std::uint8_t {
   kPreTessellation,   // the machine as configured
-  kPatchWhole,        // the same machine, one queue entry per base patch
-  kPostTessellation,  // every triangle is made, culled and binned
+  kPatchWhole,        // the same machine, one list entry per base patch
+  kPostTessellation,  // every triangle is made, culled and binned, vertices and all
+  kPostPosition,      // the same; snapped and delta-coded positions, attributes only for what survives
+  kDeferredVertex,    // lists of references; vertices are shaded again in each tile
+  kVisibilityStream,  // one bit per triangle and bin; geometry is read and shaded again for each bin
+  kControlList,       // lists of packed triangles over one vertex buffer; shaded again in each tile
   kImmediate,         // every triangle is made, culled and drawn through a colour and depth cache
 };
-inline constexpr std::size_t kSchemeCount = 4;
-inline constexpr std::array<std::string_view, kSchemeCount> kSchemeNames = {"pre-tessellation", "patch-whole",
-                                                                            "post-tessellation", "immediate"};
+inline constexpr std::size_t kSchemeCount = 8;
+inline constexpr std::array<std::string_view, kSchemeCount> kSchemeNames = {
+    "pre-tessellation", "patch-whole",       "post-tessellation", "post-position",
+    "deferred-vertex",  "visibility-stream", "control-list",      "immediate"};
 
 // What one scheme did for one frame. A primitive is what the scheme sorts: a sub-patch, a base patch, or a triangle.
 struct BaselineCounters {
   std::uint64_t primitives = 0;
+  std::uint64_t patches_culled = 0;
   std::uint64_t culled_frustum = 0;
   std::uint64_t culled_backface = 0;
   std::uint64_t culled_zero_area = 0;
@@ -34,8 +40,13 @@ struct BaselineCounters {
   std::uint64_t queue_bytes_read = 0;
   std::uint64_t queue_bytes_peak = 0;
   std::uint64_t buffer_overflows = 0;
+  std::uint64_t smallest_buffer_bytes = 0;
+  std::uint64_t partial_render_bytes = 0;
+  std::uint64_t spill_bytes = 0;
+  std::uint64_t position_evaluations = 0;
   std::uint64_t domain_evaluations = 0;
   std::uint64_t domain_evaluations_cached = 0;
+  std::uint64_t pixel_shader_invocations = 0;
   std::uint64_t patch_bytes = 0;
   std::uint64_t patch_bytes_cached = 0;
   std::uint64_t frame_bytes_read = 0;
@@ -54,6 +65,10 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.primitives", &baselines::BaselineCounters::primitives, Combine::kSum, "primitives",
      "What is left after culling and is sorted or drawn: sub-patches, base patches or triangles, by scheme.",
      "MaliGeomVisiblePrim"},
+    {"baseline.patches_culled", &baselines::BaselineCounters::patches_culled, Combine::kSum, "patches",
+     "Base patches that machines which bin triangles drop in the hull stage, before any vertex: outside the view, or "
+     "facing away. Their triangles count nowhere else.",
+     "Vulkan tessellation control patches less tessellated ones"},
     {"baseline.culled_frustum", &baselines::BaselineCounters::culled_frustum, Combine::kSum, "primitives",
      "Dropped because they lie outside the view or its depth range at all times.",
      "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim"},
@@ -62,7 +77,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.culled_zero_area", &baselines::BaselineCounters::culled_zero_area, Combine::kSum, "primitives",
      "Triangles without area at any time.", "MaliGeomSampleCullPrim"},
     {"baseline.culled_occlusion", &baselines::BaselineCounters::culled_occlusion, Combine::kSum, "entries",
-     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees.",
+     "Entries that tile cores dropped before tessellation, because they lie behind all that the tile sees; with "
+     "immediate pairs of a triangle and a block of 8x8 pixels that hierarchical depth dropped.",
      "PowerVR HSR Efficiency; Adreno LRZ"},
     {"baseline.bounding_operations", &baselines::BaselineCounters::bounding_operations, Combine::kSum, "bounds",
      "Bounding volumes of patches and sub-patches computed; triangles are their own bounds.", ""},
@@ -70,7 +86,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Pairs of a primitive and a tile that it may touch, by exact coverage.",
      "PowerVR Tiles per Triangle (times primitives)"},
     {"baseline.entries", &baselines::BaselineCounters::entries, Combine::kSum, "entries",
-     "Entries written to tile lists; with post-tessellation one per tile and block of up to 126 triangles.",
+     "Entries written to tile lists; of blocks or groups of up to 126 triangles with post-tessellation, post-position "
+     "and deferred-vertex, runs of visible triangles with visibility-stream, triangles with control-list.",
      "MaliFragRdPrim"},
     {"baseline.vertices_stored", &baselines::BaselineCounters::vertices_stored, Combine::kSum, "vertices",
      "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.",
@@ -91,11 +108,31 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "its favour: no tile is "
      "stored and reloaded.",
      "PowerVR SPM; Apple partial render"},
+    {"baseline.smallest_buffer_bytes", &baselines::BaselineCounters::smallest_buffer_bytes, Combine::kPeak, "bytes",
+     "The smallest parameter buffer that takes a frame's lists with neither a partial render nor a spill.",
+     "PowerVR Parameter Buffer size"},
+    {"baseline.partial_render_bytes", &baselines::BaselineCounters::partial_render_bytes, Combine::kSum, "bytes",
+     "Tile state that would be stored and loaded again by partial renders with a buffer half as large as "
+     "baseline.smallest_buffer_bytes: colour and depth, or what the machine's tiles keep of samples instead.",
+     "PowerVR SPM; Apple partial render"},
+    {"baseline.spill_bytes", &baselines::BaselineCounters::spill_bytes, Combine::kSum, "bytes",
+     "Bytes of lists that would be written to and read from an overflow area with a buffer half as large.",
+     "V3D binner out-of-memory interrupt"},
+    {"baseline.position_evaluations", &baselines::BaselineCounters::position_evaluations, Combine::kSum, "vertices",
+     "Vertices whose position alone was computed, to bin triangles; what else they need comes later, or never.",
+     "Arm position shading; V3D coordinate shading"},
     {"baseline.domain_evaluations", &baselines::BaselineCounters::domain_evaluations, Combine::kSum, "vertices",
-     "Vertices computed by the domain shader when no tessellated sub-patch is kept on chip.",
+     "Vertices computed by the domain shader when no tessellated sub-patch and no vertex is kept on chip; those of "
+     "baseline.position_evaluations apart.",
      "Vulkan tessellation evaluation invocations"},
     {"baseline.domain_evaluations_cached", &baselines::BaselineCounters::domain_evaluations_cached, Combine::kSum,
      "vertices", "The same with the cache of tessellator.cache_bytes.", "Vulkan tessellation evaluation invocations"},
+    {"baseline.pixel_shader_invocations", &baselines::BaselineCounters::pixel_shader_invocations, Combine::kSum,
+     "invocations",
+     "Pixel-shader invocations: of what is visible with tiles, the same for all; of every pixel and triangle that "
+     "passes "
+     "its depth test with immediate, which shades what it draws.",
+     "MaliFragShadedQd"},
     {"baseline.patch_bytes", &baselines::BaselineCounters::patch_bytes, Combine::kSum, "bytes",
      "Bytes of patch records fetched, in bursts, when no tessellated sub-patch is kept on chip.", ""},
     {"baseline.patch_bytes_cached", &baselines::BaselineCounters::patch_bytes_cached, Combine::kSum, "bytes",

@@ -1,12 +1,12 @@
 #include "baselines/baseline_set.h"
 
-#include <algorithm>
-
 #include "base/parallel.h"
+#include "baselines/control_list.h"
+#include "baselines/deferred_vertex.h"
 #include "baselines/immediate_frame.h"
 #include "baselines/post_tessellation.h"
+#include "baselines/visibility_stream.h"
 #include "gpu/pipeline.h"
-#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::baselines {
 namespace {
@@ -14,109 +14,77 @@ namespace {
 using memory::Purpose;
 using memory::Unit;
 
-// Cells of a grid that share a block: 8x8 vertices, 98 triangles.
-constexpr int kGroupCells = 7;
+constexpr std::uint64_t kColorAndDepthBytes = 8;  // of a sample, as tiles of conventional machines keep them
 
-void add_grid_triangles(const scene::TessellationPattern& pattern, TessellatedPatch& patch) {
-  const auto vertex = [&](int i, int j) { return static_cast<std::uint32_t>(j * (pattern.nu + 1) + i); };
-  for (int gj = 0; gj < pattern.nv; gj += kGroupCells)
-    for (int gi = 0; gi < pattern.nu; gi += kGroupCells) {
-      for (int j = gj; j < std::min<int>(gj + kGroupCells, pattern.nv); ++j)
-        for (int i = gi; i < std::min<int>(gi + kGroupCells, pattern.nu); ++i) {
-          // The second triangle first: it shares an edge with the first one of the cell before, which makes a strip.
-          const std::uint32_t a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1), d = vertex(i, j + 1);
-          patch.triangles.push_back({a, c, d});
-          patch.triangles.push_back({a, b, c});
-        }
-      patch.group_ends.push_back(static_cast<std::uint32_t>(patch.triangles.size()));
-    }
+// What machines that bin triangles share before their lists: hull stage, tessellation and setup.
+void take_geometry(const BaselineCounters& geometry, BaselineCounters& out) {
+  out.primitives = geometry.primitives;
+  out.patches_culled = geometry.patches_culled;
+  out.culled_frustum = geometry.culled_frustum;
+  out.culled_backface = geometry.culled_backface;
+  out.culled_zero_area = geometry.culled_zero_area;
+  out.bounding_operations = geometry.bounding_operations;
+  out.tile_overlaps = geometry.tile_overlaps;
+  out.patch_bytes += geometry.patch_bytes;
+  out.patch_bytes_cached += geometry.patch_bytes;
 }
 
-void add_cluster_triangles(const scene::MeshClusters& clusters, const scene::Cluster& cluster,
-                           TessellatedPatch& patch) {
-  for (std::uint32_t k = 0; k < cluster.cell_count; ++k) {
-    const scene::ClusterCell& cell = clusters.cells[cluster.first_cell + k];
-    const auto& c = cell.corner;
-    if (!cell.single()) patch.triangles.push_back({c[0], c[2], c[3]});
-    patch.triangles.push_back({c[0], c[1], c[2]});
-  }
-  patch.group_ends.push_back(static_cast<std::uint32_t>(patch.triangles.size()));
-}
+// The machines whose lists hold triangles, and the grid of bins that one of them has.
+struct Binners {
+  Binners(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu, const BinSize& bin)
+      : bins(job.frame->request.width, job.frame->request.height, bin.width, bin.height, job.grid->region()),
+        bin_setup(bins, job.frame->projection),
+        post(gpu, *job.grid, job.frame->projection),
+        position(gpu, *job.grid, job.frame->projection, VertexStorage::kSnapped),
+        deferred(gpu, job.grid->tile_count()),
+        stream(gpu, bins.tile_count()),
+        control(gpu, job.grid->tile_count()) {}
+  Binners(const Binners&) = delete;
 
-// Tessellates a whole base patch as the tile core would, for a machine that does so first.
-TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t number,
-                                  tilecore::Tessellator& tessellator, tilecore::MicroMesh& mesh) {
-  const scene::FrameGeometry& frame = *job.frame;
-  const scene::PosedDrawable& drawable = frame.drawable_of(number);
-  TessellatedPatch patch;
-  patch.state = frame.assembly->patch_drawable[number];
-  patch.moving = drawable.moving;
-  if (!drawable.material->double_sided) {
-    patch.keep_positive = drawable.mirrored;
-    patch.keep_negative = !drawable.mirrored;
-  }
-  patch.domain_evaluations = tessellator
-                                 .tessellate(frame, number, scene::patch_cells(frame, number),
-                                             {patch.moving, frame.projection.lens_scale != 0}, mesh)
-                                 .domain_evaluations;
-  patch.patch_bytes = memory::burst_bytes(
-      0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes);
-  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
-    to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
-  };
-  take(mesh.x0, patch.x0), take(mesh.y0, patch.y0), take(mesh.z0, patch.z0);
-  if (patch.moving) take(mesh.x1, patch.x1), take(mesh.y1, patch.y1), take(mesh.z1, patch.z1);
-  patch.projected.assign(mesh.projected.begin(),
-                         mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
-  if (scene::has_grid(*drawable.drawable)) {
-    add_grid_triangles(frame.pattern_of(number), patch);
-  } else {
-    const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
-    add_cluster_triangles(clusters, clusters.clusters[number - drawable.drawable->first_patch], patch);
-  }
-  return patch;
-}
-
-// Batches of patches in parallel, joined in order.
-BaselineCounters run_post_tessellation(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                                       std::uint64_t frame_bytes) {
-  constexpr std::size_t kBatch = 64;
-  struct Prepared {
-    bool drawn = false;
-    TessellatedPatch patch;
-    TriangleList list;
-    BaselineCounters counters;
-  };
-  struct Scratch {
-    tilecore::Tessellator tessellator;
-    tilecore::MicroMesh mesh;
-  };
-  PostTessellationBinner post(gpu, *job.grid, job.frame->projection);
-  const std::size_t patch_count = job.frame->assembly->patch_count();
-  BaselineCounters counters;
-  PerThread<Scratch> scratch;
-  for (std::size_t first = 0; first < patch_count; first += kBatch) {
-    std::vector<Prepared> batch(std::min(kBatch, patch_count - first));
-    parallel_for(batch.size(), [&](std::size_t k) {
-      Scratch& own = scratch.local();
-      Prepared& prepared = batch[k];
-      if (!job.frame->drawable_of(static_cast<std::uint32_t>(first + k)).visible) return;
-      prepared.drawn = true;
-      prepared.patch = tessellate_first(job, static_cast<std::uint32_t>(first + k), own.tessellator, own.mesh);
-      prepared.list = post.setup().run(prepared.patch, prepared.counters);
+  // Each machine by itself: as many threads as there are machines.
+  void draw(std::span<const DrawnPatch> patches) {
+    parallel_for(kMachines, [&](std::size_t machine) {
+      for (const DrawnPatch& drawn : patches) {
+        if (machine == 0) post.add(drawn.patch, drawn.tiles);
+        if (machine == 1) position.add(drawn.patch, drawn.tiles);
+        if (machine == 2) deferred.add(drawn.patch, drawn.tiles);
+        if (machine == 3) stream.add(drawn.patch, drawn.bins);
+        if (machine == 4) control.add(drawn.patch, drawn.tiles);
+      }
     });
-    for (const Prepared& prepared : batch) {
-      if (!prepared.drawn) continue;
-      merge(counters, prepared.counters);
-      post.add(prepared.patch, prepared.list);
-    }
   }
-  post.finish();
-  merge(counters, post.counters());
-  counters.frame_bytes_written = frame_bytes;
-  counters.dram_bytes = post.dram_bytes() + counters.patch_bytes + frame_bytes;
-  counters.dram_bytes_uncached = post.dram_bytes_uncached() + counters.patch_bytes + frame_bytes;
-  return counters;
+  void finish(const VisibleTriangles& visible, std::span<const std::uint64_t> tile_state,
+              std::span<const std::uint64_t> bin_state) {
+    parallel_for(kMachines, [&](std::size_t machine) {
+      if (machine == 0) post.finish(nullptr, tile_state);
+      if (machine == 1) position.finish(&visible, tile_state);
+      if (machine == 2) deferred.finish(tile_state);
+      if (machine == 3) stream.finish(bin_state);
+      if (machine == 4) control.finish(tile_state);
+    });
+  }
+
+  static constexpr std::size_t kMachines = 5;
+
+  binner::TileGrid bins;
+  TriangleSetup bin_setup;
+  PostTessellationBinner post, position;
+  DeferredVertexBinner deferred;
+  VisibilityStreamBinner stream;
+  ControlListBinner control;
+};
+
+// Counters of a machine with lists, from those of its binner.
+template <class Machine>
+BaselineCounters list_machine(const Machine& machine, const BaselineCounters& geometry, std::uint64_t frame_bytes,
+                              std::uint64_t invocations) {
+  BaselineCounters out = machine.counters();
+  take_geometry(geometry, out);
+  out.pixel_shader_invocations = invocations;
+  out.frame_bytes_written = frame_bytes;
+  out.dram_bytes = machine.dram_bytes() + geometry.patch_bytes + frame_bytes;
+  out.dram_bytes_uncached = machine.dram_bytes_uncached() + geometry.patch_bytes + frame_bytes;
+  return out;
 }
 
 }  // namespace
@@ -125,15 +93,8 @@ void BaselineSet::accumulate(const BaselineSet& frame) {
   for (std::size_t s = 0; s < schemes.size(); ++s) tessera::accumulate(schemes[s], frame.schemes[s]);
 }
 
-gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
-  gpu.frontend.split_depth = 0;
-  gpu.frontend.split_budget = 1;
-  gpu.tessellator.sub_patch_cells = 64;
-  gpu.frontend.previous_depth_culling = false;
-  return gpu;
-}
-
-BaselineCounters measure_patch_machine(const gpu::FrameCounters& counters, const gpu::MachineRecord& record) {
+BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
+                                       const gpu::FrameCounters& counters, const gpu::MachineRecord& record) {
   const memory::Ledger& ledger = counters.ledger;
   const memory::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState),
                         frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer),
@@ -167,50 +128,69 @@ BaselineCounters measure_patch_machine(const gpu::FrameCounters& counters, const
   out.frame_bytes_written = state.written_bytes + frame.written_bytes;
   out.dram_bytes = all.read_bytes + all.written_bytes;
   out.dram_bytes_uncached = out.dram_bytes - tiles + tiles_uncached;
+  out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
+  set_pressure(queue_pressure(record, gpu,
+                              tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
+                                               tilecore::TileState::kBytesPerSample, job.burst_bytes)),
+               out);
   return out;
 }
 
-TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                           const memory::Ledger& frame_ledger, const gpu::GpuConfiguration& gpu) {
-  const std::uint64_t frame_bytes = frame_ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes;
-  TriangleMachines out;
-  out.post_tessellation = run_post_tessellation(job, gpu, frame_bytes);
+void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+                               const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
+                               const gpu::GpuConfiguration& gpu, BaselineSet& out) {
+  const std::uint64_t frame_bytes = replay.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes,
+                      invocations = replay.shading.pixel_shader_invocations;
+  const int samples = job.pattern->samples_per_pixel();
+  Binners binners(job, gpu,
+                  bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes)));
+  const GeometryCounts geometry = run_geometry(job, pyramids, gpu, binners.post.setup(), binners.bin_setup,
+                                               [&](std::span<const DrawnPatch> patches) { binners.draw(patches); });
+  const ImmediateFrame drawn = draw_immediately(job, record, gpu);
+  binners.finish(drawn.visible, tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes),
+                 tile_state_bytes(binners.bins, samples, kColorAndDepthBytes, job.burst_bytes));
+
+  const BaselineCounters& by_tiles = geometry.tiles;
+  out[Scheme::kPostTessellation] = list_machine(binners.post, by_tiles, frame_bytes, invocations);
+  out[Scheme::kPostPosition] = list_machine(binners.position, by_tiles, frame_bytes, invocations);
+  out[Scheme::kDeferredVertex] = list_machine(binners.deferred.lists(), by_tiles, frame_bytes, invocations);
+  out[Scheme::kVisibilityStream] = list_machine(binners.stream.lists(), geometry.bins, frame_bytes, invocations);
+  out[Scheme::kControlList] = list_machine(binners.control.lists(), by_tiles, frame_bytes, invocations);
+  // Positions first; the rest for what setup keeps, or again where it is needed.
+  BaselineCounters& position = out[Scheme::kPostPosition];
+  position.domain_evaluations = position.domain_evaluations_cached = geometry.kept_vertices;
+  for (const Scheme scheme :
+       {Scheme::kPostPosition, Scheme::kDeferredVertex, Scheme::kVisibilityStream, Scheme::kControlList})
+    out[scheme].position_evaluations = geometry.vertices;
+
   // The same triangles in the same order, but no bins.
-  const BaselineCounters& post = out.post_tessellation;
-  BaselineCounters& immediate = out.immediate;
-  immediate.primitives = post.primitives;
-  immediate.culled_frustum = post.culled_frustum;
-  immediate.culled_backface = post.culled_backface;
-  immediate.culled_zero_area = post.culled_zero_area;
-  immediate.domain_evaluations = immediate.domain_evaluations_cached = post.domain_evaluations;
-  immediate.patch_bytes = immediate.patch_bytes_cached = post.patch_bytes;
-  const ImmediateTraffic traffic = draw_immediately(job, record, gpu);
-  const std::uint64_t finished =
-      job.pattern->samples_per_pixel() > 1 ? frame_bytes : 0;  // else the colour surface is the frame
-  immediate.frame_bytes_read = traffic.bytes_read;
-  immediate.frame_bytes_written = traffic.bytes_written + finished;
-  immediate.dram_bytes = traffic.bytes_read + traffic.bytes_written + finished + immediate.patch_bytes;
-  immediate.dram_bytes_uncached = traffic.bytes_uncached + finished + immediate.patch_bytes;
-  return out;
+  BaselineCounters& immediate = out[Scheme::kImmediate];
+  take_geometry(by_tiles, immediate);
+  immediate.tile_overlaps = 0;
+  immediate.culled_occlusion = drawn.blocks_culled;
+  immediate.pixel_shader_invocations = drawn.pixel_shader_invocations;
+  immediate.domain_evaluations = immediate.domain_evaluations_cached = geometry.vertices;
+  const std::uint64_t finished = samples > 1 ? frame_bytes : 0;  // else the colour surface is the frame
+  immediate.frame_bytes_read = drawn.traffic.bytes_read;
+  immediate.frame_bytes_written = drawn.traffic.bytes_written + finished;
+  immediate.dram_bytes = drawn.traffic.bytes_read + immediate.frame_bytes_written + immediate.patch_bytes;
+  immediate.dram_bytes_uncached = drawn.traffic.bytes_uncached + finished + immediate.patch_bytes;
 }
 
 void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   tilecore::TileJob job = view.job;
   job.resolve = nullptr;  // every scheme shades all pixels
   last_ = {};
-  last_[Scheme::kPreTessellation] = measure_patch_machine(view.result.counters, view.record);
+  last_[Scheme::kPreTessellation] = measure_patch_machine(job, view.gpu, view.result.counters, view.record);
   const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
   gpu::WorkRecorder whole_work(whole_gpu, nullptr, false);
   gpu::MachineRecord whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({job, whole_work, whole, &whole_record}, nullptr);
-  last_[Scheme::kPatchWhole] = measure_patch_machine(whole.counters, whole_record);
+  last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, whole.counters, whole_record);
   // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
-  const TriangleMachines machines =
-      measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record,
-                                view.result.counters.ledger, view.gpu);
-  last_[Scheme::kPostTessellation] = machines.post_tessellation;
-  last_[Scheme::kImmediate] = machines.immediate;
+  measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,
+                            view.result.counters, view.gpu, last_);
 }
 
 }  // namespace tessera::baselines

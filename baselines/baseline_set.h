@@ -3,6 +3,7 @@
 #include <array>
 
 #include "baselines/baseline_counters.h"
+#include "baselines/geometry_pass.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
 #include "gpu/machine_record.h"
@@ -21,22 +22,17 @@ struct BaselineSet {
   void accumulate(const BaselineSet& frame);
 };
 
-// The machine of `gpu` without splits: one queue entry per base patch, tessellated as a whole by every tile that it may
-// touch. Every frame by itself.
-gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu);
-
 // Counters of a machine that bins patches, from those of its run. The cache of tessellator.cache_bytes holds, per
 // sub-patch, 12 bytes for each vertex and key; tiles use it in the order in which they were rendered.
-BaselineCounters measure_patch_machine(const gpu::FrameCounters& counters, const gpu::MachineRecord& record);
+BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
+                                       const gpu::FrameCounters& counters, const gpu::MachineRecord& record);
 
-// The two machines that tessellate first. `frame_ledger`: that of the run of `job`, for what the finished frame takes.
-// `record`: its entries, which lead the immediate machine to the samples that its triangles touch. Counters do not
-// depend on the number of threads.
-struct TriangleMachines {
-  BaselineCounters post_tessellation, immediate;
-};
-TriangleMachines measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                           const memory::Ledger& frame_ledger, const gpu::GpuConfiguration& gpu);
+// Fills in the machines that tessellate first. `replay`: counters of the run of `job`, for what the finished frame and
+// its shading take. `record`: its entries, which lead to the samples that triangles touch. Counters do not depend on the
+// number of threads.
+void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+                               const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
+                               const gpu::GpuConfiguration& gpu, BaselineSet& out);
 
 // Runs every scheme on the frames of the device that it observes.
 class BaselineObserver final : public gpu::ViewObserver {

@@ -22,9 +22,16 @@ class SampleLayout {
     const int column = (x - region_.x0) / width_, row = (y - region_.y0) / height_;
     return static_cast<std::uint32_t>((row * columns_ + column) * lines_per_pixel_ + sample / samples_per_line_);
   }
+  // Where in its line a sample is.
+  std::uint32_t place(int x, int y, int sample) const {
+    const int column = (x - region_.x0) % width_, row = (y - region_.y0) % height_;
+    return static_cast<std::uint32_t>((row * width_ + column) * samples_per_pixel_ + sample % samples_per_line_);
+  }
+  std::uint32_t samples_per_line() const { return static_cast<std::uint32_t>(samples_per_line_); }
 
  private:
   IntRect region_;
+  int samples_per_pixel_;
   int width_ = 1, height_ = 1, columns_, lines_per_pixel_ = 1, samples_per_line_;
   std::uint32_t line_count_;
 };

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "baselines/visible_triangles.h"
 #include "gpu/configuration.h"
 #include "gpu/machine_record.h"
 #include "tilecore/tile_core.h"
@@ -13,11 +14,23 @@ struct ImmediateTraffic {
   std::uint64_t bytes_uncached = 0;                 // both, without
 };
 
+struct ImmediateFrame {
+  ImmediateTraffic traffic;
+  std::uint64_t blocks_culled = 0;             // pairs of a triangle and a block that hierarchical depth dropped
+  std::uint64_t pixel_shader_invocations = 0;  // one per pixel and triangle that passes its depth test
+  VisibleTriangles visible;                    // in the end, for machines that defer
+};
+
 // Draws the frame as an immediate-mode machine does: base patch by base patch in submission order, within one area of
 // the screen (a tile) after the other, within that triangle by triangle, each against the depth that was drawn before.
-// A triangle touches the lines that hold samples inside it, also where motion and defocus scatter them: exact, not
-// bounded. How patches were split and binned for `record` does not matter.
-ImmediateTraffic draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
-                                  const gpu::GpuConfiguration& gpu);
+// First against the farthest depth of blocks of 8x8 pixels, which is on chip [spec: one value per 8x8 pixels, Adreno's
+// LRZ and other hierarchical depth buffers; assumed, in its favour: exact, and never in memory]. A triangle touches the
+// lines that hold samples inside it, also where motion and defocus scatter them: exact, not bounded. How patches were
+// split and binned for `record` does not matter.
+//
+// Colour is compressed (CompressedColorMemory) if immediate.color_compression is on and that moves fewer bytes in the
+// frame than plain lines do.
+ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::MachineRecord& record,
+                                const gpu::GpuConfiguration& gpu);
 
 }  // namespace tessera::baselines

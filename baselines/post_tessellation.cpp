@@ -4,40 +4,50 @@
 #include <cstring>
 
 #include "base/check.h"
-#include "baselines/tile_reference.h"
+#include "base/round_up.h"
 
 namespace tessera::baselines {
 namespace {
 
-constexpr std::uint8_t kNoNumber = 255;
-constexpr unsigned kMovingBit = 0x8000u;
+constexpr unsigned kCodedBit = 0x2000u, kGridBit = 0x4000u, kMovingBit = 0x8000u, kIndexBytesMask = 0x1FFFu;
 
 // Where the parts of a block are.
 struct BlockHead {
-  std::size_t vertices, triangles, strip_bytes;
-  std::uint64_t vertex_bytes, vertices_at;  // relative to the block
+  std::size_t vertices, triangles, index_bytes;
+  bool coded, grids, moving;
+  std::uint64_t vertices_at;  // relative to the block
 };
 
 BlockHead head_at(std::span<const std::uint8_t> memory, std::uint64_t address) {
-  std::uint16_t strip = 0;
-  std::memcpy(&strip, &memory[address + 6], sizeof strip);
-  const std::size_t bytes = strip & ~kMovingBit;
-  return {memory[address + 4], memory[address + 5], bytes,
-          kVertexBytes + ((strip & kMovingBit) != 0 ? kSecondPositionBytes : 0), kBlockHeadBytes + (bytes + 3) / 4 * 4};
+  std::uint16_t field = 0;
+  std::memcpy(&field, &memory[address + 6], sizeof field);
+  const std::size_t bytes = field & kIndexBytesMask;
+  return {memory[address + 4],
+          memory[address + 5],
+          bytes,
+          (field & kCodedBit) != 0,
+          (field & kGridBit) != 0,
+          (field & kMovingBit) != 0,
+          kBlockHeadBytes + round_up(bytes, 4)};
+}
+
+std::vector<BlockTriangle> triangles_at(std::span<const std::uint8_t> memory, std::uint64_t address,
+                                        const BlockHead& head) {
+  const auto bytes = memory.subspan(address + kBlockHeadBytes, head.index_bytes);
+  return head.grids ? decode_grids(bytes, head.triangles) : decode_strip(bytes, head.triangles);
 }
 
 }  // namespace
 
 PostTessellationBinner::PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
-                                               const scene::Projection& projection)
+                                               const scene::Projection& projection, VertexStorage storage)
     : grid_(grid),
       setup_(grid_, projection),
       buffer_(gpu, grid.tile_count()),
+      storage_(storage),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
       cache_bytes_(static_cast<std::uint64_t>(gpu.baselines.post_tessellation_cache_bytes)),
       last_address_(grid.tile_count(), 0) {}
-
-void PostTessellationBinner::begin_numbering(std::size_t vertices) { number_.assign(vertices, kNoNumber); }
 
 bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleList& list, std::size_t first,
                                   std::size_t end) const {
@@ -49,7 +59,22 @@ bool PostTessellationBinner::fits(const TessellatedPatch& patch, const TriangleL
       if (number_[v] == kNoNumber) fresh.push_back(v);
   std::sort(fresh.begin(), fresh.end());
   const auto distinct = static_cast<std::size_t>(std::unique(fresh.begin(), fresh.end()) - fresh.begin());
-  return vertex_count_ + distinct <= kBlockVertices;
+  return positions_.size() + distinct <= kBlockVertices;
+}
+
+void PostTessellationBinner::begin_group(const TessellatedPatch& patch, const TriangleList& list, std::size_t group,
+                                         std::size_t first) {
+  state_ = patch.state;
+  moving_ = patch.moving;
+  attribute_bytes_ = patch.attribute_bytes;
+  const std::uint8_t columns = group < patch.group_columns.size() ? patch.group_columns[group] : std::uint8_t{0};
+  all_grids_ = all_grids_ && columns > 0;
+  if (columns == 0) return;
+  rectangle_begins_ = group == 0 ? 0 : patch.group_ends[group - 1];
+  rectangle_vertex_ = static_cast<std::uint8_t>(positions_.size());
+  const std::size_t cells = (patch.group_ends[group] - rectangle_begins_) / 2;
+  rectangles_.push_back({columns, static_cast<std::uint8_t>(cells / columns), {}});
+  TESSERA_CHECK(list.triangles[first].number >= rectangle_begins_, "groups of the list are those of the patch");
 }
 
 void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const TriangleList& list,
@@ -59,56 +84,101 @@ void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const T
   for (std::size_t k = 0; k < 3; ++k) {
     const std::uint32_t v = t.vertex[k];
     if (number_[v] == kNoNumber) {
-      TESSERA_CHECK(vertex_count_ < kBlockVertices, "a group fits a block");
-      number_[v] = vertex_count_++;
-      const std::size_t at = vertex_bytes_.size();
-      vertex_bytes_.resize(at + kVertexBytes + (moving_ ? kSecondPositionBytes : 0), 0);
-      const std::array<float, 3> open = {patch.x0[v], patch.y0[v], patch.z0[v]};
-      std::memcpy(&vertex_bytes_[at], open.data(), sizeof open);
-      if (moving_) {
-        const std::array<float, 3> close = {patch.x1[v], patch.y1[v], patch.z1[v]};
-        std::memcpy(&vertex_bytes_[at + kVertexBytes], close.data(), sizeof close);
-      }
+      TESSERA_CHECK(positions_.size() < kBlockVertices, "a group fits a block");
+      number_[v] = static_cast<std::uint8_t>(positions_.size());
+      positions_.push_back({patch.x0[v], patch.y0[v], patch.z0[v], moving_ ? patch.x1[v] : 0.0f,
+                            moving_ ? patch.y1[v] : 0.0f, moving_ ? patch.z1[v] : 0.0f});
     }
     numbers[k] = number_[v];
+    if (numbers[k] < rectangle_vertex_) all_grids_ = false;  // shared with another rectangle
   }
   TESSERA_CHECK(triangles_.size() < kBlockTriangles, "a group fits a block");
   const auto number = static_cast<std::uint8_t>(triangles_.size());
   triangles_.push_back(numbers);
+  if (all_grids_) rectangles_.back().triangles.set(t.number - rectangle_begins_);
+  names_.push_back(patch.triangle_numbers.empty() ? 0 : triangle_name(patch.number, patch.triangle_numbers[t.number]));
   for (std::uint32_t k = triangle == 0 ? 0 : list.triangles[triangle - 1].tiles_end; k < t.tiles_end; ++k)
     tile_triangles_.push_back({list.tiles[k], number});
 }
 
 void PostTessellationBinner::add(const TessellatedPatch& patch, const TriangleList& list) {
   counters_.domain_evaluations += patch.domain_evaluations;
-  counters_.patch_bytes += patch.patch_bytes;
   begin_numbering(patch.x0.size());
   std::size_t first = 0;
-  for (const std::uint32_t end : list.group_ends) {
+  for (std::size_t group = 0; group < list.group_ends.size(); ++group) {
+    const std::size_t end = list.group_ends[group];
     if (end == first) continue;
     if (!fits(patch, list, first, end)) {
       close_block();
       begin_numbering(patch.x0.size());
     }
-    state_ = patch.state;
-    moving_ = patch.moving;
+    begin_group(patch, list, group, first);
     for (; first < end; ++first) add_triangle(patch, list, first);
   }
 }
 
+// Grids where they are smaller; vertices are then put in their order.
+std::vector<std::uint8_t> PostTessellationBinner::pack_indices(bool& grids) {
+  std::vector<std::uint8_t> strip = encode_strip(triangles_);
+  grids = false;
+  if (!all_grids_) return strip;
+  std::vector<std::uint8_t> bytes = encode_grids(rectangles_);
+  if (bytes.size() >= strip.size()) return strip;
+  grids = true;
+  const std::vector<BlockTriangle> numbered = decode_grids(bytes, triangles_.size());
+  std::vector<std::array<float, 6>> sorted(positions_.size());
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) sorted[numbered[t][k]] = positions_[triangles_[t][k]];
+  positions_ = std::move(sorted);
+  triangles_ = numbered;
+  return bytes;
+}
+
+void PostTessellationBinner::pack_vertices(const std::vector<PositionWords>& words,
+                                           std::vector<std::uint8_t>& block) const {
+  if (!words.empty()) {
+    const std::vector<std::uint8_t> coded = encode_positions(words, moving_ ? kMovingWords : kStillWords);
+    block.insert(block.end(), coded.begin(), coded.end());
+    block.resize(round_up(block.size(), 4) + words.size() * attribute_bytes_, 0);
+    return;
+  }
+  for (const std::array<float, 6>& position : positions_) {
+    const std::size_t at = block.size();
+    block.resize(at + kPositionBytes + attribute_bytes_ + (moving_ ? kSecondPositionBytes : 0), 0);
+    std::memcpy(&block[at], position.data(), kPositionBytes);
+    if (moving_) std::memcpy(&block[at + kPositionBytes + attribute_bytes_], &position[3], kSecondPositionBytes);
+  }
+}
+
+std::vector<std::uint8_t> PostTessellationBinner::pack_block() {
+  bool grids = false;
+  const std::vector<std::uint8_t> indices = pack_indices(grids);
+  std::vector<PositionWords> words;
+  for (std::size_t v = 0; storage_ == VertexStorage::kSnapped && v < positions_.size(); ++v) {
+    const auto of_vertex = position_words(positions_[v], moving_ ? kMovingWords : kStillWords);
+    if (!of_vertex) {
+      words.clear();
+      break;
+    }
+    words.push_back(*of_vertex);
+  }
+  std::vector<std::uint8_t> block(kBlockHeadBytes + round_up(indices.size(), 4), 0);
+  const auto field = static_cast<std::uint16_t>(indices.size() | (moving_ ? kMovingBit : 0u) | (grids ? kGridBit : 0u) |
+                                                (words.empty() ? 0u : kCodedBit));
+  std::memcpy(block.data(), &state_, sizeof state_);
+  block[4] = static_cast<std::uint8_t>(positions_.size());
+  block[5] = static_cast<std::uint8_t>(triangles_.size());
+  std::memcpy(&block[6], &field, sizeof field);
+  std::memcpy(&block[kBlockHeadBytes], indices.data(), indices.size());
+  pack_vertices(words, block);
+  return block;
+}
+
 void PostTessellationBinner::close_block() {
   if (triangles_.empty()) return;
-  const std::vector<std::uint8_t> strip = encode_strip(triangles_);
-  std::vector<std::uint8_t> block(kBlockHeadBytes + (strip.size() + 3) / 4 * 4, 0);
-  const auto strip_field = static_cast<std::uint16_t>(strip.size() | (moving_ ? kMovingBit : 0u));
-  std::memcpy(block.data(), &state_, sizeof state_);
-  block[4] = vertex_count_;
-  block[5] = static_cast<std::uint8_t>(triangles_.size());
-  std::memcpy(&block[6], &strip_field, sizeof strip_field);
-  std::memcpy(&block[kBlockHeadBytes], strip.data(), strip.size());
-  block.insert(block.end(), vertex_bytes_.begin(), vertex_bytes_.end());
-  const std::uint64_t address = buffer_.store_block(block);
-  counters_.vertices_stored += vertex_count_;
+  const std::uint64_t address = buffer_.store_block(pack_block());
+  blocks_.push_back({address, attribute_bytes_, names_.size() - triangles_.size()});
+  counters_.vertices_stored += positions_.size();
 
   std::sort(tile_triangles_.begin(), tile_triangles_.end());
   std::vector<std::uint8_t> bytes;
@@ -124,64 +194,88 @@ void PostTessellationBinner::close_block() {
     ++counters_.entries;
   }
   triangles_.clear();
+  rectangles_.clear();
   tile_triangles_.clear();
-  vertex_bytes_.clear();
-  vertex_count_ = 0;
+  positions_.clear();
+  all_grids_ = true;
+  rectangle_vertex_ = 0;
 }
 
-// Returns the bytes of blocks that would be read without the cache.
-std::uint64_t PostTessellationBinner::read_tile(binner::TileIndex tile, memory::LruCache& cache,
-                                                memory::Ledger& ledger) {
-  const std::vector<std::uint8_t> list = buffer_.read_list(tile, ledger, counters_.queue_bytes_read);
-  const std::span<const std::uint8_t> memory = buffer_.memory();
-  std::uint64_t uncached = 0;
-  for (const TileReference& reference :
-       decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; })) {
-    const BlockHead head = head_at(memory, reference.address);
-    const auto triangles =
-        decode_strip(memory.subspan(reference.address + kBlockHeadBytes, head.strip_bytes), head.triangles);
-    std::bitset<kBlockVertices> used;
-    for (std::size_t t = 0; t < triangles.size(); ++t)
-      if (reference.triangles[t])
-        for (const std::uint8_t v : triangles[t]) used.set(v);
-    // Bursts in rising order, each once per reference.
-    std::uint64_t next = 0;
-    const auto read = [&](std::uint64_t address, std::uint64_t bytes) {
-      for (std::uint64_t line = std::max(next, address / burst_bytes_); line <= (address + bytes - 1) / burst_bytes_;
-           ++line) {
-        next = line + 1;
-        uncached += burst_bytes_;
-        if (cache.use(static_cast<std::uint32_t>(line), burst_bytes_)) continue;
-        ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileQueue, burst_bytes_);
-        counters_.queue_bytes_read += burst_bytes_;
-      }
-    };
-    read(reference.address, head.vertices_at);
-    for (std::size_t v = 0; v < head.vertices; ++v)
-      if (used[v]) read(reference.address + head.vertices_at + v * head.vertex_bytes, head.vertex_bytes);
-  }
-  return uncached;
-}
+// ---- Tile cores -------------------------------------------------------------------------------------------------
 
-void PostTessellationBinner::finish() {
-  close_block();
-  buffer_.finish();
-  memory::LruCache cache(cache_bytes_);
+struct PostTessellationBinner::Reading {
+  memory::LruCache cache;
+  BurstBytes reads;
+  const VisibleTriangles* visible;
   memory::Ledger ledger, uncached_ledger;
   std::uint64_t uncached = 0;
-  for (binner::TileIndex tile = 0; tile < grid_.tile_count(); ++tile) {
-    uncached += read_tile(tile, cache, ledger);
-    std::uint64_t ignored = 0;
-    buffer_.read_list(tile, uncached_ledger, ignored);
+};
+
+void PostTessellationBinner::read_block(const TileReference& reference, binner::TileIndex tile, Reading& reading) {
+  const std::span<const std::uint8_t> memory = buffer_.memory();
+  const BlockHead head = head_at(memory, reference.address);
+  const Written& block = *std::prev(
+      std::upper_bound(blocks_.begin(), blocks_.end(), reference.address,
+                       [](std::uint64_t address, const Written& written) { return address < written.address; }));
+  const auto triangles = triangles_at(memory, reference.address, head);
+  std::bitset<kBlockVertices> used;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (!reference.triangles[t]) continue;
+    if (head.coded && reading.visible != nullptr && !reading.visible->contains(tile, names_[block.first_name + t]))
+      continue;
+    for (const std::uint8_t v : triangles[t]) used.set(v);
   }
+  // Bursts in rising order, each once per reference.
+  std::uint64_t next = 0;
+  const auto read = [&](std::uint64_t address, std::uint64_t bytes) {
+    for (std::uint64_t line = std::max(next, address / burst_bytes_);
+         bytes > 0 && line <= (address + bytes - 1) / burst_bytes_; ++line) {
+      next = line + 1;
+      reading.uncached += burst_bytes_;
+      if (reading.cache.use(static_cast<std::uint32_t>(line), burst_bytes_)) continue;
+      reading.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileQueue, burst_bytes_);
+      reading.reads.add(line * burst_bytes_, burst_bytes_);
+      counters_.queue_bytes_read += burst_bytes_;
+    }
+  };
+  std::uint64_t vertices_at = reference.address + head.vertices_at;
+  std::uint64_t vertex_bytes = kPositionBytes + block.attribute_bytes + (head.moving ? kSecondPositionBytes : 0);
+  if (head.coded) {
+    vertex_bytes = block.attribute_bytes;
+    vertices_at += round_up(
+        position_bytes(memory.subspan(vertices_at), head.vertices, head.moving ? kMovingWords : kStillWords), 4);
+  }
+  read(reference.address, vertices_at - reference.address);
+  for (std::size_t v = 0; v < head.vertices; ++v)
+    if (used[v]) read(vertices_at + v * vertex_bytes, vertex_bytes);
+}
+
+void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading) {
+  const std::vector<std::uint8_t> list =
+      buffer_.read_list(tile, reading.ledger, counters_.queue_bytes_read, &reading.reads);
+  std::uint64_t ignored = 0;
+  buffer_.read_list(tile, reading.uncached_ledger, ignored);
+  const std::span<const std::uint8_t> memory = buffer_.memory();
+  for (const TileReference& reference :
+       decode_references(list, [&](std::uint64_t address) { return head_at(memory, address).triangles; }))
+    read_block(reference, tile, reading);
+}
+
+void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<const std::uint64_t> state_bytes) {
+  close_block();
+  buffer_.finish();
+  Reading reading{memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0};
+  for (binner::TileIndex tile = 0; tile < grid_.tile_count(); ++tile) read_tile(tile, reading);
   const memory::Traffic written = buffer_.ledger().total();
-  dram_bytes_ = written.read_bytes + written.written_bytes + ledger.total().read_bytes;
-  dram_bytes_uncached_ = written.read_bytes + written.written_bytes + uncached_ledger.total().read_bytes + uncached;
+  dram_bytes_ = written.read_bytes + written.written_bytes + reading.ledger.total().read_bytes;
+  dram_bytes_uncached_ =
+      written.read_bytes + written.written_bytes + reading.uncached_ledger.total().read_bytes + reading.uncached;
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();
   counters_.domain_evaluations_cached = counters_.domain_evaluations;
-  counters_.patch_bytes_cached = counters_.patch_bytes;
+  if (state_bytes.empty()) return;
+  set_pressure(buffer_.pressure(reading.reads, state_bytes), counters_);
 }
 
 }  // namespace tessera::baselines

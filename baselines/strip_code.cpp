@@ -1,39 +1,12 @@
 #include "baselines/strip_code.h"
 
-#include <utility>
-
 #include "base/check.h"
+#include "baselines/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {
 
 constexpr std::uint32_t kFresh = 3, kDeltaBits = 6;
-
-struct BitWriter {
-  std::vector<std::uint8_t> bytes;
-  std::size_t count = 0;
-  void put(std::uint32_t value, std::uint32_t bits) {
-    for (std::uint32_t b = 0; b < bits; ++b, ++count) {
-      if (count % 8 == 0) bytes.push_back(0);
-      bytes.back() = static_cast<std::uint8_t>(bytes.back() | ((value >> b & 1u) << (count % 8)));
-    }
-  }
-};
-
-struct BitReader {
-  std::span<const std::uint8_t> bytes;
-  std::size_t at = 0;
-  // At most 8 bits, which lie in two bytes.
-  std::uint32_t get(std::uint32_t bits) {
-    const std::size_t byte = at / 8;
-    TESSERA_CHECK(at + bits <= bytes.size() * 8, "a strip ends within its bytes");
-    const std::uint32_t two =
-        bytes[byte] | (byte + 1 < bytes.size() ? static_cast<std::uint32_t>(bytes[byte + 1]) << 8 : 0u);
-    const std::uint32_t value = two >> (at % 8) & ((1u << bits) - 1u);
-    at += bits;
-    return value;
-  }
-};
 
 // The edge of `before` that `next` has the other way round, and the corner of `next` opposite to it.
 struct SharedEdge {
@@ -74,11 +47,11 @@ std::vector<std::uint8_t> encode_strip(std::span<const BlockTriangle> triangles)
       before = {next[(shared.corner + 1) % 3], next[(shared.corner + 2) % 3], next[shared.corner]};
     }
   }
-  return std::move(out.bytes);
+  return out.bytes();
 }
 
 std::vector<BlockTriangle> decode_strip(std::span<const std::uint8_t> bytes, std::size_t count) {
-  BitReader in{bytes};
+  BitReader in(bytes);
   std::uint32_t used = 0;
   const auto get_vertex = [&] {
     const std::uint32_t vertex = in.get(1) != 0 ? used++ : used - 1 - in.get(kDeltaBits);

@@ -12,6 +12,7 @@ namespace tessera::baselines {
 // Raster space as the tile core has it: a *projected* vertex has its pixel position on the sub-pixel grid and its depth
 // at each key, and moves on screen along the straight line between them; others are homogeneous (xh, yh, depth).
 struct TessellatedPatch {
+  std::uint32_t number = 0;                         // base patch
   std::uint32_t state = 0;                          // triangles of one state may share a block
   bool moving = false;                              // key 1 differs; its arrays are empty otherwise
   bool keep_positive = true, keep_negative = true;  // facing: sign of the area in raster space
@@ -20,8 +21,14 @@ struct TessellatedPatch {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // in the order of a strip where possible
   // Ends, in `triangles`, of groups that fit a block: no more than 64 vertices and 126 triangles each.
   std::vector<std::uint32_t> group_ends;
+  // Of each group, cells along u when it is a rectangle of a grid: all of whose cells have the triangles (a, c, d) and
+  // (a, b, c), row by row. 0: any triangles. Empty: all groups are such.
+  std::vector<std::uint8_t> group_columns;
+  // Numbers of `triangles` within the base patch, as visibility has them (HitSink::Hit).
+  std::vector<std::uint32_t> triangle_numbers;
+  std::uint64_t attribute_bytes = 20;  // of a vertex, for the pixel shader; a multiple of 4
   std::uint64_t domain_evaluations = 0;
-  std::uint64_t patch_bytes = 0;  // record fetched
+  std::uint64_t patch_bytes = 0;  // bursts of its record, for whoever fetches it
 };
 
 }  // namespace tessera::baselines

@@ -1,6 +1,7 @@
 #include "baselines/tile_reference.h"
 
 #include "base/check.h"
+#include "baselines/bit_stream.h"
 
 namespace tessera::baselines {
 namespace {
@@ -22,20 +23,16 @@ std::vector<std::uint8_t> runs_of(const std::bitset<kBlockTriangles>& triangles,
 
 }  // namespace
 
-void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
+void encode_triangles(const std::bitset<kBlockTriangles>& triangles, std::size_t count,
                       std::vector<std::uint8_t>& out) {
-  TESSERA_CHECK(reference.address >= before && reference.address % kBlockAlignment == 0, "references of a tile rise");
-  std::uint64_t delta = (reference.address - before) / kBlockAlignment;
-  for (; delta >= 128; delta >>= 7) out.push_back(static_cast<std::uint8_t>(delta | 128u));
-  out.push_back(static_cast<std::uint8_t>(delta));
-  const std::size_t taken = reference.triangles.count(), mask_bytes = (count + 7) / 8;
+  const std::size_t taken = triangles.count(), mask_bytes = (count + 7) / 8;
   TESSERA_CHECK(taken > 0 && taken <= count && count <= kBlockTriangles,
                 "a reference is to some triangles of its block");
   if (taken == count) {
     out.push_back(0);
     return;
   }
-  const std::vector<std::uint8_t> runs = runs_of(reference.triangles, count);
+  const std::vector<std::uint8_t> runs = runs_of(triangles, count);
   const auto form = [&](unsigned kind, std::size_t n) {
     out.push_back(static_cast<std::uint8_t>(kind << 6 | (n - 1)));
   };
@@ -43,7 +40,7 @@ void encode_reference(const TileReference& reference, std::size_t count, std::ui
     form(2, taken);
     std::size_t next = 0;
     for (std::size_t t = 0; t < count; ++t) {
-      if (!reference.triangles[t]) continue;
+      if (!triangles[t]) continue;
       out.push_back(static_cast<std::uint8_t>(t - next));
       next = t + 1;
     }
@@ -54,11 +51,17 @@ void encode_reference(const TileReference& reference, std::size_t count, std::ui
     form(1, 1);
     for (std::size_t byte = 0; byte < mask_bytes; ++byte) {
       unsigned bits = 0;
-      for (std::size_t b = 0; b < 8 && byte * 8 + b < count; ++b)
-        bits |= (reference.triangles[byte * 8 + b] ? 1u : 0u) << b;
+      for (std::size_t b = 0; b < 8 && byte * 8 + b < count; ++b) bits |= (triangles[byte * 8 + b] ? 1u : 0u) << b;
       out.push_back(static_cast<std::uint8_t>(bits));
     }
   }
+}
+
+void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
+                      std::vector<std::uint8_t>& out) {
+  TESSERA_CHECK(reference.address >= before && reference.address % kBlockAlignment == 0, "references of a tile rise");
+  put_number((reference.address - before) / kBlockAlignment, out);
+  encode_triangles(reference.triangles, count, out);
 }
 
 }  // namespace tessera::baselines

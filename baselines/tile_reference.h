@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "baselines/bit_stream.h"
 #include "baselines/strip_code.h"
 
 namespace tessera::baselines {
@@ -26,6 +27,36 @@ struct TileReference {
 
 inline constexpr std::uint64_t kBlockAlignment = 16;
 
+// Appends the byte and the form of a set of triangles, at least one, out of `count`.
+void encode_triangles(const std::bitset<kBlockTriangles>& triangles, std::size_t count, std::vector<std::uint8_t>& out);
+
+// Reads it, at `at`, which then is behind it.
+inline std::bitset<kBlockTriangles> decode_triangles(std::span<const std::uint8_t> bytes, std::size_t count,
+                                                     std::size_t& at) {
+  const std::size_t n = (bytes[at] & 63u) + std::size_t{1};
+  const unsigned form = bytes[at++] >> 6;
+  std::bitset<kBlockTriangles> triangles;
+  std::size_t triangle = 0;
+  if (form == 0) {
+    for (; triangle < count; ++triangle) triangles.set(triangle);
+  } else if (form == 1) {
+    for (; triangle < count; ++triangle)
+      triangles.set(triangle, (bytes[at + triangle / 8] >> (triangle % 8) & 1u) != 0);
+    at += (count + 7) / 8;
+  } else if (form == 2) {
+    for (std::size_t k = 0; k < n; ++k) {
+      triangle += bytes[at++];
+      triangles.set(triangle++);
+    }
+  } else {
+    for (std::size_t k = 0; k < n; ++k) {
+      triangle += bytes[at++];
+      for (std::size_t run = bytes[at++]; run > 0; --run) triangles.set(triangle++);
+    }
+  }
+  return triangles;
+}
+
 // Appends the bytes of a reference to a block of `count` triangles. `before`: address of the tile's reference before, 0
 // for the first; references of a tile come in rising addresses. At least one triangle is set.
 void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
@@ -37,33 +68,8 @@ std::vector<TileReference> decode_references(std::span<const std::uint8_t> bytes
   std::vector<TileReference> references;
   std::uint64_t address = 0;
   for (std::size_t at = 0; at < bytes.size();) {
-    std::uint64_t delta = 0;
-    for (int shift = 0;; shift += 7) {
-      delta |= static_cast<std::uint64_t>(bytes[at] & 127u) << shift;
-      if ((bytes[at++] & 128u) == 0) break;
-    }
-    address += delta * kBlockAlignment;
-    const std::size_t count = triangles_at(address), n = (bytes[at] & 63u) + std::size_t{1};
-    const unsigned form = bytes[at++] >> 6;
-    TileReference reference{address, {}};
-    std::size_t triangle = 0;
-    if (form == 0) {
-      for (; triangle < count; ++triangle) reference.triangles.set(triangle);
-    } else if (form == 1) {
-      for (; triangle < count; ++triangle)
-        reference.triangles.set(triangle, (bytes[at + triangle / 8] >> (triangle % 8) & 1u) != 0);
-      at += (count + 7) / 8;
-    } else if (form == 2) {
-      for (std::size_t k = 0; k < n; ++k) {
-        triangle += bytes[at++];
-        reference.triangles.set(triangle++);
-      }
-    } else {
-      for (std::size_t k = 0; k < n; ++k) {
-        triangle += bytes[at++];
-        for (std::size_t run = bytes[at++]; run > 0; --run) reference.triangles.set(triangle++);
-      }
-    }
+    address += get_number(bytes, at) * kBlockAlignment;
+    const TileReference reference{address, decode_triangles(bytes, triangles_at(address), at)};
     references.push_back(reference);
   }
   return references;

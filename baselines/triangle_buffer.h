@@ -4,12 +4,26 @@
 #include <span>
 #include <vector>
 
+#include "baselines/buffer_pressure.h"
 #include "binner/tile_grid.h"
 #include "binner/write_combiner.h"
 #include "gpu/configuration.h"
 #include "memory/ledger.h"
 
 namespace tessera::baselines {
+
+// Payload bytes that moved, by the burst that they lie in.
+class BurstBytes {
+ public:
+  explicit BurstBytes(std::uint64_t burst_bytes) : burst_bytes_(burst_bytes) {}
+  void add(std::uint64_t address, std::uint64_t bytes);
+  // Those at an address and behind it, a multiple of the burst.
+  std::uint64_t from(std::uint64_t address) const;
+
+ private:
+  std::uint64_t burst_bytes_;
+  std::vector<std::uint64_t> bytes_;
+};
 
 // The parameter buffer of a machine that bins triangles: blocks of triangles, and a list of bytes per tile.
 //
@@ -32,8 +46,10 @@ class TriangleBuffer {
   void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes);
   void finish() { combiner_.flush(); }
 
-  // Bytes of a tile's list. Bursts go to `ledger` as tilecore / tile_queue, payload to `bytes_read`.
-  std::vector<std::uint8_t> read_list(binner::TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read) const;
+  // Bytes of a tile's list. Bursts go to `ledger` as tilecore / tile_queue, payload to `bytes_read` and, unless null, to
+  // `reads`.
+  std::vector<std::uint8_t> read_list(binner::TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read,
+                                      BurstBytes* reads = nullptr) const;
   std::span<const std::uint8_t> memory() const { return memory_; }
 
   std::uint64_t bytes_in_use() const { return memory_.size(); }
@@ -41,6 +57,8 @@ class TriangleBuffer {
   // How often a buffer of parameter_buffer.bytes ran full and another was taken.
   std::uint64_t overflows() const { return bytes_in_use() == 0 ? 0 : (bytes_in_use() - 1) / capacity_; }
   const memory::Ledger& ledger() const { return ledger_; }
+  // `reads`: all that was read. `state_bytes`: of each tile.
+  BufferPressure pressure(const BurstBytes& reads, std::span<const std::uint64_t> state_bytes) const;
 
  private:
   struct Head {
@@ -48,8 +66,13 @@ class TriangleBuffer {
   };
   void add_chunk(Head& head);
 
-  std::uint64_t capacity_, chunk_bytes_, burst_bytes_;
+  void write(std::uint64_t address, std::uint64_t bytes);
+
+  std::uint64_t capacity_, chunk_bytes_, burst_bytes_, head_bytes_;
   std::vector<std::uint8_t> memory_;
+  BurstBytes writes_;
+  std::vector<Growth> growth_;
+  std::vector<std::uint64_t> grew_at_;  // by tile: where its last growth was noted
   std::vector<std::uint64_t> chunk_address_;
   std::uint64_t bytes_written_ = 0;
   memory::Ledger ledger_;

@@ -76,6 +76,13 @@ int TriangleSetup::facing(const Corners& c) const {
   return sign;
 }
 
+// Tiles at the border reach farther than what is drawn.
+bool TriangleSetup::outside_region(const frontend::ScreenBounds& bounds) const {
+  const IntRect& region = grid_.region();
+  return bounds.x1 < static_cast<float>(region.x0) || bounds.y1 < static_cast<float>(region.y0) ||
+         bounds.x0 > static_cast<float>(region.x1) || bounds.y0 > static_cast<float>(region.y1);
+}
+
 void TriangleSetup::cover(const Corners& c, std::vector<binner::TileIndex>& tiles) const {
   const auto last = static_cast<std::ptrdiff_t>(c.count);
   const auto [x_low, x_high] = std::minmax_element(c.x.begin(), c.x.begin() + last);
@@ -85,12 +92,15 @@ void TriangleSetup::cover(const Corners& c, std::vector<binner::TileIndex>& tile
   bounds.y0 = static_cast<float>(*y_low - c.grow);
   bounds.x1 = static_cast<float>(*x_high + c.grow);
   bounds.y1 = static_cast<float>(*y_high + c.grow);
-  const IntRect rect = grid_.covered(bounds);
+  if (outside_region(bounds)) return;
+  const IntRect rect = grid_.covered(bounds), &region = grid_.region();
   const bool one = rect.width() * rect.height() == 1;
   for (int row = rect.y0; row < rect.y1; ++row)
     for (int column = rect.x0; column < rect.x1; ++column)
-      if (one || hull_touches(c.x, c.y, c.count, grid_.column_edge(column) - c.grow, grid_.row_edge(row) - c.grow,
-                              grid_.column_edge(column + 1) + c.grow, grid_.row_edge(row + 1) + c.grow))
+      if (one || hull_touches(c.x, c.y, c.count, std::max(grid_.column_edge(column), region.x0) - c.grow,
+                              std::max(grid_.row_edge(row), region.y0) - c.grow,
+                              std::min(grid_.column_edge(column + 1), region.x1) + c.grow,
+                              std::min(grid_.row_edge(row + 1), region.y1) + c.grow))
         tiles.push_back(grid_.index(column, row));
 }
 
@@ -108,7 +118,7 @@ bool TriangleSetup::covers_clipped(const TessellatedPatch& patch, const std::arr
   frontend::RoundingMargin margin;
   margin.pixels = 0x1p-6;
   const auto bounds = frontend::screen_bounds(points, projection_, margin);
-  if (!bounds) return false;
+  if (!bounds || outside_region(*bounds)) return false;
   const IntRect rect = grid_.covered(*bounds);
   for (int row = rect.y0; row < rect.y1; ++row)
     for (int column = rect.x0; column < rect.x1; ++column) tiles.push_back(grid_.index(column, row));
@@ -146,7 +156,7 @@ TriangleList TriangleSetup::run(const TessellatedPatch& patch, BaselineCounters&
       ++counters.culled_frustum;
       continue;
     }
-    list.triangles.push_back({v, static_cast<std::uint32_t>(list.tiles.size())});
+    list.triangles.push_back({v, static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(list.tiles.size())});
   }
   list.group_ends.push_back(static_cast<std::uint32_t>(list.triangles.size()));
   counters.primitives += list.triangles.size();

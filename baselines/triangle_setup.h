@@ -14,6 +14,7 @@ namespace tessera::baselines {
 struct TriangleList {
   struct Triangle {
     std::array<std::uint32_t, 3> vertex;
+    std::uint32_t number;     // in TessellatedPatch::triangles
     std::uint32_t tiles_end;  // in `tiles`; they begin where those of the triangle before end
   };
   std::vector<Triangle> triangles;
@@ -27,7 +28,7 @@ struct TriangleList {
 //   TS1  Where a triangle may be drawn: within `grow` pixels of the hull of its vertices at both motion keys (vertices move
 //        straight), grow being the largest circle of confusion of a vertex at a key. Its tiles are found as those of
 //        sub-patches: closed rectangle, then edges.
-//   TS2  Outside: no tile, or all of it beyond the depth range.
+//   TS2  Outside: no pixel of a tile that is drawn, or all of it beyond the depth range.
 //   TS3  Facing: the area is linear in each vertex's own progress from key to key and in its own shift by the lens, so
 //        its sign is that of the eight combinations of keys when all of them exceed what the lens can change.
 //   TS4  Triangles with a vertex that is not projected keep the rectangle of what lies in front of the near plane, and
@@ -44,6 +45,7 @@ class TriangleSetup {
   struct Corners;
   Corners corners_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) const;
   int facing(const Corners& corners) const;
+  bool outside_region(const frontend::ScreenBounds& bounds) const;
   void cover(const Corners& corners, std::vector<binner::TileIndex>& tiles) const;
   bool covers_clipped(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex,
                       std::vector<binner::TileIndex>& tiles) const;

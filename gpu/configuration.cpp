@@ -44,6 +44,7 @@ const std::vector<Preset>& presets() {
         {"tessellator.cache_bytes", 32 << 10},
         {"post_tessellation.cache_bytes", 32 << 10},
         {"immediate.cache_bytes", 32 << 10},
+        {"visibility_stream.gmem_bytes", 132 << 10},
         {"memory.bytes_per_clk", 19.7},
         {"memory.latency_clk", 160},
         {"energy.leakage_mw", 15}}},
@@ -72,6 +73,7 @@ const std::vector<Preset>& presets() {
         {"tessellator.cache_bytes", 512 << 10},
         {"post_tessellation.cache_bytes", 512 << 10},
         {"immediate.cache_bytes", 512 << 10},
+        {"visibility_stream.gmem_bytes", 2 << 20},
         {"memory.bytes_per_clk", 75.9},
         {"memory.latency_clk", 224},
         {"memory.pj_per_bit", 8},
@@ -88,6 +90,13 @@ Keys<BaselineCaches> baseline_keys() {
       {"immediate.cache_bytes", &BaselineCaches::immediate_cache_bytes, "bytes", 0, 1073741824.0,
        "With --baselines: colour and depth cache of an immediate-mode machine.",
        "[assumed] as tessellator.cache_bytes"},
+      {"immediate.color_compression", &BaselineCaches::immediate_color_compression,
+       "With --baselines: whether an immediate-mode machine compresses colour without loss when that moves fewer "
+       "bytes.",
+       "[spec] all immediate-mode parts do; [assumed] a driver that knows when it pays"},
+      {"visibility_stream.gmem_bytes", &BaselineCaches::gmem_bytes, "bytes", 8192, 1073741824.0,
+       "With --baselines: tile memory of a machine that bins into visibility streams; its bins are as large as fit.",
+       "[spec] 1 MiB: Adreno 630 and 640; presets: 610 (132 KiB) and 680 (2 MiB), in Mesa's a6xx catalogue"},
   };
 }
 

@@ -16,10 +16,12 @@
 
 namespace tessera::gpu {
 
-// On-chip caches of the machines that `--baselines` compares; all the same size, so that none is favoured.
+// On-chip memories of the machines that `--baselines` compares; caches are all the same size, so that none is favoured.
 struct BaselineCaches {
   std::int64_t post_tessellation_cache_bytes = 256 << 10;
   std::int64_t immediate_cache_bytes = 256 << 10;
+  bool immediate_color_compression = true;
+  std::int64_t gmem_bytes = 1 << 20;
 };
 
 // The described machine: the settings of its units. Every number is a key of gpu_keys(), which gives unit, range,

@@ -12,7 +12,7 @@ namespace tessera::replay {
 
 // The schemes of one frame, or of all, side by side.
 
-// {"pre-tessellation": {"baseline.primitives": 1, ...}, "patch-whole": ..., "post-tessellation": ..., "immediate": ...}
+// {"pre-tessellation": {"baseline.primitives": 1, ...}, "patch-whole": ..., and so on: a member per scheme}
 nlohmann::json baselines_json(const baselines::BaselineSet& set);
 
 // A table for people: a row per counter, a column per scheme, and post-tessellation over pre-tessellation.

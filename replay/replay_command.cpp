@@ -89,8 +89,8 @@ class ReplayCommand final : public Command {
            "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")
         ->type_name("FILE");
     app.add_flag("--baselines", baselines_,
-                 "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles, "
-                 "no bins at all");
+                 "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles "
+                 "with vertices, positions or references, no bins at all");
     app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(

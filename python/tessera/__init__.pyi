@@ -42,6 +42,8 @@ class GpuKeys(TypedDict, total=False):
     tessellator__cache_bytes: int  # 0 to 1.07374e+09 bytes. On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.
     post_tessellation__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.
     immediate__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: colour and depth cache of an immediate-mode machine.
+    immediate__color_compression: bool  # With --baselines: whether an immediate-mode machine compresses colour without loss when that moves fewer bytes.
+    visibility_stream__gmem_bytes: int  # 8192 to 1.07374e+09 bytes. With --baselines: tile memory of a machine that bins into visibility streams; its bins are as large as fit.
     tilecore__occlusion_culling: bool  # Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.
     tilecore__visibility_method: Literal["patch-bvh", "brute", "segments", "partition", "clusters", "cluster-partition", "interleaved"]  # How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of each cell's whole motion; by a stencil test on time for segments of the shutter, for parts of the rectangle, for either of whole leaves; by a rectangle at each of the few times that samples then have. The image is the same for all but the last, which shows things at just these times.
     tilecore__stencil_segments: int  # 0 to 256 segments. Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, at most 64.

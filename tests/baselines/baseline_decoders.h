@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
 #include <bitset>
 #include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -45,26 +49,99 @@ inline std::vector<baselines::BlockTriangle> decode_strip_bits(std::span<const s
   return out;
 }
 
+// Indices of a block that are grids.
+inline std::vector<baselines::BlockTriangle> decode_grid_bytes(std::span<const std::uint8_t> bytes, std::size_t count) {
+  std::vector<baselines::BlockTriangle> out;
+  std::size_t at = 0, next = 0;
+  while (out.size() < count) {
+    const int columns = bytes[at] % 8 + 1, rows = bytes[at] / 8 % 8 + 1;
+    const bool missing = bytes[at++] / 64 != 0;
+    std::vector<std::array<int, 3>> triangles;  // grid vertices
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns; ++i)
+        for (int k = 0; k < 2; ++k) {
+          const int t = 2 * (j * columns + i) + k;
+          if (missing && (bytes[at + static_cast<std::size_t>(t / 8)] >> t % 8) % 2 == 0) continue;
+          const int a = j * (columns + 1) + i, b = a + 1, d = a + columns + 1, c = d + 1;
+          triangles.push_back(k == 0 ? std::array{a, c, d} : std::array{a, b, c});
+        }
+    if (missing) at += static_cast<std::size_t>((2 * columns * rows + 7) / 8);
+    std::set<int> used;
+    for (const auto& t : triangles) used.insert(t.begin(), t.end());
+    for (const auto& t : triangles) {
+      baselines::BlockTriangle numbers{};
+      for (std::size_t k = 0; k < 3; ++k)
+        numbers[k] =
+            static_cast<std::uint8_t>(next + static_cast<std::size_t>(std::distance(used.begin(), used.find(t[k]))));
+      out.push_back(numbers);
+    }
+    next += used.size();
+  }
+  return out;
+}
+
+// Coded positions, as floats at both keys; `bytes_taken`: by them.
+inline std::vector<std::array<float, 6>> decode_position_bits(std::span<const std::uint8_t> bytes, std::size_t count,
+                                                              bool moving, std::size_t& bytes_taken) {
+  const std::size_t components = moving ? 6 : 3;
+  std::size_t bit = components * 5 * 8;
+  std::vector<std::array<std::uint32_t, 6>> words(count);
+  for (std::size_t v = 0; v < count; ++v)
+    for (std::size_t c = 0; c < components; ++c) {
+      const std::uint8_t* head = &bytes[c * 5];
+      const std::uint32_t base = head[1] + head[2] * 256u + head[3] * 65536u + head[4] * 16777216u;
+      std::uint64_t code = 0;
+      for (int b = 0; b < head[0] % 64; ++b, ++bit)
+        code += static_cast<std::uint64_t>(bytes[bit / 8] >> bit % 8 & 1) << b;
+      if (head[0] / 64 == 0) {
+        words[v][c] = base + static_cast<std::uint32_t>(code);
+      } else {
+        const std::int64_t change =
+            code % 2 == 0 ? static_cast<std::int64_t>(code / 2) : -static_cast<std::int64_t>(code / 2) - 1;
+        words[v][c] = (v == 0 ? base : words[v - 1][c]) + static_cast<std::uint32_t>(change);
+      }
+    }
+  bytes_taken = (bit + 7) / 8;
+  std::vector<std::array<float, 6>> out(count);
+  for (std::size_t v = 0; v < count; ++v)
+    for (std::size_t c = 0; c < components; ++c) {
+      const std::uint32_t word = words[v][c] + (c < 3 ? 0 : words[v][c - 3]);
+      if (c % 3 == 2)
+        std::memcpy(&out[v][c], &word, 4);
+      else
+        out[v][c] = static_cast<float>(static_cast<std::int32_t>(word)) / 256;
+    }
+  return out;
+}
+
+// A number in groups of 7 bits.
+inline std::uint64_t decode_number(std::span<const std::uint8_t> bytes, std::size_t& at) {
+  std::uint64_t value = 0, scale = 1;
+  while (true) {
+    const std::uint8_t b = bytes[at++];
+    value += b % 128 * scale;
+    scale *= 128;
+    if (b < 128) return value;
+  }
+}
+inline std::int64_t decode_signed(std::span<const std::uint8_t> bytes, std::size_t& at) {
+  const std::uint64_t code = decode_number(bytes, at);
+  return code % 2 == 0 ? static_cast<std::int64_t>(code / 2) : -static_cast<std::int64_t>(code / 2) - 1;
+}
+
 struct DecodedReference {
   std::uint64_t address = 0;
   std::bitset<baselines::kBlockTriangles> triangles;
   std::size_t bytes = 0;  // that it takes
 };
 
-// The reference at the beginning of `bytes`; `count_at(address)` says how many triangles its block has.
-template <class CountAt>
-DecodedReference decode_reference_with(std::span<const std::uint8_t> bytes, std::uint64_t before,
-                                       const CountAt& count_at) {
-  DecodedReference r;
-  std::uint64_t scale = baselines::kBlockAlignment;
-  r.address = before;
-  for (;;) {
-    const std::uint8_t b = bytes[r.bytes++];
-    r.address += (b % 128) * scale;
-    scale *= 128;
-    if (b < 128) break;
-  }
-  const std::size_t count = count_at(r.address);
+// A set of triangles out of `count`, at the beginning of `bytes`; `taken`: bytes.
+inline std::bitset<baselines::kBlockTriangles> decode_triangle_set(std::span<const std::uint8_t> bytes,
+                                                                   std::size_t count, std::size_t& taken) {
+  struct {
+    std::bitset<baselines::kBlockTriangles> triangles;
+    std::size_t bytes = 0;
+  } r;
   const unsigned head = bytes[r.bytes++], form = head / 64, n = head % 64 + 1;
   if (form == 0)
     for (std::size_t t = 0; t < count; ++t) r.triangles[t] = true;
@@ -81,6 +158,27 @@ DecodedReference decode_reference_with(std::span<const std::uint8_t> bytes, std:
     t += bytes[r.bytes++];
     for (unsigned left = bytes[r.bytes++]; left > 0; --left) r.triangles[t++] = true;
   }
+  taken = r.bytes;
+  return r.triangles;
+}
+
+// The reference at the beginning of `bytes`; `count_at(address)` says how many triangles its block has.
+template <class CountAt>
+DecodedReference decode_reference_with(std::span<const std::uint8_t> bytes, std::uint64_t before,
+                                       const CountAt& count_at) {
+  DecodedReference r;
+  std::uint64_t scale = baselines::kBlockAlignment;
+  r.address = before;
+  for (;;) {
+    const std::uint8_t b = bytes[r.bytes++];
+    r.address += (b % 128) * scale;
+    scale *= 128;
+    if (b < 128) break;
+  }
+  const std::size_t count = count_at(r.address);
+  std::size_t taken = 0;
+  r.triangles = decode_triangle_set(bytes.subspan(r.bytes), count, taken);
+  r.bytes += taken;
   return r;
 }
 

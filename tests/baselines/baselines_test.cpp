@@ -10,66 +10,28 @@
 #include "baselines/post_tessellation.h"
 #include "gpu/configuration.h"
 #include "tests/baselines/baseline_decoders.h"
+#include "tests/baselines/patch_scenes.h"
 #include "tests/support/captures.h"
 
 namespace tessera::baselines {
 namespace {
 
+using test::Binned;
+using test::flat_grid;
+using test::kHeight;
+using test::kWidth;
+using test::mixed_scene;
+using test::on_grid;
+using test::Position;
+using test::projection;
 using test::Random;
-
-constexpr int kWidth = 200, kHeight = 150;
-
-float on_grid(float v) { return std::round(v * 256.0f) / 256.0f; }
-
-scene::Projection projection(double lens_scale) {
-  scene::Projection p;
-  p.near = 0.5;
-  p.lens_scale = lens_scale;
-  p.inverse_focus = lens_scale > 0 ? 0.25 : 0.0;
-  return p;
-}
-
-struct Scatter {
-  int triangles = 40;
-  bool moving = false, two_sided = true;
-  float size = 30;
-};
-
-TessellatedPatch scattered(const Scatter& s, Random& random) {
-  TessellatedPatch patch;
-  patch.moving = s.moving;
-  patch.keep_positive = s.two_sided;
-  for (int t = 0; t < s.triangles; ++t) {
-    const float x = random.uniform(-40, kWidth + 40), y = random.uniform(-40, kHeight + 40);
-    const float dx = random.uniform(-60, 60), dy = random.uniform(-60, 60);
-    for (int k = 0; k < 3; ++k) {
-      const float px = on_grid(x + random.uniform(-s.size, s.size)), py = on_grid(y + random.uniform(-s.size, s.size));
-      patch.x0.push_back(px), patch.y0.push_back(py), patch.z0.push_back(random.uniform(1, 8));
-      if (s.moving) {
-        patch.x1.push_back(on_grid(px + dx + random.uniform(-5, 5))),
-            patch.y1.push_back(on_grid(py + dy + random.uniform(-5, 5)));
-        patch.z1.push_back(random.uniform(1, 8));
-      }
-      patch.projected.push_back(1);
-    }
-    const auto first = static_cast<std::uint32_t>(3 * t);
-    patch.triangles.push_back({first, first + 1, first + 2});
-    if (t % 30 == 29 && t + 1 < s.triangles)
-      patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
-    else if (t % 20 == 19)
-      patch.group_ends.push_back(static_cast<std::uint32_t>(t + 1));
-  }
-  if (patch.group_ends.empty() || patch.group_ends.back() != patch.triangles.size())
-    patch.group_ends.push_back(static_cast<std::uint32_t>(s.triangles));
-  return patch;
-}
+using test::scattered;
+using test::tiles_of;
+using test::Triangle;
+using test::triangle_of;
+using test::turned;
 
 // ---- Coverage ---------------------------------------------------------------------------------------------------
-
-std::set<binner::TileIndex> tiles_of(const TriangleList& list, std::size_t triangle) {
-  const std::uint32_t first = triangle == 0 ? 0 : list.triangles[triangle - 1].tiles_end;
-  return {list.tiles.begin() + first, list.tiles.begin() + list.triangles[triangle].tiles_end};
-}
 
 struct Placed {
   std::array<double, 3> x, y;
@@ -183,7 +145,9 @@ TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
       for (int row = 0; row < grid.rows(); ++row)
         for (int column = 0; column < grid.columns(); ++column)
           EXPECT_EQ(tiles[vertex].contains(grid.index(column, row)),
-                    meets(patch, vertex, column * 16, row * 16, column * 16 + 16, row * 16 + 16));
+                    meets(patch, vertex, column * 16, row * 16, std::min(column * 16 + 16, kWidth),
+                          std::min(row * 16 + 16, kHeight)))
+              << "tiles are cut to the frame";
     EXPECT_EQ(counters.primitives + counters.culled_frustum + counters.culled_zero_area, 60u);
   }
 }
@@ -236,15 +200,31 @@ TEST(TriangleSetup, TS4ATriangleThroughTheNearPlaneKeepsItsVisiblePart) {
 
 // ---- Blocks in the parameter buffer -----------------------------------------------------------------------------
 
-using Position = std::array<float, 6>;  // at both motion keys; a still one has zeros at the second
-using Triangle = std::array<Position, 3>;
-
-Triangle turned(const Triangle& t) { return std::min({t, Triangle{t[1], t[2], t[0]}, Triangle{t[2], t[0], t[1]}}); }
+Binned bin(PostTessellationBinner& post, const std::vector<TessellatedPatch>& scene) {
+  Binned out = test::bin(post.setup(), scene, [&](const auto& patch, const auto& list) { post.add(patch, list); });
+  post.finish();
+  return out;
+}
 
 struct Decoded {
   std::map<binner::TileIndex, std::multiset<Triangle>> tiles;
-  std::uint64_t vertices = 0, repeated = 0, unused = 0;
+  std::uint64_t vertices = 0, repeated = 0, unused = 0, grids = 0, coded = 0;
 };
+
+// Vertices of a block whose indices end at `first`.
+std::vector<Position> decode_vertices(std::span<const std::uint8_t> block, std::size_t first) {
+  const bool moving = (block[7] & 128u) != 0;
+  std::size_t taken = 0;
+  if ((block[7] & 32u) != 0) return test::decode_position_bits(block.subspan(first), block[4], moving, taken);
+  std::vector<Position> vertices(block[4]);
+  const std::size_t vertex_bytes = moving ? 44 : 32;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    vertices[v].fill(0);
+    std::memcpy(vertices[v].data(), &block[first + v * vertex_bytes], 12);
+    if (moving) std::memcpy(&vertices[v][3], &block[first + v * vertex_bytes + 32], 12);
+  }
+  return vertices;
+}
 
 // Reads back what is in memory, with the decoders of the test.
 Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count) {
@@ -261,16 +241,12 @@ Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count)
           std::span(list).subspan(at), before, [&](std::uint64_t address) { return std::size_t{memory[address + 5]}; });
       at += reference.bytes;
       before = reference.address;
-      const std::uint8_t* block = &memory[before];
-      const std::size_t strip = block[6] + 256u * (block[7] & 127u), vertex_bytes = (block[7] & 128u) != 0 ? 44 : 32,
-                        first = 8 + (strip + 3) / 4 * 4;
-      const auto triangles = test::decode_strip_bits({block + 8, strip}, block[5]);
-      std::vector<Position> vertices(block[4]);
-      for (std::size_t v = 0; v < vertices.size(); ++v) {
-        vertices[v].fill(0);
-        std::memcpy(vertices[v].data(), block + first + v * vertex_bytes, 12);
-        if (vertex_bytes == 44) std::memcpy(&vertices[v][3], block + first + v * vertex_bytes + 32, 12);
-      }
+      const std::span<const std::uint8_t> block = memory.subspan(before);
+      const std::size_t indices = block[6] + 256u * (block[7] & 31u);
+      const bool grids = (block[7] & 64u) != 0;
+      const auto triangles = grids ? test::decode_grid_bytes(block.subspan(8, indices), block[5])
+                                   : test::decode_strip_bits(block.subspan(8, indices), block[5]);
+      const std::vector<Position> vertices = decode_vertices(block, 8 + (indices + 3) / 4 * 4);
       std::set<std::uint8_t> used;
       for (std::size_t t = 0; t < triangles.size(); ++t) {
         used.insert(triangles[t].begin(), triangles[t].end());
@@ -279,73 +255,13 @@ Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count)
               turned({vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]}));
       }
       if (!seen.insert(before).second) continue;
+      out.grids += grids ? 1u : 0u;
+      out.coded += (block[7] & 32u) != 0 ? 1u : 0u;
       out.vertices += vertices.size();
       out.unused += vertices.size() - used.size();
       out.repeated += vertices.size() - std::set<Position>(vertices.begin(), vertices.end()).size();
     }
   }
-  return out;
-}
-
-Triangle triangle_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) {
-  Triangle t{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t v = vertex[k];
-    t[k] = {patch.x0[v], patch.y0[v], patch.z0[v], 0, 0, 0};
-    if (patch.moving) t[k][3] = patch.x1[v], t[k][4] = patch.y1[v], t[k][5] = patch.z1[v];
-  }
-  return turned(t);
-}
-
-// A flat grid of n x n cells over a square, in groups of 7x7 cells as replays make them.
-TessellatedPatch flat_grid(int n, float x0, float y0, float side) {
-  TessellatedPatch patch;
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) {
-      patch.x0.push_back(on_grid(x0 + side * static_cast<float>(i) / static_cast<float>(n)));
-      patch.y0.push_back(on_grid(y0 + side * static_cast<float>(j) / static_cast<float>(n)));
-      patch.z0.push_back(2);
-      patch.projected.push_back(1);
-    }
-  for (int gj = 0; gj < n; gj += 7)
-    for (int gi = 0; gi < n; gi += 7) {
-      for (int j = gj; j < std::min(gj + 7, n); ++j)
-        for (int i = gi; i < std::min(gi + 7, n); ++i) {
-          const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1,
-                     d = a + static_cast<std::uint32_t>(n) + 1, c = d + 1;
-          patch.triangles.push_back({a, c, d});
-          patch.triangles.push_back({a, b, c});
-        }
-      patch.group_ends.push_back(static_cast<std::uint32_t>(patch.triangles.size()));
-    }
-  patch.domain_evaluations = patch.x0.size();
-  return patch;
-}
-
-std::vector<TessellatedPatch> mixed_scene(std::uint32_t seed) {
-  Random random(seed);
-  std::vector<TessellatedPatch> scene = {flat_grid(20, 5, 5, 120), flat_grid(3, 60, 20, 70),
-                                         scattered({40, false, true, 20}, random),
-                                         scattered({40, true, false, 8}, random), flat_grid(1, 10, 90, 30)};
-  for (std::size_t p = 0; p < scene.size(); ++p) scene[p].state = static_cast<std::uint32_t>(p == 3 ? 1 : 0);
-  return scene;
-}
-
-struct Binned {
-  BaselineCounters setup;
-  std::map<binner::TileIndex, std::multiset<Triangle>> expected;
-};
-
-Binned bin(PostTessellationBinner& post, const std::vector<TessellatedPatch>& scene) {
-  Binned out;
-  for (const TessellatedPatch& patch : scene) {
-    const TriangleList list = post.setup().run(patch, out.setup);
-    for (std::size_t t = 0; t < list.triangles.size(); ++t)
-      for (const binner::TileIndex tile : tiles_of(list, t))
-        out.expected[tile].insert(triangle_of(patch, list.triangles[t].vertex));
-    post.add(patch, list);
-  }
-  post.finish();
   return out;
 }
 
@@ -360,7 +276,64 @@ TEST(PostTessellation, PT1PT2EveryTileDecodesToItsTrianglesAndBlocksHoldEachVert
     EXPECT_EQ(decoded.unused, 0u);
     EXPECT_EQ(decoded.repeated, 0u);
     EXPECT_EQ(decoded.vertices, post.counters().vertices_stored);
+    EXPECT_GT(decoded.grids, 3u);
+    EXPECT_EQ(decoded.coded, 0u);
   }
+}
+
+TEST(PostPosition, PT1PT2PT4EveryTileDecodesToItsTrianglesFromSnappedPositions) {
+  const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+  const scene::Projection p = projection(12);
+  std::vector<TessellatedPatch> scene = mixed_scene(3);
+  scene[1].x0[2] += 0x1p-12f;  // off the grid: its block keeps floats
+  PostTessellationBinner position({}, grid, p, VertexStorage::kSnapped), post({}, grid, p);
+  const Binned binned = bin(position, scene);
+  bin(post, scene);
+  const Decoded decoded = decode(position, grid.tile_count());
+  EXPECT_EQ(decoded.tiles, binned.expected);
+  EXPECT_EQ(decoded.unused, 0u);
+  EXPECT_EQ(decoded.repeated, 0u);
+  EXPECT_GT(decoded.grids, 3u);
+  EXPECT_GT(decoded.coded, 5u);
+  EXPECT_EQ(decoded.vertices, post.counters().vertices_stored);
+  EXPECT_LT(position.counters().queue_bytes_written, post.counters().queue_bytes_written);
+}
+
+TEST(PostPositionTwin, OneBitOfOnePositionIsCaught) {
+  const binner::TileGrid grid(kWidth, kHeight, 32, 32);
+  const scene::Projection p = projection(0);
+  std::vector<TessellatedPatch> scene = {flat_grid(7, 5, 5, 100)};
+  PostTessellationBinner position({}, grid, p, VertexStorage::kSnapped);
+  scene[0].z0[9] = std::nextafter(scene[0].z0[9], 3.0f);
+  bin(position, scene);
+  scene[0].z0[9] = 2;
+  PostTessellationBinner as_it_was({}, grid, p, VertexStorage::kSnapped);
+  EXPECT_NE(decode(position, grid.tile_count()).tiles, bin(as_it_was, scene).expected);
+}
+
+// Attributes lie behind the positions: bursts that only hidden triangles need are not read.
+TEST(PostPosition, AttributesAreReadForVisibleTrianglesAlone) {
+  const binner::TileGrid grid(kWidth, kHeight, 200, 200);
+  const scene::Projection p = projection(0);
+  TessellatedPatch patch = flat_grid(7, 5, 5, 100);
+  for (std::size_t t = 0; t < patch.triangles.size(); ++t)
+    patch.triangle_numbers.push_back(static_cast<std::uint32_t>(t ^ 1u));
+  patch.number = 4;
+  const auto read = [&](const VisibleTriangles* visible) {
+    PostTessellationBinner position({}, grid, p, VertexStorage::kSnapped);
+    BaselineCounters counters;
+    position.add(patch, position.setup().run(patch, counters));
+    position.finish(visible);
+    return position.counters().queue_bytes_read;
+  };
+  VisibleTriangles none, one, all;
+  for (VisibleTriangles* visible : {&none, &one, &all}) visible->tiles.resize(1);
+  one.tiles[0] = {triangle_name(4, 0)};
+  for (std::uint32_t t = 0; t < 98; ++t) all.tiles[0].push_back(triangle_name(4, t));
+  EXPECT_EQ(read(&all), read(nullptr));
+  EXPECT_LT(read(&one), read(&all));
+  EXPECT_GE(read(&all) - read(&none), 64u * 20 - 64) << "64 vertices with 20 bytes of attributes each";
+  EXPECT_GE(read(&one) - read(&none), 64u) << "the first and the second row of vertices";
 }
 
 TEST(PostTessellationTwin, ATriangleForgottenInOneTileIsCaught) {
@@ -391,7 +364,7 @@ TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
     PostTessellationBinner post({}, grid, p);
     bin(post, {patch});
     const BaselineCounters& c = post.counters();
-    // Strip: 2 + 3 bits and 2 + 1 bits: one byte, filled up to 4. Head 8, four vertices of 32 (44) bytes.
+    // Strip: 2 + 3 bits and 2 + 1 bits: one byte, filled up to 4; a grid would take as much. Head 8, four vertices of 32 (44) bytes.
     const std::uint64_t block = 8 + 4 + 4 * (moving ? 44u : 32u), bursts = (block + 63) / 64;
     EXPECT_EQ(c.vertices_stored, 4u);
     EXPECT_EQ(c.entries, 1u);

@@ -90,7 +90,7 @@ TEST(Study, ColumnsAreNamesAndPatterns) {
   EXPECT_EQ(study.columns.front(), "tilecore.triangles");
   EXPECT_THAT(study.columns, testing::Contains("dram.binner.tile_queue.written_bytes"));
   EXPECT_THAT(study.columns, testing::Contains("baseline.post-tessellation.queue_bytes_peak"));
-  EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + 4) << "five units move data, read and written; four baselines";
+  EXPECT_EQ(study.columns.size(), 1u + 5 * 2 + 8) << "five units move data, read and written; eight baselines";
   EXPECT_TRUE(study.baselines) << "a column of theirs asks for them";
   EXPECT_FALSE(read(folder, study_with(json::object())).baselines);
 }

@@ -1,0 +1,181 @@
+#include "baselines/geometry_pass.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "baselines/grid_code.h"
+#include "frontend/front_end.h"
+#include "tilecore/tessellation/tessellator.h"
+
+namespace tessera::baselines {
+namespace {
+
+struct Scratch {
+  tilecore::Tessellator tessellator;
+  tilecore::MicroMesh mesh;
+};
+
+void add_grid_triangles(const scene::TessellationPattern& pattern, TessellatedPatch& patch) {
+  const auto vertex = [&](int i, int j) { return static_cast<std::uint32_t>(j * (pattern.nu + 1) + i); };
+  for (int gj = 0; gj < pattern.nv; gj += kGridCells)
+    for (int gi = 0; gi < pattern.nu; gi += kGridCells) {
+      const int end_i = std::min<int>(gi + kGridCells, pattern.nu), end_j = std::min<int>(gj + kGridCells, pattern.nv);
+      for (int j = gj; j < end_j; ++j)
+        for (int i = gi; i < end_i; ++i) {
+          // The second triangle first: it shares an edge with the first one of the cell before, which makes a strip.
+          const std::uint32_t a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1), d = vertex(i, j + 1),
+                              first = 2 * static_cast<std::uint32_t>(j * pattern.nu + i);
+          patch.triangles.push_back({a, c, d});
+          patch.triangles.push_back({a, b, c});
+          patch.triangle_numbers.insert(patch.triangle_numbers.end(), {first + 1, first});
+        }
+      patch.group_ends.push_back(static_cast<std::uint32_t>(patch.triangles.size()));
+      patch.group_columns.push_back(static_cast<std::uint8_t>(end_i - gi));
+    }
+}
+
+void add_cluster_triangles(const scene::MeshClusters& clusters, const scene::Cluster& cluster,
+                           TessellatedPatch& patch) {
+  for (std::uint32_t k = 0; k < cluster.cell_count; ++k) {
+    const scene::ClusterCell& cell = clusters.cells[cluster.first_cell + k];
+    const auto& c = cell.corner;
+    if (!cell.single()) {
+      patch.triangles.push_back({c[0], c[2], c[3]});
+      patch.triangle_numbers.push_back(2 * k + 1);
+    }
+    patch.triangles.push_back({c[0], c[1], c[2]});
+    patch.triangle_numbers.push_back(2 * k);
+  }
+  patch.group_ends.push_back(static_cast<std::uint32_t>(patch.triangles.size()));
+  patch.group_columns.push_back(0);
+}
+
+// Tessellates a whole base patch as the tile core would, for a machine that does so first.
+TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t number, Scratch& scratch) {
+  const scene::FrameGeometry& frame = *job.frame;
+  const scene::PosedDrawable& drawable = frame.drawable_of(number);
+  TessellatedPatch patch;
+  patch.number = number;
+  patch.state = frame.assembly->patch_drawable[number];
+  patch.moving = drawable.moving;
+  if (!drawable.material->double_sided) {
+    patch.keep_positive = drawable.mirrored;
+    patch.keep_negative = !drawable.mirrored;
+  }
+  tilecore::MicroMesh& mesh = scratch.mesh;
+  patch.domain_evaluations = scratch.tessellator
+                                 .tessellate(frame, number, scene::patch_cells(frame, number),
+                                             {patch.moving, frame.projection.lens_scale != 0}, mesh)
+                                 .domain_evaluations;
+  patch.attribute_bytes = attribute_bytes(drawable);
+  patch.patch_bytes = memory::burst_bytes(
+      0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes);
+  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
+    to.assign(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
+  };
+  take(mesh.x0, patch.x0), take(mesh.y0, patch.y0), take(mesh.z0, patch.z0);
+  if (patch.moving) take(mesh.x1, patch.x1), take(mesh.y1, patch.y1), take(mesh.z1, patch.z1);
+  patch.projected.assign(mesh.projected.begin(),
+                         mesh.projected.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count));
+  if (scene::has_grid(*drawable.drawable)) {
+    add_grid_triangles(frame.pattern_of(number), patch);
+  } else {
+    const scene::MeshClusters& clusters = frame.assembly->clusters[drawable.drawable->geometry];
+    add_cluster_triangles(clusters, clusters.clusters[number - drawable.drawable->first_patch], patch);
+  }
+  return patch;
+}
+
+std::uint64_t distinct_vertices(const TriangleList& list, std::size_t vertices) {
+  std::vector<bool> used(vertices, false);
+  for (const TriangleList::Triangle& t : list.triangles)
+    for (const std::uint32_t v : t.vertex) used[v] = true;
+  return static_cast<std::uint64_t>(std::count(used.begin(), used.end(), true));
+}
+
+}  // namespace
+
+TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number) {
+  Scratch scratch;
+  return tessellate_first(job, number, scratch);
+}
+
+std::uint64_t attribute_bytes(const scene::PosedDrawable& drawable) {
+  const scene::Material& material = *drawable.material;
+  const auto slots = material.slots();
+  const bool textured =
+      std::any_of(slots.begin(), slots.end(), [](const scene::TextureSlot* slot) { return slot->texture != nullptr; });
+  return 4 + (material.normal_texture.texture != nullptr ? 4u : 0u) + (textured ? 8u : 0u) +
+         (drawable.primitive->vertices.colors.empty() ? 0u : 4u);
+}
+
+gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
+  gpu.frontend.split_depth = 0;
+  gpu.frontend.split_budget = 1;
+  gpu.tessellator.sub_patch_cells = 64;
+  gpu.frontend.previous_depth_culling = false;
+  return gpu;
+}
+
+std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
+                                         const gpu::GpuConfiguration& gpu, BaselineCounters& counters) {
+  const scene::FrameGeometry& frame = *job.frame;
+  const frontend::FrontEndResult front_end =
+      frontend::run_front_end(frame, pyramids, patch_whole_machine(gpu).front_end_spec());
+  counters.patches_culled = front_end.counters.culled_frustum + front_end.counters.culled_backface;
+  counters.bounding_operations =
+      front_end.counters.bounds_computed + front_end.instances.groups_tested + front_end.instances.instances_tested;
+  counters.patch_bytes = front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes;
+  std::vector<std::uint8_t> kept(frame.assembly->patch_count(), 0);
+  for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) kept[piece.base_patch] = 1;
+  // Procedures that the replay samples without patches are tessellated here, all of them.
+  if (!frame.request.sample_procedures || !frame.request.procedures) return kept;
+  for (const scene::PosedDrawable& drawable : frame.drawables) {
+    if (drawable.procedure == nullptr || !drawable.visible) continue;
+    for (std::uint32_t p = 0; p < drawable.drawable->patch_count; ++p) {
+      const std::uint32_t patch = drawable.drawable->first_patch + p;
+      kept[patch] = 1;
+      counters.patch_bytes += memory::burst_bytes(0, frontend::patch_record_bytes(frame, patch), job.burst_bytes);
+    }
+  }
+  return kept;
+}
+
+// Batches of patches in parallel, joined in order.
+GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
+                            const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
+                            const std::function<void(std::span<const DrawnPatch>)>& draw) {
+  constexpr std::size_t kBatch = 64;
+  struct Counted {
+    BaselineCounters tiles, bins;
+    std::uint64_t kept_vertices = 0;
+  };
+  GeometryCounts counts;
+  const std::vector<std::uint8_t> kept = run_hull_stage(job, pyramids, gpu, counts.tiles);
+  counts.bins = counts.tiles;
+  std::vector<std::uint32_t> patches;
+  for (std::size_t p = 0; p < kept.size(); ++p)
+    if (kept[p] != 0) patches.push_back(static_cast<std::uint32_t>(p));
+  PerThread<Scratch> scratch;
+  for (std::size_t first = 0; first < patches.size(); first += kBatch) {
+    std::vector<DrawnPatch> batch(std::min(kBatch, patches.size() - first));
+    std::vector<Counted> counted(batch.size());
+    parallel_for(batch.size(), [&](std::size_t k) {
+      DrawnPatch& drawn = batch[k];
+      drawn.patch = tessellate_first(job, patches[first + k], scratch.local());
+      drawn.tiles = tiles.run(drawn.patch, counted[k].tiles);
+      drawn.bins = bins.run(drawn.patch, counted[k].bins);
+      counted[k].kept_vertices = distinct_vertices(drawn.tiles, drawn.patch.x0.size());
+    });
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      merge(counts.tiles, counted[k].tiles);
+      merge(counts.bins, counted[k].bins);
+      counts.vertices += batch[k].patch.domain_evaluations;
+      counts.kept_vertices += counted[k].kept_vertices;
+    }
+    draw(batch);
+  }
+  return counts;
+}
+
+}  // namespace tessera::baselines

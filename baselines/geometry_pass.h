@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "baselines/baseline_counters.h"
+#include "baselines/tessellated_patch.h"
+#include "baselines/triangle_setup.h"
+#include "frontend/bounds/sub_patch_bounder.h"
+#include "gpu/configuration.h"
+#include "tilecore/tile_job.h"
+
+namespace tessera::baselines {
+
+// A patch that the hull stage kept, and its triangles by tiles and by bins.
+struct DrawnPatch {
+  TessellatedPatch patch;
+  TriangleList tiles, bins;
+};
+
+// What the stages before a binner of triangles did.
+struct GeometryCounts {
+  BaselineCounters tiles, bins;     // of hull stage and triangle setup, by the grid of tiles or of bins
+  std::uint64_t vertices = 0;       // of the patches that the hull stage kept
+  std::uint64_t kept_vertices = 0;  // of these, those of triangles that setup kept
+};
+
+// The stages before a binner of triangles, for all machines that have one.
+//
+//   hull stage: factor 0 for patches and clusters that lie outside the view or face away, by the bounds of whole patches
+//   that the front end computes (frontend/), instances first -> tessellation -> domain shading -> setup
+//
+// Invariants (cited by the tests):
+//   GP1  A patch that the hull stage drops has no triangle that setup would keep.
+//   GP2  Patches reach `draw` in the order of their numbers, some at a time, on the calling thread.
+GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
+                            const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
+                            const std::function<void(std::span<const DrawnPatch>)>& draw);
+
+// The patches that the hull stage keeps, 1 or 0 each. Counts what it does.
+std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
+                                         const gpu::GpuConfiguration& gpu, BaselineCounters& counters);
+
+// A whole base patch, tessellated as tile cores do.
+TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number);
+
+// Bytes of the attributes that a vertex of the drawable hands to the pixel shader: normal (4), with a normal map
+// tangent (4), with a texture texture coordinates (8), with vertex colours colour (4).
+std::uint64_t attribute_bytes(const scene::PosedDrawable& drawable);
+
+// The same machine without splits, whatever else it does.
+gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu);
+
+}  // namespace tessera::baselines

@@ -1,0 +1,80 @@
+#include "baselines/reshading.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/check.h"
+#include "memory/lru_cache.h"
+#include "tilecore/tessellation/tessellation_cache.h"
+
+namespace tessera::baselines {
+
+std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& list) {
+  TESSERA_CHECK(patch.x0.size() <= std::numeric_limits<std::uint32_t>::max() - vertices_, "vertex numbers fit 32 bits");
+  const std::uint32_t first = vertices_;
+  vertices_ += static_cast<std::uint32_t>(patch.x0.size());
+  patches_.push_back(
+      {static_cast<std::uint32_t>(triangles_.size()), first, patch.patch_bytes,
+       static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.moving ? 2 : 1))});
+  std::uint32_t tile = 0;
+  for (const TriangleList::Triangle& t : list.triangles) {
+    const auto number = static_cast<std::uint32_t>(triangles_.size());
+    triangles_.push_back({first + t.vertex[0], first + t.vertex[1], first + t.vertex[2]});
+    for (; tile < t.tiles_end; ++tile) tiles_[list.tiles[tile]].push_back(number);
+  }
+  return first;
+}
+
+Reshading::Counts Reshading::run() const {
+  Counts counts;
+  memory::LruCache cache(cache_bytes_);
+  std::vector<std::uint32_t> seen_in(vertices_, 0);  // the tile, plus one
+  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+    auto patch = patches_.begin();
+    for (std::size_t k = 0; k < tiles_[tile].size();) {
+      patch = std::prev(std::upper_bound(patch, patches_.end(), tiles_[tile][k],
+                                         [](std::uint32_t t, const Patch& p) { return t < p.first_triangle; }));
+      const std::uint32_t end = std::next(patch) == patches_.end() ? std::numeric_limits<std::uint32_t>::max()
+                                                                   : std::next(patch)->first_triangle;
+      bool missing = false;
+      for (; k < tiles_[tile].size() && tiles_[tile][k] < end; ++k)
+        for (const std::uint32_t vertex : triangles_[tiles_[tile][k]]) {
+          if (seen_in[vertex] == tile + 1) continue;
+          seen_in[vertex] = static_cast<std::uint32_t>(tile + 1);
+          ++counts.evaluations;
+          if (cache.use(vertex, patch->vertex_bytes)) continue;
+          ++counts.evaluations_cached;
+          missing = true;
+        }
+      counts.patch_bytes += patch->bytes;
+      if (missing) counts.patch_bytes_cached += patch->bytes;
+    }
+  }
+  return counts;
+}
+
+ReferenceLists::ReferenceLists(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count)
+    : buffer_(gpu, tile_count),
+      reshading_(tile_count, static_cast<std::uint64_t>(gpu.tessellator.cache_bytes)),
+      burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
+      tile_count_(tile_count) {}
+
+void ReferenceLists::finish(std::span<const std::uint64_t> state_bytes) {
+  buffer_.finish();
+  BurstBytes reads(burst_bytes_);
+  memory::Ledger ledger = buffer_.ledger();
+  for (binner::TileIndex tile = 0; tile < tile_count_; ++tile)
+    buffer_.read_list(tile, ledger, counters_.queue_bytes_read, &reads);
+  const Reshading::Counts shaded = reshading_.run();
+  counters_.queue_bytes_written = buffer_.bytes_written();
+  counters_.queue_bytes_peak = buffer_.bytes_in_use();
+  counters_.buffer_overflows = buffer_.overflows();
+  counters_.domain_evaluations = shaded.evaluations;
+  counters_.domain_evaluations_cached = shaded.evaluations_cached;
+  counters_.patch_bytes = shaded.patch_bytes;
+  counters_.patch_bytes_cached = shaded.patch_bytes_cached;
+  list_dram_bytes_ = ledger.total().read_bytes + ledger.total().written_bytes;
+  if (!state_bytes.empty()) set_pressure(buffer_.pressure(reads, state_bytes), counters_);
+}
+
+}  // namespace tessera::baselines

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "baselines/baseline_counters.h"
+#include "baselines/triangle_buffer.h"
+#include "baselines/triangle_setup.h"
+
+namespace tessera::baselines {
+
+// Vertices that no list holds: tile cores fetch the patches that their lists name and shade again the vertices of their
+// triangles, through a cache of positions behind the vertex shader that all tiles share (LRU, vertex by vertex, 12 bytes
+// each per motion key, as in front of our tessellator: TessellationCache). Tiles come row by row, triangles in the order
+// in which they were drawn. A patch none of whose vertices is missing is not fetched.
+class Reshading {
+ public:
+  Reshading(binner::TileIndex tile_count, std::uint64_t cache_bytes) : tiles_(tile_count), cache_bytes_(cache_bytes) {}
+
+  // Returns the number of the patch's first vertex, of all that were added: their place in one vertex buffer.
+  std::uint32_t add(const TessellatedPatch& patch, const TriangleList& list);
+
+  struct Counts {
+    std::uint64_t evaluations = 0, patch_bytes = 0;                // without the cache: for each tile anew
+    std::uint64_t evaluations_cached = 0, patch_bytes_cached = 0;  // with it
+  };
+  Counts run() const;
+
+ private:
+  struct Patch {
+    std::uint32_t first_triangle, first_vertex;
+    std::uint64_t bytes;
+    std::uint32_t vertex_bytes;
+  };
+  std::vector<Patch> patches_;
+  std::vector<std::array<std::uint32_t, 3>> triangles_;
+  std::vector<std::vector<std::uint32_t>> tiles_;  // numbers in triangles_, rising
+  std::uint32_t vertices_ = 0;
+  std::uint64_t cache_bytes_;
+};
+
+// What machines whose lists hold references have in common: lists, and geometry that is shaded again.
+class ReferenceLists {
+ public:
+  ReferenceLists(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count);
+
+  Reshading& reshading() { return reshading_; }
+  void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes) { buffer_.append(tile, bytes); }
+
+  // Reads all lists and shades. `state_bytes` as for PostTessellationBinner.
+  void finish(std::span<const std::uint64_t> state_bytes);
+
+  const TriangleBuffer& buffer() const { return buffer_; }
+  BaselineCounters& counters() { return counters_; }
+  const BaselineCounters& counters() const { return counters_; }
+  // Of lists and of patches fetched again, with the cache and without.
+  std::uint64_t dram_bytes() const { return list_dram_bytes_ + counters_.patch_bytes_cached; }
+  std::uint64_t dram_bytes_uncached() const { return list_dram_bytes_ + counters_.patch_bytes; }
+
+ private:
+  TriangleBuffer buffer_;
+  Reshading reshading_;
+  std::uint64_t burst_bytes_;
+  binner::TileIndex tile_count_;
+  BaselineCounters counters_;
+  std::uint64_t list_dram_bytes_ = 0;
+};
+
+}  // namespace tessera::baselines

@@ -1,0 +1,246 @@
+#include "baselines/tile_drawing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace tessera::baselines {
+namespace {
+
+using scene::AlphaMode;
+using Hit = tilecore::HitSink::Hit;
+
+constexpr int kBlockSide = 8;
+constexpr std::uint64_t kNoTriangle = ~std::uint64_t{0};
+
+class CollectingSink final : public tilecore::HitSink {
+ public:
+  void take(std::span<const Hit> hits) override { all.insert(all.end(), hits.begin(), hits.end()); }
+  std::vector<Hit> all;
+};
+
+// Linear light as a display's 8 bits, which is what the colour surface of such a machine holds.
+std::uint32_t packed(const tilecore::ShadedPoint& point) {
+  const auto byte = [](float linear) {
+    const float c = std::clamp(linear, 0.0f, 1.0f);
+    const float coded = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
+    return static_cast<std::uint32_t>(std::lround(coded * 255));
+  };
+  return byte(point.color.x) | byte(point.color.y) << 8 | byte(point.color.z) << 16 |
+         static_cast<std::uint32_t>(std::lround(std::clamp(point.alpha, 0.0f, 1.0f) * 255)) << 24;
+}
+
+// Depth, and the farthest of each block of 8x8 pixels.
+class DepthBlocks {
+ public:
+  DepthBlocks(IntRect pixels, int samples_per_pixel)
+      : width_(pixels.width()), spp_(samples_per_pixel), columns_((width_ + kBlockSide - 1) / kBlockSide) {
+    const auto rows = static_cast<std::size_t>((pixels.height() + kBlockSide - 1) / kBlockSide);
+    depth.assign(static_cast<std::size_t>(pixels.width() * pixels.height() * spp_),
+                 std::numeric_limits<float>::infinity());
+    farthest_.assign(static_cast<std::size_t>(columns_) * rows, std::numeric_limits<float>::infinity());
+    changed_.assign(farthest_.size(), false);
+  }
+
+  std::size_t block_of(std::uint32_t sample) const {
+    const int pixel = static_cast<int>(sample) / spp_;
+    return static_cast<std::size_t>(pixel / width_ / kBlockSide * columns_ + pixel % width_ / kBlockSide);
+  }
+  void set(std::uint32_t sample, float z) {
+    depth[sample] = z;
+    changed_[block_of(sample)] = true;
+  }
+  float farthest(std::size_t block) {
+    if (changed_[block]) {
+      changed_[block] = false;
+      farthest_[block] = scan(static_cast<int>(block));
+    }
+    return farthest_[block];
+  }
+
+  std::vector<float> depth;
+
+ private:
+  float scan(int block) const {
+    const int x0 = block % columns_ * kBlockSide, y0 = block / columns_ * kBlockSide,
+              height = static_cast<int>(depth.size()) / spp_ / width_;
+    float farthest = 0;
+    for (int y = y0; y < std::min(y0 + kBlockSide, height); ++y) {
+      const auto row = depth.begin() + (y * width_ + x0) * spp_;
+      farthest = std::max(farthest, *std::max_element(row, row + std::min(kBlockSide, width_ - x0) * spp_));
+    }
+    return farthest;
+  }
+
+  int width_, spp_, columns_;
+  std::vector<float> farthest_;
+  std::vector<bool> changed_;
+};
+
+// One tile while it is drawn.
+class Drawing {
+ public:
+  Drawing(const tilecore::TileJob& job, std::uint32_t tile, const SampleLayout& layout)
+      : job_(job),
+        pixels_(job.grid->pixels(tile)),
+        spp_(job.pattern->samples_per_pixel()),
+        layout_(layout),
+        blocks_(pixels_, spp_),
+        seen_(blocks_.depth.size(), kNoTriangle) {}
+
+  // Depth test of one base patch's hits, triangle by triangle.
+  void draw(std::uint32_t patch, std::span<Hit> hits) {
+    std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
+      return std::tie(a.triangle, a.sample) < std::tie(b.triangle, b.sample);
+    });
+    for (std::size_t first = 0; first < hits.size();) {
+      std::size_t end = first;
+      while (end < hits.size() && hits[end].triangle == hits[first].triangle) ++end;
+      draw_triangle(patch, hits.subspan(first, end - first));
+      first = end;
+    }
+  }
+
+  void find_visible() {
+    out.visible = seen_;
+    for (const Layer& layer : layers_)
+      if (layer.z < blocks_.depth[layer.sample]) out.visible.push_back(layer.name);
+    std::sort(out.visible.begin(), out.visible.end());
+    out.visible.erase(std::unique(out.visible.begin(), out.visible.end()), out.visible.end());
+    if (!out.visible.empty() && out.visible.back() == kNoTriangle) out.visible.pop_back();
+  }
+
+  TileDrawing out;
+  std::vector<tilecore::Invocation> invocations;
+
+ private:
+  struct Layer {
+    std::uint64_t name;
+    std::uint32_t sample;
+    float z;
+  };
+  struct SampleTouch {
+    std::uint32_t line, bit;
+    bool passes;
+    std::uint32_t point;
+  };
+
+  // Whether the triangle lies behind all samples of the blocks that it touches, block by block: kept hits stay.
+  std::span<Hit> cull_blocks(std::span<Hit> hits) {
+    nearest_.clear();
+    for (const Hit& hit : hits) {
+      const std::size_t block = blocks_.block_of(hit.sample);
+      const auto found =
+          std::find_if(nearest_.begin(), nearest_.end(), [&](const auto& of) { return of.first == block; });
+      if (found == nearest_.end())
+        nearest_.emplace_back(block, hit.z);
+      else
+        found->second = std::min(found->second, hit.z);
+    }
+    std::erase_if(nearest_, [&](const auto& of) { return of.second < blocks_.farthest(of.first); });
+    out.blocks_culled += nearest_.size();
+    if (nearest_.empty()) return hits;
+    const auto end = std::remove_if(hits.begin(), hits.end(), [&](const Hit& hit) {
+      const std::size_t block = blocks_.block_of(hit.sample);
+      return std::any_of(nearest_.begin(), nearest_.end(), [&](const auto& of) { return of.first == block; });
+    });
+    return hits.first(static_cast<std::size_t>(end - hits.begin()));
+  }
+
+  bool passes(std::uint32_t patch, const scene::Material& material, const Hit& hit, float t) const {
+    if (!(hit.z < blocks_.depth[hit.sample])) return false;
+    if (material.alpha_mode != AlphaMode::kMask) return true;
+    return tilecore::point_alpha(*job_.frame, {patch, hit.triangle, hit.b1, hit.b2,
+                                               tilecore::time_seen(*job_.frame, patch, t)}) >= material.alpha_cutoff;
+  }
+
+  void draw_triangle(std::uint32_t patch, std::span<Hit> all) {
+    const scene::Material& material = *job_.frame->drawable_of(patch).material;
+    const bool blends = material.alpha_mode == AlphaMode::kBlend;
+    touched_.clear();
+    std::uint32_t pixel_before = std::numeric_limits<std::uint32_t>::max();
+    for (const Hit& hit : cull_blocks(all)) {
+      const int sample = static_cast<int>(hit.sample), pixel = sample / spp_;
+      const int x = pixels_.x0 + pixel % pixels_.width(), y = pixels_.y0 + pixel / pixels_.width();
+      const float t = job_.pattern->t(x, y, sample % spp_);
+      const bool in_front = passes(patch, material, hit, t);
+      if (in_front) {
+        const std::uint64_t name = triangle_name(patch, hit.triangle);
+        if (blends)
+          layers_.push_back({name, hit.sample, hit.z});
+        else
+          blocks_.set(hit.sample, hit.z), seen_[hit.sample] = name;
+        if (static_cast<std::uint32_t>(pixel) != pixel_before) {
+          const float seen_at = tilecore::time_seen(*job_.frame, patch, t);
+          invocations.push_back({{patch, hit.triangle, hit.b1, hit.b2, seen_at}, t});
+        }
+        pixel_before = static_cast<std::uint32_t>(pixel);
+      }
+      touched_.push_back({layout_.line(x, y, sample % spp_), layout_.place(x, y, sample % spp_), in_front,
+                          static_cast<std::uint32_t>(std::max<std::size_t>(invocations.size(), 1) - 1)});
+    }
+    add_touches(blends);
+  }
+
+  // Joins the samples of a line, and of those the ones with the same colour.
+  void add_touches(bool blends) {
+    std::stable_sort(touched_.begin(), touched_.end(), [](const SampleTouch& a, const SampleTouch& b) {
+      return std::tie(a.line, a.point) < std::tie(b.line, b.point);
+    });
+    for (std::size_t k = 0; k < touched_.size();) {
+      LineTouch touch{touched_[k].line, false, blends, static_cast<std::uint32_t>(out.writes.size()), 0};
+      for (; k < touched_.size() && touched_[k].line == touch.line; ++k) {
+        const SampleTouch& of = touched_[k];
+        if (!of.passes) continue;
+        touch.passes = true;
+        if (touch.write_count == 0 || out.writes.back().point != of.point) {
+          out.writes.push_back({0, of.point});
+          ++touch.write_count;
+        }
+        out.writes.back().samples |= std::uint64_t{1} << of.bit;
+      }
+      out.touches.push_back(touch);
+    }
+  }
+
+  const tilecore::TileJob& job_;
+  IntRect pixels_;
+  int spp_;
+  const SampleLayout& layout_;
+  DepthBlocks blocks_;
+  std::vector<std::uint64_t> seen_;
+  std::vector<Layer> layers_;
+  std::vector<std::pair<std::size_t, float>> nearest_;
+  std::vector<SampleTouch> touched_;
+};
+
+}  // namespace
+
+TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::QueueEntry> entries,
+                      const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations) {
+  std::sort(entries.begin(), entries.end(),
+            [](const binner::QueueEntry& a, const binner::QueueEntry& b) { return a.base_patch < b.base_patch; });
+  Drawing drawing(job, tile, layout);
+  CollectingSink sink;
+  drawer.core.begin_tile(job, tile);
+  for (std::size_t e = 0; e < entries.size();) {
+    const std::uint32_t patch = entries[e].base_patch;
+    sink.all.clear();
+    for (; e < entries.size() && entries[e].base_patch == patch; ++e) drawer.core.find_hits(job, entries[e], sink);
+    const std::size_t begin = drawing.out.touches.size();
+    drawing.draw(patch, sink.all);
+    if (drawing.out.touches.size() > begin)
+      drawing.out.drawn.push_back({patch, tile, begin, drawing.out.touches.size()});
+  }
+  drawing.find_visible();
+  invocations += drawing.invocations.size();
+  if (colors) {
+    std::vector<tilecore::ShadedPoint> points(drawing.invocations.size());
+    drawer.shader.shade(*job.frame, job.lighting, drawing.invocations, points);
+    for (const tilecore::ShadedPoint& point : points) drawing.out.colors.push_back(packed(point));
+  }
+  return std::move(drawing.out);
+}
+
+}  // namespace tessera::baselines

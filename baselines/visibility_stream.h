@@ -1,0 +1,47 @@
+#pragma once
+
+#include "base/rect.h"
+#include "baselines/reshading.h"
+
+namespace tessera::baselines {
+
+// Sides of the bins of a machine whose tile memory holds `gmem_bytes`: multiples of 32 pixels [spec: a6xx, Mesa], so few
+// that each holds colour and depth (4 bytes each) of its samples, then as square as may be. At least 32x32, as with
+// fewer bytes no bin would fit.
+struct BinSize {
+  int width, height;
+};
+BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes);
+
+// A machine whose binning pass leaves one bit per triangle and bin; each bin reads and shades again the geometry that
+// its bits name [spec: Adreno, VSC and GMEM; assumed: how bits are coded].
+//
+// A bin's stream: numbers (7 bits a byte), how many triangles are left out, how many are visible, and so on, of all
+// triangles of patches that the hull stage keeps, in the order of drawing. Triangles behind the last visible one are not
+// coded.
+//
+// Invariants (cited by the tests):
+//   VS1  The stream of a bin names the triangles that setup keeps and that may touch it, and no other.
+//   VS2  Each bin shades each vertex of its triangles once, and no other.
+class VisibilityStreamBinner {
+ public:
+  VisibilityStreamBinner(const gpu::GpuConfiguration& gpu, binner::TileIndex bin_count)
+      : lists_(gpu, bin_count), bins_(bin_count) {}
+
+  void add(const TessellatedPatch& patch, const TriangleList& list);
+  void finish(std::span<const std::uint64_t> state_bytes = {});
+  const ReferenceLists& lists() const { return lists_; }
+
+ private:
+  struct Stream {
+    std::uint64_t coded = 0;           // triangles before it are in the list
+    std::uint64_t begin = 0, end = 0;  // visible, not yet in the list
+  };
+  void put_run(binner::TileIndex bin);
+
+  ReferenceLists lists_;
+  std::vector<Stream> bins_;
+  std::uint64_t triangles_ = 0;
+};
+
+}  // namespace tessera::baselines
