@@ -17,11 +17,6 @@ void parallel_for(std::size_t count, const Body& body) {
   tbb::parallel_for(std::size_t{0}, count, body);
 }
 
-// Threads that parallel loops may use now.
-inline std::size_t thread_count() {
-  return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-}
-
 // One T for each thread that asks, made when it first does.
 template <class T>
 class PerThread {
