@@ -73,13 +73,13 @@ double draco_seconds(const fs::path& file) {
   });
 }
 
-TEST(LoadingSpeed, CuttingClustersTakesAThirdOfFindingThem) {
+TEST(LoadingSpeed, CuttingClustersTakesAFractionOfFindingThem) {
   PackOptions options;
   options.method = PackMethod::kMeshopt;
   const Packed p(wavy_square(), options);
   const double ratio = assembly_seconds(p.target) / assembly_seconds(p.source);
   RecordProperty("ratio", std::to_string(ratio));
-  EXPECT_LT(ratio, 0.33);
+  EXPECT_LT(ratio, 0.15);  // measured: 0.04
 }
 
 TEST(LoadingSpeed, TheFirstImageOfAPackedMeshComesBeforeThatOfAPlainOne) {
@@ -88,14 +88,14 @@ TEST(LoadingSpeed, TheFirstImageOfAPackedMeshComesBeforeThatOfAPlainOne) {
   const Packed p(wavy_square(), options);
   const double ratio = first_image_seconds(p.target) / first_image_seconds(p.source);
   RecordProperty("ratio", std::to_string(ratio));
-  EXPECT_LT(ratio, 1.0);
+  EXPECT_LT(ratio, 0.7);  // measured: 0.35
 }
 
 TEST(LoadingSpeed, TheFirstImageOfADracoMeshTakesLittleMoreThanDecodingIt) {
   const Packed p(wavy_square());
   const double ratio = first_image_seconds(p.target) / draco_seconds(p.target);
   RecordProperty("ratio", std::to_string(ratio));
-  EXPECT_LT(ratio, 4.0);
+  EXPECT_LT(ratio, 3.0);  // measured: 2.2
 }
 
 }  // namespace
