@@ -122,7 +122,8 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
   const scene::FrameGeometry& frame = *job.frame;
   const frontend::FrontEndResult front_end =
       frontend::run_front_end(frame, pyramids, patch_whole_machine(gpu).front_end_spec());
-  counters.patches_culled = front_end.counters.culled_frustum + front_end.counters.culled_backface;
+  counters.patches_culled =
+      front_end.counters.culled_frustum + front_end.counters.culled_backface + front_end.groups.patches_culled;
   counters.bounding_operations =
       front_end.counters.bounds_computed + front_end.instances.groups_tested + front_end.instances.instances_tested;
   counters.patch_bytes = front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes;

@@ -76,7 +76,8 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   // What reading the capture left.
   const scene::Capture& capture = *job.frame->assembly->capture;
   const std::uint64_t left = capture.max_bytes - std::min(capture.charged_bytes, capture.max_bytes);
-  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), capture.max_bytes - left / job.frame->request.memory_parts);
+  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
+                             capture.max_bytes - left / job.frame->request.memory_parts);
   bound(run, guess, budget);
   frontend::FrontEndResult& front_end = kept_.front_end;
   run.recorder.front_end(*job.frame, front_end);

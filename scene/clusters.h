@@ -39,9 +39,9 @@ struct MeshClusters {
 // order of clusters, cut off one after the other where the next triangle does not fit.
 //
 // Invariants (cited by the tests):
-//   CL1  Every triangle is in one cluster, once, with its winding; no cluster is larger than the limits above.
-//   CL2  Cutting triangles that lie in cluster_order() gives the clusters that the order was made of.
-//   CL3  Cutting any triangles gives sound clusters, at most cluster_count_bound() of them.
+//   CO1  Every triangle is in one cluster, once, with its winding; no cluster is larger than the limits above.
+//   CO2  Cutting triangles that lie in cluster_order() gives the clusters that the order was made of.
+//   CO3  Cutting any triangles gives sound clusters, at most cluster_count_bound() of them.
 MeshClusters build_clusters(const Primitive& primitive);
 
 // The primitive's triangles, three indices each, cluster by cluster as build_clusters() finds them; ranges stay apart.

@@ -122,9 +122,7 @@ std::uint64_t boxes_of(const MicroMesh& mesh) {
 VisibilityMethodSettings method_for(const TileJob& job, const MeshStore::Item& item, RayEffects effects,
                                     const TileSamples& samples) {
   if (!job.visibility.chooses()) return job.visibility;
-  return settled(
-      job.visibility, item.costs(effects), effects,
-      {job.grid->tile_width(), job.grid->tile_height(), samples.spp, static_cast<double>(samples.lens_scale)});
+  return settled(job.visibility, item.costs(effects), effects, {samples.spp, static_cast<double>(samples.lens_scale)});
 }
 
 // Leaves in a row of the grid that the entry's cells form; clusters are one row.

@@ -39,7 +39,9 @@ struct Point {
   int threads = kThreads;
 
   bool operator==(const Point&) const = default;
-  SceneSettings scene() const { return {quad * quad / 2, blur, false, samples_per_pixel, false, tilecore::Traversal::kClass}; }
+  SceneSettings scene() const {
+    return {quad * quad / 2, blur, false, samples_per_pixel, false, tilecore::Traversal::kClass};
+  }
 };
 
 const double kQuadOfPixel = std::sqrt(2.0);  // triangles of one pixel^2

@@ -117,6 +117,7 @@ int count_escapes(const Clouds& scene, Random& random, const Damage& damage) {
   return escapes;
 }
 
+// Also PG1: boxes hold the vertices that bodies are made of.
 TEST(PatchCulling, PC1BodiesHoldEveryVertexOfTheirPatches) {
   Random random(1);
   for (int trial = 0; trial < 12; ++trial) {

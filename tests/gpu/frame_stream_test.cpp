@@ -52,6 +52,7 @@ TEST(FrameStream, FS1FramesAreThoseOfOneDevice) {
     }
 }
 
+// Also FS2: no device is asked for a frame while it holds another.
 TEST(FrameStream, EndsBeforeItsLastFrame) {
   const scene::Capture capture = turning_sphere();
   for (int taken = 0; taken < 3; ++taken) {

@@ -125,7 +125,10 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
     }
     EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
     const tilecore::SamplingCounters& sampling = r.counters.sampling;
-    EXPECT_EQ(geometry.bounds, r.counters.frontend.bounds_computed + sampling.interval_evaluations) << name;
+    EXPECT_EQ(geometry.bounds, r.counters.frontend.bounds_computed + r.counters.groups.groups_tested +
+                                   r.counters.instances.groups_tested + r.counters.instances.instances_tested +
+                                   sampling.interval_evaluations)
+        << name;
     EXPECT_EQ(geometry.sampling_operations, sampling.sparse_operations) << name;
     EXPECT_EQ(sum.sampling_operations, sampling.operations) << name;
     EXPECT_EQ(sum.stencil_tests, r.counters.stencil.tests) << name;
@@ -202,7 +205,9 @@ TEST_P(MachineOf, TwiceTheCoresAreNotSlowerAndHalfTheBandwidthIsNotFaster) {
     other.cores.count *= 2;
     // Where the memory bounds the frame, another order of the tiles at its end may cost a few cycles.
     EXPECT_LE(cycles(other), 1.0005 * cycles(run.gpu)) << preset;
-    if (preset != std::string("large")) {  // which has few tiles for its cores
+    const bool memory_bound =
+        timing::time_frame(run.gpu, record.work, timing::schedule_frame(run.gpu, record.work)).bound_by == Stage::kDram;
+    if (preset != std::string("large") && !memory_bound) {  // a large one has few tiles for its cores
       EXPECT_LT(cycles(other), 0.9 * cycles(run.gpu)) << preset;
     }
     other = run.gpu;
@@ -235,7 +240,8 @@ TEST_P(MachineOf, NoUnitIsBusyLongerThanTheFrameAndUnitsOfEnergyAddUp) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Captures, MachineOf, testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "city", "garden"),
+INSTANTIATE_TEST_SUITE_P(Captures, MachineOf,
+                         testing::Values("eggs", "vases", "serpent", "flyby", "workshop", "city", "garden"),
                          [](const auto& p) { return std::string(p.param); });
 
 // Lines of all tiles together, each once.

@@ -84,7 +84,7 @@ Primitive turned(Primitive primitive) {
   return primitive;
 }
 
-TEST(ClusterOrder, CutsIntoTheClustersThatWereFound) {  // CL2
+TEST(ClusterOrder, CutsIntoTheClustersThatWereFound) {  // CO2
   for (const Primitive& mesh : {wavy_grid(1, 1), wavy_grid(9, 2), wavy_grid(60, 3), tangle(3000, 900, 4),
                                 tangle(500, 9, 5), wavy_grid(300, 6)}) {
     const auto found = contents(build_clusters(mesh));
@@ -93,7 +93,7 @@ TEST(ClusterOrder, CutsIntoTheClustersThatWereFound) {  // CL2
   }
 }
 
-TEST(ClusterOrder, OfTrianglesWhoseCornersComeTwiceCutsIntoClustersOfTheSameSizes) {  // CL2
+TEST(ClusterOrder, OfTrianglesWhoseCornersComeTwiceCutsIntoClustersOfTheSameSizes) {  // CO2
   for (const Primitive& mesh : {tangle(3000, 900, 4, false), tangle(500, 9, 5, false), tangle(2000, 80, 6, false)}) {
     const auto sizes = [](const MeshClusters& clusters) {
       std::vector<std::uint32_t> out;
@@ -104,14 +104,14 @@ TEST(ClusterOrder, OfTrianglesWhoseCornersComeTwiceCutsIntoClustersOfTheSameSize
   }
 }
 
-TEST(ClusterOrder, OfAMeshOfSeveralRangesCutsIntoTheSameClusters) {  // CL2
+TEST(ClusterOrder, OfAMeshOfSeveralRangesCutsIntoTheSameClusters) {  // CO2
   const Primitive mesh = wavy_grid(400, 7);
   ASSERT_GT(mesh.indices.size(), 2 * 3 * kClusterRangeTriangles);
   EXPECT_TRUE(contents(build_clusters(in_order(mesh))) == contents(build_clusters(mesh)));
 }
 
 // The twin: triangles in another order are cut into other clusters, more of them.
-TEST(ClusterOrder, OfAWrongClaimGivesSoundClustersThatAreWorse) {  // CL1, CL3
+TEST(ClusterOrder, OfAWrongClaimGivesSoundClustersThatAreWorse) {  // CO1, CO3
   Primitive mesh = wavy_grid(60, 8);
   std::vector<std::size_t> order(mesh.indices.size() / 3);
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -122,17 +122,15 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
 }
 
 // The area that a box sweeps, widened by a tile, over that of a tile.
-double TestCosts::tiles(int tile_width, int tile_height, double lens_scale) const {
-  const auto tw = static_cast<double>(tile_width), th = static_cast<double>(tile_height);
-  const double reach = 2 * lens_factor * lens_scale, w = width + reach + tw, h = height + reach + th;
-  return (w * h + way_x * h + way_y * w) / (tw * th);
+double TestCosts::tiles(double lens_scale) const {
+  const double reach = 2 * lens_factor * lens_scale, w = width + reach + kChoiceTile, h = height + reach + kChoiceTile;
+  return (w * h + way_x * h + way_y * w) / (kChoiceTile * kChoiceTile);
 }
 
 VisibilityMethodSettings settled(VisibilityMethodSettings method, const TestCosts& costs, RayEffects effects,
                                  const ChoiceScale& scale) {
   if (!method.chooses()) return method;
-  const double tiles = costs.tiles(scale.tile_width, scale.tile_height, scale.lens_scale),
-               samples = scale.samples_per_pixel;
+  const double tiles = costs.tiles(scale.lens_scale), samples = scale.samples_per_pixel;
   const double by_class = samples * costs.by_class + tiles * kBuilt * (costs.cells + costs.leaves),
                reach = 2 * costs.lens_factor * scale.lens_scale,
                out_of_focus = (costs.width + reach) * (costs.height + reach) - costs.width * costs.height,

@@ -33,14 +33,16 @@ struct TestCosts {
   double width = 0, height = 0, way_x = 0, way_y = 0;  // pixels: the box on screen, mean of both keys; of its centre
   double lens_factor = 0;                              // largest of a leaf: what a lens point moves it by
 
-  // How many tiles of a size the box touches on its way, seen through a lens.
-  double tiles(int tile_width, int tile_height, double lens_scale) const;
+  // How many tiles the box touches on its way, seen through a lens: of kChoiceTile pixels a side, whatever the machine's,
+  // so that the choice and what it counts do not depend on them.
+  static constexpr double kChoiceTile = 32;
+  double tiles(double lens_scale) const;
 };
 TestCosts test_costs(const MicroMesh& mesh, RayEffects effects);
 
 // What else the choice depends on.
 struct ChoiceScale {
-  int tile_width, tile_height, samples_per_pixel;
+  int samples_per_pixel;
   double lens_scale;  // pixels; 0 without a lens
 };
 

@@ -87,26 +87,25 @@ TEST(MethodChoice, BoxesAreBuiltInEveryTile) {
   const VisibilityMethodSettings open;
   const RayEffects motion{true, false};
   TestCosts costs = turning_mesh();
-  EXPECT_EQ(settled(open, costs, motion, {32, 32, 4, 0}).traversal, Traversal::kRay);
+  EXPECT_EQ(settled(open, costs, motion, {4, 0}).traversal, Traversal::kRay);
   costs.way_x = 200'000;
-  EXPECT_EQ(settled(open, costs, motion, {32, 32, 4, 0}).traversal, Traversal::kClass);
-  EXPECT_EQ(settled(open, costs, motion, {1024, 1024, 4, 0}).traversal, Traversal::kRay) << "fewer tiles";
-  EXPECT_EQ(settled(open, costs, motion, {32, 32, 4000, 0}).traversal, Traversal::kRay) << "more samples";
+  EXPECT_EQ(settled(open, costs, motion, {4, 0}).traversal, Traversal::kClass);
+  EXPECT_EQ(settled(open, costs, motion, {4000, 0}).traversal, Traversal::kRay) << "more samples";
 }
 
 // Under motion the frustum of a few pixels meets nodes that no sample of theirs does.
 TEST(MethodChoice, FrustaMeetWhatCrossesThemAtAnyTime) {
   TestCosts costs = turning_mesh();
   costs.bundles = 10'000'000;
-  EXPECT_EQ(settled({}, costs, {true, false}, {32, 32, 4, 0}).traversal, Traversal::kClass);
+  EXPECT_EQ(settled({}, costs, {true, false}, {4, 0}).traversal, Traversal::kClass);
 }
 
 TEST(MethodChoice, RaysThroughALensMissMore) {
   const VisibilityMethodSettings open;
   TestCosts costs = turning_mesh();
-  EXPECT_EQ(settled(open, costs, {true, true}, {32, 32, 4, 10}).traversal, Traversal::kRay) << "in focus";
+  EXPECT_EQ(settled(open, costs, {true, true}, {4, 10}).traversal, Traversal::kRay) << "in focus";
   costs.lens_factor = 10;
-  EXPECT_EQ(settled(open, costs, {true, true}, {32, 32, 4, 10}).traversal, Traversal::kClass);
+  EXPECT_EQ(settled(open, costs, {true, true}, {4, 10}).traversal, Traversal::kClass);
 }
 
 TEST(MethodChoice, WhatIsAskedForStays) {
@@ -114,7 +113,7 @@ TEST(MethodChoice, WhatIsAskedForStays) {
   rays.traversal = Traversal::kRay;
   TestCosts costs = turning_mesh();
   costs.by_class = 0;
-  EXPECT_EQ(settled(rays, costs, {true, false}, {32, 32, 4, 0}).traversal, Traversal::kRay);
+  EXPECT_EQ(settled(rays, costs, {true, false}, {4, 0}).traversal, Traversal::kRay);
 }
 
 }  // namespace
