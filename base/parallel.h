@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -34,8 +33,7 @@ class PerThread {
 
 // How many threads parallel loops use at most.
 inline std::size_t thread_count() {
-  return std::min(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism),
-                  static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+  return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
 }
 
 // Calls body(), whose parallel loops use at most `threads` threads, this one among them.

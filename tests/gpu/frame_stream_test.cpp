@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
+#include <chrono>
 #include <memory>
+#include <thread>
 
 #include "base/error.h"
 #include "gpu/counter_list.h"
@@ -52,13 +56,27 @@ TEST(FrameStream, FS1FramesAreThoseOfOneDevice) {
     }
 }
 
-// Also FS2: no device is asked for a frame while it holds another.
-TEST(FrameStream, EndsBeforeItsLastFrame) {
+// Counts the frames that a device began to hand over.
+class Counting final : public ViewObserver {
+ public:
+  void view_rendered(const RenderedView&) override { ++frames; }
+  std::atomic<int> frames = 0;
+};
+
+TEST(FrameStream, FS2ADeviceRendersOneFrameAheadAndEndsBeforeTheLast) {
   const scene::Capture capture = turning_sphere();
-  for (int taken = 0; taken < 3; ++taken) {
+  for (int taken = 0; taken < 4; ++taken) {
     Devices devices(capture, 2);
-    FrameStream stream(devices.all, 0, 1000);
-    for (int frame = 0; frame < taken; ++frame) EXPECT_EQ(stream.next().frame, frame);
+    std::array<Counting, 2> counting;
+    for (std::size_t k = 0; k < 2; ++k) devices.all[k]->set_observer(&counting[k]);
+    {
+      FrameStream stream(devices.all, 0, 1000);
+      for (int frame = 0; frame < taken; ++frame) EXPECT_EQ(stream.next().frame, frame);
+      // Time in which a device that did not wait would render many.
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    EXPECT_LE(counting[0].frames, (taken + 1) / 2 + 1);
+    EXPECT_LE(counting[1].frames, taken / 2 + 1);
   }
 }
 

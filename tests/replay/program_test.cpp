@@ -288,6 +288,30 @@ TEST(ReplayCommand, ImagesOfTwoFramesCountAgainstTheMemoryLimit) {
   EXPECT_EQ(one.status, 0) << one.errors;
 }
 
+// From four threads on two frames are rendered at once.
+TEST(ReplayCommand, FramesAtOnceAreTheFramesOneAfterTheOther) {
+  const test::TemporaryFolder out;
+  const auto replay = [&](const char* threads) {
+    const ProcessResult r = run_tessera({"replay", capture("stroll"), "--size", "96x64", "--frames", "0:5", "--threads",
+                                         threads, "--no-report", "--quiet", "--out", (out / threads).string()});
+    EXPECT_EQ(r.status, 0) << r.errors;
+  };
+  replay("1");
+  replay("4");
+  for (int frame = 0; frame < 5; ++frame)
+    for (const char* ending : {".exr", ".png"}) {
+      const std::string name = "frame_000" + std::to_string(frame) + ending;
+      EXPECT_EQ(test::read_text(out / "1" / name), test::read_text(out / "4" / name)) << name;
+    }
+  const auto counters = [&](const char* threads) {
+    nlohmann::json all;
+    for (const auto& frame : nlohmann::json::parse(test::read_text(out / threads / "stats.json"))["frames"])
+      all.push_back({frame["frame"], frame["counters"], frame["timing"]});
+    return all;
+  };
+  EXPECT_EQ(counters("1"), counters("4"));
+}
+
 TEST(ReplayCommand, MissingCapturesEndWithStatus3) {
   const ProcessResult r = run_tessera({"replay", "no/such.glb"});
   EXPECT_EQ(r.status, 3);

@@ -23,8 +23,7 @@ Keys<VisibilityMethodSettings> visibility_keys() {
        "How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving "
        "box of a leaf, or each as a ray through "
        "the binary tree of the sub-patch's cells; auto: for each sub-patch one of these, or brute, whichever is "
-       "expected "
-       "to take the fewest tests.",
+       "expected to be the least work: boxes built, tests of boxes and of triangles.",
        "[spec] ray: US 8791945; [assumed] class, auto"},
       {"tilecore.branch_node", &VisibilityMethodSettings::branch_node,
        "With rays (tilecore.traversal): the node at which the rays of 4x4 pixels start: the root; the first node with "

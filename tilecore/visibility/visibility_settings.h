@@ -20,7 +20,7 @@ enum class VisibilityMethod : std::uint8_t {
 
 // How patch-bvh finds samples.
 enum class Traversal : std::uint8_t {
-  kAuto,   // either, or brute, whichever is expected to take fewest tests for the sub-patch (method_choice.h)
+  kAuto,   // either, or brute, whichever is expected to take least work for the sub-patch (method_choice.h)
   kClass,  // by classes of samples
   kRay,    // one ray at a time from the branch node
 };
