@@ -167,7 +167,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   const bool observed = observer_ != nullptr && left == nullptr;
   WorkRecorder recorder(gpu_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
                         request_.record_accesses);
-  pipeline_.render({job, recorder, result, observed ? &record : nullptr}, guess ? &*guess : nullptr);
+  pipeline_.render({job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));

@@ -14,6 +14,7 @@
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
 #include "gpu/view_observer.h"
+#include "gpu/work_progress.h"
 
 namespace tessera::gpu {
 
@@ -44,6 +45,9 @@ class Device {
 
   // Frames have one part in so many of the memory that reading the capture left; 1 unless others render at once.
   void share_memory(std::size_t parts) { memory_parts_ = parts; }
+
+  // Of the frame in hand; may be read on any thread.
+  const WorkProgress& progress() const { return progress_; }
 
   // Null: nobody. It must outlive the device or the next call.
   void set_observer(ViewObserver* observer) { observer_ = observer; }
@@ -97,6 +101,7 @@ class Device {
   std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
   int last_frame_ = 0;
   std::size_t memory_parts_ = 1;
+  WorkProgress progress_;
 };
 
 }  // namespace tessera::gpu

@@ -111,11 +111,15 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
       unfinished.resize(tile_count);
     }
     PerThread<double> busy_seconds;
+    if (run_.progress != nullptr)
+      run_.progress->begin(only.empty() ? tile_count : static_cast<std::size_t>(std::ranges::count(only, true)));
     for_each_tile(binner_.grid(), group_side, [&](std::size_t tile, bool& first_of_group) {
       if (!only.empty() && !only[tile]) return;
       const BusyTimer busy(busy_seconds.local());
       render_tile(round, tile, first_of_group);
+      if (run_.progress != nullptr) run_.progress->tile_done();
     });
+    if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     share(round);
     if (!done) binner_.reset();

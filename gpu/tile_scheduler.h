@@ -9,6 +9,7 @@
 #include "frontend/front_end.h"
 #include "gpu/frame_result.h"
 #include "gpu/machine_record.h"
+#include "gpu/work_progress.h"
 #include "gpu/work_recorder.h"
 #include "tilecore/tessellation/tessellation_cache.h"
 #include "tilecore/tile_core.h"
@@ -21,6 +22,7 @@ struct ViewRun {
   WorkRecorder& recorder;
   FrameResult& result;
   MachineRecord* record;  // null: nobody observes
+  WorkProgress* progress = nullptr;
 };
 
 // Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists

@@ -31,32 +31,67 @@ void install_stop_handler() {
 
 bool stop_requested() { return g_stop_requested != 0; }
 
-Progress::Progress(std::size_t total, bool quiet)
-    : total_(total), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()) {}
+Progress::Progress(std::size_t total, bool quiet, std::function<std::string()> inside)
+    : total_(total),
+      quiet_(quiet),
+      terminal_(::isatty(STDERR_FILENO) != 0),
+      inside_(std::move(inside)),
+      start_(Clock::now()),
+      step_start_(start_) {
+  if (!quiet_ && inside_) watcher_ = std::thread([this] { watch(); });
+}
 
 Progress::~Progress() {
+  if (watcher_.joinable()) {
+    {
+      const std::lock_guard lock(mutex_);
+      finished_ = true;
+    }
+    changed_.notify_one();
+    watcher_.join();
+  }
   if (line_open_) std::fputc('\n', stderr);
 }
 
 void Progress::update(std::size_t done, const std::string& note) {
   if (quiet_) return;
-  const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  const double left = done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(total_ - done) : 0;
+  const std::lock_guard lock(mutex_);
+  done_ = done;
+  step_start_ = Clock::now();
+  show(note);
+}
+
+void Progress::show(const std::string& note) {
+  const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+  const double left = done_ > 0 ? elapsed / static_cast<double>(done_) * static_cast<double>(total_ - done_) : 0;
+  const std::string time_left = done_ > 0 && done_ < total_ ? fmt::format("{:.0f} s left", left) : "";
   if (!terminal_) {
-    std::fprintf(
-        stderr, "%s\n",
-        fmt::format("[{}/{}] {}{}", done, total_, note, done < total_ ? fmt::format(", {:.0f} s left", left) : "")
-            .c_str());
+    std::fprintf(stderr, "%s\n",
+                 fmt::format("[{}/{}] {}{}{}", done_, total_, note, time_left.empty() ? "" : ", ", time_left).c_str());
     return;
   }
   constexpr std::size_t kWidth = 30;
-  const std::size_t filled = total_ > 0 ? std::min(kWidth, done * kWidth / total_) : kWidth;
+  const std::size_t filled = total_ > 0 ? std::min(kWidth, done_ * kWidth / total_) : kWidth;
   std::fprintf(stderr, "%s",
-               fmt::format("\r\033[K[{}{}] {}/{}  {}  {:.0f} s left", std::string(filled, '#'),
-                           std::string(kWidth - filled, '.'), done, total_, note, left)
+               fmt::format("\r\033[K[{}{}] {}/{}  {}  {}", std::string(filled, '#'), std::string(kWidth - filled, '.'),
+                           done_, total_, note, time_left)
                    .c_str());
   std::fflush(stderr);
   line_open_ = true;
+}
+
+void Progress::watch() {
+  const auto often = terminal_ ? std::chrono::milliseconds(500) : std::chrono::milliseconds(10000);
+  const auto first = terminal_ ? std::chrono::milliseconds(1000) : often;
+  std::unique_lock lock(mutex_);
+  Clock::time_point shown = start_;
+  while (!finished_) {
+    changed_.wait_until(lock, std::max(step_start_ + first, shown + often), [this] { return finished_; });
+    const Clock::time_point now = Clock::now();
+    if (finished_ || now < step_start_ + first || now < shown + often) continue;
+    shown = now;
+    if (done_ < total_) show(inside_());
+  }
 }
 
 LongStep::LongStep(std::string what, bool quiet) : start_(std::chrono::steady_clock::now()) {

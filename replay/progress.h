@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -13,17 +14,30 @@ namespace tessera::replay {
 // otherwise, nothing when quiet.
 class Progress {
  public:
-  Progress(std::size_t total, bool quiet);
+  // `inside` says how far the step in hand is. It is asked when that takes more than a second, on another thread: twice
+  // a second on a terminal, else every ten seconds.
+  Progress(std::size_t total, bool quiet, std::function<std::string()> inside = {});
   ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
 
   // `done` steps are finished; `note` says what the last one was.
   void update(std::size_t done, const std::string& note);
 
  private:
-  std::size_t total_;
+  using Clock = std::chrono::steady_clock;
+  void watch();
+  // With mutex_ held.
+  void show(const std::string& note);
+
+  std::size_t total_, done_ = 0;
   bool quiet_, terminal_;
-  bool line_open_ = false;
-  std::chrono::steady_clock::time_point start_;
+  bool line_open_ = false, finished_ = false;
+  std::function<std::string()> inside_;
+  Clock::time_point start_, step_start_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::thread watcher_;  // none without `inside`
 };
 
 // Work without steps of its own, while it lives: nothing for a second, then on a terminal a line with the time so far,

@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <fmt/format.h>
@@ -34,6 +35,13 @@ namespace tessera::replay {
 namespace {
 
 namespace fs = std::filesystem;
+
+// How far the frames in hand are.
+std::string tiles_done(std::span<gpu::Device* const> devices) {
+  std::size_t done = 0, tiles = 0;
+  for (const gpu::Device* device : devices) done += device->progress().done(), tiles += device->progress().tiles();
+  return tiles == 0 ? "between tiles" : fmt::format("{} of {} tiles", done, tiles);
+}
 
 class ReplayCommand final : public Command {
  public:
@@ -153,12 +161,13 @@ class ReplayCommand final : public Command {
     const int begin = std::max(0, first - warmup_);
     warm_up(renderer, begin, first);
     {
-      Progress progress(static_cast<std::size_t>(last - first), quiet_);
       FrameWriter images({out_, aux_, exposure, settings.output.exr_compression});
       std::optional<gpu::Device> second;
       if (renders_two_at_once(gpu, settings, request, last - first, limits.max_bytes))
         second.emplace(prepared, gpu, settings, request);
-      gpu::FrameStream frames(second ? std::vector{&renderer, &*second} : std::vector{&renderer}, first, last);
+      const std::vector<gpu::Device*> devices = second ? std::vector{&renderer, &*second} : std::vector{&renderer};
+      Progress progress(static_cast<std::size_t>(last - first), quiet_, [&] { return tiles_done(devices); });
+      gpu::FrameStream frames(devices, first, last);
       for (int frame = first; frame < last && !stop_requested(); ++frame) {
         gpu::FrameResult result = frames.next();
         files.add(result);
@@ -187,7 +196,9 @@ class ReplayCommand final : public Command {
  private:
   void warm_up(gpu::Device& renderer, int begin, int end) const {
     if (begin == end) return;
-    Progress progress(static_cast<std::size_t>(end - begin), quiet_);
+    Progress progress(static_cast<std::size_t>(end - begin), quiet_, [device = &renderer] {
+      return tiles_done({&device, 1});
+    });
     for (int frame = begin; frame < end && !stop_requested(); ++frame) {
       renderer.render(frame);
       progress.update(static_cast<std::size_t>(frame - begin + 1), fmt::format("frame {}, not written", frame));

@@ -186,11 +186,23 @@ bool same_bits(std::span<const DMat4> a, std::span<const DMat4> b) {
 }
 
 // Whether both are asked the same, at whatever times.
-bool same_request(const FrameGeometry& a, const FrameGeometry& b) {
-  FrameRequest at_times = b.request;
-  at_times.open_time = a.request.open_time, at_times.close_time = a.request.close_time;
+bool same_request(const FrameRequest& a, const FrameRequest& b) {
+  FrameRequest at_times = b;
+  at_times.open_time = a.open_time, at_times.close_time = a.close_time;
   const auto shut = [](const FrameRequest& request) { return request.open_time == request.close_time; };
-  return a.assembly == b.assembly && a.request == at_times && shut(a.request) == shut(b.request);
+  return a == at_times && shut(a) == shut(b);
+}
+bool same_request(const FrameGeometry& a, const FrameGeometry& b) {
+  return a.assembly == b.assembly && same_request(a.request, b.request);
+}
+
+// Whether a frame without animations is what a camera sees.
+bool seen_by(const FrameGeometry& frame, const CameraChoice& camera) {
+  const FrameRequest& request = frame.request;
+  const Projection projection =
+      make_projection(camera.at(*frame.assembly->capture, request.open_time), request.width, request.height);
+  const View view = camera.view(frame.poses[0]);
+  return projection == frame.projection && same_bits({&view.world_to_camera, 1}, {&frame.views[0].world_to_camera, 1});
 }
 
 bool same_pose(const Pose& a, const Pose& b) {
@@ -383,6 +395,10 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
 std::shared_ptr<const FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                                 const FrameRequest& request,
                                                 std::shared_ptr<const FrameGeometry> before) {
+  // Where nothing is animated time changes nothing: not even nodes are posed.
+  if (before != nullptr && before->assembly == &assembly && assembly.capture->played_animations.empty() &&
+      same_request(request, before->request) && seen_by(*before, camera))
+    return before;
   std::unique_ptr<FrameGeometry> frame = begin_frame(assembly, camera, request);
   if (before != nullptr && same_scene(*frame, *before)) return before;
   const bool comparable = before != nullptr && same_request(*frame, *before) &&

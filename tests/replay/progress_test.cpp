@@ -1,6 +1,8 @@
 #include "replay/progress.h"
 
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <string>
@@ -30,6 +32,41 @@ TEST(Progress, OfWorkWithoutStepsIsSaidOnceItTakesASecond) {
   EXPECT_EQ(said_by(std::chrono::milliseconds(1700), false), "reading a.glb\n");
   EXPECT_EQ(said_by(std::chrono::milliseconds(1), false), "");
   EXPECT_EQ(said_by(std::chrono::milliseconds(1200), true), "");
+}
+
+// What `work` says on standard error while that is a terminal.
+template <class Work>
+std::string said_on_a_terminal(const Work& work) {
+  int master = -1, terminal = -1;
+  EXPECT_EQ(openpty(&master, &terminal, nullptr, nullptr, nullptr), 0);
+  const int before = dup(STDERR_FILENO);
+  dup2(terminal, STDERR_FILENO);
+  work();
+  dup2(before, STDERR_FILENO);
+  close(before);
+  std::string said(4096, '\0');
+  const ssize_t size = write(terminal, "end", 3) == 3 ? read(master, said.data(), said.size()) : 0;
+  said.resize(size < 0 ? 0 : static_cast<std::size_t>(size));
+  close(terminal);
+  close(master);
+  return said;
+}
+
+TEST(Progress, WithinAStepIsSaidOnceItTakesASecond) {
+  const auto step_of = [](int milliseconds, bool quiet) {
+    return said_on_a_terminal([&] {
+      Progress progress(2, quiet, [] { return std::string("3 of 9 tiles"); });
+      std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+      progress.update(1, "frame 0");
+    });
+  };
+  const std::string said = step_of(1700, false);
+  EXPECT_NE(said.find("0/2  3 of 9 tiles"), std::string::npos) << said;
+  EXPECT_LT(said.find("3 of 9 tiles"), said.find("1/2  frame 0")) << said;
+  const std::string soon = step_of(1, false);
+  EXPECT_EQ(soon.find("tiles"), std::string::npos) << soon;
+  EXPECT_NE(soon.find("1/2  frame 0"), std::string::npos) << soon;
+  EXPECT_EQ(step_of(1300, true), "end");
 }
 
 TEST(Replay, SaysHowLongLoadingTook) {

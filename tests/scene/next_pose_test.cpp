@@ -58,6 +58,11 @@ TEST(NextPose, FG1AStillFrameIsTheOneBefore) {
   const auto first = pose(assembly, 0, 0.5, nullptr), second = pose(assembly, 1, 1.5, first);
   EXPECT_EQ(second, first);
   EXPECT_NE(pose(assembly, 1, 1, first), first) << "without a shutter";
+  CameraChoice moved = choose_camera(stage.capture, kSide, kSide), wide = moved;
+  moved.eye_offset = 0.1;
+  wide.camera.vertical_fov *= 1.5f;
+  for (const CameraChoice& camera : {moved, wide})
+    EXPECT_NE(pose_frame(assembly, camera, second->request, second), second) << "of another camera";
 }
 
 // An animation that came to its end leaves the scene at rest.
