@@ -17,7 +17,8 @@ using memory::Unit;
 constexpr std::uint64_t kColorAndDepthBytes = 8;  // of a sample, as tiles of conventional machines keep them
 
 // What machines that bin triangles share before their lists: hull stage, tessellation and setup.
-void take_geometry(const BaselineCounters& geometry, BaselineCounters& out) {
+// `attributes`: bytes of them that are read before.
+void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, BaselineCounters& out) {
   out.primitives = geometry.primitives;
   out.patches_culled = geometry.patches_culled;
   out.culled_frustum = geometry.culled_frustum;
@@ -25,8 +26,8 @@ void take_geometry(const BaselineCounters& geometry, BaselineCounters& out) {
   out.culled_zero_area = geometry.culled_zero_area;
   out.bounding_operations = geometry.bounding_operations;
   out.tile_overlaps = geometry.tile_overlaps;
-  out.patch_bytes += geometry.patch_bytes;
-  out.patch_bytes_cached += geometry.patch_bytes;
+  out.patch_bytes += geometry.patch_bytes + attributes;
+  out.patch_bytes_cached += geometry.patch_bytes + attributes;
 }
 
 // The machines whose lists hold triangles, and the grid of bins that one of them has.
@@ -76,14 +77,14 @@ struct Binners {
 
 // Counters of a machine with lists, from those of its binner.
 template <class Machine>
-BaselineCounters list_machine(const Machine& machine, const BaselineCounters& geometry, std::uint64_t frame_bytes,
-                              std::uint64_t invocations) {
+BaselineCounters list_machine(const Machine& machine, const BaselineCounters& geometry, std::uint64_t attributes,
+                              std::uint64_t frame_bytes, std::uint64_t invocations) {
   BaselineCounters out = machine.counters();
-  take_geometry(geometry, out);
+  take_geometry(geometry, attributes, out);
   out.pixel_shader_invocations = invocations;
   out.frame_bytes_written = frame_bytes;
-  out.dram_bytes = machine.dram_bytes() + geometry.patch_bytes + frame_bytes;
-  out.dram_bytes_uncached = machine.dram_bytes_uncached() + geometry.patch_bytes + frame_bytes;
+  out.dram_bytes = machine.dram_bytes() + geometry.patch_bytes + attributes + frame_bytes;
+  out.dram_bytes_uncached = machine.dram_bytes_uncached() + geometry.patch_bytes + attributes + frame_bytes;
   return out;
 }
 
@@ -103,6 +104,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
   const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
+  const std::uint64_t shading = ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
   // Without the cache every request is a tessellation.
   std::uint64_t evaluations_uncached = 0, tiles_uncached = 0;
   for (const tilecore::TessellationRequest& r : record.tessellations)
@@ -122,16 +124,17 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.buffer_overflows = counters.binner.partial_renders;
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
-  out.patch_bytes = front_end + tiles_uncached;
-  out.patch_bytes_cached = front_end + tiles;
+  out.patch_bytes = front_end + tiles_uncached + shading;
+  out.patch_bytes_cached = front_end + tiles + shading;
   out.frame_bytes_read = state.read_bytes;
   out.frame_bytes_written = state.written_bytes + frame.written_bytes;
   out.dram_bytes = all.read_bytes + all.written_bytes;
   out.dram_bytes_uncached = out.dram_bytes - tiles + tiles_uncached;
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
-  set_pressure(queue_pressure(record, gpu,
-                              tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
-                                               tilecore::TileState::kBytesPerSample, job.burst_bytes)),
+  set_pressure(queue_pressure(
+                   record, gpu,
+                   tile_state_bytes(*job.grid, job.pattern->samples_per_pixel(),
+                                    tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)), job.burst_bytes)),
                out);
   return out;
 }
@@ -151,11 +154,13 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
                  tile_state_bytes(binners.bins, samples, kColorAndDepthBytes, job.burst_bytes));
 
   const BaselineCounters& by_tiles = geometry.tiles;
-  out[Scheme::kPostTessellation] = list_machine(binners.post, by_tiles, frame_bytes, invocations);
-  out[Scheme::kPostPosition] = list_machine(binners.position, by_tiles, frame_bytes, invocations);
-  out[Scheme::kDeferredVertex] = list_machine(binners.deferred.lists(), by_tiles, frame_bytes, invocations);
-  out[Scheme::kVisibilityStream] = list_machine(binners.stream.lists(), geometry.bins, frame_bytes, invocations);
-  out[Scheme::kControlList] = list_machine(binners.control.lists(), by_tiles, frame_bytes, invocations);
+  out[Scheme::kPostTessellation] =
+      list_machine(binners.post, by_tiles, geometry.attribute_bytes, frame_bytes, invocations);
+  out[Scheme::kPostPosition] =
+      list_machine(binners.position, by_tiles, geometry.kept_attribute_bytes, frame_bytes, invocations);
+  out[Scheme::kDeferredVertex] = list_machine(binners.deferred.lists(), by_tiles, 0, frame_bytes, invocations);
+  out[Scheme::kVisibilityStream] = list_machine(binners.stream.lists(), geometry.bins, 0, frame_bytes, invocations);
+  out[Scheme::kControlList] = list_machine(binners.control.lists(), by_tiles, 0, frame_bytes, invocations);
   // Positions first; the rest for what setup keeps, or again where it is needed.
   BaselineCounters& position = out[Scheme::kPostPosition];
   position.domain_evaluations = position.domain_evaluations_cached = geometry.kept_vertices;
@@ -165,7 +170,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
 
   // The same triangles in the same order, but no bins.
   BaselineCounters& immediate = out[Scheme::kImmediate];
-  take_geometry(by_tiles, immediate);
+  take_geometry(by_tiles, geometry.attribute_bytes, immediate);
   immediate.tile_overlaps = 0;
   immediate.culled_occlusion = drawn.blocks_culled;
   immediate.pixel_shader_invocations = drawn.pixel_shader_invocations;
@@ -184,7 +189,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   last_[Scheme::kPreTessellation] = measure_patch_machine(job, view.gpu, view.result.counters, view.record);
   const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
-  gpu::WorkRecorder whole_work(whole_gpu, nullptr, false);
+  gpu::WorkRecorder whole_work(whole_gpu, view.records, nullptr, false);
   gpu::MachineRecord whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({job, whole_work, whole, &whole_record}, nullptr);
   last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, whole.counters, whole_record);

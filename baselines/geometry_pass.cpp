@@ -67,7 +67,9 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
                                  .tessellate(frame, number, scene::patch_cells(frame, number),
                                              {patch.moving, frame.projection.lens_scale != 0}, mesh)
                                  .domain_evaluations;
-  patch.attribute_bytes = attribute_bytes(drawable);
+  patch.attribute_bytes = frontend::vertex_attribute_bytes(*drawable.primitive, *drawable.material);
+  patch.stored_attribute_bytes = memory::burst_bytes(
+      0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes);
   patch.patch_bytes = memory::burst_bytes(
       0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes);
   const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
@@ -98,15 +100,6 @@ std::uint64_t distinct_vertices(const TriangleList& list, std::size_t vertices) 
 TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number) {
   Scratch scratch;
   return tessellate_first(job, number, scratch);
-}
-
-std::uint64_t attribute_bytes(const scene::PosedDrawable& drawable) {
-  const scene::Material& material = *drawable.material;
-  const auto slots = material.slots();
-  const bool textured =
-      std::any_of(slots.begin(), slots.end(), [](const scene::TextureSlot* slot) { return slot->texture != nullptr; });
-  return 4 + (material.normal_texture.texture != nullptr ? 4u : 0u) + (textured ? 8u : 0u) +
-         (drawable.primitive->vertices.colors.empty() ? 0u : 4u);
 }
 
 gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
@@ -173,6 +166,8 @@ GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::Pyrami
       merge(counts.bins, counted[k].bins);
       counts.vertices += batch[k].patch.domain_evaluations;
       counts.kept_vertices += counted[k].kept_vertices;
+      counts.attribute_bytes += batch[k].patch.stored_attribute_bytes;
+      if (!batch[k].tiles.triangles.empty()) counts.kept_attribute_bytes += batch[k].patch.stored_attribute_bytes;
     }
     draw(batch);
   }

@@ -25,6 +25,9 @@ struct GeometryCounts {
   BaselineCounters tiles, bins;     // of hull stage and triangle setup, by the grid of tiles or of bins
   std::uint64_t vertices = 0;       // of the patches that the hull stage kept
   std::uint64_t kept_vertices = 0;  // of these, those of triangles that setup kept
+  // Bursts of what records hold for the pixel shader: of the patches that the hull stage kept, and of these, those of
+  // which setup kept a triangle.
+  std::uint64_t attribute_bytes = 0, kept_attribute_bytes = 0;
 };
 
 // The stages before a binner of triangles, for all machines that have one.
@@ -45,10 +48,6 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
 
 // A whole base patch, tessellated as tile cores do.
 TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number);
-
-// Bytes of the attributes that a vertex of the drawable hands to the pixel shader: normal (4), with a normal map
-// tangent (4), with a texture texture coordinates (8), with vertex colours colour (4).
-std::uint64_t attribute_bytes(const scene::PosedDrawable& drawable);
 
 // The same machine without splits, whatever else it does.
 gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu);

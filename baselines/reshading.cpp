@@ -14,7 +14,7 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
   const std::uint32_t first = vertices_;
   vertices_ += static_cast<std::uint32_t>(patch.x0.size());
   patches_.push_back(
-      {static_cast<std::uint32_t>(triangles_.size()), first, patch.patch_bytes,
+      {static_cast<std::uint32_t>(triangles_.size()), first, patch.patch_bytes + patch.stored_attribute_bytes,
        static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.moving ? 2 : 1))});
   std::uint32_t tile = 0;
   for (const TriangleList::Triangle& t : list.triangles) {

@@ -28,7 +28,8 @@ struct TessellatedPatch {
   std::vector<std::uint32_t> triangle_numbers;
   std::uint64_t attribute_bytes = 20;  // of a vertex, for the pixel shader; a multiple of 4
   std::uint64_t domain_evaluations = 0;
-  std::uint64_t patch_bytes = 0;  // bursts of its record, for whoever fetches it
+  std::uint64_t patch_bytes = 0;             // bursts of its record, for whoever fetches it
+  std::uint64_t stored_attribute_bytes = 0;  // and of what records hold for the pixel shader
 };
 
 }  // namespace tessera::baselines

@@ -4,13 +4,11 @@
 #include <array>
 
 #include "base/parallel.h"
-#include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
 namespace {
 
-constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neighbours, state
-constexpr std::uint32_t kBlock = 64;        // patches that a thread takes at a time
+constexpr std::uint32_t kBlock = 64;  // patches that a thread takes at a time
 constexpr std::size_t kBlocksAtOnce = 512;
 
 // Sub-patches of a frame, of which there may be millions: a vector that grew by doubling would need three times its room.
@@ -68,16 +66,6 @@ std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
 }
 
 }  // namespace
-
-std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
-  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
-  const std::uint64_t keys = drawable.deforming ? 2 : 1;
-  if (drawable.procedure != nullptr) return kHeaderBytes + procedure_record_bytes(*drawable.procedure);
-  if (drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches) return kHeaderBytes + 16 * sizeof(Vec3) * keys;
-  const scene::Cluster& cluster =
-      frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch];
-  return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(scene::ClusterCell);
-}
 
 // What moves by one frame's poses: by those of the whole shutter or of a segment.
 FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,

@@ -43,6 +43,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
       request_(request),
       texture_memory_(scene_.assembly.materials, gpu.line_bytes()),
       displacement_memory_(scene_.assembly.materials, gpu.line_bytes(), texture_memory_.lines()),
+      record_memory_(scene_.assembly, gpu.line_bytes(), displacement_memory_.end()),
       camera_(frame_camera(prepared_->capture, settings, request.width, request.height)),
       resolve_(resolve_settings(settings)),
       pipeline_(gpu_, scene_.pyramids) {
@@ -114,7 +115,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   tilecore::TileJob plain = job;
   plain.resolve = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
-  WorkRecorder recorder(gpu_, nullptr, false);
+  WorkRecorder recorder(gpu_, record_memory_, nullptr, false);
   pipeline_.render({plain, recorder, full, nullptr}, nullptr);
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
@@ -165,7 +166,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
     guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
-  WorkRecorder recorder(gpu_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
+  WorkRecorder recorder(gpu_, record_memory_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
                         request_.record_accesses);
   pipeline_.render({job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
   if (settings_.output.machine_model) {
@@ -179,7 +180,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   if (request_.error && job.resolve != nullptr) measure_error(job, result);
   if (observed) {
     const StageTimer timer(result, "observe");
-    observer_->view_rendered({gpu_, scene_.pyramids, job, record, result});
+    observer_->view_rendered({gpu_, scene_.pyramids, record_memory_, job, record, result});
   }
   return geometry;
 }

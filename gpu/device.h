@@ -11,6 +11,7 @@
 #include "gpu/frame_result.h"
 #include "gpu/pipeline.h"
 #include "gpu/prepared_capture.h"
+#include "gpu/record_memory.h"
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
 #include "gpu/view_observer.h"
@@ -62,6 +63,8 @@ class Device {
   const scene::Assembly& assembly() const { return scene_.assembly; }
   // Cache lines of all textures, displacement maps last.
   std::uint64_t texture_lines() const { return displacement_memory_.end(); }
+  // And of records for the pixel shader.
+  std::uint64_t record_lines() const { return record_memory_.end() - record_memory_.first_line(); }
 
  private:
   // A view of the scene that is rendered, and what its frames leave to each other.
@@ -93,6 +96,7 @@ class Device {
   RenderRequest request_;
   tilecore::TextureMemory texture_memory_;
   DisplacementMemory displacement_memory_;
+  RecordMemory record_memory_;
   scene::CameraChoice camera_;
   tilecore::ResolveSettings resolve_;
   std::vector<Eye> eyes_;  // the left or only one, the right one

@@ -85,8 +85,8 @@ memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& g
   const auto samples =
       static_cast<std::uint64_t>(gpu.tile.width * gpu.tile.height * settings.sampling.samples_per_pixel);
   const std::uint64_t of_sample =
-      tilecore::TileState::kBytesPerSample +
-      static_cast<std::uint64_t>(gpu.tilecore.blend_layers) * tilecore::TileState::kBytesPerLayer;
+      tilecore::TileState::bytes_per_sample(true) +
+      static_cast<std::uint64_t>(gpu.tilecore.blend_layers) * tilecore::TileState::bytes_per_layer(true);
   const scene::Assembly& assembly = renderer.assembly();
   std::uint64_t instances = 0;
   for (const scene::InstancedNode& node : assembly.instanced_nodes)
@@ -97,6 +97,7 @@ memory::AddressMap address_map(const Device& renderer, const GpuConfiguration& g
       groups += of_primitive.box_count() * (frontend::kPatchGroupBoxBytes + frontend::kPatchGroupHeaderBytes) +
                 of_primitive.levels.size() * kMaxRecordBytes;
   return memory::AddressMap({assembly.record_count * kMaxRecordBytes + instances + groups,
+                             renderer.record_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              renderer.texture_lines() * static_cast<std::uint64_t>(gpu.line_bytes()),
                              pixels * tilecore::kFramePixelBytes, grid.tile_count(), samples * of_sample});
 }

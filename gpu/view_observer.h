@@ -4,6 +4,7 @@
 #include "gpu/configuration.h"
 #include "gpu/frame_result.h"
 #include "gpu/machine_record.h"
+#include "gpu/record_memory.h"
 #include "tilecore/tile_job.h"
 
 namespace tessera::gpu {
@@ -12,6 +13,7 @@ namespace tessera::gpu {
 struct RenderedView {
   const GpuConfiguration& gpu;
   const frontend::PyramidLibrary& pyramids;
+  const RecordMemory& records;
   const tilecore::TileJob& job;
   const MachineRecord& record;
   const FrameResult& result;

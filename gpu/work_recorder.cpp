@@ -1,5 +1,6 @@
 #include "gpu/work_recorder.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera::gpu {
@@ -14,8 +15,10 @@ constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility)
 
 }  // namespace
 
-WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses)
+WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
+                           bool record_accesses)
     : gpu_(gpu),
+      records_(records),
       heights_(heights),
       record_accesses_(record_accesses),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {}
@@ -125,6 +128,8 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   const tilecore::CoreCounters counted = core_.take_counters();
   const memory::Ledger ledger = core_.take_ledger();
   slot_.lines = core_.textures().take_misses();
+  slot_.patches = core_.take_patches_read();
+  sums.layer_bytes = std::max(sums.layer_bytes, core_.take_layer_bytes());
 
   timing::TileWork& work = slot_.work;
   work.entries = counted.tilecore.entries_fetched;
@@ -135,6 +140,10 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.triangle_tests = counted.tilecore.triangle_tests + counted.sampling.footprint_tests;
   work.hits = counted.tilecore.sample_hits;
   work.alpha_tests = counted.tilecore.alpha_tests;
+  work.depth_blocks = counted.tilecore.depth_blocks_updated;
+  work.compacted_samples = counted.shading.samples_visible + counted.shading.blended_layers;
+  work.surface_evaluations = counted.shading.surface_evaluations;
+  work.surface_lanes = counted.shading.surface_warps * job.warp_lanes;
   work.shader_invocations = counted.shading.pixel_shader_invocations + counted.shading.helper_invocations;
   work.shader_lanes = counted.shading.warps * job.warp_lanes;
   work.blended_layers = counted.shading.blended_layers;
@@ -173,18 +182,34 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
     heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
     for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   }
-  for (std::size_t i = 0; i < slot.lines.size(); ++i)
-    share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
-  slot.lines.clear();
+  share_shading(slot);
 }
 
-void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase) {
+void WorkRecorder::share_shading(Slot& slot) {
+  std::size_t next = 0;
+  for (; next < std::min(slot.shading_lines, slot.lines.size()); ++next)
+    share_line(slot, slot.lines[next], Phase::kVisibility);
+  const auto read = [&](const RecordMemory::Lines& lines) {
+    for (std::uint32_t line = lines.first; line < lines.end; ++line)
+      share_line(slot, line, Phase::kShading, Purpose::kAttributes);
+  };
+  for (const std::uint32_t patch : slot.patches) {
+    read(records_.of_patch(patch));
+    read(records_.of_instance(patch));
+  }
+  for (; next < slot.lines.size(); ++next) share_line(slot, slot.lines[next], Phase::kShading);
+  slot.lines.clear();
+  slot.patches.clear();
+}
+
+void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   ++slot.work.l2_lines;
-  if (l2_.read(line)) return;
+  if (l2_.read(line, purpose)) return;
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
-  if (record_accesses_) slot.log.add(Unit::kTilecore, Purpose::kTexture, false, line * bytes, bytes);
+  const std::uint64_t first = purpose == Purpose::kAttributes ? records_.first_line() : 0;
+  if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
 }
 
 void WorkRecorder::end_round() {
@@ -205,6 +230,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
   sums_.for_each([&](Sums& sums) {
     tilecore::merge(all.core, sums.core);
     all.ledger += sums.ledger;
+    layer_bytes_ = std::max(layer_bytes_, sums.layer_bytes);
     sums = {};
   });
   const memory::L2::Account l2 = l2_.take_account();
@@ -216,9 +242,14 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
 }
 
 FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Ledger& ledger) {
-  record_.work.tile_state_bytes =
-      static_cast<std::uint64_t>(job.grid->tile_width()) * static_cast<std::uint64_t>(job.grid->tile_height()) *
-      static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) * tilecore::TileState::kBytesPerSample;
+  const auto width = static_cast<std::uint64_t>(job.grid->tile_width()),
+             height = static_cast<std::uint64_t>(job.grid->tile_height());
+  const auto blocks = [](std::uint64_t pixels) {
+    return (pixels + tilecore::DepthBlocks::kSide - 1) / tilecore::DepthBlocks::kSide;
+  };
+  record_.work.tile_state_bytes = width * height * static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
+                                      tilecore::TileState::bytes_per_sample(tilecore::sees_rest(job)) +
+                                  blocks(width) * blocks(height) * sizeof(float) + std::exchange(layer_bytes_, 0);
   const memory::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
   record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;

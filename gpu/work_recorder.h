@@ -9,6 +9,7 @@
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
+#include "gpu/record_memory.h"
 #include "memory/l2.h"
 #include "memory/ledger.h"
 #include "tilecore/tile_core.h"
@@ -38,8 +39,9 @@ class WorkRecorder {
   class Round;
   class Tile;
 
-  // `heights`: null where textures are not modelled.
-  WorkRecorder(const GpuConfiguration& gpu, const DisplacementMemory* heights, bool record_accesses);
+  // `heights`: null where textures are not modelled. Both must outlive the recorder.
+  WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
+               bool record_accesses);
 
   // Events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
@@ -56,6 +58,7 @@ class WorkRecorder {
     tilecore::CoreCounters core;
     memory::L2Counters l2;
     memory::Ledger ledger;
+    std::uint64_t layer_bytes = 0;  // most that a tile kept
   };
   Sums take_sums();
 
@@ -69,18 +72,23 @@ class WorkRecorder {
     std::vector<std::uint32_t> lines;     // that the core's texture cache missed
     std::size_t shading_lines = 0;        // position of the first that shading asked for
     std::uint64_t visibility_texels = 0;  // before shading
+    std::vector<std::uint32_t> patches;   // whose attributes were read
     memory::AccessLog log;
   };
   void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
              tilecore::TessellationCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
-  void share_line(Slot& slot, std::uint32_t line, timing::Phase phase);
+  // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
+  void share_shading(Slot& slot);
+  void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
+                  memory::Purpose purpose = memory::Purpose::kTexture);
   void end_round();
   // Adds what a ledger moved since `seen` to rounds_; bytes of it.
   std::uint64_t since(const memory::Ledger& ledger, memory::Traffic& seen);
 
   const GpuConfiguration& gpu_;
+  const RecordMemory& records_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
@@ -99,6 +107,7 @@ class WorkRecorder {
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   memory::Traffic rounds_;                              // of all that went to a round
   std::uint64_t geometry_bytes_ = 0;                    // of the front end, for the round to come
+  std::uint64_t layer_bytes_ = 0;                       // of the tile with most blended layers
   timing::GeometryWork geometry_;
   FrameRecord record_;
 };

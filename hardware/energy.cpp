@@ -33,6 +33,9 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kTriangleTests, events.triangle_tests, gpu.energy.triangle_test_pj);
   count(Stage::kTriangleTests, events.hits, gpu.energy.hit_pj);
   count(Stage::kAlphaTests, events.alpha_tests, gpu.energy.alpha_test_pj);
+  count(Stage::kCoarseDepth, events.depth_blocks, gpu.energy.depth_block_pj);
+  count(Stage::kCompaction, events.compacted_samples, gpu.energy.compacted_sample_pj);
+  count(Stage::kShader, events.surface_evaluations, gpu.energy.shader_operation_pj * gpu.shader.surface_operations);
   count(Stage::kShader, events.shader_invocations, gpu.energy.shader_operation_pj * gpu.shader.operations);
   count(Stage::kTexture, events.texels, gpu.energy.texel_pj);
   add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj);

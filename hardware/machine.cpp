@@ -45,6 +45,11 @@ Keys<Machine> speed_keys() {
            "Samples that a core tests against a triangle.", "[assumed] a quad with 4 samples a pixel"},
           {"tilecore.alpha_tests_per_clk", &Throughputs::alpha_tests_per_clk, "tests/clk", kLeast, kMax,
            "Alpha tests of a core.", "[assumed] a quad"},
+          {"tilecore.depth_blocks_per_clk", &Throughputs::depth_blocks_per_clk, "blocks/clk", kLeast, kMax,
+           "Blocks of 8x8 pixels whose farthest depth a core finds again.",
+           "[assumed] a tree over the samples of a block beside the tile memory"},
+          {"tilecore.compaction_per_clk", &Throughputs::compacted_samples_per_clk, "samples/clk", kLeast, kMax,
+           "Visible samples and blended layers that a core packs into warps.", "[assumed] a warp"},
       });
   keys.add(&Machine::shader, Keys<PixelShader>{
                                  {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
@@ -57,6 +62,9 @@ Keys<Machine> speed_keys() {
                                  {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
                                   "Operations of one pixel-shader invocation on one lane.",
                                   "[assumed] a physically based shader with a few lights"},
+                                 {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
+                                  "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
+                                  "[assumed] as a vertex, energy.vertex_pj"},
                              });
   keys.add(&Machine::rates,
            Keys<Throughputs>{
@@ -144,6 +152,11 @@ Keys<EnergyPrices> energy_keys() {
        "[assumed] 7 operations of 1.15 pJ"},
       {"energy.alpha_test_pj", &EnergyPrices::alpha_test_pj, "pJ", 0, 1e9, "Alpha test.",
        "[assumed] a bilinear lookup and what it compares"},
+      {"energy.depth_block_pj", &EnergyPrices::depth_block_pj, "pJ", 0, 1e9,
+       "Block of 8x8 pixels whose farthest depth is found again.",
+       "[assumed] 4 samples a pixel: 256 depths, 2.5 pJ for 8 bytes"},
+      {"energy.compacted_sample_pj", &EnergyPrices::compacted_sample_pj, "pJ", 0, 1e9,
+       "Visible sample or blended layer packed into a warp.", "[assumed] a few bytes moved on chip"},
       {"energy.hit_pj", &EnergyPrices::hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.",
        "[assumed] depth read, what a sample sees written"},
       {"energy.shader_operation_pj", &EnergyPrices::shader_operation_pj, "pJ", 0, 1e9,

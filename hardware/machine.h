@@ -29,6 +29,8 @@ struct Throughputs {
   double sampling_operations_per_clk = 32;
   double triangle_tests_per_clk = 16;
   double alpha_tests_per_clk = 4;
+  double depth_blocks_per_clk = 1;
+  double compacted_samples_per_clk = 32;
   double texels_per_clk = 2;
   double blends_per_clk = 4;
   double resolved_pixels_per_clk = 4;
@@ -40,6 +42,7 @@ struct PixelShader {
   std::int64_t lanes = 32;
   std::int64_t warp_lanes = 32;
   double operations = 160;
+  double surface_operations = 130;
 };
 
 // Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
@@ -72,6 +75,8 @@ struct EnergyPrices {
   double sampling_operation_pj = 1.5;
   double triangle_test_pj = 8;
   double alpha_test_pj = 20;
+  double depth_block_pj = 320;
+  double compacted_sample_pj = 1;
   double hit_pj = 12;
   double shader_operation_pj = 1.5;
   double texel_pj = 15;

@@ -19,19 +19,22 @@ enum class Stage : std::uint8_t {
   kStencil,
   kSampling,
   kTriangleTests,
-  kAlphaTests,  // visibility of a tile
+  kAlphaTests,
+  kCoarseDepth,  // visibility of a tile
+  kCompaction,
   kShader,
   kTexture,
   kBlend,    // shading of a tile
   kResolve,  // its pixels
   kDram
 };
-inline constexpr std::size_t kStageCount = 15;
+inline constexpr std::size_t kStageCount = 17;
 
 constexpr std::string_view name(Stage stage) {
   constexpr std::array<std::string_view, kStageCount> kNames = {
-      "frontend",       "binner",      "entry_fetch", "tessellator", "box_builder", "box_tests", "stencil", "sampling",
-      "triangle_tests", "alpha_tests", "shader",      "texture",     "blend",       "resolve",   "dram"};
+      "frontend", "binner",   "entry_fetch",    "tessellator", "box_builder",  "box_tests",
+      "stencil",  "sampling", "triangle_tests", "alpha_tests", "coarse_depth", "compaction",
+      "shader",   "texture",  "blend",          "resolve",     "dram"};
   return kNames[static_cast<std::size_t>(stage)];
 }
 

@@ -17,14 +17,15 @@ namespace tessera::memory {
 class AddressMap {
  public:
   struct Sizes {
-    std::uint64_t patch_data = 0, textures = 0, frame_buffer = 0;  // bytes
-    std::uint64_t tiles = 0, tile_state = 0;                       // tiles; most bytes of the state of one
+    std::uint64_t patch_data = 0, attributes = 0, textures = 0, frame_buffer = 0;  // bytes
+    std::uint64_t tiles = 0, tile_state = 0;  // tiles; most bytes of the state of one
   };
   explicit AddressMap(const Sizes& sizes) : tile_state_((sizes.tile_state + 255) / 256 * 256) {
     std::array<std::uint64_t, kPurposeCount> bytes;
     bytes.fill(kOtherBytes);
     const auto of = [&](Purpose purpose) -> std::uint64_t& { return bytes[static_cast<std::size_t>(purpose)]; };
     of(Purpose::kPatchData) = sizes.patch_data;
+    of(Purpose::kAttributes) = sizes.attributes;
     of(Purpose::kTexture) = sizes.textures;
     of(Purpose::kFrameBuffer) = sizes.frame_buffer;
     of(Purpose::kTileState) = sizes.tiles * tile_state_;

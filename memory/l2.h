@@ -16,8 +16,8 @@ struct L2Counters {
   std::uint64_t misses = 0;
 };
 
-// The cache that all tile cores share, in front of the external memory. Textures and displacement maps are read through
-// it; everything else bypasses the L2. Used in emulated order by one thread.
+// The cache that all tile cores share, in front of the external memory. Textures, displacement maps and what
+// the pixel shader reads of base patches go through it; everything else bypasses the L2. Used in emulated order by one thread.
 class L2 {
  public:
   struct Spec {
@@ -26,12 +26,12 @@ class L2 {
   explicit L2(const Spec& spec)
       : cache_(spec.bytes, spec.ways, spec.line_bytes), line_bytes_(static_cast<std::uint64_t>(spec.line_bytes)) {}
 
-  // Reads a line; false: it missed, and one line was charged to the ledger as a texture read of the tile cores.
-  bool read(std::uint32_t line) {
+  // Reads a line; false: it missed, and one line was charged to the ledger as a read of the tile cores.
+  bool read(std::uint32_t line, Purpose purpose = Purpose::kTexture) {
     ++account_.counters.requests;
     if (cache_.use(line)) return true;
     ++account_.counters.misses;
-    account_.ledger.read(Unit::kTilecore, Purpose::kTexture, line_bytes_);
+    account_.ledger.read(Unit::kTilecore, purpose, line_bytes_);
     return false;
   }
 
@@ -60,7 +60,8 @@ inline constexpr bool kAbsentWhenIdle<memory::L2Counters> = true;
 template <>
 inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<CounterField<memory::L2Counters>>({
     {"l2.requests", &memory::L2Counters::requests, Combine::kSum, "lines",
-     "Lines that texture caches and, for displacement maps, tessellators asked of the L2.",
+     "Lines that texture caches, pixel shaders (of base patches) and, for displacement maps, tessellators asked of the "
+     "L2.",
      "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
     {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
      "MaliL2CacheRdMissRate (times lookups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},

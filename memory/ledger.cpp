@@ -9,8 +9,9 @@ std::string_view name(Unit unit) {
 }
 
 std::string_view name(Purpose purpose) {
-  static constexpr std::array<std::string_view, kPurposeCount> kNames = {
-      "patch_data", "tile_queue", "tile_state", "frame_buffer", "texture", "history", "neighbours", "sampling_maps"};
+  static constexpr std::array<std::string_view, kPurposeCount> kNames = {"patch_data",   "tile_queue",    "tile_state",
+                                                                         "frame_buffer", "texture",       "history",
+                                                                         "neighbours",   "sampling_maps", "attributes"};
   return kNames[static_cast<std::size_t>(purpose)];
 }
 
@@ -23,7 +24,9 @@ std::string_view meaning(Purpose purpose) {
       "lines of textures that missed the caches",
       "what the resolve unit keeps of a frame for the next: colours read again, depths and surfaces, regimes of blocks",
       "pixels of neighbouring tiles that stencils reach into, in a second pass",
-      "parameter map and rate map of procedures"};
+      "parameter map and rate map of procedures",
+      "records of base patches and what else materials read of their vertices, for the pixel shader, by lines of the "
+      "L2"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

@@ -17,11 +17,12 @@ enum class Purpose : std::uint8_t {
   kTexture,
   kHistory,
   kNeighbours,
-  kSamplingMaps
+  kSamplingMaps,
+  kAttributes
 };
 
 inline constexpr std::size_t kUnitCount = 5;
-inline constexpr std::size_t kPurposeCount = 8;
+inline constexpr std::size_t kPurposeCount = 9;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

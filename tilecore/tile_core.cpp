@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -31,8 +32,7 @@ class OpaqueSink final : public HitSink {
     const std::size_t s = hit.sample;
     if (hit.z > state_.z[s]) return;
     if (hit.z == state_.z[s] && std::tie(patch_, hit.triangle) >= std::tie(state_.patch[s], state_.triangle[s])) return;
-    if (state_.patch[s] == TileState::kNoPatch) --state_.uncovered;
-    state_.z[s] = hit.z;
+    state_.take_depth(s, hit.z);
     state_.patch[s] = patch_;
     state_.triangle[s] = hit.triangle;
     state_.b1[s] = hit.b1;
@@ -103,13 +103,15 @@ HitLimits hit_limits(const scene::FrameGeometry& frame, const scene::PosedDrawab
 }
 
 VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeometry& frame,
-                                       const scene::PosedDrawable& drawable, const float* depth) {
+                                       const scene::PosedDrawable& drawable, const float* depth,
+                                       float farthest = std::numeric_limits<float>::infinity()) {
   return {hit_limits(frame, drawable),
           frame.projection.orthographic,
           static_cast<float>(frame.projection.inverse_focus),
           depth,
           frontend::sharp_factor(frame.projection),
-          job.kernels};
+          job.kernels,
+          farthest};
 }
 
 // One for each leaf and for each cell that is not clipped.
@@ -187,7 +189,8 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   counters_.entries_fetched += entries.size();
   for (const binner::QueueEntry& entry : entries) ++counts_of(job, entry).entries;
   if (!state.started) {
-    state.start(samples_.count);
+    state.start(samples_.count, pixels.width(), samples_.spp);
+    state.keeps_rest = sees_rest(job);
     sampler_.count_drawables(drawables_);
     if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
   }
@@ -206,6 +209,9 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     render_sub_patch(job, entries[e], state);
   }
   current_work_place().base_patch = -1;
+  counters_.depth_blocks_updated += state.take_depth_updates();
+  if (!state.layers.empty())
+    layer_bytes_ = std::max(layer_bytes_, state.layer_bytes(static_cast<std::size_t>(job.blend_layers)));
   leave_segment(job);
 }
 
@@ -224,7 +230,9 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;
 
-  const VisibilitySettings settings = visibility_settings(job, frame, drawable, state.z.data());
+  const bool rays = effects.ray.motion || effects.ray.lens;
+  const VisibilitySettings settings = visibility_settings(
+      job, frame, drawable, state.z.data(), rays ? state.farthest() : std::numeric_limits<float>::infinity());
   const auto run = [&](HitSink&& sink) {
     test_mesh(job, entry, item, effects.ray, settings, sink);
     sink.flush();
@@ -236,8 +244,10 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
     case AlphaMode::kMask:
       if (!effects.alpha_tested)
         run(OpaqueSink(entry.base_patch, state));
-      else
+      else {
+        shader_.reads_patch(entry.base_patch);
         run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(), counters_.alpha_tests));
+      }
       break;
     case AlphaMode::kBlend:
       run(LayerSink(entry.base_patch, state));

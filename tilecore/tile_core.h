@@ -30,6 +30,7 @@ namespace tessera::tilecore {
 struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
   std::uint64_t culled_occlusion = 0;
+  std::uint64_t depth_blocks_updated = 0;
   std::uint64_t boxes_built = 0;
   std::uint64_t box_tests = 0;
   std::uint64_t triangle_tests = 0;
@@ -104,6 +105,10 @@ class TileCore {
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated
   // order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
+  // Most bytes of blended layers that a tile kept, since the last call.
+  std::uint64_t take_layer_bytes() { return std::exchange(layer_bytes_, 0); }
+  // Base patches whose attributes were read since the last call, each once, in order of their numbers.
+  std::vector<std::uint32_t> take_patches_read() { return shader_.take_patches_read(); }
   CoreCounters take_counters();
   // By the number of the drawable; as long as the longest list of drawables since the last call.
   std::vector<DrawableCounts> take_drawables() { return std::exchange(drawables_, {}); }
@@ -148,6 +153,7 @@ class TileCore {
   DeferredShader shader_;
   ResolveUnit resolve_;
   double resolve_seconds_ = 0;
+  std::uint64_t layer_bytes_ = 0;
   SamplingController sampler_;
   TileCoreCounters counters_;
   ResolveCounters resolve_counters_;
@@ -170,6 +176,9 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
         {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
          "Entries dropped before tessellation because every sample of the tile sees something nearer.",
          "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
+        {"tilecore.depth_blocks_updated", &tilecore::TileCoreCounters::depth_blocks_updated, Combine::kSum, "blocks",
+         "Blocks of 8x8 pixels whose farthest depth was found again because a sub-patch came nearer there.",
+         "MaliFragFPKBuffer (another unit); V3D: hierarchical depth updates"},
         {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
          "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both motion keys; "
          "those "

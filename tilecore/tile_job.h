@@ -47,4 +47,9 @@ struct TileJob {
   ResolveFrame* resolve = nullptr;  // desampling; null: every pixel is shaded
 };
 
+// Whether anything may be seen elsewhere than where it rests: state then says where that is.
+inline bool sees_rest(const TileJob& job) {
+  return job.frame->any_motion || job.frame->projection.lens_scale != 0 || job.force_motion || job.force_lens;
+}
+
 }  // namespace tessera::tilecore

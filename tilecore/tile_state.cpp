@@ -1,7 +1,6 @@
 #include "tilecore/tile_state.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include <fmt/format.h>
@@ -10,7 +9,8 @@
 
 namespace tessera::tilecore {
 
-void TileState::start(std::size_t samples) {
+void TileState::start(std::size_t samples, int width, int spp) {
+  depth_blocks_.start(samples, width, spp);
   uncovered = samples;
   z.assign(samples, std::numeric_limits<float>::infinity());
   patch.assign(samples, kNoPatch);
@@ -37,23 +37,16 @@ void TileState::make_room() {
   next_drop_ = std::min(max_layers, std::max<std::size_t>(2 * layers.size(), 4096));
 }
 
-float TileState::farthest() const {
-  if (uncovered > 0) return std::numeric_limits<float>::infinity();
-  // Several running maxima, so that the loop is not one chain of dependent steps.
-  std::array<float, 16> most{};
-  std::size_t i = 0;
-  for (; i + most.size() <= z.size(); i += most.size())
-    for (std::size_t k = 0; k < most.size(); ++k) most[k] = z[i + k] > most[k] ? z[i + k] : most[k];
-  for (; i < z.size(); ++i) most[0] = std::max(most[0], z[i]);
-  return *std::max_element(most.begin(), most.end());
+std::uint64_t TileState::bytes(std::size_t capacity) const {
+  return z.size() * bytes_per_sample(keeps_rest) + layer_bytes(capacity);
 }
 
-std::uint64_t TileState::bytes(std::size_t capacity) const {
+std::uint64_t TileState::layer_bytes(std::size_t capacity) const {
   std::uint64_t kept = 0;
   std::vector<std::size_t> of_sample(layers.empty() ? 0 : z.size());
   for (const Layer& layer : layers)
     if (layer.z < z[layer.sample] && ++of_sample[layer.sample] <= capacity) ++kept;
-  return z.size() * kBytesPerSample + kept * kBytesPerLayer;
+  return kept * bytes_per_layer(keeps_rest);
 }
 
 }  // namespace tessera::tilecore

@@ -2,15 +2,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
+
+#include "tilecore/depth_blocks.h"
 
 namespace tessera::tilecore {
 
 // What the samples of a tile see. Survives partial renders, when it is stored to memory and loaded again.
 struct TileState {
   static constexpr std::uint32_t kNoPatch = 0xFFFFFFFFu;
-  static constexpr std::uint64_t kBytesPerSample = 20;                  // z, patch, triangle, two weights
-  static constexpr std::uint64_t kBytesPerLayer = kBytesPerSample + 4;  // the same and the sample's number
+  // Of a sample: z, patch, triangle, two weights; where things move or are defocused, also where the surface is at rest.
+  static constexpr std::uint64_t bytes_per_sample(bool rest) { return rest ? 28 : 20; }
+  // Of a layer: the same and the sample's number.
+  static constexpr std::uint64_t bytes_per_layer(bool rest) { return bytes_per_sample(rest) + 4; }
   // Most layers that the emulator keeps of one tile: 256 MiB.
   static constexpr std::size_t kMaxLayers = std::size_t{1} << 23;
 
@@ -30,7 +35,16 @@ struct TileState {
   std::size_t uncovered = 0;  // samples that see nothing opaque yet
 
   bool started = false;
-  void start(std::size_t samples);
+  bool keeps_rest = false;  // rest_x and rest_y say something
+  // `spp` samples for each pixel of a tile of that width, row by row.
+  void start(std::size_t samples, int width, int spp);
+
+  // An opaque surface came nearer at sample s: writes its depth.
+  void take_depth(std::size_t s, float depth) {
+    if (patch[s] == kNoPatch) --uncovered;
+    z[s] = depth;
+    depth_blocks_.touch(s);
+  }
 
   // Keeps a layer, unless it is hidden already. Throws LimitError when more than max_layers are in front of what is
   // opaque.
@@ -43,13 +57,19 @@ struct TileState {
   void drop_hidden_layers();
 
   // The tile's far plane: infinity while a sample sees nothing.
-  float farthest() const;
+  float farthest() { return uncovered > 0 ? kNothing : depth_blocks_.farthest(z); }
+  // Blocks of 8x8 pixels whose farthest depth that took to look at, since the last call.
+  std::uint64_t take_depth_updates() { return depth_blocks_.take_updates(); }
 
-  // Bytes of the state of a machine that keeps at most `capacity` layers of a sample.
+  // Bytes of the state of a machine that keeps at most `capacity` layers of a sample; of its layers alone.
   std::uint64_t bytes(std::size_t capacity) const;
+  std::uint64_t layer_bytes(std::size_t capacity) const;
 
  private:
+  static constexpr float kNothing = std::numeric_limits<float>::infinity();
+
   void make_room();
+  DepthBlocks depth_blocks_;
   std::size_t next_drop_ = 0;  // layers at which it is worth to look for hidden ones
 };
 

@@ -114,8 +114,8 @@ class SharedTime {
 constexpr std::array kGeometryStages = {Stage::kFrontend, Stage::kBinner};
 constexpr std::array kVisibilityStages = {Stage::kFetch,         Stage::kTessellator, Stage::kBoxes,
                                           Stage::kBoxTests,      Stage::kStencil,     Stage::kSampling,
-                                          Stage::kTriangleTests, Stage::kAlphaTests};
-constexpr std::array kShadingStages = {Stage::kShader, Stage::kTexture, Stage::kBlend};
+                                          Stage::kTriangleTests, Stage::kAlphaTests,  Stage::kCoarseDepth};
+constexpr std::array kShadingStages = {Stage::kCompaction, Stage::kShader, Stage::kTexture, Stage::kBlend};
 constexpr std::array kStoreStages = {Stage::kResolve};
 
 constexpr std::uint64_t kStoredBlock = 64;  // pixels that are stored together

@@ -35,7 +35,10 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
       events.triangle_tests += tile.triangle_tests;
       events.hits += tile.hits;
       events.alpha_tests += tile.alpha_tests;
+      events.depth_blocks += tile.depth_blocks;
+      events.compacted_samples += tile.compacted_samples;
       events.shader_invocations += tile.shader_invocations;
+      events.surface_evaluations += tile.surface_evaluations;
       events.texels += tile.texels;
       events.l2_lines += tile.l2_lines;
       events.blended_layers += tile.blended_layers;
@@ -49,7 +52,8 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
 
 Phase phase_of(memory::Unit unit, memory::Purpose purpose, bool write) {
   if (unit == memory::Unit::kResolve || write) return Phase::kStore;
-  return purpose == memory::Purpose::kTexture ? Phase::kShading : Phase::kVisibility;
+  return purpose == memory::Purpose::kTexture || purpose == memory::Purpose::kAttributes ? Phase::kShading
+                                                                                         : Phase::kVisibility;
 }
 
 std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger) {
@@ -88,8 +92,11 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   at(Stage::kSampling) = share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
   at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.rates.triangle_tests_per_clk);
   at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.rates.alpha_tests_per_clk);
-  at(Stage::kShader) =
-      static_cast<double>(work.shader_lanes) * gpu.shader.operations / static_cast<double>(gpu.shader.lanes);
+  at(Stage::kCoarseDepth) = share(work.depth_blocks, gpu.rates.depth_blocks_per_clk);
+  at(Stage::kCompaction) = share(work.compacted_samples, gpu.rates.compacted_samples_per_clk);
+  at(Stage::kShader) = (static_cast<double>(work.shader_lanes) * gpu.shader.operations +
+                        static_cast<double>(work.surface_lanes) * gpu.shader.surface_operations) /
+                       static_cast<double>(gpu.shader.lanes);
   at(Stage::kTexture) = share(work.texels, gpu.rates.texels_per_clk);
   at(Stage::kBlend) = share(work.blended_layers, gpu.rates.blends_per_clk);
   at(Stage::kResolve) = share(work.pixels, gpu.rates.resolved_pixels_per_clk) +

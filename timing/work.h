@@ -44,10 +44,14 @@ struct TileWork {
   std::uint64_t triangle_tests = 0;       // and tests of footprints
   std::uint64_t hits = 0;
   std::uint64_t alpha_tests = 0;
+  std::uint64_t depth_blocks = 0;       // whose farthest depth was found again
+  std::uint64_t compacted_samples = 0;  // packed into warps, and layers
   std::uint64_t shader_invocations = 0;
-  std::uint64_t shader_lanes = 0;  // of their warps, idle ones included
-  std::uint64_t texels = 0;        // bilinear lookups of shading
-  std::uint64_t l2_lines = 0;      // asked of the L2, and filled into it
+  std::uint64_t shader_lanes = 0;         // of their warps, idle ones included
+  std::uint64_t surface_evaluations = 0;  // invocations that evaluate their patch again
+  std::uint64_t surface_lanes = 0;        // of their warps
+  std::uint64_t texels = 0;               // bilinear lookups of shading
+  std::uint64_t l2_lines = 0;             // asked of the L2, and filled into it
   std::uint64_t blended_layers = 0;
   std::uint64_t pixels = 0;              // resolved
   std::uint64_t resolve_operations = 0;  // of desampling: stencil taps, velocities, advected pixels

@@ -41,8 +41,7 @@ void SamplingController::write(const Job& job, const ParameterCell& cell, std::s
   if (z == state.z[s] &&
       std::tie(at.patch, triangle, at.u, at.v) >= std::tie(state.patch[s], state.triangle[s], state.b1[s], state.b2[s]))
     return;
-  if (state.patch[s] == TileState::kNoPatch) --state.uncovered;
-  state.z[s] = z;
+  state.take_depth(s, z);
   state.patch[s] = at.patch;
   state.triangle[s] = triangle;
   state.b1[s] = at.u;

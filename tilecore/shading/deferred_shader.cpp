@@ -53,9 +53,16 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
 Invocation& DeferredShader::add_invocation(const TileJob& job, std::uint32_t patch, std::size_t pixel) {
   ++counters_.pixel_shader_invocations;
   ++pixel_invocations_[pixel];
+  reads_patch(patch);
   if (!drawables_.empty()) ++drawables_[drawable_of(job, patch)].pixel_shader_invocations;
   pixel_of_invocation_.push_back(static_cast<std::uint32_t>(pixel));
   return invocations_.emplace_back();
+}
+
+std::vector<std::uint32_t> DeferredShader::take_patches_read() {
+  std::sort(patches_read_.begin(), patches_read_.end());
+  patches_read_.erase(std::unique(patches_read_.begin(), patches_read_.end()), patches_read_.end());
+  return std::exchange(patches_read_, {});
 }
 
 std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel) {
@@ -68,6 +75,9 @@ void DeferredShader::run_warps(const TileJob& job) {
   pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
                       job.warp_lanes);
   counters_.warps += pixel_shader_.take_warps();
+  const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
+  counters_.surface_warps += again.warps;
+  counters_.surface_evaluations += again.evaluations;
 }
 
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,

@@ -32,6 +32,8 @@ struct ShadingCounters {
   std::uint64_t pixel_shader_invocations_saved = 0;
   std::uint64_t fragments_merged = 0;
   std::uint64_t warps = 0;
+  std::uint64_t surface_evaluations = 0;
+  std::uint64_t surface_warps = 0;
   std::uint64_t quads = 0;
   std::uint64_t helper_invocations = 0;
   std::uint64_t shading_cache_hits = 0;
@@ -76,6 +78,13 @@ class DeferredShader {
 
   // Writes depth, normal, patch and invocations of the tile shaded last.
   void write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const;
+
+  // Says that something reads a base patch of the frame, besides what shade() shades.
+  void reads_patch(std::uint32_t patch) {
+    if (patches_read_.empty() || patches_read_.back() != patch) patches_read_.push_back(patch);
+  }
+  // Base patches whose attributes were read since the last call, each once, in order of their numbers.
+  std::vector<std::uint32_t> take_patches_read();
 
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
   // What shading fetches; its begin_tile() is called before a tile's first entries.
@@ -153,6 +162,7 @@ class DeferredShader {
   std::vector<std::uint32_t> pixel_invocations_;
   std::span<const std::uint8_t> runs_;  // of the tile in hand
   Skipped skipped_;
+  std::vector<std::uint32_t> patches_read_;
   FragmentMerger merger_of_fragments_;
   PixelShader pixel_shader_;
   // What the tile's invocations shade: points_[kept_ + i], behind the points of cells that the cache may still hold.
@@ -183,38 +193,44 @@ class DeferredShader {
 namespace tessera {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::ShadingCounters> =
-    std::to_array<CounterField<tilecore::ShadingCounters>>({
-        {"tilecore.samples_visible", &tilecore::ShadingCounters::samples_visible, Combine::kSum, "samples",
-         "Samples that see an opaque surface when the tile is finished.", ""},
-        {"tilecore.blended_layers", &tilecore::ShadingCounters::blended_layers, Combine::kSum, "layers",
-         "Blended surfaces that samples see in front of what is opaque.", ""},
-        {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
-         "Blended surfaces merged with another because their sample had no room for them.", ""},
-        {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum,
-         "invocations", "Pixel-shader invocations.",
-         "MaliFragThread; Adreno fragments shaded; Apple and Vulkan fragment invocations"},
-        {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved,
-         Combine::kSum, "invocations",
-         "Visible samples and blended layers that took the result of another's pixel-shader invocation.", ""},
-        {"tilecore.fragments_merged", &tilecore::ShadingCounters::fragments_merged, Combine::kSum, "fragments",
-         "With shading.rate=pixel: fragments that take the result of an adjacent triangle's, in the same pixel.", ""},
-        {"tilecore.warps", &tilecore::ShadingCounters::warps, Combine::kSum, "warps",
-         "Warps of the pixel shader. Their lanes (shader.warp_lanes) without invocation are idle: the last ones of a "
-         "tile's draw.",
-         "MaliFragWarps; Adreno wave count"},
-        {"tilecore.quads", &tilecore::ShadingCounters::quads, Combine::kSum, "quads",
-         "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
-         "MaliFragQuads; Adreno and Mesa fragment quads"},
-        {"tilecore.helper_invocations", &tilecore::ShadingCounters::helper_invocations, Combine::kSum, "invocations",
-         "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take "
-         "the shader core's time as others do.",
-         "Vulkan helper invocations"},
-        {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "lookups",
-         "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
-        {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "lookups",
-         "With shading.rate=cache: samples and layers whose cell had to be shaded, for the first time or again.", ""},
-    });
+inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
+    CounterField<tilecore::ShadingCounters>>({
+    {"tilecore.samples_visible", &tilecore::ShadingCounters::samples_visible, Combine::kSum, "samples",
+     "Samples that see an opaque surface when the tile is finished.", ""},
+    {"tilecore.blended_layers", &tilecore::ShadingCounters::blended_layers, Combine::kSum, "layers",
+     "Blended surfaces that samples see in front of what is opaque.", ""},
+    {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
+     "Blended surfaces merged with another because their sample had no room for them.", ""},
+    {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum,
+     "invocations", "Pixel-shader invocations.",
+     "MaliFragThread; Adreno fragments shaded; Apple and Vulkan fragment invocations"},
+    {"tilecore.pixel_shader_invocations_saved", &tilecore::ShadingCounters::pixel_shader_invocations_saved,
+     Combine::kSum, "invocations",
+     "Visible samples and blended layers that took the result of another's pixel-shader invocation.", ""},
+    {"tilecore.fragments_merged", &tilecore::ShadingCounters::fragments_merged, Combine::kSum, "fragments",
+     "With shading.rate=pixel: fragments that take the result of an adjacent triangle's, in the same pixel.", ""},
+    {"tilecore.warps", &tilecore::ShadingCounters::warps, Combine::kSum, "warps",
+     "Warps of the pixel shader. Their lanes (shader.warp_lanes) without invocation are idle: the last ones of a "
+     "tile's draw.",
+     "MaliFragWarps; Adreno wave count"},
+    {"tilecore.surface_evaluations", &tilecore::ShadingCounters::surface_evaluations, Combine::kSum, "invocations",
+     "Pixel-shader invocations that evaluate their Bezier patch (displaced or not) or procedure again, for position "
+     "and normal. What vertices would have handed over follows from the patch.",
+     ""},
+    {"tilecore.surface_warps", &tilecore::ShadingCounters::surface_warps, Combine::kSum, "warps",
+     "Warps of such invocations.", ""},
+    {"tilecore.quads", &tilecore::ShadingCounters::quads, Combine::kSum, "quads",
+     "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
+     "MaliFragQuads; Adreno and Mesa fragment quads"},
+    {"tilecore.helper_invocations", &tilecore::ShadingCounters::helper_invocations, Combine::kSum, "invocations",
+     "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take "
+     "the shader core's time as others do.",
+     "Vulkan helper invocations"},
+    {"tilecore.shading_cache_hits", &tilecore::ShadingCounters::shading_cache_hits, Combine::kSum, "lookups",
+     "With shading.rate=cache: samples and layers whose cell was in the shading cache.", ""},
+    {"tilecore.shading_cache_misses", &tilecore::ShadingCounters::shading_cache_misses, Combine::kSum, "lookups",
+     "With shading.rate=cache: samples and layers whose cell had to be shaded, for the first time or again.", ""},
+});
 TESSERA_COUNTERS_COVER(tilecore::ShadingCounters);
 
 }  // namespace tessera

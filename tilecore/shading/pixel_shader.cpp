@@ -171,6 +171,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   }
   warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
+  if (has_grid(drawable)) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
   if (drawable.procedure != nullptr) {
     for (const std::uint32_t i : order) points[i] = shade_point(shutter, lighting, invocations[i]);
     return;

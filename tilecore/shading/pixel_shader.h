@@ -65,6 +65,11 @@ class PixelShader {
 
   // Warps that shade() took since the last call.
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
+  // Of these, warps whose invocations evaluate a patch again, and those invocations.
+  struct SurfaceWork {
+    std::uint64_t warps = 0, evaluations = 0;
+  };
+  SurfaceWork take_surface_work() { return std::exchange(surface_work_, {}); }
 
  private:
   // The invocations of a patch of a draw: in order_[first ... first + count).
@@ -92,6 +97,7 @@ class PixelShader {
   std::array<std::array<float, kBatch>, 7> output_;
   std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kTextureSlots> lines_;
   std::uint64_t warps_ = 0;
+  SurfaceWork surface_work_;
 };
 
 // Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex

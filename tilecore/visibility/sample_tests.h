@@ -64,6 +64,8 @@ struct VisibilitySettings {
   float sharp_factor =
       0;  // a projected corner whose lens factor is no larger than this is seen as through the lens centre
   const VisibilityKernels* kernels = nullptr;  // null: those for the effects and the best SIMD target
+  // With `depth`: no depth is farther.
+  float farthest = std::numeric_limits<float>::infinity();
 };
 
 // Static scene, pinhole: no rays; the pixels under a cell, or, where cells are about as small as pixels, the pixels

@@ -120,11 +120,7 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
                            : 0.0};
   const RayCounters before = bvh_.counters();
   bvh_.build(in.mesh, in.leaf_columns, in.effects, space);
-  const float* depth = in.settings.depth;
-  float farthest = depth == nullptr ? std::numeric_limits<float>::infinity() : 0.0f;
-  if (depth != nullptr)
-    for (const float z : std::span(depth, in.samples.count)) farthest = std::max(farthest, z);
-  BundleFrustum frustum(space, tile, in.settings.limits.near, std::min(farthest, in.settings.limits.far));
+  BundleFrustum frustum(space, tile, in.settings.limits.near, std::min(in.settings.farthest, in.settings.limits.far));
   frustum.drop_depth_planes(bvh_.node(MotionBvh::kRoot));
   const MotionBvh::Overlap overlap = bvh_.traverse(frustum, MotionBvh::kRoot, method.branch_node);
   if (overlap.any)

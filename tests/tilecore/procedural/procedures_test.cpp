@@ -277,7 +277,7 @@ Drawn draw(const scene::FrameGeometry& frame, const ProcedureSettings& settings)
   samples.fill(pattern, {0, 0, 96, 64}, static_cast<float>(frame.projection.lens_scale),
                frame.projection.lens_scale != 0);
   Drawn out;
-  out.state.start(samples.count);
+  out.state.start(samples.count, 96, samples.spp);
   SamplingController controller;
   controller.render(frame, maps, 0, samples, 64, out.state);
   out.counters = controller.take_counters();

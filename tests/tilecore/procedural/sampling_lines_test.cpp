@@ -68,7 +68,7 @@ Image draw(const scene::FrameGeometry& frame, const ProcedureSettings& settings,
     TileSamples samples;
     samples.fill(pattern, r, static_cast<float>(frame.projection.lens_scale), frame.projection.lens_scale != 0);
     TileState state;
-    state.start(samples.count);
+    state.start(samples.count, r.width(), samples.spp);
     controller.render(frame, maps, t, samples, 64, state);
     for (std::size_t s = 0; s < samples.count; ++s) {
       const int pixel = static_cast<int>(s) / kSpp, x = r.x0 + pixel % r.width(), y = r.y0 + pixel / r.width();

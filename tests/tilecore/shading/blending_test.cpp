@@ -227,7 +227,7 @@ TEST(Blending, ShuffledEntriesAndPartialRendersGiveTheSameBits) {  // DS1
 TEST(Blending, LayersThatAreHiddenTakeNoRoomAndTooManyVisibleOnesAreAnError) {
   TileState state;
   state.max_layers = 100;
-  state.start(8);
+  state.start(8, 8, 1);
   for (auto& z : state.z) z = 5;
   const auto put = [&](float z) { state.add_layer({3, 0, 0, z, 0, 0, 0, 0}); };
   for (int k = 0; k < 1000; ++k) put(5);
@@ -241,10 +241,10 @@ TEST(Blending, LayersThatAreHiddenTakeNoRoomAndTooManyVisibleOnesAreAnError) {
 
 TEST(Blending, AStoredStateHoldsNoMoreLayersThanTheMachineKeeps) {
   TileState state;
-  state.start(4);
+  state.start(4, 4, 1);
   for (std::uint32_t k = 0; k < 10; ++k) state.add_layer({k % 2, k, 0, 1.0f, 0, 0, 0, 0});
-  EXPECT_EQ(state.bytes(8), 4 * TileState::kBytesPerSample + 10 * TileState::kBytesPerLayer);
-  EXPECT_EQ(state.bytes(3), 4 * TileState::kBytesPerSample + 6 * TileState::kBytesPerLayer);
+  EXPECT_EQ(state.bytes(8), 4 * TileState::bytes_per_sample(false) + 10 * TileState::bytes_per_layer(false));
+  EXPECT_EQ(state.bytes(3), 4 * TileState::bytes_per_sample(false) + 6 * TileState::bytes_per_layer(false));
 }
 
 // ---- Alpha masks ------------------------------------------------------------------------------------------------

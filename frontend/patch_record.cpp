@@ -1,0 +1,77 @@
+#include "frontend/patch_record.h"
+
+#include <set>
+
+#include "scene/procedure_patch.h"
+
+namespace tessera::frontend {
+namespace {
+
+using scene::Primitive;
+
+constexpr std::uint64_t kFrameVectorBytes = 4, kTexcoordBytes = 8, kColorBytes = 4, kCorners = 4;
+
+const scene::Cluster& cluster_of(const scene::Assembly& assembly, const scene::Drawable& drawable,
+                                 std::uint32_t patch) {
+  return assembly.clusters[drawable.geometry].clusters[patch - drawable.first_patch];
+}
+
+const Primitive& primitive_of(const scene::Assembly& assembly, const scene::Drawable& drawable) {
+  return assembly.capture->meshes[static_cast<std::size_t>(drawable.mesh)]
+      .primitives[static_cast<std::size_t>(drawable.primitive)];
+}
+
+// Texture coordinates and colours.
+std::uint64_t plain_bytes(const Primitive& primitive, const scene::Material& material, bool displaced) {
+  std::set<int> sets;
+  for (const scene::TextureSlot* slot : material.slots())
+    if (slot->texture != nullptr) sets.insert(slot->texcoord);
+  if (displaced) sets.erase(material.displacement->texcoord);
+  return sets.size() * kTexcoordBytes + (primitive.vertices.colors.empty() ? 0 : kColorBytes);
+}
+
+}  // namespace
+
+std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming) {
+  const scene::Drawable& drawable = assembly.drawable_of(patch);
+  const std::uint64_t keys = deforming ? 2 : 1;
+  switch (drawable.kind) {
+    case Primitive::Kind::kProcedure:
+      return kPatchHeaderBytes + procedure_record_bytes(assembly.capture->procedures[drawable.geometry]);
+    case Primitive::Kind::kBezierPatches: {
+      const bool displaced = assembly.materials[static_cast<std::size_t>(drawable.material)].displacement.has_value();
+      return kPatchHeaderBytes + 16 * sizeof(Vec3) * keys + (displaced ? kCorners * kTexcoordBytes : 0);
+    }
+    case Primitive::Kind::kTriangles:
+      break;
+  }
+  const scene::Cluster& cluster = cluster_of(assembly, drawable, patch);
+  return kPatchHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys +
+         cluster.cell_count * sizeof(scene::ClusterCell);
+}
+
+std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
+  return patch_record_bytes(*frame.assembly, patch, frame.drawable_of(patch).deforming);
+}
+
+std::uint64_t vertex_attribute_bytes(const Primitive& primitive, const scene::Material& material) {
+  return kFrameVectorBytes + (material.normal_texture.texture != nullptr ? kFrameVectorBytes : 0) +
+         plain_bytes(primitive, material, false);
+}
+
+std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming) {
+  const scene::Drawable& drawable = assembly.drawable_of(patch);
+  if (drawable.kind == Primitive::Kind::kProcedure) return 0;
+  const Primitive& primitive = primitive_of(assembly, drawable);
+  const scene::Material& material = assembly.materials[static_cast<std::size_t>(drawable.material)];
+  if (drawable.kind == Primitive::Kind::kBezierPatches)
+    return kCorners * plain_bytes(primitive, material, material.displacement.has_value());
+  const std::uint64_t keys = deforming ? 2 : 1;
+  const std::uint64_t frame_vectors =
+      (primitive.vertices.normals.empty() ? 0 : kFrameVectorBytes) +
+      (primitive.vertices.tangents.empty() || material.normal_texture.texture == nullptr ? 0 : kFrameVectorBytes);
+  return cluster_of(assembly, drawable, patch).vertex_count *
+         (keys * frame_vectors + plain_bytes(primitive, material, false));
+}
+
+}  // namespace tessera::frontend

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+#include "scene/frame_geometry.h"
+
+namespace tessera::frontend {
+
+// What a base patch takes in memory, in bytes: one record behind the other, each a header, positions, cells, and then
+// what else its material reads of its vertices.
+
+// [assumed] material, pattern, neighbours, state
+inline constexpr std::uint64_t kPatchHeaderBytes = 32;
+
+// What bounds and vertices follow from: header; positions, at both motion keys where they differ; a cluster's cells; of
+// displaced patches the texture coordinates of their corners; a procedure's numbers. `deforming`: positions at two keys.
+std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
+std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
+
+// What the pixel shader reads of a vertex: a tangent frame (4: the normal; 4 more with a normal map), 8 for each set of
+// texture coordinates that its material reads, 4 with vertex colours. [assumed] packed like that.
+std::uint64_t vertex_attribute_bytes(const scene::Primitive& primitive, const scene::Material& material);
+
+// What records hold for the pixel shader alone: of clusters that for each vertex (at both motion keys where normals
+// differ), normals where the mesh has them; of Bezier patches texture coordinates and colours of the four corners, as
+// normals follow from positions.
+std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
+
+}  // namespace tessera::frontend

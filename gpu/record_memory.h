@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scene/frame_geometry.h"
+
+namespace tessera::gpu {
+
+// Where the records of base patches (frontend/patch_record.h) lie for the pixel shader, in cache lines behind the
+// textures: one behind the other, without holes; those of instances are one. Which lines shading a patch reads: its
+// whole record, and that of its instance.
+class RecordMemory {
+ public:
+  // `first_line`: the first that is free. Throws LimitError where lines cannot be numbered with 32 bits.
+  RecordMemory(const scene::Assembly& assembly, std::int64_t line_bytes, std::uint64_t first_line);
+
+  std::uint64_t first_line() const { return first_line_; }
+  // One line behind the last.
+  std::uint64_t end() const { return end_; }
+
+  struct Lines {
+    std::uint32_t first, end;
+  };
+  Lines of_patch(std::uint32_t patch) const;
+  // Empty where the patch's drawable has no instances.
+  Lines of_instance(std::uint32_t patch) const;
+
+ private:
+  Lines lines(std::uint64_t begin, std::uint64_t end) const;
+
+  const scene::Assembly& assembly_;
+  std::uint64_t line_bytes_, first_line_, end_;
+  std::vector<std::uint64_t> offsets_;      // bytes, by record, and their end
+  std::vector<std::uint32_t> instance_of_;  // by drawable: which instance's record, where it has one
+};
+
+}  // namespace tessera::gpu

@@ -1,0 +1,153 @@
+// What the emulated units need is charged: each test needs more of one thing, and pays for it. Most are twins of each
+// other: the same scene without it pays nothing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gpu/device.h"
+#include "gpu/settings.h"
+#include "memory/ledger.h"
+#include "tests/support/captures.h"
+
+namespace tessera::gpu {
+namespace {
+
+using memory::Purpose;
+using memory::Unit;
+
+constexpr int kSide = 96;
+constexpr std::uint32_t kPoints = 24;  // along a side of the mesh
+
+scene::Primitive grid_mesh(int material) {
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t j = 0; j < kPoints; ++j)
+    for (std::uint32_t i = 0; i < kPoints; ++i) {
+      positions.emplace_back(static_cast<float>(i) / (kPoints - 1) - 0.5f, static_cast<float>(j) / (kPoints - 1) - 0.5f,
+                             0.0f);
+      const std::uint32_t a = j * kPoints + i;
+      if (i + 1 < kPoints && j + 1 < kPoints)
+        indices.insert(indices.end(), {a, a + 1, a + kPoints + 1, a, a + kPoints + 1, a + kPoints});
+    }
+  return test::triangles(positions, indices, material);
+}
+
+std::shared_ptr<const shaders::Texture> white() {
+  Image8 image(1, 1, 4);
+  image.values = {255, 255, 255, 255};
+  return std::make_shared<const shaders::Texture>(DecodedImage{image}, shaders::ColorSpace::kLinear);
+}
+
+scene::Capture seen(scene::Primitive primitive, const scene::Material& material, double distance = 1.5) {
+  scene::Capture capture;
+  primitive.material = test::add_material(capture, material);
+  test::add_node(capture, std::move(primitive));
+  test::add_camera(capture, {0, 0, distance});
+  return capture;
+}
+
+FrameResult rendered(const scene::Capture& capture, std::initializer_list<const char*> settings = {}) {
+  GpuConfiguration gpu;
+  RunSettings run;
+  for (const char* setting : settings) apply_setting(setting, run, gpu);
+  return Device(capture, gpu, run, {kSide, kSide, {0, 0, kSide, kSide}}).render(0);
+}
+
+std::uint64_t attributes_read(const scene::Capture& capture) {
+  return rendered(capture).counters.ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
+}
+
+TEST(Charges, AnAttributeMoreOfAMeshIsMoreBytes) {
+  scene::Material material;
+  scene::Primitive mesh = grid_mesh(scene::kNone);
+  const std::uint64_t plain = attributes_read(seen(mesh, material));
+  EXPECT_GT(plain, 0u) << "positions and cells";
+  mesh.vertices.normals.assign(mesh.vertices.count(), Vec3(0, 0, 1));
+  const std::uint64_t normals = attributes_read(seen(mesh, material));
+  EXPECT_GE(normals, plain + 4 * mesh.vertices.count());
+  mesh.vertices.texcoords = {std::vector<Vec2>(mesh.vertices.count(), Vec2(0.5f))};
+  EXPECT_EQ(attributes_read(seen(mesh, material)), normals) << "that no texture reads";
+  material.base_color_texture.texture = white();
+  const std::uint64_t textured = attributes_read(seen(mesh, material));
+  EXPECT_GE(textured, normals + 8 * mesh.vertices.count());
+  mesh.vertices.texcoords.push_back(mesh.vertices.texcoords[0]);
+  material.emissive_texture.texture = white();
+  EXPECT_EQ(attributes_read(seen(mesh, material)), textured) << "of the same set";
+  material.emissive_texture.texcoord = 1;
+  const std::uint64_t two_sets = attributes_read(seen(mesh, material));
+  EXPECT_GE(two_sets, textured + 8 * mesh.vertices.count());
+  mesh.vertices.colors.assign(mesh.vertices.count(), Vec4(1.0f));
+  EXPECT_GE(attributes_read(seen(mesh, material)), two_sets + 4 * mesh.vertices.count());
+}
+
+TEST(Charges, AnAttributeMoreOfAPatchIsMoreBytes) {
+  scene::Material material;
+  std::vector<Vec3> points;
+  for (int j = 0; j < 8; ++j)
+    for (int i = 0; i < 8; ++i) {
+      const std::vector<Vec3> patch = test::flat_patch(
+          {static_cast<float>(i) / 8 - 0.5f, static_cast<float>(j) / 8 - 0.5f, 0}, {0.125f, 0, 0}, {0, 0.125f, 0});
+      points.insert(points.end(), patch.begin(), patch.end());
+    }
+  scene::Primitive patches = test::patches(points);
+  const std::uint64_t plain = attributes_read(seen(patches, material));
+  EXPECT_GE(plain, 64u * (32 + 192)) << "the pixel shader evaluates control points";
+  patches.vertices.colors.assign(points.size(), Vec4(1.0f));
+  EXPECT_GE(attributes_read(seen(patches, material)), plain + 64 * 4 * 4 - 64);
+}
+
+TEST(Charges, APatchThatPixelsEvaluateAgainTakesOperations) {
+  const scene::Material material;
+  scene::Primitive patch = test::patches(test::flat_patch({-0.5f, -0.5f, 0}, {1, 0, 0}, {0, 1, 0}));
+  const FrameResult of_patch = rendered(seen(patch, material)),
+                    of_mesh = rendered(seen(grid_mesh(scene::kNone), material));
+  EXPECT_GT(of_patch.counters.shading.pixel_shader_invocations, 0u);
+  EXPECT_EQ(of_patch.counters.shading.surface_evaluations, of_patch.counters.shading.pixel_shader_invocations);
+  EXPECT_EQ(of_patch.counters.shading.surface_warps, of_patch.counters.shading.warps);
+  EXPECT_EQ(of_mesh.counters.shading.surface_evaluations, 0u);
+  const FrameResult free = rendered(seen(patch, material), {"shader.surface_operations=0"});
+  const auto shader = [](const FrameResult& r) {
+    return r.model->timing.busy[static_cast<std::size_t>(hardware::Stage::kShader)];
+  };
+  EXPECT_NEAR(shader(of_patch) / shader(free), (160.0 + 130) / 160, 1e-9);
+  EXPECT_GT(of_patch.model->energy.by_unit_nj.at("shader"), free.model->energy.by_unit_nj.at("shader"));
+}
+
+TEST(Charges, WhereThingsRestTakesTileMemory) {
+  scene::Capture still = seen(grid_mesh(scene::kNone), {}), moving = still;
+  test::add_motion(moving, 0, {0.3, 0, 0});
+  for (scene::Capture* capture : {&still, &moving}) capture->settings.shutter_close = 1;
+  EXPECT_EQ(rendered(moving).model->record.work.tile_state_bytes,
+            rendered(still).model->record.work.tile_state_bytes + 32 * 32 * 4 * 8);
+}
+
+TEST(Charges, BlendedLayersTakeTileMemory) {
+  scene::Material clear;
+  clear.alpha_mode = scene::AlphaMode::kBlend;
+  clear.base_color.a = 0.5f;
+  const std::uint64_t opaque = rendered(seen(grid_mesh(scene::kNone), {})).model->record.work.tile_state_bytes,
+                      blended = rendered(seen(grid_mesh(scene::kNone), clear)).model->record.work.tile_state_bytes;
+  EXPECT_EQ(blended, opaque + 32 * 32 * 4 * 24) << "a layer for each sample of the tile that is all covered";
+}
+
+TEST(Charges, CompactionAndCoarseDepthTakeTime) {
+  const scene::Capture capture = seen(grid_mesh(scene::kNone), {}, 0.6);  // all samples see it
+  const FrameResult usual = rendered(capture);
+  const auto busy = [](const FrameResult& r, hardware::Stage stage) {
+    return r.model->timing.busy[static_cast<std::size_t>(stage)];
+  };
+  EXPECT_DOUBLE_EQ(busy(usual, hardware::Stage::kCompaction),
+                   static_cast<double>(usual.counters.shading.samples_visible) / 32 / 4)
+      << "32 samples a clock in four cores";
+  EXPECT_DOUBLE_EQ(busy(usual, hardware::Stage::kCoarseDepth),
+                   static_cast<double>(usual.counters.tilecore.depth_blocks_updated) / 4);
+  EXPECT_GT(usual.counters.tilecore.depth_blocks_updated, 0u);
+  EXPECT_GT(rendered(capture, {"tilecore.compaction_per_clk=0.1"}).model->timing.cycles, usual.model->timing.cycles);
+  EXPECT_GT(rendered(capture, {"tilecore.depth_blocks_per_clk=0.001"}).model->timing.cycles,
+            usual.model->timing.cycles);
+  EXPECT_EQ(rendered(capture, {"tilecore.occlusion_culling=false"}).counters.tilecore.depth_blocks_updated, 0u)
+      << "nobody asks for the farthest depth";
+}
+
+}  // namespace
+}  // namespace tessera::gpu

@@ -1,0 +1,76 @@
+#include "tilecore/depth_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "tests/support/captures.h"
+
+namespace tessera::tilecore {
+namespace {
+
+constexpr float kNothing = std::numeric_limits<float>::infinity();
+
+struct Shape {
+  int width, height, spp;
+};
+
+TEST(DepthBlocks, HZ1FarthestIsThatOfAllSamples) {
+  test::Random random(7);
+  for (const auto& [width, height, spp] : {Shape{32, 32, 4}, {1, 1, 1}, {13, 5, 3}, {256, 17, 64}, {9, 8, 7}}) {
+    const auto samples = static_cast<std::size_t>(width * height * spp);
+    std::vector<float> z(samples, kNothing);
+    DepthBlocks blocks;
+    blocks.start(samples, width, spp);
+    EXPECT_EQ(blocks.farthest(z), kNothing);
+    for (std::size_t s = 0; s < samples; ++s) {
+      z[s] = random.uniform(1, 2);
+      blocks.touch(s);
+    }
+    for (int round = 0; round < 20; ++round) {
+      ASSERT_EQ(blocks.farthest(z), *std::max_element(z.begin(), z.end())) << width << "x" << height << "x" << spp;
+      for (int k = 0; k < 50; ++k) {
+        const auto s = static_cast<std::size_t>(random.integer(0, static_cast<int>(samples) - 1));
+        z[s] *= 0.9f;
+        blocks.touch(s);
+      }
+    }
+  }
+}
+
+TEST(DepthBlocks, HZ2CountsEachBlockThatWasTouchedOnce) {
+  constexpr int kWidth = 20, kHeight = 18, kSpp = 3;  // 3x3 blocks
+  constexpr std::size_t kSamples = kWidth * kHeight * kSpp;
+  std::vector<float> z(kSamples, kNothing);
+  DepthBlocks blocks;
+  blocks.start(kSamples, kWidth, kSpp);
+  test::Random random(3);
+  for (int round = 0; round < 100; ++round) {
+    std::set<int> touched;
+    for (int k = random.integer(0, 6); k > 0; --k) {
+      const int s = random.integer(0, kSamples - 1), pixel = s / kSpp;
+      touched.insert(pixel / kWidth / 8 * 3 + pixel % kWidth / 8);
+      z[static_cast<std::size_t>(s)] = random.uniform(0, 1);
+      blocks.touch(static_cast<std::size_t>(s));
+    }
+    blocks.farthest(z);
+    blocks.farthest(z);
+    EXPECT_EQ(blocks.take_updates(), touched.size());
+  }
+}
+
+// A sample that is written and not touched leaves the block as it was.
+TEST(DepthBlocksTwin, AForgottenTouchIsNoticed) {
+  std::vector<float> z(64, 1.0f);
+  DepthBlocks blocks;
+  blocks.start(64, 8, 1);
+  for (std::size_t s = 0; s < 64; ++s) blocks.touch(s);
+  ASSERT_EQ(blocks.farthest(z), 1.0f);
+  std::fill(z.begin(), z.end(), 0.5f);
+  EXPECT_NE(blocks.farthest(z), 0.5f);
+}
+
+}  // namespace
+}  // namespace tessera::tilecore

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tessera::tilecore {
+
+// Hierarchical depth of a tile: the farthest depth of each block of 8x8 pixels. Samples only come nearer, so a block is
+// looked at again when one of its samples did.
+//
+// Invariants (cited by the tests):
+//   HZ1  farthest() is the farthest depth of all samples; infinity while one sees nothing.
+//   HZ2  Each time, only blocks that were touched since the last are looked at, and counted, once each.
+class DepthBlocks {
+ public:
+  static constexpr int kSide = 8;  // pixels
+
+  // All samples see nothing. `width` of the tile in pixels; `samples` are `spp` for each of its pixels, row by row.
+  void start(std::size_t samples, int width, int spp);
+
+  // Sample number `sample` came nearer.
+  void touch(std::size_t sample) {
+    const std::uint64_t pixel = sample * per_pixel_ >> 32, row = pixel * per_row_ >> 32;
+    touched_[row / kSide * columns_ + (pixel - row * width_) / kSide] = 1;
+    any_touched_ = true;
+  }
+
+  // `z`: the depths of all samples.
+  float farthest(std::span<const float> z);
+
+  // Blocks looked at since the last call.
+  std::uint64_t take_updates() { return std::exchange(updates_, 0); }
+
+ private:
+  float look_at(std::size_t block, std::span<const float> z) const;
+
+  std::uint64_t per_pixel_ = 0, per_row_ = 0;  // 2^32 over spp and over width, rounded up: exact for 2^22 samples
+  std::size_t width_ = 0, height_ = 0, spp_ = 1, columns_ = 0;
+  std::vector<float> far_;
+  std::vector<std::uint8_t> touched_;
+  bool any_touched_ = false;
+  float farthest_ = 0;
+  std::uint64_t updates_ = 0;
+};
+
+}  // namespace tessera::tilecore
