@@ -137,6 +137,8 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.box_tests = counted.tilecore.box_tests;
   work.stencil_tests = counted.stencil.tests;
   work.sampling_operations = counted.sampling.operations;
+  work.box_lanes = counted.tilecore.box_lanes;
+  work.triangle_lanes = counted.tilecore.triangle_lanes + counted.sampling.footprint_tests;
   work.triangle_tests = counted.tilecore.triangle_tests + counted.sampling.footprint_tests;
   work.hits = counted.tilecore.sample_hits;
   work.alpha_tests = counted.tilecore.alpha_tests;

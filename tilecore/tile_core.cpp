@@ -284,6 +284,7 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
     leaf_times_.resize(mesh.leaves.size());
     touching_times(mesh.leaves, samples_.pixels, effects.motion, samples_.lens_scale, leaf_times_);
     work.box_tests += mesh.leaves.size();
+    work.box_lanes += VisibilityWork::lanes_of(mesh.leaves.size());
     for (TimeRange& times : leaf_times_) times = times.intersect(entry_times);
     trace_leaves(mesh, leaf_times_, samples_, effects, settings, sink, work);
   }
@@ -292,6 +293,8 @@ void TileCore::test_mesh(const TileJob& job, const binner::QueueEntry& entry, co
   counters_.boxes_built += work.boxes_built;
   counters_.box_tests += work.box_tests;
   counters_.triangle_tests += work.triangle_tests;
+  counters_.box_lanes += work.box_lanes;
+  counters_.triangle_lanes += work.triangle_lanes;
   counters_.sample_hits += work.sample_hits;
   DrawableCounts& drawable = counts_of(job, entry);
   drawable.box_tests += work.box_tests;

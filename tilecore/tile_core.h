@@ -34,6 +34,7 @@ struct TileCoreCounters {
   std::uint64_t boxes_built = 0;
   std::uint64_t box_tests = 0;
   std::uint64_t triangle_tests = 0;
+  std::uint64_t box_lanes = 0, triangle_lanes = 0;
   std::uint64_t sample_hits = 0;
   std::uint64_t alpha_tests = 0;
 };
@@ -188,6 +189,11 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
          "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
         {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
          "Samples tested against triangles.", "MaliRTUTri"},
+        {"tilecore.box_lanes", &tilecore::TileCoreCounters::box_lanes, Combine::kSum, "lanes",
+         "Lanes that box tests took, 16 at a time, idle ones and samples tested against a leaf's own box included.",
+         ""},
+        {"tilecore.triangle_lanes", &tilecore::TileCoreCounters::triangle_lanes, Combine::kSum, "lanes",
+         "Lanes that triangle tests took, 16 at a time, idle ones included.", ""},
         {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
          "Triangle tests whose sample is inside, facing and depth range included.",
          "MaliFragRastQd (times the samples of a quad)"},

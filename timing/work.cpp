@@ -87,10 +87,10 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   at(Stage::kFetch) = share(work.entries, gpu.rates.fetched_entries_per_clk);
   at(Stage::kTessellator) = share(work.vertices, gpu.rates.vertices_per_clk);
   at(Stage::kBoxes) = share(work.boxes, gpu.rates.boxes_per_clk);
-  at(Stage::kBoxTests) = share(work.box_tests, gpu.rates.box_tests_per_clk);
+  at(Stage::kBoxTests) = share(work.box_lanes, gpu.rates.box_tests_per_clk);
   at(Stage::kStencil) = share(work.stencil_tests, gpu.rates.stencil_tests_per_clk);
   at(Stage::kSampling) = share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
-  at(Stage::kTriangleTests) = share(work.triangle_tests, gpu.rates.triangle_tests_per_clk);
+  at(Stage::kTriangleTests) = share(work.triangle_lanes, gpu.rates.triangle_tests_per_clk);
   at(Stage::kAlphaTests) = share(work.alpha_tests, gpu.rates.alpha_tests_per_clk);
   at(Stage::kCoarseDepth) = share(work.depth_blocks, gpu.rates.depth_blocks_per_clk);
   at(Stage::kCompaction) = share(work.compacted_samples, gpu.rates.compacted_samples_per_clk);

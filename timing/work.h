@@ -39,9 +39,11 @@ struct TileWork {
   std::uint64_t vertices = 0;     // evaluated for it
   std::uint64_t boxes = 0;        // of cells and leaves
   std::uint64_t box_tests = 0;
+  std::uint64_t box_lanes = 0;  // of them, idle ones included
   std::uint64_t stencil_tests = 0;
   std::uint64_t sampling_operations = 0;  // of the SIMD array that evaluates procedures, idle lanes included
   std::uint64_t triangle_tests = 0;       // and tests of footprints
+  std::uint64_t triangle_lanes = 0;       // of them, idle ones included
   std::uint64_t hits = 0;
   std::uint64_t alpha_tests = 0;
   std::uint64_t depth_blocks = 0;       // whose farthest depth was found again

@@ -40,7 +40,7 @@ FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std:
   for (std::size_t i = 0; i < count; ++i) {
     TileWork tile;
     tile.tile = static_cast<std::uint32_t>(i);
-    tile.triangle_tests = tests;
+    tile.triangle_tests = tile.triangle_lanes = tests;
     tile.shader_invocations = tile.shader_lanes = runs;
     tile.dram_bytes[2] = bytes;
     work.rounds[0].tiles.push_back(tile);
@@ -119,7 +119,7 @@ TEST(Timing, WhoNeedsLittleOfTheMemoryIsNotSlowedByWhoNeedsMuch) {
   gpu.memory.bytes_per_clk = 4;
   gpu.rates.triangle_tests_per_clk = 1;
   FrameWork work = tiles(2, 0, 0, 0);
-  work.rounds[0].tiles[0].triangle_tests = 1000;
+  work.rounds[0].tiles[0].triangle_lanes = 1000;
   work.rounds[0].tiles[0].dram_bytes[0] = 1000;
   work.rounds[0].tiles[1].dram_bytes[0] = 3000;
   const Schedule schedule = schedule_frame(gpu, work);
@@ -169,10 +169,12 @@ FrameWork random_frame(std::mt19937& random, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       TileWork t;
       t.tile = static_cast<std::uint32_t>(i);
-      for (const auto member : {&TileWork::entries, &TileWork::sub_patches, &TileWork::vertices, &TileWork::boxes,
-                                &TileWork::box_tests, &TileWork::triangle_tests, &TileWork::hits,
-                                &TileWork::alpha_tests, &TileWork::shader_invocations, &TileWork::shader_lanes,
-                                &TileWork::texels, &TileWork::l2_lines, &TileWork::blended_layers, &TileWork::pixels})
+      for (const auto member :
+           {&TileWork::entries, &TileWork::sub_patches, &TileWork::vertices, &TileWork::boxes, &TileWork::box_tests,
+            &TileWork::triangle_tests, &TileWork::hits, &TileWork::box_lanes, &TileWork::triangle_lanes,
+            &TileWork::depth_blocks, &TileWork::compacted_samples, &TileWork::surface_lanes, &TileWork::alpha_tests,
+            &TileWork::shader_invocations, &TileWork::shader_lanes, &TileWork::texels, &TileWork::l2_lines,
+            &TileWork::blended_layers, &TileWork::pixels})
         t.*member = random() % 3 == 0 ? 0 : random() % 5000;
       for (std::uint64_t& bytes : t.dram_bytes) bytes = random() % 3 == 0 ? 0 : random() % 50000;
       round.tiles.push_back(t);

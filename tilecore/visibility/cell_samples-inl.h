@@ -639,6 +639,7 @@ HWY_INLINE void test_pairs(const Context& to, const Cells& cells, const Survivor
   const D d;
   const DI di;
   hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
+  to.work.pairs += pairs.count;
   for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
     const M valid = hn::FirstN(d, pairs.count - i);
     const VI pair = hn::Load(di, pairs.number + i);
@@ -656,6 +657,7 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const MicroMesh& mesh = to.mesh;
   const std::uint64_t box_tests = from.count * static_cast<std::uint64_t>(std::popcount(mesh.leaves[l].cells));
   to.work.box_tests += box_tests;
+  to.work.box_lanes += from.count * kLeafCells;
   E::Clock::count(RayStage::kBoxes, box_tests);
   // Cells are fetched first: boxes need not wait for them.
   E::Clock::enter(RayStage::kTriangles);

@@ -118,7 +118,7 @@ class ClippedTriangle {
     const std::uint32_t first = classes.first_at[static_cast<std::size_t>(values.first)],
                         end = classes.first_at[static_cast<std::size_t>(values.last) + 1];
     if (first == end) return false;
-    ++work_.box_tests;
+    ++work_.box_tests, ++work_.box_lanes;
     std::array<DVec4, 6> points;
     const auto t0 = static_cast<double>(classes.t[first]), t1 = static_cast<double>(classes.t[end - 1]);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -174,7 +174,7 @@ class ClippedTriangle {
           part.values.last = out[p].values.last;
           part.near_z = std::min(part.near_z, out[p].near_z);
         }
-        ++work_.box_tests;
+        ++work_.box_tests, ++work_.box_lanes;
         if (!part.values.empty()) parts.push_back(part);
       }
     out.resize(first);
@@ -238,7 +238,7 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeR
                              effects.lens ? samples.lens_v[i] : 0.0f};
           std::array<Corner, 3> c;
           for (std::size_t k = 0; k < 3; ++k) c[k] = place_corner(mesh, vertices[k], s, effects, settings);
-          ++work.triangle_tests;
+          ++work.triangle_tests, work.triangle_lanes += VisibilityWork::kTestLanes;
           TriangleHit hit;
           if (!exact_triangle_test(c[0], c[1], c[2], true, hit)) return;
           if (!(hit.z >= limits.near && hit.z <= limits.far) ||

@@ -27,8 +27,10 @@ void raster_cell(const Context& to, std::size_t slot, IntRect box) {
   const D d;
   const TileSamples& samples = to.samples;
   const Cell cell = load_cell<E>(to.mesh, slot);
+  const std::uint64_t triangles = hn::AllFalse(d, cell.second) ? 1 : 2;
   for (int y = box.y0; y < box.y1; ++y) {
     const auto [first, last] = samples_of_row(samples, y, box);
+    to.work.triangle_lanes += triangles * VisibilityWork::lanes_of(last - first);
     for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
       SampleLanes s;
       s.x = hn::LoadU(d, samples.x.data() + i);
@@ -70,6 +72,7 @@ void raster_pairs(const Context& to, std::size_t l, IntRect box) {
   Survivors survivors;
   for (int y = box.y0; y < box.y1; ++y) {
     const auto [first, last] = samples_of_row(samples, y, box);
+    to.work.box_lanes += VisibilityWork::lanes_of(last - first);
     for (std::size_t i = first; i < last; i += hn::Lanes(d)) {
       const V sample_x = hn::LoadU(d, samples.x.data() + i), sample_y = hn::LoadU(d, samples.y.data() + i);
       M in = hn::And(hn::And(hn::Ge(sample_x, x_low), hn::Le(sample_x, x_high)),
@@ -89,6 +92,7 @@ void raster_pairs(const Context& to, std::size_t l, IntRect box) {
     }
   }
   if (survivors.count > 0) test_survivors<E>(to, l, survivors);
+  to.work.end_leaf();
 }
 
 template <class E>
@@ -97,6 +101,7 @@ void raster(const Context& to) {
   for (std::size_t l = 0; l < mesh.leaves.size(); ++l) {
     const MicroMesh::Leaf& leaf = mesh.leaves[l];
     ++to.work.box_tests;
+    ++to.work.box_lanes;
     const IntRect leaf_box = pixels_of(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, to.samples.pixels);
     if (leaf_box.empty()) continue;
     // Of the whole leaf, not of its part in the tile.
@@ -107,6 +112,7 @@ void raster(const Context& to) {
       continue;
     }
     to.work.box_tests += static_cast<std::uint64_t>(std::popcount(leaf.cells));
+    to.work.box_lanes += kLeafCells;
     for (std::uint32_t cells = leaf.cells; cells != 0; cells &= cells - 1) {
       const std::size_t c = l * kLeafCells + static_cast<std::size_t>(std::countr_zero(cells));
       const IntRect box =

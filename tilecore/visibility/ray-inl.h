@@ -156,6 +156,7 @@ void trace(const Context& to, std::size_t l, TimeRange times) {
   const std::size_t begin = classes.first_at[static_cast<std::size_t>(times.first)],
                     end = classes.first_at[static_cast<std::size_t>(times.last) + 1];
   to.work.box_tests += end - begin;
+  to.work.box_lanes += VisibilityWork::lanes_of(end - begin);
   E::Clock::count(RayStage::kClasses, end - begin);
   const LeafLanes leaf = leaf_lanes(to, to.mesh.leaves[l]);
 
@@ -186,6 +187,7 @@ void trace(const Context& to, std::size_t l, TimeRange times) {
         for (V column = grid.column0;; column = hn::Add(column, one)) {
           const M in = hn::And(in_row, hn::Le(column, grid.column1));
           if (hn::AllFalse(d, in)) break;
+          to.work.box_lanes += hn::CountTrue(d, in);
           add_survivors<E>(to, leaf, k, grid.tau, class_sample, column, row, in, survivors);
           if (survivors.count + hn::Lanes(d) > Survivors::kCapacity) test_survivors<E>(to, l, survivors);
         }
@@ -193,6 +195,7 @@ void trace(const Context& to, std::size_t l, TimeRange times) {
     }
   }
   if (survivors.count > 0) test_survivors<E>(to, l, survivors);
+  to.work.end_leaf();
 }
 
 template <class E>
@@ -201,6 +204,7 @@ void test_samples(const Context& to, std::size_t slot, std::span<const std::uint
   const DI di;
   const TileSamples& samples = to.samples;
   const Cell cell = load_cell<E>(to.mesh, slot);
+  to.work.triangle_lanes += VisibilityWork::lanes_of(list.size()) * (hn::AllFalse(d, cell.second) ? 1 : 2);
   for (std::size_t i = 0; i < list.size(); i += hn::Lanes(d)) {
     const M valid = hn::FirstN(d, list.size() - i);
     alignas(64) std::int32_t id[kMaxLanes] = {};

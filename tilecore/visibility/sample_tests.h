@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "tilecore/tessellation/micro_mesh.h"
 #include "tilecore/visibility/cell_test.h"
@@ -22,6 +23,17 @@ struct VisibilityWork {
   std::uint64_t box_tests = 0;       // a sample or a tile against a box
   std::uint64_t triangle_tests = 0;  // a sample against a triangle
   std::uint64_t sample_hits = 0;     // samples inside a triangle that faces the right way, inside the depth range
+
+  // Lanes that these take, idle ones included: the units test kTestLanes samples at a time. Lists of samples and of
+  // pairs of sample and cell are packed, from the first to the last of a leaf; rows of pixels are not.
+  static constexpr std::uint64_t kTestLanes = 16;
+  std::uint64_t box_lanes = 0;       // also of samples that a leaf's own box is tested against
+  std::uint64_t triangle_lanes = 0;  // both triangles of a cell one after the other
+  static std::uint64_t lanes_of(std::uint64_t tests) { return (tests + kTestLanes - 1) / kTestLanes * kTestLanes; }
+
+  // Pairs of the leaf in hand.
+  std::uint64_t pairs = 0;
+  void end_leaf() { triangle_lanes += 2 * lanes_of(std::exchange(pairs, 0)); }
 };
 
 // Hits on their way from the kernel to the visibility buffer.

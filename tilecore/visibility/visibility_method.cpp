@@ -85,7 +85,8 @@ void MeshVisibility::test_polygons(const MeshInTile& in, const VisibilityMethodS
       if (cells_.empty()) continue;
       ++work.boxes_built;
       pieces_.clear();
-      work.box_tests += append_pieces(bound, in, method, pieces_);
+      const std::uint64_t tests = append_pieces(bound, in, method, pieces_);
+      work.box_tests += tests, work.box_lanes += tests;
       for (const BoundingPiece& piece : pieces_) {
         // Without a stencil test where nothing would fail it: brute force runs no stencil unit.
         const bool all_times = piece.references.whole_shutter() && in.samples.part.whole(),
@@ -130,7 +131,9 @@ void MeshVisibility::test_rays(const MeshInTile& in, const VisibilityMethodSetti
                        overlap.branch, sink, work);
   const RayCounters& now = bvh_.counters();
   work.boxes_built += now.nodes_built - before.nodes_built;
-  work.box_tests += (now.frustum_node_tests - before.frustum_node_tests) + (now.node_visits - before.node_visits);
+  const std::uint64_t tests =
+      (now.frustum_node_tests - before.frustum_node_tests) + (now.node_visits - before.node_visits);
+  work.box_tests += tests, work.box_lanes += tests;
 }
 
 void MeshVisibility::test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space,

@@ -140,6 +140,10 @@ TEST_P(Visibility, TheRayPathFindsExactlyTheHitsOfBruteForceOnEveryInstructionSe
       if (first.box_tests == 0) first = work;
       EXPECT_EQ(work.box_tests, first.box_tests) << target;
       EXPECT_EQ(work.triangle_tests, first.triangle_tests) << target;
+      EXPECT_EQ(work.box_lanes, first.box_lanes) << target;
+      EXPECT_EQ(work.triangle_lanes, first.triangle_lanes) << target;
+      EXPECT_GE(work.box_lanes, work.box_tests);
+      EXPECT_GE(work.triangle_lanes, work.triangle_tests);
     }
   }
   force_simd_target("");
@@ -205,6 +209,31 @@ TEST_P(Visibility, ListsOfSamplesGiveTheSameHits) {
   }
 }
 
+// A sample more than a row of lanes holds takes a row more.
+TEST_P(Visibility, IdleLanesAreCounted) {
+  const auto [motion, lens, orthographic] = GetParam();
+  Random random(95);
+  const RandomMesh mesh(random, {motion, lens}, orthographic);
+  const auto cell =
+      static_cast<std::size_t>(std::find(mesh.mesh.used.begin(), mesh.mesh.used.end(), true) - mesh.mesh.used.begin());
+  ASSERT_LT(cell, mesh.mesh.used.size());
+  std::vector<std::uint32_t> list;
+  const auto lanes = [&] {
+    HitSet sink;
+    VisibilityWork work;
+    test_cell_samples(mesh.mesh, cell, list, mesh.samples, mesh.effects, mesh.settings, sink, work);
+    return work.triangle_lanes;
+  };
+  EXPECT_EQ(lanes(), 0u);
+  for (std::uint32_t s = 0; s < 33; ++s) list.push_back(s);
+  const std::uint64_t of_33 = lanes();
+  list.pop_back();
+  const std::uint64_t of_32 = lanes();
+  EXPECT_EQ(of_33 * 2, of_32 * 3);
+  list.resize(17);
+  EXPECT_EQ(lanes(), of_32);
+}
+
 TEST_P(Visibility, FacingAndDepthLimitsAreRespected) {
   const auto [motion, lens, orthographic] = GetParam();
   Random random(20);
@@ -246,6 +275,10 @@ TEST(RasterPath, FindsExactlyTheHitsOfBruteForceOnEveryInstructionSet) {
       EXPECT_EQ(sink.hits, expected) << target;
       if (first.box_tests == 0) first = work;
       EXPECT_EQ(work.triangle_tests, first.triangle_tests) << target;
+      EXPECT_EQ(work.box_lanes, first.box_lanes) << target;
+      EXPECT_EQ(work.triangle_lanes, first.triangle_lanes) << target;
+      EXPECT_GE(work.box_lanes, work.box_tests);
+      EXPECT_GE(work.triangle_lanes, work.triangle_tests);
       EXPECT_EQ(work.sample_hits, expected.size());
     }
   }
