@@ -49,7 +49,7 @@ class WorkRecorder {
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 
   // After the binner's run, when the lists are complete. One round at a time.
-  [[nodiscard]] Round begin_round(const binner::Binner& binner);
+  [[nodiscard]] Round begin_round(const binner::Binner& binner, const tilecore::TileOrder& order);
 
   // What tiles took from their cores, and the L2's account, since the last call.
   struct Sums {
@@ -71,8 +71,8 @@ class WorkRecorder {
     std::uint64_t visibility_texels = 0;  // before shading
     memory::AccessLog log;
   };
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-             tilecore::TessellationCache& cache);
+  void share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
+             std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase);
@@ -88,6 +88,7 @@ class WorkRecorder {
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
+  const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of
   // instances lie behind.
@@ -134,10 +135,10 @@ class WorkRecorder::Round {
   [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
 
   // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its requests to the
-  // tessellation cache, then its lines to the L2.
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-             tilecore::TessellationCache& cache) {
-    recorder_.share(tile, requests, cache);
+  // tessellation cache, then its lines to the L2. `hidden`: what its list names beside them.
+  void share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
+             std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache) {
+    recorder_.share(tile, requests, hidden, cache);
   }
 
  private:

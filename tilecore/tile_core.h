@@ -104,6 +104,8 @@ class TileCore {
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated
   // order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
+  // Since the last call: what lists named and lay behind all that the tile sees.
+  std::vector<SubPatchName> take_hidden() { return std::exchange(hidden_, {}); }
   CoreCounters take_counters();
   // By the number of the drawable; as long as the longest list of drawables since the last call.
   std::vector<DrawableCounts> take_drawables() { return std::exchange(drawables_, {}); }
@@ -153,6 +155,7 @@ class TileCore {
   ResolveCounters resolve_counters_;
   memory::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
+  std::vector<SubPatchName> hidden_;
   std::vector<DrawableCounts> drawables_;
   std::vector<TimeRange> leaf_times_;
 };
