@@ -96,7 +96,7 @@ void TileScheduler::count_uses(Round& round) {
 }
 
 void TileScheduler::share(Round& round) {
-  if (cache_.eviction() == tilecore::CacheEviction::kUses) count_uses(round);
+  if (cache_.eviction() != tilecore::CacheEviction::kLru) count_uses(round);
   for (const binner::TileIndex t : order_.tiles()) {
     const std::vector<tilecore::TessellationRequest>& requests = round.tessellations[t];
     round.work.share(t, requests, round.hidden[t], cache_);

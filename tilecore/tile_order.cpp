@@ -10,35 +10,45 @@ namespace {
 
 constexpr int kMaxSide = 1 << 15;  // places are 32 bits wide
 
-// Every second bit, from bit 0 on.
-std::uint32_t spread(std::uint32_t bits) {
-  std::uint32_t x = bits;
-  x = (x | x << 8) & 0x00FF00FFu;
-  x = (x | x << 4) & 0x0F0F0F0Fu;
-  x = (x | x << 2) & 0x33333333u;
-  return (x | x << 1) & 0x55555555u;
-}
-std::uint32_t gather(std::uint32_t bits) {
-  std::uint32_t x = bits & 0x55555555u;
-  x = (x | x >> 1) & 0x33333333u;
-  x = (x | x >> 2) & 0x0F0F0F0Fu;
-  x = (x | x >> 4) & 0x00FF00FFu;
-  return (x | x >> 8) & 0x0000FFFFu;
-}
+// A curve through a square goes through its quadrants one after the other, and through each as another curve does.
+struct Quadrant {
+  std::uint8_t x, y, curve;
+};
+using Curve = std::array<Quadrant, 4>;
+constexpr std::uint8_t kZ = 0, kHilbertCurve = 1;
+// Hilbert's: as it is, transposed, transposed about the other diagonal, turned by half.
+constexpr std::array<Curve, 5> kCurves = {{
+    {{{0, 0, kZ}, {1, 0, kZ}, {0, 1, kZ}, {1, 1, kZ}}},
+    {{{0, 0, 2}, {0, 1, 1}, {1, 1, 1}, {1, 0, 3}}},
+    {{{0, 0, 1}, {1, 0, 2}, {1, 1, 2}, {0, 1, 4}}},
+    {{{1, 1, 4}, {0, 1, 3}, {0, 0, 3}, {1, 0, 1}}},
+    {{{1, 1, 3}, {1, 0, 4}, {0, 0, 4}, {0, 1, 2}}},
+}};
 
-// In the square of `size` at (x, y) whose first place is `first`.
-std::uint32_t next_in_square(const IntRect& cells, std::uint32_t from, int x, int y, std::uint32_t size,
-                             std::uint32_t first) {
-  const int side = static_cast<int>(size);
-  if (x >= cells.x1 || y >= cells.y1 || x + side <= cells.x0 || y + side <= cells.y0) return TileOrder::kNever;
-  if (first + (size * size - 1) < from) return TileOrder::kNever;
-  if (first >= from && x >= cells.x0 && y >= cells.y0) return first;
-  const std::uint32_t half = size / 2;
-  for (std::uint32_t k = 0; k < 4; ++k) {
-    const std::uint32_t found = next_in_square(cells, from, x + static_cast<int>((k & 1) * half),
-                                               y + static_cast<int>((k >> 1) * half), half, first + k * half * half);
-    if (found != TileOrder::kNever) return found;
+// A square of cells and the places that a curve gives them.
+struct Square {
+  std::uint8_t curve;
+  int x = 0, y = 0;
+  std::uint32_t side, first = 0;
+
+  Square quadrant(std::uint32_t k) const {
+    const Quadrant& q = kCurves[curve][k];
+    const std::uint32_t half = side / 2;
+    return {q.curve, x + q.x * static_cast<int>(half), y + q.y * static_cast<int>(half), half, first + k * half * half};
   }
+  bool contains(int column, int row) const {
+    return column >= x && row >= y && column < x + static_cast<int>(side) && row < y + static_cast<int>(side);
+  }
+};
+
+std::uint32_t next_in_square(const IntRect& cells, std::uint32_t from, const Square& square) {
+  const int side = static_cast<int>(square.side);
+  const IntRect common = cells.intersect({square.x, square.y, square.x + side, square.y + side});
+  if (common.empty() || square.first + (square.side * square.side - 1) < from) return TileOrder::kNever;
+  if (square.side == 1) return square.first;
+  for (std::uint32_t k = 0; k < 4; ++k)
+    if (const std::uint32_t found = next_in_square(cells, from, square.quadrant(k)); found != TileOrder::kNever)
+      return found;
   return TileOrder::kNever;
 }
 
@@ -66,7 +76,9 @@ std::uint32_t next_in_strips(const IntRect& cells, std::uint32_t from, int colum
 }  // namespace
 
 TileOrder::TileOrder(TileSequence sequence, const binner::TileGrid& grid, int group_side)
-    : sequence_(sequence),
+    : along_curve_(sequence == TileSequence::kMorton || sequence == TileSequence::kHilbert),
+      curve_(sequence == TileSequence::kHilbert ? kHilbertCurve : kZ),
+      strip_rows_(sequence == TileSequence::kStrips ? kStripRows : 1),
       side_(group_side),
       columns_(grid.columns()),
       group_columns_((grid.columns() + group_side - 1) / group_side),
@@ -80,23 +92,32 @@ TileOrder::TileOrder(TileSequence sequence, const binner::TileGrid& grid, int gr
 }
 
 std::uint32_t TileOrder::group_place(Cell group) const {
-  if (sequence_ == TileSequence::kMorton)
-    return spread(static_cast<std::uint32_t>(group.column)) | spread(static_cast<std::uint32_t>(group.row)) << 1;
-  const int height = sequence_ == TileSequence::kStrips ? kStripRows : 1, strip = group.row / height;
+  if (along_curve_) {
+    Square square{curve_, 0, 0, square_, 0};
+    while (square.side > 1) {
+      std::uint32_t k = 0;
+      while (!square.quadrant(k).contains(group.column, group.row)) ++k;
+      square = square.quadrant(k);
+    }
+    return square.first;
+  }
+  const int height = strip_rows_, strip = group.row / height;
   return static_cast<std::uint32_t>((strip * group_columns_ + group.column) * height + group.row % height);
 }
 
 TileOrder::Cell TileOrder::group_at(std::uint32_t place) const {
-  if (sequence_ == TileSequence::kMorton)
-    return {static_cast<int>(gather(place)), static_cast<int>(gather(place >> 1))};
-  const int height = sequence_ == TileSequence::kStrips ? kStripRows : 1, at = static_cast<int>(place);
-  const int strip = at / (group_columns_ * height);
+  if (along_curve_) {
+    Square square{curve_, 0, 0, square_, 0};
+    while (square.side > 1) square = square.quadrant((place - square.first) / (square.side * square.side / 4));
+    return {square.x, square.y};
+  }
+  const int height = strip_rows_, at = static_cast<int>(place), strip = at / (group_columns_ * height);
   return {at / height % group_columns_, strip * height + at % height};
 }
 
 std::uint32_t TileOrder::next_group(const IntRect& groups, std::uint32_t from) const {
-  if (sequence_ == TileSequence::kMorton) return next_in_square(groups, from, 0, 0, square_, 0);
-  return next_in_strips(groups, from, group_columns_, sequence_ == TileSequence::kStrips ? kStripRows : 1);
+  if (along_curve_) return next_in_square(groups, from, {curve_, 0, 0, square_, 0});
+  return next_in_strips(groups, from, group_columns_, strip_rows_);
 }
 
 std::uint32_t TileOrder::place(binner::TileIndex tile) const {

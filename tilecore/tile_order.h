@@ -11,10 +11,10 @@
 
 namespace tessera::tilecore {
 
-enum class TileSequence : std::uint8_t { kRows, kStrips, kMorton };
+enum class TileSequence : std::uint8_t { kRows, kStrips, kMorton, kHilbert };
 
 // In which order the machine gives the tiles of a grid to its cores: row by row; in strips eight tiles high, column by
-// column; or along the Z curve of Morton, which keeps what is near in two dimensions near in time. Groups (of tiles
+// column; or along a curve that keeps what is near in two dimensions near in time: the Z of Morton or that of Hilbert. Groups (of tiles
 // that share a shading cache) come in that order, the tiles of a group one after the other, row by row.
 //
 // A tile's *place* rises along the order; not every place is taken.
@@ -45,10 +45,12 @@ class TileOrder {
   Cell group_at(std::uint32_t place) const;
   std::uint32_t next_group(const IntRect& groups, std::uint32_t from) const;
 
-  TileSequence sequence_;
+  bool along_curve_;
+  std::uint8_t curve_;
+  int strip_rows_;
   int side_;  // of a group, in tiles
   int columns_, group_columns_, group_rows_;
-  std::uint32_t square_ = 1;  // side of the square that the Z curve fills
+  std::uint32_t square_ = 1;  // side of the square that a curve fills
   std::vector<binner::TileIndex> tiles_;
 };
 
@@ -57,7 +59,7 @@ class TileOrder {
 namespace tessera {
 
 template <>
-inline constexpr auto kEnumWords<tilecore::TileSequence> = std::to_array<std::string_view>({"rows", "strips",
-                                                                                            "morton"});
+inline constexpr auto kEnumWords<tilecore::TileSequence> = std::to_array<std::string_view>({"rows", "strips", "morton",
+                                                                                            "hilbert"});
 
 }  // namespace tessera

@@ -25,7 +25,7 @@ void TessellationCache::use(binner::TileIndex tile, std::span<const Tessellation
                             std::span<const SubPatchName> hidden) {
   begin_tile(tile);
   for (const TessellationRequest& request : requests) use_one(request);
-  if (eviction_ != CacheEviction::kUses) return;
+  if (eviction_ == CacheEviction::kLru) return;
   for (const SubPatchName& name : hidden)
     if (const auto found = numbers_.find(name); found != numbers_.end()) end_use(found->second);
 }
@@ -36,7 +36,6 @@ void TessellationCache::begin_tile(binner::TileIndex tile) {
   tile_ = tile;
   now_ = place;
   if (eviction_ != CacheEviction::kNextUse) return;
-  // Uses that did not come (lists are finer than rectangles), and all when tiles begin anew.
   std::vector<std::uint32_t> late;
   for (auto at = leaving_.rbegin(); at != leaving_.rend(); ++at) {
     if (!again && TileOrder::kNever - std::get<0>(*at) >= now_) break;
@@ -44,9 +43,9 @@ void TessellationCache::begin_tile(binner::TileIndex tile) {
   }
   for (const std::uint32_t line : late) {
     unfile(line);
-    for (const auto& [sub_patch, part] : lines_[line].users) {
-      Part& p = sub_patches_[sub_patch].parts[part];
-      if (again || p.next_use < now_) p.next_use = order_.next(p.tiles, now_);
+    for (const auto& [number, number_of_part] : lines_[line].users) {
+      Part& part = sub_patches_[number].parts[number_of_part];
+      if (again || part.next_use < now_) part.next_use = order_.next(part.tiles, now_);
     }
     file(line);
   }
@@ -55,8 +54,10 @@ void TessellationCache::begin_tile(binner::TileIndex tile) {
 void TessellationCache::use_one(const TessellationRequest& request) {
   ++counters_.requests;
   const std::uint32_t number = sub_patch_of(request);
-  const bool known = sub_patches_[number].lines_on_chip > 0;
+  const bool known = sub_patches_[number].known;
   if (!known || sub_patches_[number].uses_left == 0) sub_patches_[number].uses_left = request.uses;
+  if (known && sub_patches_[number].lines_on_chip == 0) unfile_outline(number);
+  sub_patches_[number].used = ++uses_;
   const int columns = grid_.columns(), column = static_cast<int>(tile_) % columns,
             row = static_cast<int>(tile_) / columns;
   std::uint64_t evaluated = 0, read = 0;
@@ -72,6 +73,7 @@ void TessellationCache::use_one(const TessellationRequest& request) {
     evaluated += count(missing);
     read += count(part.vertices & ~missing);
   }
+  keep_outline(number);
   end_use(number);
   if (request.moving && !request.deforming) counters_.vertex_transforms += read;
   if (evaluated == 0) {
@@ -132,14 +134,14 @@ std::uint64_t TessellationCache::use_line(std::uint32_t line, std::uint32_t sub_
   const std::uint64_t missing = wanted & ~l.valid;
   if (l.on_chip) unfile(line);
   const std::pair<std::uint32_t, std::uint32_t> user{sub_patch, part};
+  if (!l.on_chip && passes_by(l, sub_patch, part)) return missing;
   if (!l.on_chip || std::find(l.users.begin(), l.users.end(), user) == l.users.end()) {
     if (!make_room(line, sub_patch)) {
       if (l.on_chip) evict(line);
       return missing;
     }
     l.users.push_back(user);
-    SubPatch& of = sub_patches_[sub_patch];
-    if (of.lines_on_chip++ == 0) bytes_ += of.parts.size() * kRectangleBytes;
+    ++sub_patches_[sub_patch].lines_on_chip;
   }
   l.valid |= wanted;
   l.used = ++uses_;
@@ -147,60 +149,96 @@ std::uint64_t TessellationCache::use_line(std::uint32_t line, std::uint32_t sub_
   return missing;
 }
 
+bool TessellationCache::passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const {
+  const SubPatch& of = sub_patches_[sub_patch];
+  if (bytes_ + line.bytes + (of.known ? 0 : outline_bytes(of)) <= capacity_ || leaving_.empty()) return false;
+  // This is one of the uses that are left.
+  return (of.uses_left > 1 ? rank_of(sub_patch, of.parts[part]) : 0) < std::get<0>(*leaving_.begin());
+}
+
+void TessellationCache::keep_outline(std::uint32_t sub_patch) {
+  SubPatch& of = sub_patches_[sub_patch];
+  if (!of.known) {
+    const std::uint64_t bytes = outline_bytes(of);
+    while (bytes_ + bytes > capacity_ && !leaving_outlines_.empty()) forget(leaving_outlines_.begin()->second);
+    if (bytes_ + bytes > capacity_) return;
+    of.known = true;
+    bytes_ += bytes;
+  }
+  if (of.lines_on_chip == 0) file_outline(sub_patch);
+}
+
 bool TessellationCache::make_room(std::uint32_t line, std::uint32_t sub_patch) {
   Line& l = lines_[line];
-  while (true) {
-    const SubPatch& of = sub_patches_[sub_patch];
-    const std::uint64_t more =
-        (l.on_chip ? 0 : l.bytes) + (of.lines_on_chip == 0 ? of.parts.size() * kRectangleBytes : 0);
-    if (bytes_ + more <= capacity_) break;
-    if (leaving_.empty()) return false;
+  SubPatch& of = sub_patches_[sub_patch];
+  const std::uint64_t more = (l.on_chip ? 0 : l.bytes) + (of.known ? 0 : outline_bytes(of));
+  ++of.lines_on_chip;  // its outline stays, whatever leaves
+  while (bytes_ + more > capacity_ && !leaving_.empty()) {
     const std::uint32_t first = std::get<2>(*leaving_.begin());
     unfile(first);
     evict(first);
   }
-  if (!l.on_chip) bytes_ += l.bytes;
-  l.on_chip = true;
+  while (bytes_ + more > capacity_ && !leaving_outlines_.empty()) forget(leaving_outlines_.begin()->second);
+  --of.lines_on_chip;
+  if (bytes_ + more > capacity_) return false;
+  bytes_ += more;
+  l.on_chip = of.known = true;
   return true;
 }
 
 void TessellationCache::evict(std::uint32_t line) {
   Line& l = lines_[line];
-  for (const auto& [sub_patch, part] : l.users) {
-    SubPatch& of = sub_patches_[sub_patch];
-    if (--of.lines_on_chip == 0) bytes_ -= of.parts.size() * kRectangleBytes;
-  }
+  for (const auto& [sub_patch, part] : l.users)
+    if (--sub_patches_[sub_patch].lines_on_chip == 0) file_outline(sub_patch);
   l.users.clear();
   l.valid = 0;
   l.on_chip = false;
   bytes_ -= l.bytes;
 }
 
-std::uint64_t TessellationCache::rank_of(const Line& line) {
-  if (eviction_ == CacheEviction::kLru) return 0;
-  if (eviction_ == CacheEviction::kUses)
-    return std::any_of(line.users.begin(), line.users.end(),
-                       [&](const auto& user) { return sub_patches_[user.first].uses_left > 0; })
-               ? 1
-               : 0;
-  std::uint32_t next = TileOrder::kNever;
-  for (const auto& [sub_patch, part] : line.users) next = std::min(next, sub_patches_[sub_patch].parts[part].next_use);
-  return TileOrder::kNever - next;
+void TessellationCache::forget(std::uint32_t sub_patch) {
+  unfile_outline(sub_patch);
+  sub_patches_[sub_patch].known = false;
+  bytes_ -= outline_bytes(sub_patches_[sub_patch]);
+}
+
+// The higher, the longer it stays.
+std::uint64_t TessellationCache::rank_of(std::uint32_t sub_patch, const Part& part) const {
+  if (eviction_ == CacheEviction::kLru) return 1;
+  if (sub_patches_[sub_patch].uses_left == 0) return 0;
+  return eviction_ == CacheEviction::kUses ? 1 : TileOrder::kNever - part.next_use;
 }
 
 void TessellationCache::file(std::uint32_t line) {
   Line& l = lines_[line];
-  l.rank = rank_of(l);
+  l.rank = 0;
+  for (const auto& [sub_patch, part] : l.users)
+    l.rank = std::max(l.rank, rank_of(sub_patch, sub_patches_[sub_patch].parts[part]));
   leaving_.emplace(l.rank, l.used, line);
 }
 
 void TessellationCache::unfile(std::uint32_t line) { leaving_.erase({lines_[line].rank, lines_[line].used, line}); }
 
+void TessellationCache::file_outline(std::uint32_t sub_patch) {
+  SubPatch& of = sub_patches_[sub_patch];
+  leaving_outlines_.emplace(of.used, sub_patch);
+  outline_bytes_ += outline_bytes(of);
+  if (eviction_ != CacheEviction::kLru && of.uses_left == 0) return forget(sub_patch);
+  while (outline_bytes_ > capacity_ / kOutlineShare) forget(leaving_outlines_.begin()->second);
+}
+
+void TessellationCache::unfile_outline(std::uint32_t sub_patch) {
+  const SubPatch& of = sub_patches_[sub_patch];
+  leaving_outlines_.erase({of.used, sub_patch});
+  outline_bytes_ -= outline_bytes(of);
+}
+
 void TessellationCache::end_use(std::uint32_t sub_patch) {
   SubPatch& of = sub_patches_[sub_patch];
-  if (of.lines_on_chip == 0 || of.uses_left == 0 || --of.uses_left > 0 || eviction_ != CacheEviction::kUses) return;
-  for (std::uint32_t p = 0; p < of.parts.size(); ++p)
-    for (const std::uint32_t line : of.parts[p].lines) {
+  if (!of.known || of.uses_left == 0 || --of.uses_left > 0 || eviction_ == CacheEviction::kLru) return;
+  if (of.lines_on_chip == 0) return forget(sub_patch);
+  for (const Part& part : of.parts)
+    for (const std::uint32_t line : part.lines) {
       if (line == kNone || !lines_[line].on_chip) continue;
       unfile(line);
       file(line);

@@ -62,17 +62,19 @@ struct TessellationCounters {
 // it. Configured by tessellator.cache_bytes, tessellator.cache_eviction, tilecore.tile_order.
 //
 //   request -> groups of the sub-patch that the tile touches -> vertices on chip: read, transformed to both motion keys
-//              not known while none of it is on chip: all    -> not: fetch the patch, shade them, keep them
+//              all of them while its outline is not on chip  -> not: fetch the patch, shade them, keep them
 //
 // Vertices are kept by groups (VertexGroup), in object space, 12 bytes each: a rigid object's once, whatever it does;
 // one that deforms has a line for each motion key, and segments of motion that follow one another share the key between
-// them. While a group of a sub-patch is on chip, the rectangle of tiles that each of its groups may touch is, too: the
-// hulls of the boxes that were built of its leaves.
+// them. With them goes the *outline* of a sub-patch: the rectangle of tiles that each of its groups may touch, hulls of
+// the boxes that were built of its leaves. Outlines outlive their vertices, in up to an eighth of the memory.
 //
 // Evicted first:
 //   lru       what was used longest ago
-//   uses      what no list names any more (the binner counts the lists of a sub-patch), then what was used longest ago
-//   next_use  what the order of tiles and the rectangles of tiles bring back last, or never
+//   uses      what no list names any more, then what was used longest ago
+//   next_use  what no list names any more, then what the order of tiles and the rectangles bring back last, or never
+// The binner counts the lists that hold a sub-patch; uses are counted down while its outline is on chip. What would be
+// the first to leave again is not kept at all.
 //
 // Requests come in emulated order, tile by tile, whatever order the host works in.
 //
@@ -84,11 +86,18 @@ struct TessellationCounters {
 class TessellationCache {
  public:
   static constexpr std::uint64_t kPositionBytes = 12;  // of a vertex on chip, per key where it deforms
-  static constexpr std::uint64_t kRectangleBytes = 8;  // of a group's tiles: four numbers of 16 bits
+  // Of a group's tiles: four numbers of 8 bits, where there are no more columns and rows, or of 16.
+  static std::uint64_t rectangle_bytes(const binner::TileGrid& grid) {
+    return grid.columns() <= 256 && grid.rows() <= 256 ? 4 : 8;
+  }
 
   TessellationCache(std::uint64_t capacity_bytes, CacheEviction eviction, const binner::TileGrid& grid,
                     const TileOrder& order)
-      : capacity_(capacity_bytes), eviction_(eviction), grid_(grid), order_(order) {}
+      : capacity_(capacity_bytes),
+        rectangle_bytes_(rectangle_bytes(grid)),
+        eviction_(eviction),
+        grid_(grid),
+        order_(order) {}
 
   // A tile's requests, in its core's order. `hidden`: what its list names beside them, and the core dropped.
   void use(binner::TileIndex tile, std::span<const TessellationRequest> requests,
@@ -101,6 +110,7 @@ class TessellationCache {
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  static constexpr std::uint64_t kOutlineShare = 8;
   static constexpr std::uint8_t kLastKey = 255;  // of the whole shutter
 
   // Vertices of one group at one key.
@@ -120,8 +130,10 @@ class TessellationCache {
   };
   struct SubPatch {
     std::vector<Part> parts;
-    std::uint32_t lines_on_chip = 0;  // known while there are any
+    std::uint32_t lines_on_chip = 0;
     std::uint32_t uses_left = 0;
+    std::uint64_t used = 0;  // tells when that was last
+    bool known = false;      // the outline is on chip
   };
   void begin_tile(binner::TileIndex tile);
   void use_one(const TessellationRequest& request);
@@ -132,14 +144,21 @@ class TessellationCache {
   // as there is room.
   std::uint64_t use_line(std::uint32_t line, std::uint32_t sub_patch, std::uint32_t part);
   bool make_room(std::uint32_t line, std::uint32_t sub_patch);
+  // Whether the part of a line that is not on chip is less worth keeping than all that would have to leave for it.
+  bool passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const;
+  void keep_outline(std::uint32_t sub_patch);
+  std::uint64_t outline_bytes(const SubPatch& sub_patch) const { return sub_patch.parts.size() * rectangle_bytes_; }
   void evict(std::uint32_t line);
-  // Where the line stands among those that leave.
+  void forget(std::uint32_t sub_patch);
+  // Where a line stands among those that leave, and the outline of a sub-patch that has no line.
   void file(std::uint32_t line);
   void unfile(std::uint32_t line);
-  std::uint64_t rank_of(const Line& line);
+  void file_outline(std::uint32_t sub_patch);
+  void unfile_outline(std::uint32_t sub_patch);
+  std::uint64_t rank_of(std::uint32_t sub_patch, const Part& part) const;
   void end_use(std::uint32_t sub_patch);
 
-  std::uint64_t capacity_, bytes_ = 0;
+  std::uint64_t capacity_, rectangle_bytes_, bytes_ = 0;
   CacheEviction eviction_;
   const binner::TileGrid& grid_;
   const TileOrder& order_;
@@ -151,6 +170,8 @@ class TessellationCache {
   std::unordered_map<std::uint64_t, std::uint32_t> line_numbers_;
   std::vector<Line> lines_;
   std::set<std::tuple<std::uint64_t, std::uint64_t, std::uint32_t>> leaving_;  // rank, used, line
+  std::set<std::pair<std::uint64_t, std::uint32_t>> leaving_outlines_;         // used, sub-patch: those without lines
+  std::uint64_t outline_bytes_ = 0;                                            // of outlines without lines
   TessellationCounters counters_;
   memory::Ledger ledger_;
 };
