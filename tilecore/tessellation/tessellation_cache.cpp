@@ -150,6 +150,7 @@ std::uint64_t TessellationCache::use_line(std::uint32_t line, std::uint32_t sub_
 }
 
 bool TessellationCache::passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const {
+  if (eviction_ == CacheEviction::kLru) return false;
   const SubPatch& of = sub_patches_[sub_patch];
   if (bytes_ + line.bytes + (of.known ? 0 : outline_bytes(of)) <= capacity_ || leaving_.empty()) return false;
   // This is one of the uses that are left.
