@@ -37,9 +37,9 @@ struct Binners {
         bin_setup(bins, job.frame->projection),
         post(gpu, *job.grid, job.frame->projection),
         position(gpu, *job.grid, job.frame->projection, VertexStorage::kSnapped),
-        deferred(gpu, job.grid->tile_count()),
-        stream(gpu, bins.tile_count()),
-        control(gpu, job.grid->tile_count()) {}
+        deferred(gpu, *job.grid),
+        stream(gpu, bins),
+        control(gpu, *job.grid) {}
   Binners(const Binners&) = delete;
 
   // Each machine by itself: as many threads as there are machines.
@@ -124,6 +124,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.buffer_overflows = counters.binner.partial_renders;
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
+  out.compulsory_evaluations = counters.tessellation.compulsory_evaluations;
   out.patch_bytes = front_end + tiles_uncached + shading;
   out.patch_bytes_cached = front_end + tiles + shading;
   out.frame_bytes_read = state.read_bytes;
@@ -163,7 +164,8 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   out[Scheme::kControlList] = list_machine(binners.control.lists(), by_tiles, 0, frame_bytes, invocations);
   // Positions first; the rest for what setup keeps, or again where it is needed.
   BaselineCounters& position = out[Scheme::kPostPosition];
-  position.domain_evaluations = position.domain_evaluations_cached = geometry.kept_vertices;
+  position.domain_evaluations = position.domain_evaluations_cached = position.compulsory_evaluations =
+      geometry.kept_vertices;
   for (const Scheme scheme :
        {Scheme::kPostPosition, Scheme::kDeferredVertex, Scheme::kVisibilityStream, Scheme::kControlList})
     out[scheme].position_evaluations = geometry.vertices;
@@ -174,7 +176,8 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   immediate.tile_overlaps = 0;
   immediate.culled_occlusion = drawn.blocks_culled;
   immediate.pixel_shader_invocations = drawn.pixel_shader_invocations;
-  immediate.domain_evaluations = immediate.domain_evaluations_cached = geometry.vertices;
+  immediate.domain_evaluations = immediate.domain_evaluations_cached = immediate.compulsory_evaluations =
+      geometry.vertices;
   const std::uint64_t finished = samples > 1 ? frame_bytes : 0;  // else the colour surface is the frame
   immediate.frame_bytes_read = drawn.traffic.bytes_read;
   immediate.frame_bytes_written = drawn.traffic.bytes_written + finished;

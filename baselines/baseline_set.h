@@ -22,8 +22,7 @@ struct BaselineSet {
   void accumulate(const BaselineSet& frame);
 };
 
-// Counters of a machine that bins patches, from those of its run. The cache of tessellator.cache_bytes holds, per
-// sub-patch, 12 bytes for each vertex and key; tiles use it in the order in which they were rendered.
+// Counters of a machine that bins patches, from those of its run.
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                                        const gpu::FrameCounters& counters, const gpu::MachineRecord& record);
 

@@ -27,8 +27,8 @@ gpu::GpuConfiguration in_blocks(gpu::GpuConfiguration gpu) {
 
 }  // namespace
 
-ControlListBinner::ControlListBinner(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count)
-    : lists_(in_blocks(gpu), tile_count), last_(tile_count) {}
+ControlListBinner::ControlListBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid)
+    : lists_(in_blocks(gpu), grid), last_(grid.tile_count()) {}
 
 void ControlListBinner::put_triangle(const Triangle& triangle, Place& place, std::vector<std::uint8_t>& bytes) const {
   const Triangle p = place.before;

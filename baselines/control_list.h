@@ -23,7 +23,7 @@ namespace tessera::baselines {
 //   CL2  Each tile shades each vertex of its triangles once, and no other.
 class ControlListBinner {
  public:
-  ControlListBinner(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count);
+  ControlListBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid);
 
   void add(const TessellatedPatch& patch, const TriangleList& list);
   void finish(std::span<const std::uint64_t> state_bytes = {}) { lists_.finish(state_bytes); }

@@ -19,8 +19,8 @@ namespace tessera::baselines {
 //   DV2  Each tile shades each vertex of its triangles once, and no other.
 class DeferredVertexBinner {
  public:
-  DeferredVertexBinner(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count)
-      : lists_(gpu, tile_count), last_(tile_count) {}
+  DeferredVertexBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid)
+      : lists_(gpu, grid), last_(grid.tile_count()) {}
 
   void add(const TessellatedPatch& patch, const TriangleList& list);
   void finish(std::span<const std::uint64_t> state_bytes = {}) { lists_.finish(state_bytes); }

@@ -58,6 +58,7 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
   patch.number = number;
   patch.state = frame.assembly->patch_drawable[number];
   patch.moving = drawable.moving;
+  patch.deforming = drawable.moving && drawable.deforming;
   if (!drawable.material->double_sided) {
     patch.keep_positive = drawable.mirrored;
     patch.keep_negative = !drawable.mirrored;

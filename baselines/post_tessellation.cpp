@@ -42,6 +42,7 @@ std::vector<BlockTriangle> triangles_at(std::span<const std::uint8_t> memory, st
 PostTessellationBinner::PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
                                                const scene::Projection& projection, VertexStorage storage)
     : grid_(grid),
+      order_(gpu.tilecore.tile_order, grid),
       setup_(grid_, projection),
       buffer_(gpu, grid.tile_count()),
       storage_(storage),
@@ -265,7 +266,7 @@ void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<c
   close_block();
   buffer_.finish();
   Reading reading{memory::LruCache(cache_bytes_), BurstBytes(burst_bytes_), visible, {}, {}, 0};
-  for (binner::TileIndex tile = 0; tile < grid_.tile_count(); ++tile) read_tile(tile, reading);
+  for (const binner::TileIndex tile : order_.tiles()) read_tile(tile, reading);
   const memory::Traffic written = buffer_.ledger().total();
   dram_bytes_ = written.read_bytes + written.written_bytes + reading.ledger.total().read_bytes;
   dram_bytes_uncached_ =
@@ -273,7 +274,7 @@ void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<c
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();
-  counters_.domain_evaluations_cached = counters_.domain_evaluations;
+  counters_.domain_evaluations_cached = counters_.compulsory_evaluations = counters_.domain_evaluations;
   if (state_bytes.empty()) return;
   set_pressure(buffer_.pressure(reading.reads, state_bytes), counters_);
 }

@@ -94,6 +94,7 @@ class PostTessellationBinner {
   static constexpr std::uint8_t kNoNumber = 255;
 
   binner::TileGrid grid_;
+  tilecore::TileOrder order_;
   TriangleSetup setup_;
   TriangleBuffer buffer_;
   VertexStorage storage_;

@@ -15,7 +15,7 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
   vertices_ += static_cast<std::uint32_t>(patch.x0.size());
   patches_.push_back(
       {static_cast<std::uint32_t>(triangles_.size()), first, patch.patch_bytes + patch.stored_attribute_bytes,
-       static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.moving ? 2 : 1))});
+       static_cast<std::uint32_t>(tilecore::TessellationCache::kPositionBytes * (patch.deforming ? 2 : 1))});
   std::uint32_t tile = 0;
   for (const TriangleList::Triangle& t : list.triangles) {
     const auto number = static_cast<std::uint32_t>(triangles_.size());
@@ -29,7 +29,7 @@ Reshading::Counts Reshading::run() const {
   Counts counts;
   memory::LruCache cache(cache_bytes_);
   std::vector<std::uint32_t> seen_in(vertices_, 0);  // the tile, plus one
-  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+  for (const binner::TileIndex tile : order_) {
     auto patch = patches_.begin();
     for (std::size_t k = 0; k < tiles_[tile].size();) {
       patch = std::prev(std::upper_bound(patch, patches_.end(), tiles_[tile][k],
@@ -40,7 +40,8 @@ Reshading::Counts Reshading::run() const {
       for (; k < tiles_[tile].size() && tiles_[tile][k] < end; ++k)
         for (const std::uint32_t vertex : triangles_[tiles_[tile][k]]) {
           if (seen_in[vertex] == tile + 1) continue;
-          seen_in[vertex] = static_cast<std::uint32_t>(tile + 1);
+          if (seen_in[vertex] == 0) ++counts.distinct;
+          seen_in[vertex] = tile + 1;
           ++counts.evaluations;
           if (cache.use(vertex, patch->vertex_bytes)) continue;
           ++counts.evaluations_cached;
@@ -53,11 +54,12 @@ Reshading::Counts Reshading::run() const {
   return counts;
 }
 
-ReferenceLists::ReferenceLists(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count)
-    : buffer_(gpu, tile_count),
-      reshading_(tile_count, static_cast<std::uint64_t>(gpu.tessellator.cache_bytes)),
+ReferenceLists::ReferenceLists(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid)
+    : buffer_(gpu, grid.tile_count()),
+      reshading_(tilecore::TileOrder(gpu.tilecore.tile_order, grid),
+                 static_cast<std::uint64_t>(gpu.tessellator.cache_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
-      tile_count_(tile_count) {}
+      tile_count_(grid.tile_count()) {}
 
 void ReferenceLists::finish(std::span<const std::uint64_t> state_bytes) {
   buffer_.finish();
@@ -71,6 +73,7 @@ void ReferenceLists::finish(std::span<const std::uint64_t> state_bytes) {
   counters_.buffer_overflows = buffer_.overflows();
   counters_.domain_evaluations = shaded.evaluations;
   counters_.domain_evaluations_cached = shaded.evaluations_cached;
+  counters_.compulsory_evaluations = shaded.distinct;
   counters_.patch_bytes = shaded.patch_bytes;
   counters_.patch_bytes_cached = shaded.patch_bytes_cached;
   list_dram_bytes_ = ledger.total().read_bytes + ledger.total().written_bytes;

@@ -8,16 +8,18 @@
 #include "baselines/baseline_counters.h"
 #include "baselines/triangle_buffer.h"
 #include "baselines/triangle_setup.h"
+#include "tilecore/tile_order.h"
 
 namespace tessera::baselines {
 
 // Vertices that no list holds: tile cores fetch the patches that their lists name and shade again the vertices of their
 // triangles, through a cache of positions behind the vertex shader that all tiles share (LRU, vertex by vertex, 12 bytes
-// each per motion key, as in front of our tessellator: TessellationCache). Tiles come row by row, triangles in the order
-// in which they were drawn. A patch none of whose vertices is missing is not fetched.
+// each, or per motion key where they deform, as in front of our tessellator: TessellationCache). Tiles come in the order
+// of tilecore.tile_order, triangles as they were drawn. A patch none of whose vertices is missing is not fetched.
 class Reshading {
  public:
-  Reshading(binner::TileIndex tile_count, std::uint64_t cache_bytes) : tiles_(tile_count), cache_bytes_(cache_bytes) {}
+  Reshading(const tilecore::TileOrder& order, std::uint64_t cache_bytes)
+      : order_(order.tiles()), tiles_(order_.size()), cache_bytes_(cache_bytes) {}
 
   // Returns the number of the patch's first vertex, of all that were added: their place in one vertex buffer.
   std::uint32_t add(const TessellatedPatch& patch, const TriangleList& list);
@@ -25,6 +27,7 @@ class Reshading {
   struct Counts {
     std::uint64_t evaluations = 0, patch_bytes = 0;                // without the cache: for each tile anew
     std::uint64_t evaluations_cached = 0, patch_bytes_cached = 0;  // with it
+    std::uint64_t distinct = 0;                                    // with one that loses nothing
   };
   Counts run() const;
 
@@ -36,6 +39,7 @@ class Reshading {
   };
   std::vector<Patch> patches_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
+  std::vector<binner::TileIndex> order_;
   std::vector<std::vector<std::uint32_t>> tiles_;  // numbers in triangles_, rising
   std::uint32_t vertices_ = 0;
   std::uint64_t cache_bytes_;
@@ -44,7 +48,7 @@ class Reshading {
 // What machines whose lists hold references have in common: lists, and geometry that is shaded again.
 class ReferenceLists {
  public:
-  ReferenceLists(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count);
+  ReferenceLists(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid);
 
   Reshading& reshading() { return reshading_; }
   void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes) { buffer_.append(tile, bytes); }

@@ -15,6 +15,7 @@ struct TessellatedPatch {
   std::uint32_t number = 0;                         // base patch
   std::uint32_t state = 0;                          // triangles of one state may share a block
   bool moving = false;                              // key 1 differs; its arrays are empty otherwise
+  bool deforming = false;                           // in object space, too
   bool keep_positive = true, keep_negative = true;  // facing: sign of the area in raster space
   std::vector<float> x0, y0, z0, x1, y1, z1;
   std::vector<std::uint8_t> projected;

@@ -25,8 +25,8 @@ BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gme
 //   VS2  Each bin shades each vertex of its triangles once, and no other.
 class VisibilityStreamBinner {
  public:
-  VisibilityStreamBinner(const gpu::GpuConfiguration& gpu, binner::TileIndex bin_count)
-      : lists_(gpu, bin_count), bins_(bin_count) {}
+  VisibilityStreamBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& bins)
+      : lists_(gpu, bins), bins_(bins.tile_count()) {}
 
   void add(const TessellatedPatch& patch, const TriangleList& list);
   void finish(std::span<const std::uint64_t> state_bytes = {});

@@ -91,8 +91,10 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   binner::Binner& binner = *kept_.binner;
   result.targets.tile_farthest.resize(binner.grid().tile_count());
   result.maps = TileMaps(*job.grid);
-  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));
-  TileScheduler scheduler(run, cores_, binner, cache);
+  const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid, tiles_together(job));
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes),
+                                    gpu_.tessellator.cache_eviction, *job.grid, order);
+  TileScheduler scheduler(run, cores_, binner, order, cache);
   scheduler.render(front_end.sub_patches, {}, binned);
   second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {

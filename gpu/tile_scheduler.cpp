@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "base/check.h"
@@ -42,13 +43,14 @@ void for_each_tile(const binner::TileGrid& grid, int group_side, const Visit& vi
 struct TileScheduler::Round {
   WorkRecorder::Round work;
   std::vector<std::vector<tilecore::TessellationRequest>> tessellations;  // per tile
+  std::vector<std::vector<tilecore::SubPatchName>> hidden;                // likewise
   std::vector<tilecore::TileState>& unfinished;                           // empty but for partial renders
   bool last;                                                              // no partial render follows
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
-                             tilecore::TessellationCache& cache)
-    : run_(run), cores_(cores), binner_(binner), cache_(cache) {}
+                             const tilecore::TileOrder& order, tilecore::TessellationCache& cache)
+    : run_(run), cores_(cores), binner_(binner), order_(order), cache_(cache) {}
 
 void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_group) {
   const tilecore::TileJob& job = run_.job;
@@ -71,6 +73,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
     }
     core.render_entries(job, tile, std::move(entries), state);
     round.tessellations[t] = core.take_tessellations();
+    round.hidden[t] = core.take_hidden();
     count_tessellations(round.tessellations[t], counts);
     work.begin_shading();
     if (round.last)
@@ -81,10 +84,22 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   count_work(work.end(job, round.last), counts);
 }
 
-void TileScheduler::share(Round& round) {
+void TileScheduler::count_uses(Round& round) {
+  std::unordered_map<tilecore::SubPatchName, std::uint32_t, tilecore::SubPatchName::Hash> uses;
   for (std::size_t t = 0; t < round.tessellations.size(); ++t) {
+    for (const tilecore::TessellationRequest& request : round.tessellations[t]) ++uses[request];
+    for (const tilecore::SubPatchName& name : round.hidden[t]) ++uses[name];
+  }
+  for (std::vector<tilecore::TessellationRequest>& requests : round.tessellations)
+    for (tilecore::TessellationRequest& request : requests)
+      request.uses = static_cast<std::uint16_t>(std::min<std::uint32_t>(uses[request], 0xFFFF));
+}
+
+void TileScheduler::share(Round& round) {
+  if (cache_.eviction() != tilecore::CacheEviction::kLru) count_uses(round);
+  for (const binner::TileIndex t : order_.tiles()) {
     const std::vector<tilecore::TessellationRequest>& requests = round.tessellations[t];
-    round.work.share(t, requests, cache_);
+    round.work.share(t, requests, round.hidden[t], cache_);
     if (run_.record != nullptr)
       run_.record->tessellations.insert(run_.record->tessellations.end(), requests.begin(), requests.end());
   }
@@ -93,7 +108,7 @@ void TileScheduler::share(Round& round) {
 void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
                            bool binned) {
   const tilecore::TileJob& job = run_.job;
-  const int group_side = job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
+  const int group_side = tiles_together(job);
   const binner::TileIndex tile_count = binner_.grid().tile_count();
   std::vector<tilecore::TileState> unfinished;
   binner::Binner::Cursor cursor;
@@ -103,9 +118,10 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
       const StageTimer timer(run_.result, "bin");
       done = binned || binner_.run(*job.frame, sub_patches, cursor);
     }
-    Round round{run_.recorder.begin_round(binner_), {}, unfinished, done};
+    Round round{run_.recorder.begin_round(binner_, order_), {}, {}, unfinished, done};
     const StageTimer timer(run_.result, "tiles");
     round.tessellations.resize(tile_count);
+    round.hidden.resize(tile_count);
     if (!done) {
       ++run_.result.counters.binner.partial_renders;
       unfinished.resize(tile_count);
@@ -128,7 +144,7 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
 
 void TileScheduler::finish_across_tiles() {
   const StageTimer timer(run_.result, "resolve_neighbours");
-  WorkRecorder::Round round = run_.recorder.begin_round(binner_);
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_);
   parallel_for(binner_.grid().tile_count(), [&](std::size_t t) {
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);

@@ -25,15 +25,20 @@ struct ViewRun {
   WorkProgress* progress = nullptr;
 };
 
+// Side of the groups of tiles that share a shading cache.
+inline int tiles_together(const tilecore::TileJob& job) {
+  return job.shading == tilecore::ShadingRate::kCache ? job.shading_cache_group : 1;
+}
+
 // Gives tiles to the tile cores, in rounds: the binner fills the parameter buffer, all tiles render what their lists
 // hold. A buffer that was too small leads to a round of partial renders and to a further round.
 //
 // Groups of shading_cache.group tiles go to any thread, the tiles of a group one after the other to the same, row by
-// row. Counters and images depend on neither.
+// row. Counters and images depend on neither: what tiles share they use in the machine's order (tilecore.tile_order).
 class TileScheduler {
  public:
   TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
-                tilecore::TessellationCache& cache);
+                const tilecore::TileOrder& order, tilecore::TessellationCache& cache);
 
   // Bins, renders and finishes tiles: all of them, or those that `only` marks. `binned`: the lists hold all already.
   void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
@@ -45,12 +50,15 @@ class TileScheduler {
  private:
   struct Round;
   void render_tile(Round& round, std::size_t tile, bool& first_of_group);
+  // How many lists hold each sub-patch that the tiles ask for.
+  static void count_uses(Round& round);
   // What the tiles share, in emulated order.
   void share(Round& round);
 
   const ViewRun& run_;
   PerThread<tilecore::TileCore>& cores_;
   binner::Binner& binner_;
+  const tilecore::TileOrder& order_;
   tilecore::TessellationCache& cache_;
 };
 

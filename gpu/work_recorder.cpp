@@ -96,7 +96,7 @@ void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
   log(Purpose::kSamplingMaps);
 }
 
-WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner) {
+WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, const tilecore::TileOrder& order) {
   const binner::BinnerCounters& now = binner.buffer().counters();
   geometry_.entries = now.entries - binner_.entries;
   const auto tested = [](const binner::BinnerCounters& c) {
@@ -108,6 +108,7 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner) {
   geometry_.queue_bytes = binner.buffer().bytes_in_use();
   binner_ = now;
   slots_.resize(binner.grid().tile_count());
+  order_ = &order;
   return Round(*this);
 }
 
@@ -164,26 +165,31 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   return counted;
 }
 
-void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-                         tilecore::TessellationCache& cache) {
+void WorkRecorder::share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
+                         std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache) {
   Slot& slot = slots_[tile];
   const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
   slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
-    const std::uint64_t made = cache.counters().sub_patches, vertices = cache.counters().domain_evaluations,
-                        bytes = fetched();
-    cache.use(std::span(&r, 1));
+    const tilecore::TessellationCounters before = cache.counters();
+    const std::uint64_t bytes = fetched();
+    cache.use(tile, std::span(&r, 1));
+    const tilecore::TessellationCounters& now = cache.counters();
     rounds_.read_bytes += fetched() - bytes;
-    slot.work.vertices += cache.counters().domain_evaluations - vertices;
+    slot.work.vertices += now.domain_evaluations - before.domain_evaluations;
+    slot.work.transforms += now.vertex_transforms - before.vertex_transforms;
+    slot.work.box_tests += now.group_tests - before.group_tests;
+    slot.work.box_lanes += now.group_tests - before.group_tests;
     slot.work.dram_bytes[kVisibility] += fetched() - bytes;
     // Records of neighbours that it needs are taken to lie behind its own.
     if (record_accesses_)
       slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, record_offsets_[frame_->assembly->record_of(r.patch)],
                    fetched() - bytes);
-    if (heights_ == nullptr || !r.displaced || cache.counters().sub_patches == made) continue;
+    if (heights_ == nullptr || !r.displaced || now.sub_patches == before.sub_patches) continue;
     heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
     for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   }
+  cache.use(tile, {}, hidden);
   share_shading(slot);
 }
 
@@ -217,7 +223,8 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
 void WorkRecorder::end_round() {
   timing::WorkRound round{std::exchange(geometry_, {}), {}};
   FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
-  for (Slot& slot : slots_) {
+  for (const binner::TileIndex tile : order_->tiles()) {
+    Slot& slot = slots_[tile];
     if (!slot.used) continue;
     round.tiles.push_back(slot.work);
     if (record_accesses_) accesses.tiles.push_back(std::move(slot.log.accesses()));

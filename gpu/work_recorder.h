@@ -51,7 +51,7 @@ class WorkRecorder {
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 
   // After the binner's run, when the lists are complete. One round at a time.
-  [[nodiscard]] Round begin_round(const binner::Binner& binner);
+  [[nodiscard]] Round begin_round(const binner::Binner& binner, const tilecore::TileOrder& order);
 
   // What tiles took from their cores, and the L2's account, since the last call.
   struct Sums {
@@ -75,8 +75,8 @@ class WorkRecorder {
     std::vector<std::uint32_t> patches;   // whose attributes were read
     memory::AccessLog log;
   };
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-             tilecore::TessellationCache& cache);
+  void share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
+             std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
@@ -96,6 +96,7 @@ class WorkRecorder {
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
+  const tilecore::TileOrder* order_ = nullptr;
   memory::AccessLog geometry_log_;
   // Of base patches' records in their memory, by number, and their end, when transfers are recorded. Records of
   // instances lie behind.
@@ -143,10 +144,10 @@ class WorkRecorder::Round {
   [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
 
   // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its requests to the
-  // tessellation cache, then its lines to the L2.
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-             tilecore::TessellationCache& cache) {
-    recorder_.share(tile, requests, cache);
+  // tessellation cache, then its lines to the L2. `hidden`: what its list names beside them.
+  void share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
+             std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache) {
+    recorder_.share(tile, requests, hidden, cache);
   }
 
  private:

@@ -23,6 +23,7 @@ struct Throughputs {
   double binned_tiles_per_clk = 4;
   double fetched_entries_per_clk = 0.5;
   double vertices_per_clk = 1;
+  double transforms_per_clk = 3;
   double boxes_per_clk = 1;
   double box_tests_per_clk = 16;
   double stencil_tests_per_clk = 32;
@@ -69,6 +70,7 @@ struct EnergyPrices {
   double binned_entry_pj = 20;
   double fetched_entry_pj = 20;
   double vertex_pj = 150;
+  double transform_pj = 46;
   double box_pj = 20;
   double box_test_pj = 2;
   double stencil_test_pj = 1;

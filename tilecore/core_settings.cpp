@@ -4,6 +4,10 @@ namespace tessera::tilecore {
 
 Keys<CoreSettings> core_keys() {
   Keys<CoreSettings> keys = {
+      {"tilecore.tile_order", &CoreSettings::tile_order,
+       "Order in which cores are given tiles: row by row; in strips of eight rows, column by column; or along the "
+       "curve of Morton (Z) or Hilbert. What tiles share (vertices, textures) it finds again sooner.",
+       "[spec] Adreno and Mali take tiles along a Z curve; [measured] fewest evaluations"},
       {"tilecore.occlusion_culling", &CoreSettings::occlusion_culling,
        "Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.",
        "[spec] hierarchical depth of every GPU, applied to sub-patches"},
@@ -46,6 +50,11 @@ Keys<TessellatorSettings> tessellator_keys() {
       {"tessellator.cache_bytes", &TessellatorSettings::cache_bytes, "bytes", 0, 1073741824.0,
        "On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.",
        "[assumed] half of a middle Mali's L2 ([spec] 32 to 512 KiB on Mali-G51)"},
+      {"tessellator.cache_eviction", &TessellatorSettings::cache_eviction,
+       "Which vertices leave that memory first: those used longest ago (lru); those that no tile's list names any "
+       "more, "
+       "then those used longest ago (uses) or those that the order of tiles brings back last (next_use).",
+       "[measured] fewest evaluations; next_use: Belady 1966 over rectangles of tiles"},
   };
 }
 

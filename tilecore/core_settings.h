@@ -3,12 +3,15 @@
 #include <cstdint>
 
 #include "base/key_table.h"
+#include "tilecore/tessellation/tessellation_cache.h"
+#include "tilecore/tile_order.h"
 #include "tilecore/visibility/visibility_settings.h"
 
 namespace tessera::tilecore {
 
 // Keys tilecore.* but for numbers of cores, memories and throughputs, which are the machine's.
 struct CoreSettings {
+  TileSequence tile_order = TileSequence::kMorton;
   bool occlusion_culling = true;
   VisibilityMethodSettings visibility;
   int box_bits = 32;
@@ -29,6 +32,7 @@ struct TessellatorSettings {
   int subpixel_bits = 8;
   int sub_patch_cells = 16;  // cells a side of the largest sub-patch a core takes at once
   std::int64_t cache_bytes = 256 << 10;
+  CacheEviction cache_eviction = CacheEviction::kNextUse;
 };
 Keys<TessellatorSettings> tessellator_keys();
 

@@ -203,6 +203,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   for (std::size_t e = 0; e < entries.size(); ++e) {
     if (job.cull_occlusion && entries[e].near_depth > state.farthest()) {
       counters_.culled_occlusion += entries.size() - e;
+      for (; e < entries.size(); ++e) hidden_.push_back({entries[e].base_patch, entries[e].segment, entries[e].range});
       break;
     }
     current_work_place().base_patch = entries[e].base_patch;
@@ -222,11 +223,19 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   const MeshStore::Item& item =
       meshes_.get(frame, entry.base_patch, entry.range, effects.ray, job.box_bits, effects.displaced);
   const Tessellator::Work& work = item.work;
-  tessellations_.push_back(
-      {entry.base_patch, entry.segment, entry.range, static_cast<std::uint32_t>(work.domain_evaluations),
-       static_cast<std::uint32_t>(work.triangles), memory::burst_bytes(0, work.patch_bytes, job.burst_bytes),
-       effects.ray.motion, effects.displaced, effects.ray.lens, effects.alpha_tested,
-       drawable.material->alpha_mode == AlphaMode::kBlend});
+  const float lens_scale = effects.ray.lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f;
+  tessellations_.push_back({{entry.base_patch, entry.segment, entry.range},
+                            static_cast<std::uint32_t>(work.domain_evaluations),
+                            static_cast<std::uint32_t>(work.triangles),
+                            memory::burst_bytes(0, work.patch_bytes, job.burst_bytes),
+                            effects.ray.motion,
+                            drawable.deforming || job.frame->drawable_of(entry.base_patch).deforming,
+                            effects.displaced,
+                            effects.ray.lens,
+                            effects.alpha_tested,
+                            drawable.material->alpha_mode == AlphaMode::kBlend,
+                            0,
+                            item.groups(frame, entry.base_patch, entry.range, lens_scale)});
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;
 

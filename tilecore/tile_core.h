@@ -106,6 +106,8 @@ class TileCore {
   // Since the last call; the caller adds them up, and passes the requests on to the TessellationCache in emulated
   // order.
   std::vector<TessellationRequest> take_tessellations() { return std::exchange(tessellations_, {}); }
+  // Since the last call: what lists named and lay behind all that the tile sees.
+  std::vector<SubPatchName> take_hidden() { return std::exchange(hidden_, {}); }
   // Most bytes of blended layers that a tile kept, since the last call.
   std::uint64_t take_layer_bytes() { return std::exchange(layer_bytes_, 0); }
   // Base patches whose attributes were read since the last call, each once, in order of their numbers.
@@ -160,6 +162,7 @@ class TileCore {
   ResolveCounters resolve_counters_;
   memory::Ledger ledger_;
   std::vector<TessellationRequest> tessellations_;
+  std::vector<SubPatchName> hidden_;
   std::vector<DrawableCounts> drawables_;
   std::vector<TimeRange> leaf_times_;
 };

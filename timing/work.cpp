@@ -28,6 +28,7 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
     for (const TileWork& tile : round.tiles) {
       events.fetched_entries += tile.entries;
       events.vertices += tile.vertices;
+      events.transforms += tile.transforms;
       events.boxes += tile.boxes;
       events.box_tests += tile.box_tests;
       events.stencil_tests += tile.stencil_tests;
@@ -85,7 +86,8 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
   at(Stage::kFetch) = share(work.entries, gpu.rates.fetched_entries_per_clk);
-  at(Stage::kTessellator) = share(work.vertices, gpu.rates.vertices_per_clk);
+  at(Stage::kTessellator) =
+      share(work.vertices, gpu.rates.vertices_per_clk) + share(work.transforms, gpu.rates.transforms_per_clk);
   at(Stage::kBoxes) = share(work.boxes, gpu.rates.boxes_per_clk);
   at(Stage::kBoxTests) = share(work.box_lanes, gpu.rates.box_tests_per_clk);
   at(Stage::kStencil) = share(work.stencil_tests, gpu.rates.stencil_tests_per_clk);

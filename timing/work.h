@@ -37,6 +37,7 @@ struct TileWork {
   std::uint64_t entries = 0;
   std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
   std::uint64_t vertices = 0;     // evaluated for it
+  std::uint64_t transforms = 0;   // of vertices that were there, to both motion keys
   std::uint64_t boxes = 0;        // of cells and leaves
   std::uint64_t box_tests = 0;
   std::uint64_t box_lanes = 0;  // of them, idle ones included

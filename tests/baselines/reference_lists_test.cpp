@@ -120,7 +120,7 @@ std::vector<Triangle> decode_control(const std::vector<TessellatedPatch>& scene,
 struct Deferred {
   static constexpr int kSide = 32;
   DeferredVertexBinner binner;
-  Deferred(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid) : binner(gpu, grid.tile_count()) {}
+  Deferred(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid) : binner(gpu, grid) {}
   static std::vector<Triangle> decode(const std::vector<TessellatedPatch>& scene, std::span<const std::uint8_t> list) {
     return decode_deferred(scene, list);
   }
@@ -128,7 +128,7 @@ struct Deferred {
 struct Stream {
   static constexpr int kSide = 96;
   VisibilityStreamBinner binner;
-  Stream(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid) : binner(gpu, grid.tile_count()) {}
+  Stream(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid) : binner(gpu, grid) {}
   static std::vector<Triangle> decode(const std::vector<TessellatedPatch>& scene, std::span<const std::uint8_t> list) {
     return decode_stream(scene, list);
   }
@@ -136,7 +136,7 @@ struct Stream {
 struct Control {
   static constexpr int kSide = 32;
   ControlListBinner binner;
-  Control(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid) : binner(gpu, grid.tile_count()) {}
+  Control(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid) : binner(gpu, grid) {}
   static std::vector<Triangle> decode(const std::vector<TessellatedPatch>& scene, std::span<const std::uint8_t> list) {
     return decode_control(scene, list);
   }
@@ -208,6 +208,7 @@ TYPED_TEST(ReferenceMachines, DV2VS2CL2EachTileShadesItsVerticesOnceAndAnUnlimit
   EXPECT_EQ(a.domain_evaluations_cached, of_tiles);
   EXPECT_EQ(b.domain_evaluations, of_tiles);
   EXPECT_EQ(b.domain_evaluations_cached, distinct.size());
+  EXPECT_EQ(a.compulsory_evaluations, distinct.size());
   EXPECT_EQ(a.patch_bytes, bytes);
   EXPECT_EQ(a.patch_bytes_cached, bytes);
   EXPECT_LT(b.patch_bytes_cached, bytes);
@@ -225,7 +226,8 @@ TYPED_TEST(ReferenceMachines, ALimitedCacheIsAListInOrderOfUse) {
   machine.binner.finish();
   std::list<std::uint32_t> recent;
   std::uint64_t missed = 0;
-  for (binner::TileIndex tile = 0; tile < this->grid.tile_count(); ++tile) {
+  const tilecore::TileOrder order(gpu.tilecore.tile_order, this->grid);
+  for (const binner::TileIndex tile : order.tiles()) {
     std::set<std::uint32_t> here;
     for (std::size_t t = 0; t < list.triangles.size(); ++t) {
       if (!test::tiles_of(list, t).contains(tile)) continue;
@@ -254,7 +256,7 @@ TEST(DeferredVertex, AGridThatOneTileHoldsTakesTwoOrThreeBytesAGroup) {
   for (const int n : {7, 14}) {
     TessellatedPatch patch = flat_grid(n, 5, 5, 100);
     patch.number = 9;
-    DeferredVertexBinner binner({}, grid.tile_count());
+    DeferredVertexBinner binner({}, grid);
     BaselineCounters counters;
     binner.add(patch, setup.run(patch, counters));
     binner.finish();
@@ -271,7 +273,7 @@ TEST(ControlList, AStripTakesAByteATriangleAndBlocksHave64Bytes) {
   const scene::Projection p = projection(0);
   const TriangleSetup setup(grid, p);
   const TessellatedPatch patch = flat_grid(7, 5, 5, 100);
-  ControlListBinner binner({}, grid.tile_count());
+  ControlListBinner binner({}, grid);
   BaselineCounters counters;
   binner.add(patch, setup.run(patch, counters));
   binner.finish();

@@ -126,6 +126,12 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
     v.gpu.parameter_buffer.full_policy = policy;
     variants.push_back(v);
   }
+  for (const tilecore::TileSequence sequence : {tilecore::TileSequence::kRows, tilecore::TileSequence::kHilbert}) {
+    Variant v{"tiles in another order", {}, {}, 0, ""};
+    v.gpu.tilecore.tile_order = sequence;
+    v.gpu.tessellator.cache_eviction = tilecore::CacheEviction::kLru;
+    variants.push_back(v);
+  }
   for (const Variant& v : variants) EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << v.name;
 }
 

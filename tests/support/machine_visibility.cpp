@@ -34,7 +34,9 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   binner::Binner binner(gpu_.binner_spec(), grid_);
   binner::Binner::Cursor cursor;
   PerThread<std::uint64_t> queue_bytes_read;
-  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes));
+  const tilecore::TileOrder order(gpu_.tilecore.tile_order, grid_);
+  tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes),
+                                    gpu_.tessellator.cache_eviction, grid_, order);
   std::vector<std::vector<tilecore::TessellationRequest>> requests(tile_count);
   for (bool done = false, first = true; !done; first = false) {
     done = binner.run(frame, front_end.sub_patches, cursor);
@@ -53,7 +55,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
       core.render_entries(job, tile, std::move(entries), state);
       requests[t] = core.take_tessellations();
     });
-    for (const auto& tile : requests) cache.use(tile);
+    for (const binner::TileIndex tile : order.tiles()) cache.use(tile, requests[tile]);
     charge(result.stages.tile_seconds);
     if (!done) binner.reset();
   }

@@ -48,6 +48,7 @@ const MeshStore::Item& MeshStore::get(const scene::FrameGeometry& frame, std::ui
   tessellator_.set_box_bits(box_bits);
   node.item.work = tessellator_.tessellate(frame, patch, range, effects, node.item.mesh, displaced);
   node.item.costs_.reset();
+  node.item.groups_.reset();
   node.bytes = node.item.mesh.memory_bytes();
   bytes_ += node.bytes;
   index_[key] = nodes_.begin();

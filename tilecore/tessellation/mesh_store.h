@@ -2,10 +2,13 @@
 
 #include <cstdint>
 #include <list>
+#include <memory>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include "tilecore/tessellation/tessellator.h"
+#include "tilecore/tessellation/vertex_groups.h"
 #include "tilecore/visibility/method_choice.h"
 
 namespace tessera::tilecore {
@@ -28,9 +31,20 @@ class MeshStore {
       return *costs_;
     }
 
+    // Likewise; whoever asks may keep them.
+    const std::shared_ptr<const std::vector<VertexGroup>>& groups(const scene::FrameGeometry& frame,
+                                                                  std::uint32_t patch, const scene::CellRange& range,
+                                                                  float lens_scale) const {
+      if (groups_ == nullptr)
+        groups_ =
+            std::make_shared<const std::vector<VertexGroup>>(vertex_groups(frame, patch, range, mesh, lens_scale));
+      return groups_;
+    }
+
    private:
     friend class MeshStore;
     mutable std::optional<TestCosts> costs_;
+    mutable std::shared_ptr<const std::vector<VertexGroup>> groups_;
   };
   // The mesh of a range of a patch, made now or before. Valid until the next call.
   const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,

@@ -1,26 +1,50 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
+#include <set>
 #include <span>
+#include <string_view>
+#include <tuple>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "base/counter.h"
+#include "base/enum_words.h"
+#include "binner/tile_grid.h"
 #include "memory/ledger.h"
-#include "memory/lru_cache.h"
 #include "scene/tessellation_pattern.h"
+#include "tilecore/tessellation/vertex_groups.h"
+#include "tilecore/tile_order.h"
 
 namespace tessera::tilecore {
 
-// A sub-patch that a tile asked the tessellator for.
-struct TessellationRequest {
+// Which vertices leave the cache first.
+enum class CacheEviction : std::uint8_t { kLru, kUses, kNextUse };
+
+struct SubPatchName {
   std::uint32_t patch = 0;
   std::uint8_t segment = 0;  // of motion
   scene::CellRange range;
+  bool operator==(const SubPatchName&) const = default;
+
+  struct Hash {
+    std::size_t operator()(const SubPatchName& name) const;
+  };
+};
+
+// A sub-patch that a tile asked the tessellator for.
+struct TessellationRequest : SubPatchName {
   std::uint32_t vertices = 0, triangles = 0;
   std::uint64_t patch_bytes = 0;  // bursts fetched to tessellate it
   bool moving = false;
+  bool deforming = false;  // the vertices themselves differ between the motion keys
   // Effects that the kernels of this sub-patch were compiled for.
   bool displaced = false, defocused = false, alpha_tested = false, blended = false;
+  std::uint16_t uses = 0;  // lists of tiles that hold it, in the round that the tile is rendered in
+  std::shared_ptr<const std::vector<VertexGroup>> groups;
 };
 
 struct TessellationCounters {
@@ -28,39 +52,126 @@ struct TessellationCounters {
   std::uint64_t cache_hits = 0;
   std::uint64_t sub_patches = 0;
   std::uint64_t domain_evaluations = 0;
+  std::uint64_t compulsory_evaluations = 0;
+  std::uint64_t vertex_transforms = 0;
+  std::uint64_t group_tests = 0;
   std::uint64_t triangles = 0;
 };
 
-// The on-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow, in front of the
-// tessellator; all tile cores share it. Least recently used sub-patches leave first. Configured by
-// tessellator.cache_bytes.
+// The on-chip memory that keeps vertices for the tiles that follow, in front of the tessellator; all tile cores share
+// it. Configured by tessellator.cache_bytes, tessellator.cache_eviction, tilecore.tile_order.
 //
-//   request -> in the cache: nothing to do
-//           -> not: fetch the patch, shade its vertices, make triangles, keep the vertices
+//   request -> groups of the sub-patch that the tile touches -> vertices on chip: read, transformed to both motion keys
+//              all of them while its outline is not on chip  -> not: fetch the patch, shade them, keep them
+//
+// Vertices are kept by groups (VertexGroup), in object space, 12 bytes each: a rigid object's once, whatever it does;
+// one that deforms has a line for each motion key, and segments of motion that follow one another share the key between
+// them. With them goes the *outline* of a sub-patch: the rectangle of tiles that each of its groups may touch, hulls of
+// the boxes that were built of its leaves. Outlines outlive their vertices, in up to an eighth of the memory.
+//
+// Evicted first:
+//   lru       what was used longest ago
+//   uses      what no list names any more, then what was used longest ago
+//   next_use  what no list names any more, then what the order of tiles and the rectangles bring back last, or never
+// The binner counts the lists that hold a sub-patch; uses are counted down while its outline is on chip. What would be
+// the first to leave again is not kept at all.
 //
 // Requests come in emulated order, tile by tile, whatever order the host works in.
+//
+// Invariants (cited by the tests):
+//   TC1  compulsory_evaluations <= domain_evaluations <= the vertices of all requests.
+//   TC2  Capacity 0 evaluates all vertices of all requests, unlimited capacity the compulsory ones.
+//   TC3  bytes_in_use() <= capacity.
+//   TC4  A vertex that a leaf touching the tile needs is on chip or evaluated for the tile.
 class TessellationCache {
  public:
-  static constexpr std::uint64_t kPositionBytes = 12;  // of a vertex on chip, per key
+  static constexpr std::uint64_t kPositionBytes = 12;  // of a vertex on chip, per key where it deforms
+  // Of a group's tiles: four numbers of 8 bits, where there are no more columns and rows, or of 16.
+  static std::uint64_t rectangle_bytes(const binner::TileGrid& grid) {
+    return grid.columns() <= 256 && grid.rows() <= 256 ? 4 : 8;
+  }
 
-  explicit TessellationCache(std::uint64_t capacity_bytes) : cache_(capacity_bytes) {}
+  TessellationCache(std::uint64_t capacity_bytes, CacheEviction eviction, const binner::TileGrid& grid,
+                    const TileOrder& order)
+      : capacity_(capacity_bytes),
+        rectangle_bytes_(rectangle_bytes(grid)),
+        eviction_(eviction),
+        grid_(grid),
+        order_(order) {}
 
-  void use(std::span<const TessellationRequest> requests);
+  // A tile's requests, in its core's order. `hidden`: what its list names beside them, and the core dropped.
+  void use(binner::TileIndex tile, std::span<const TessellationRequest> requests,
+           std::span<const SubPatchName> hidden = {});
 
+  CacheEviction eviction() const { return eviction_; }
+  std::uint64_t bytes_in_use() const { return bytes_; }
   const TessellationCounters& counters() const { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
 
  private:
-  struct Place {
-    std::uint32_t patch, range, segment;
-    bool operator==(const Place&) const = default;
-  };
-  struct PlaceHash {
-    std::size_t operator()(const Place& place) const;
-  };
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  static constexpr std::uint64_t kOutlineShare = 8;
+  static constexpr std::uint8_t kLastKey = 255;  // of the whole shutter
 
-  memory::LruCache cache_;
-  std::unordered_map<Place, std::uint32_t, PlaceHash> numbers_;
+  // Vertices of one group at one key.
+  struct Line {
+    std::uint64_t valid = 0, ever = 0;  // on chip; evaluated at any time: a bit each
+    std::uint64_t bytes = 0;
+    std::uint64_t rank = 0, used = 0;  // of eviction: the lowest first; `used` tells equal ones apart
+    bool on_chip = false;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> users;  // sub-patches that use it, and their parts
+  };
+  // A sub-patch's share of a group.
+  struct Part {
+    std::uint64_t vertices = 0;
+    IntRect tiles;               // columns and rows
+    std::uint32_t next_use = 0;  // place of a tile; no later than the next one that asks for it
+    std::array<std::uint32_t, 2> lines{kNone, kNone};
+  };
+  struct SubPatch {
+    std::vector<Part> parts;
+    std::uint32_t lines_on_chip = 0;
+    std::uint32_t uses_left = 0;
+    std::uint64_t used = 0;  // tells when that was last
+    bool known = false;      // the outline is on chip
+  };
+  void begin_tile(binner::TileIndex tile);
+  void use_one(const TessellationRequest& request);
+  std::uint32_t sub_patch_of(const TessellationRequest& request);
+  IntRect tiles_of(const IntRect& pixels) const;
+  std::uint32_t line_of(std::uint32_t patch, std::uint32_t group, std::uint8_t key, std::uint64_t bytes);
+  // Vertices of the part that have to be evaluated, a bit each; they and what was there are on chip afterwards, as far
+  // as there is room.
+  std::uint64_t use_line(std::uint32_t line, std::uint32_t sub_patch, std::uint32_t part);
+  bool make_room(std::uint32_t line, std::uint32_t sub_patch);
+  // Whether the part of a line that is not on chip is less worth keeping than all that would have to leave for it.
+  bool passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const;
+  void keep_outline(std::uint32_t sub_patch);
+  std::uint64_t outline_bytes(const SubPatch& sub_patch) const { return sub_patch.parts.size() * rectangle_bytes_; }
+  void evict(std::uint32_t line);
+  void forget(std::uint32_t sub_patch);
+  // Where a line stands among those that leave, and the outline of a sub-patch that has no line.
+  void file(std::uint32_t line);
+  void unfile(std::uint32_t line);
+  void file_outline(std::uint32_t sub_patch);
+  void unfile_outline(std::uint32_t sub_patch);
+  std::uint64_t rank_of(std::uint32_t sub_patch, const Part& part) const;
+  void end_use(std::uint32_t sub_patch);
+
+  std::uint64_t capacity_, rectangle_bytes_, bytes_ = 0;
+  CacheEviction eviction_;
+  const binner::TileGrid& grid_;
+  const TileOrder& order_;
+  binner::TileIndex tile_ = 0;
+  std::uint32_t now_ = 0;  // place of the tile
+  std::uint64_t uses_ = 0;
+  std::unordered_map<SubPatchName, std::uint32_t, SubPatchName::Hash> numbers_;
+  std::vector<SubPatch> sub_patches_;
+  std::unordered_map<std::uint64_t, std::uint32_t> line_numbers_;
+  std::vector<Line> lines_;
+  std::set<std::tuple<std::uint64_t, std::uint64_t, std::uint32_t>> leaving_;  // rank, used, line
+  std::set<std::pair<std::uint64_t, std::uint32_t>> leaving_outlines_;         // used, sub-patch: those without lines
+  std::uint64_t outline_bytes_ = 0;                                            // of outlines without lines
   TessellationCounters counters_;
   memory::Ledger ledger_;
 };
@@ -70,21 +181,38 @@ class TessellationCache {
 namespace tessera {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::TessellationCounters> =
-    std::to_array<CounterField<tilecore::TessellationCounters>>({
-        {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
-         "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
-        {"tilecore.tessellation_cache_hits", &tilecore::TessellationCounters::cache_hits, Combine::kSum, "sub-patches",
-         "Of these, found tessellated in the on-chip cache (tessellator.cache_bytes).",
-         "Apple and Adreno: parameter or vertex cache hits (of triangles, there)"},
-        {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
-         "Sub-patches tessellated; again for each time they had left the cache.", ""},
-        {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
-         "Vertices computed by the domain shader, repeated ones included; both motion keys of the shutter count once.",
-         "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
-        {"tilecore.triangles", &tilecore::TessellationCounters::triangles, Combine::kSum, "triangles",
-         "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},
-    });
+inline constexpr auto kEnumWords<tilecore::CacheEviction> = std::to_array<std::string_view>({"lru", "uses",
+                                                                                             "next_use"});
+
+template <>
+inline constexpr auto kCounterFields<tilecore::TessellationCounters> = std::to_array<
+    CounterField<tilecore::TessellationCounters>>({
+    {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
+     "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
+    {"tilecore.tessellation_cache_hits", &tilecore::TessellationCounters::cache_hits, Combine::kSum, "sub-patches",
+     "Of these, all that the tile needs was in the on-chip cache (tessellator.cache_bytes).",
+     "Apple and Adreno: parameter or vertex cache hits (of triangles, there)"},
+    {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
+     "Requests for which vertices were evaluated, all or some of the sub-patch's.", ""},
+    {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
+     "Vertices computed by the domain shader, repeated ones included; both motion keys of the shutter count once.",
+     "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
+    {"tilecore.compulsory_evaluations", &tilecore::TessellationCounters::compulsory_evaluations, Combine::kSum,
+     "vertices",
+     "Different vertices of the sub-patches that tiles asked for: what a cache that loses nothing would have "
+     "evaluated. Both motion keys count once.",
+     ""},
+    {"tilecore.vertex_transforms", &tilecore::TessellationCounters::vertex_transforms, Combine::kSum, "vertices",
+     "Vertices of moving objects read from the on-chip cache, where they lie in object space, and put through the "
+     "transforms of both motion keys again.",
+     ""},
+    {"tilecore.group_tests", &tilecore::TessellationCounters::group_tests, Combine::kSum, "tests",
+     "Rectangles of tiles of groups of 8x8 vertices on chip that were compared with the tile; they take the time of "
+     "box tests.",
+     ""},
+    {"tilecore.triangles", &tilecore::TessellationCounters::triangles, Combine::kSum, "triangles",
+     "Triangles made by the tessellator, degenerate ones left out.", "MaliGeomVisiblePrim"},
+});
 TESSERA_COUNTERS_COVER(tilecore::TessellationCounters);
 
 }  // namespace tessera

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "base/enum_words.h"
+#include "base/rect.h"
+#include "binner/tile_grid.h"
+
+namespace tessera::tilecore {
+
+enum class TileSequence : std::uint8_t { kRows, kStrips, kMorton, kHilbert };
+
+// In which order the machine gives the tiles of a grid to its cores: row by row; in strips eight tiles high, column by
+// column; or along a curve that keeps what is near in two dimensions near in time: the Z of Morton or that of Hilbert. Groups (of tiles
+// that share a shading cache) come in that order, the tiles of a group one after the other, row by row.
+//
+// A tile's *place* rises along the order; not every place is taken.
+//
+// Invariants (cited by the tests):
+//   TO1  tiles() holds every tile of the grid once, by rising place.
+//   TO2  next() is what a search of all tiles of the rectangle finds.
+class TileOrder {
+ public:
+  static constexpr int kStripRows = 8;
+  static constexpr std::uint32_t kNever = ~std::uint32_t{0};
+
+  TileOrder(TileSequence sequence, const binner::TileGrid& grid, int group_side = 1);
+
+  std::uint32_t place(binner::TileIndex tile) const;
+  const std::vector<binner::TileIndex>& tiles() const { return tiles_; }
+
+  // The first place from `from` on of a tile in these columns and rows; kNever when there is none. What hardware finds
+  // from the bits of a place alone (Tropf and Herzog 1981).
+  std::uint32_t next(const IntRect& tiles, std::uint32_t from) const;
+
+ private:
+  struct Cell {
+    int column, row;
+  };
+  // The same of groups, or of tiles when those are groups.
+  std::uint32_t group_place(Cell group) const;
+  Cell group_at(std::uint32_t place) const;
+  std::uint32_t next_group(const IntRect& groups, std::uint32_t from) const;
+
+  bool along_curve_;
+  std::uint8_t curve_;
+  int strip_rows_;
+  int side_;  // of a group, in tiles
+  int columns_, group_columns_, group_rows_;
+  std::uint32_t square_ = 1;  // side of the square that a curve fills
+  std::vector<binner::TileIndex> tiles_;
+};
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<tilecore::TileSequence> = std::to_array<std::string_view>({"rows", "strips", "morton",
+                                                                                            "hilbert"});
+
+}  // namespace tessera
