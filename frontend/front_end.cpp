@@ -4,13 +4,10 @@
 #include <array>
 
 #include "base/parallel.h"
-#include "scene/procedure_patch.h"
 
 namespace tessera::frontend {
 namespace {
 
-constexpr std::uint64_t kHeaderBytes = 32;  // [assumed] material, pattern, neighbours, state
-constexpr std::uint32_t kBlock = 64;        // patches that a thread takes at a time
 constexpr std::size_t kBlocksAtOnce = 512;
 
 // Sub-patches of a frame, of which there may be millions: a vector that grew by doubling would need three times its room.
@@ -63,21 +60,20 @@ std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
   std::vector<PatchRun> blocks;
   for (const PatchRun& run : runs)
     for (std::uint32_t p = run.first; p < run.end; p = blocks.back().end)
-      blocks.push_back({p, p + std::min(kBlock, run.end - p)});
+      blocks.push_back({p, p + std::min(kPatchesPerBlock, run.end - p)});
   return blocks;
 }
 
-}  // namespace
-
-std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
-  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
-  const std::uint64_t keys = drawable.deforming ? 2 : 1;
-  if (drawable.procedure != nullptr) return kHeaderBytes + procedure_record_bytes(*drawable.procedure);
-  if (drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches) return kHeaderBytes + 16 * sizeof(Vec3) * keys;
-  const scene::Cluster& cluster =
-      frame.assembly->clusters[drawable.drawable->geometry].clusters[patch - drawable.drawable->first_patch];
-  return kHeaderBytes + cluster.vertex_count * sizeof(Vec3) * keys + cluster.cell_count * sizeof(scene::ClusterCell);
+TableFetches make_fetches(const FrontEndSpec& spec) {
+  return TableFetches({kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
 }
+
+void charge(TableFetches& fetches, memory::Ledger& ledger) {
+  ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, fetches.take_table_bytes());
+  ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
+}
+
+}  // namespace
 
 // What moves by one frame's poses: by those of the whole shutter or of a segment.
 FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
@@ -105,11 +101,14 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
       Counts& own = counts.local();
-      PatchSplitter splitter(frame, pyramids, spec, guess);
+      TableFetches fetches = make_fetches(spec);
+      PatchSplitter splitter(frame, pyramids, spec, guess, &fetches);
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
         own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
                         memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
+        fetches.pass_record(frame.assembly->record_of(patch));
         splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
+        charge(fetches, own.ledger);
       }
     });
     const std::size_t before = sub_patches.size() + deferred.size();
@@ -152,9 +151,10 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end) {
   std::vector<BoundedSubPatch> visible;
+  TableFetches fetches = make_fetches(spec);
   std::vector<PatchSplitter> splitters;
   for (std::size_t s = 0; s <= frame.segments.size(); ++s)
-    splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec);
+    splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec, nullptr, &fetches);
   for (const BoundedSubPatch& piece : front_end.deferred) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
     const scene::FrameGeometry& posed = frame.segment(piece.segment);
@@ -163,6 +163,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                               instance_record_bytes(posed.drawable_of(piece.base_patch)));
     const std::size_t before = visible.size();
     splitters[piece.segment].split_deferred(piece, visible, front_end.counters);
+    charge(fetches, front_end.ledger);
     for (std::size_t k = before; k < visible.size(); ++k) visible[k].segment = piece.segment;
   }
   return visible;

@@ -6,6 +6,7 @@
 #include "base/counter.h"
 #include "frontend/instance_culling.h"
 #include "frontend/patch_culling.h"
+#include "frontend/patch_record.h"
 #include "frontend/patch_splitter.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -13,9 +14,10 @@
 
 namespace tessera::frontend {
 
-// Bytes of a base patch's record in memory, which instances share: a header, then control points or cluster vertices at
-// one or two motion keys, then the cells of a cluster. What the front end and every tile core that needs the patch fetch.
-std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
+// [assumed] What keeps table lines and neighbours' records on chip while a block of base patches is worked on; empty at
+// its beginning.
+inline constexpr std::uint32_t kPatchesPerBlock = 64;
+inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCachedRecords = 16;
 
 // The front end's work on one frame after posing, for each of its motion segments: drop instances
 // and groups of patches that cannot be seen, split every base patch of the others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by

@@ -335,31 +335,31 @@ std::optional<BackFaceTest::Chords> BackFaceTest::chords(const SubPatchBounder& 
   return out;
 }
 
-bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-                         const MovingCorners& corners) const {
-  if (!applies_) return false;
+Facing BackFaceTest::facing(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
+                            const scene::CellRange& cells, const MovingCorners& corners) const {
+  if (!applies_) return Facing::kTowards;
   const Corners camera = look(corners);
-  if (!camera.in_front || !faces_away_at_middle(bounder, camera)) return false;
+  if (!camera.in_front || !faces_away_at_middle(bounder, camera)) return Facing::kTowards;
   const auto chords = this->chords(bounder, pyramids, cells);
-  if (!chords) return false;
+  if (!chords) return Facing::kPerhaps;
 
   const scene::Projection& p = frame_.projection;
   const double turned = bounder.drawable().mirrored ? -1 : 1;
   const double aperture = p.lens_scale / p.scale * (p.orthographic ? p.inverse_focus : 1.0);
   const Box3 product = chords->cross_products();
-  double least = 1e300;  // product of a vertex's place and a triangle's cross product
+  double least = 1e300, most = -1e300;  // product of a vertex's place and a triangle's cross product
   for (const DVec3& c : camera.at) {
-    const auto along = [&](const Interval& side, const DVec3& axis) {
-      const double e = turned * glm::dot(c, axis);
-      return std::min(e * side.low(), e * side.high());
-    };
-    least = std::min(least, along(product.x, chords->axes[0]) + along(product.y, chords->axes[1]) +
-                                along(product.z, chords->axes[2]));
+    const auto component = [&](const DVec3& axis) { return Interval(turned * glm::dot(c, axis)); };
+    const Interval along = component(chords->axes[0]) * product.x + component(chords->axes[1]) * product.y +
+                           component(chords->axes[2]) * product.z;
+    least = std::min(least, along.low());
+    most = std::max(most, along.high());
   }
   // Seen from any point of the lens, and from the vertex where it is.
-  least =
-      least * (1 - 1e-12) - longest(product) * (aperture + stretch_ * chords->vertex_error + 1e-12 * camera.longest);
-  if (!(least > 0)) return false;
+  const double shift = longest(product) * (aperture + stretch_ * chords->vertex_error + 1e-12 * camera.longest);
+  if (most + shift <= 0) return Facing::kTowards;
+  least -= shift;
+  if (!(least > 0)) return Facing::kPerhaps;
   // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of
   // screen positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each
   // vertex.
@@ -367,7 +367,7 @@ bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& p
   const double area = p.scale * p.scale * least / (camera.far_w * camera.far_w * camera.far_w);
   const double edges =
       2 * p.scale * camera.longest * (chords->longest_u + chords->longest_v) / (camera.near_w * camera.near_w);
-  return area > 2 * snap * edges + 4 * snap * snap;
+  return area > 2 * snap * edges + 4 * snap * snap ? Facing::kAway : Facing::kPerhaps;
 }
 
 }  // namespace tessera::frontend

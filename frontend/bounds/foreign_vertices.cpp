@@ -23,8 +23,6 @@ float periods(shaders::Wrap wrap, float difference) {
   return wrap == shaders::Wrap::kRepeat ? std::round(difference) : 2 * std::round(difference / 2);
 }
 
-float reach(const ValueRange& slope) { return slope.largest(); }
-
 }  // namespace
 
 std::optional<double> SubPatchBounder::height_error(const ForeignEdge& edge, std::size_t e) const {
@@ -48,7 +46,7 @@ std::optional<double> SubPatchBounder::height_error(const ForeignEdge& edge, std
   const float levels =
       pyramids_.level_differences_of(texture).query(sampler, f.low, f.high, own.lod, owner.lod, fetches_);
   const HeightSlopes slopes = pyramids_.slopes_of(texture).query(sampler, f.low, f.high, owner.lod, fetches_);
-  const float heights = levels + apart.x * reach(slopes.along_s) + apart.y * reach(slopes.along_t);
+  const float heights = levels + apart.x * slopes.along_s.largest() + apart.y * slopes.along_t.largest();
   return std::abs(static_cast<double>(own.material->scale)) * static_cast<double>(heights);
 }
 
@@ -97,6 +95,10 @@ std::optional<double> SubPatchBounder::normal_error(const ForeignEdge& edge, std
 SubPatchBounder::ForeignError SubPatchBounder::corner_error(std::size_t corner) const {
   constexpr std::array<std::size_t, 4> kPoint = {0, 3, 12, 15};
   const Vec2 at = scene::corner_parameters(corner);
+  if (fetches_ != nullptr)
+    pyramids_.of(*displacement_.material->texture)
+        .fetch_texels(displacement_.material->sampler, displacement_.coordinate(at.x, at.y), displacement_.lod,
+                      *fetches_);
   ForeignError error;
   for (std::size_t key = 0; key < keys_; ++key) {
     const DVec3 apart = corners_[key][corner] - DVec3(domain_point(frame_, *drawable_, patch_, at.x, at.y, key));

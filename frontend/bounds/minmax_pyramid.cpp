@@ -200,8 +200,27 @@ ValueRange MinMaxPyramid::query_all(const shaders::Sampler& sampler, Vec2 low, V
 }
 
 std::uint64_t MinMaxPyramid::place(std::uint64_t address) {
+  texels_.clear();
+  for (WindowTable& level : levels_) {
+    texels_.push_back(address);
+    address += static_cast<std::uint64_t>(level.width()) * static_cast<std::uint64_t>(level.height()) * sizeof(float);
+  }
   for (WindowTable& level : levels_) address = level.place(address);
   return address;
+}
+
+void MinMaxPyramid::fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, TableFetches& fetches) const {
+  const auto [below, weight] = between_levels(lod, levels_.size());
+  for (std::size_t l = below; l <= below + (weight > 0.0f ? 1 : 0); ++l) {
+    const WindowTable& level = levels_[l];
+    const auto u = shaders::linear_texels(sampler.wrap_s, at.x, level.width()),
+               v = shaders::linear_texels(sampler.wrap_t, at.y, level.height());
+    for (const int y : {v.first, v.second})
+      for (const int x : {u.first, u.second})
+        fetches.fetch(texels_[l] + (static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(level.width()) +
+                                    static_cast<std::uint64_t>(x)) *
+                                       sizeof(float));
+  }
 }
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------

@@ -26,11 +26,14 @@ class MinMaxPyramid {
   ValueRange query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const;
 
   ValueRange whole() const;
-  // Where its tables lie in memory, from `address`; the end.
+  // What one lookup of the texture itself fetches.
+  void fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, TableFetches& fetches) const;
+  // Where its tables and the texels lie in memory, from `address`; the end.
   std::uint64_t place(std::uint64_t address);
 
  private:
   std::vector<WindowTable> levels_;
+  std::vector<std::uint64_t> texels_;  // addresses of the levels
 };
 
 // Change of a filtered value per unit of each texture coordinate.

@@ -6,6 +6,7 @@
 
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
+#include "frontend/patch_record.h"
 #include "scene/domain_shader.h"
 #include "scene/subpixel.h"
 
@@ -82,7 +83,7 @@ void extend(MovingBox& box, std::size_t key, const Vector3<Enclosure>& p) {
   extend(box, key, 2, p.z.low(), p.z.high());
 }
 
-double largest_coordinate(const PatchNet& net) {
+double largest_of_net(const PatchNet& net) {
   double largest = 0;
   for (const auto& coordinate : net.c)
     for (const double x : coordinate) largest = std::max(largest, std::abs(x));
@@ -140,12 +141,17 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   if (!bezier_) return;
   for (std::size_t key = 0; key < keys_; ++key) {
     base_[key] = make_net(frame_.control_points(*drawable_, patch, static_cast<int>(key)));
-    largest_ = std::max(largest_, frontend::largest_coordinate(base_[key]));
+    largest_ = std::max(largest_, largest_of_net(base_[key]));
     rounding_ = std::max(rounding_, derivative_rounding(base_[key]));
   }
   if (!displaced_) return;
   displacement_ = patch_displacement(frame_, *drawable_, patch);
   begin_edges(patch);
+}
+
+void SubPatchBounder::fetch_owner(std::uint32_t owner) const {
+  if (fetches_ == nullptr || owner == patch_) return;
+  fetches_->fetch_record(frame_.assembly->record_of(owner), patch_record_bytes(frame_, owner));
 }
 
 void SubPatchBounder::begin_edges(std::uint32_t patch) {
@@ -154,7 +160,13 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
   for (std::size_t c = 0; c < 4; ++c) {
     const scene::PatchNeighbours::CornerOwner& owner = neighbours.corners[c];
     const Vec2 at = scene::corner_parameters(owner.corner);
-    corner_offsets_[c] = patch_displacement(frame_, *drawable_, owner.patch + first).offset(at.x, at.y);
+    const scene::PatchDisplacement displacement = patch_displacement(frame_, *drawable_, owner.patch + first);
+    corner_offsets_[c] = displacement.offset(at.x, at.y);
+    fetch_owner(owner.patch + first);
+    if (fetches_ != nullptr)
+      pyramids_.of(*displacement.material->texture)
+          .fetch_texels(displacement.material->sampler, displacement.coordinate(at.x, at.y), displacement.lod,
+                        *fetches_);
     for (std::size_t key = 0; key < keys_; ++key)
       corners_[key][c] = DVec3(domain_point(frame_, *drawable_, owner.patch + first, at.x, at.y, key));
   }
@@ -165,13 +177,14 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
     edge.active = owner.collapsed || owner.patch + first != patch || owner.edge != e;
     edge.corner = e == 1 ? 2 : e == 3 ? 1 : 0;
     if (!edge.active || edge.collapsed) continue;
+    fetch_owner(owner.patch + first);
     edge.owner_edge = owner.edge;
     edge.reversed = owner.reversed;
     edge.displacement = patch_displacement(frame_, *drawable_, owner.patch + first);
     edge.rounding = 0;
     for (std::size_t key = 0; key < keys_; ++key) {
       const PatchNet net = make_net(frame_.control_points(*drawable_, owner.patch + first, static_cast<int>(key)));
-      largest_ = std::max(largest_, frontend::largest_coordinate(net));
+      largest_ = std::max(largest_, largest_of_net(net));
       edge.rounding = std::max(edge.rounding, derivative_rounding(net));
       edge.points[key] = edge_points(net, owner.edge);
       edge.across[key] = edge_across(net, owner.edge);

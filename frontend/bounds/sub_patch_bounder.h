@@ -57,7 +57,7 @@ struct SubPatchBody {
 // Has scratch memory; one instance per thread.
 class SubPatchBounder {
  public:
-  // `fetches`, unless null, gets every entry of a table that is read.
+  // `fetches`, unless null, gets every entry of a table that is read, and every record but the base patch's own.
   SubPatchBounder(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method,
                   TableFetches* fetches = nullptr)
       : frame_(frame), pyramids_(pyramids), method_(method), fetches_(fetches) {}
@@ -109,6 +109,7 @@ class SubPatchBounder {
   };
 
   void begin_edges(std::uint32_t patch);
+  void fetch_owner(std::uint32_t owner) const;
   void begin_inner(const scene::CellRange& cells);
   ValueRange offset_range(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range) const;
   void bound_interior(const CornerFrame& frame, MovingBox& box);

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "base/vec.h"
+#include "memory/ledger.h"
 #include "memory/line_cache.h"
 
 namespace tessera::frontend {
@@ -19,25 +21,39 @@ struct ValueRange {
   float largest() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
-// Fetches of table entries through an on-chip cache of lines; counts the lines that come from memory.
+// What bounding fetches besides the base patch itself, each through an on-chip cache: entries of tables and texels by
+// lines, records of neighbouring base patches whole. Counts the bytes that come from memory.
+//
+// Invariants (cited by the tests):
+//   TF1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
+//        the last `records` used; otherwise nothing.
 class TableFetches {
  public:
-  TableFetches(std::int64_t cache_bytes, std::int64_t ways, std::int64_t line_bytes)
-      : cache_(cache_bytes, ways, line_bytes), line_bytes_(static_cast<std::uint64_t>(line_bytes)) {}
+  struct Caches {
+    std::int64_t bytes, ways, line_bytes;  // of lines: as memory::LineCache
+    std::int64_t records;
+  };
+  explicit TableFetches(const Caches& caches)
+      : lines_(caches.bytes, caches.ways, caches.line_bytes),
+        records_(caches.records, std::max<std::int64_t>(caches.records, 1), 1),
+        line_bytes_(static_cast<std::uint64_t>(caches.line_bytes)) {}
 
   void fetch(std::uint64_t address) {
-    if (!cache_.use(static_cast<std::uint32_t>(address / line_bytes_))) ++missed_;
+    if (!lines_.use(static_cast<std::uint32_t>(address / line_bytes_))) table_bytes_ += line_bytes_;
   }
+  void fetch_record(std::uint32_t record, std::uint64_t bytes) {
+    if (!records_.use(record)) record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
+  }
+  // One that is read on its way anyway.
+  void pass_record(std::uint32_t record) { (void)records_.use(record); }
+
   // Bytes fetched since the last call.
-  std::uint64_t take_bytes() {
-    const std::uint64_t bytes = missed_ * line_bytes_;
-    missed_ = 0;
-    return bytes;
-  }
+  std::uint64_t take_table_bytes() { return std::exchange(table_bytes_, 0); }
+  std::uint64_t take_record_bytes() { return std::exchange(record_bytes_, 0); }
 
  private:
-  memory::LineCache cache_;
-  std::uint64_t line_bytes_, missed_ = 0;
+  memory::LineCache lines_, records_;
+  std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0;
 };
 
 // Smallest and largest value over any rectangle of a grid: a sparse table of square windows whose sides are powers of

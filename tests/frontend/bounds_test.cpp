@@ -419,18 +419,18 @@ TEST(WindowTable, HoldsARectangleAndLittleElse) {
 TEST(WindowTable, CountsTheLinesThatItFetches) {
   WindowTable table(64, 64, [](int x, int y) { return ValueRange{static_cast<float>(x), static_cast<float>(y)}; });
   table.place(4096);
-  TableFetches none(0, 1, 64), cached(4096, 4, 64);
+  TableFetches none({0, 1, 64, 0}), cached({4096, 4, 64, 0});
   // 16 x 16 texels are one window; 20 x 20 are four of those, in four lines.
   (void)table.over(8, 8, 23, 23, &none);
-  EXPECT_EQ(none.take_bytes(), 64u);
+  EXPECT_EQ(none.take_table_bytes(), 64u);
   for (TableFetches* fetches : {&none, &cached}) {
     (void)table.over(8, 8, 27, 27, fetches);
     (void)table.over(8, 8, 27, 27, fetches);
   }
-  EXPECT_EQ(none.take_bytes(), 2 * 4 * 64u);
-  EXPECT_EQ(cached.take_bytes() % 64, 0u);
+  EXPECT_EQ(none.take_table_bytes(), 2 * 4 * 64u);
+  EXPECT_EQ(cached.take_table_bytes() % 64, 0u);
   (void)table.over(8, 8, 27, 27, &cached);
-  EXPECT_EQ(cached.take_bytes(), 0u);
+  EXPECT_EQ(cached.take_table_bytes(), 0u);
 }
 
 }  // namespace
