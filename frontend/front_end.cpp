@@ -8,7 +8,6 @@
 namespace tessera::frontend {
 namespace {
 
-constexpr std::uint32_t kBlock = 64;  // patches that a thread takes at a time
 constexpr std::size_t kBlocksAtOnce = 512;
 
 // Sub-patches of a frame, of which there may be millions: a vector that grew by doubling would need three times its room.
@@ -61,8 +60,17 @@ std::vector<PatchRun> cut(const std::vector<PatchRun>& runs) {
   std::vector<PatchRun> blocks;
   for (const PatchRun& run : runs)
     for (std::uint32_t p = run.first; p < run.end; p = blocks.back().end)
-      blocks.push_back({p, p + std::min(kBlock, run.end - p)});
+      blocks.push_back({p, p + std::min(kPatchesPerBlock, run.end - p)});
   return blocks;
+}
+
+TableFetches make_fetches(const FrontEndSpec& spec) {
+  return TableFetches({kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
+}
+
+void charge(TableFetches& fetches, memory::Ledger& ledger) {
+  ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, fetches.take_table_bytes());
+  ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
 }
 
 }  // namespace
@@ -93,11 +101,14 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
       Counts& own = counts.local();
-      PatchSplitter splitter(frame, pyramids, spec, guess);
+      TableFetches fetches = make_fetches(spec);
+      PatchSplitter splitter(frame, pyramids, spec, guess, &fetches);
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
         own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
                         memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
+        fetches.pass_record(frame.assembly->record_of(patch));
         splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
+        charge(fetches, own.ledger);
       }
     });
     const std::size_t before = sub_patches.size() + deferred.size();
@@ -140,9 +151,10 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end) {
   std::vector<BoundedSubPatch> visible;
+  TableFetches fetches = make_fetches(spec);
   std::vector<PatchSplitter> splitters;
   for (std::size_t s = 0; s <= frame.segments.size(); ++s)
-    splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec);
+    splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec, nullptr, &fetches);
   for (const BoundedSubPatch& piece : front_end.deferred) {
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
     const scene::FrameGeometry& posed = frame.segment(piece.segment);
@@ -151,6 +163,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                               instance_record_bytes(posed.drawable_of(piece.base_patch)));
     const std::size_t before = visible.size();
     splitters[piece.segment].split_deferred(piece, visible, front_end.counters);
+    charge(fetches, front_end.ledger);
     for (std::size_t k = before; k < visible.size(); ++k) visible[k].segment = piece.segment;
   }
   return visible;

@@ -14,6 +14,11 @@
 
 namespace tessera::frontend {
 
+// [assumed] What keeps table lines and neighbours' records on chip while a block of base patches is worked on; empty at
+// its beginning.
+inline constexpr std::uint32_t kPatchesPerBlock = 64;
+inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCachedRecords = 16;
+
 // The front end's work on one frame after posing, for each of its motion segments: drop instances
 // and groups of patches that cannot be seen, split every base patch of the others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
 // segment.

@@ -56,18 +56,20 @@ double extent_at_keys(const MovingCorners& corners) {
   return longest;
 }
 
-double box_area(const MovingCorners& corners) {
+}  // namespace
+
+double box_area(const MovingBox& box, const std::array<Mat4, 2>& to_world) {
   double area = 0;
-  for (const std::size_t first : {std::size_t{0}, std::size_t{8}}) {
-    std::array<double, 3> side{};
+  for (std::size_t key = 0; key < 2; ++key) {
+    const DMat3 linear{DMat4(to_world[key])};
+    std::array<DVec3, 3> side;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      side[axis] = glm::length(DVec3(corners[first + (std::size_t{1} << axis)] - corners[first]));
-    area = std::max(area, side[0] * side[1] + side[1] * side[2] + side[2] * side[0]);
+      side[axis] = linear * (box.axes[axis] * (box.high[key][axis] - box.low[key][axis]));
+    area = std::max(area, 2 * (glm::length(glm::cross(side[0], side[1])) + glm::length(glm::cross(side[1], side[2])) +
+                               glm::length(glm::cross(side[2], side[0]))));
   }
   return area;
 }
-
-}  // namespace
 
 std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along_u) {
   scene::CellRange first = range, second = range;
@@ -106,7 +108,7 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, const MovingCorners
       return cones ? std::max(cones->sine_u, cones->sine_v) : 2.0;
     }
     case SplitCriterion::kSurfaceArea:
-      return box_area(corners);
+      return box_area(piece.box, bounder_.drawable().to_world);
   }
   return 0;
 }
@@ -115,14 +117,15 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
                                                         std::vector<BoundedSubPatch>* deferred,
                                                         FrontendCounters& counters) {
   const SubPatchBody body = bounder_.body(range);
-  ++counters.bounds_computed;
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
   if (!bounds || outside_frame(*bounds, frame_.request.width, frame_.request.height)) {
     ++counters.culled_frustum;
     counters.cells_culled_frustum += cell_count(range);
     return std::nullopt;
   }
-  if (settings_.backface_culling && back_face_.culls(bounder_, pyramids_, range, body.corners)) {
+  const Facing facing =
+      settings_.backface_culling ? back_face_.facing(bounder_, pyramids_, range, body.corners) : Facing::kTowards;
+  if (facing == Facing::kAway) {
     ++counters.culled_backface;
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
@@ -133,8 +136,12 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     deferred->push_back({patch, range, *bounds, body.box, kAllSubPatchEffects});
     return std::nullopt;
   }
-  Node node{
-      0, visited_++, depth, {patch, range, *bounds, body.box, effects_.select(bounder_, body, *bounds)}, body.corners};
+  Node node{0,
+            visited_++,
+            depth,
+            {patch, range, *bounds, body.box, effects_.select(bounder_, body, *bounds)},
+            body.corners,
+            facing};
   if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, node.corners, depth);
   return node;
 }
@@ -155,6 +162,50 @@ void PatchSplitter::split_deferred(const BoundedSubPatch& piece, std::vector<Bou
   split_range(piece.base_patch, piece.range, out, nullptr, counters);
 }
 
+std::uint64_t PatchSplitter::find_back_faces(const scene::CellRange& range, FrontendCounters& counters) {
+  const SubPatchBody body = bounder_.body(range);
+  ++counters.bounds_computed;
+  const Facing facing = back_face_.facing(bounder_, pyramids_, range, body.corners);
+  if (facing == Facing::kAway) {
+    dropped_.push_back(range);
+    return cell_count(range);
+  }
+  if (facing == Facing::kPerhaps) return cut_for_back_faces(range, counters);
+  kept_.push_back(range);
+  return 0;
+}
+
+std::uint64_t PatchSplitter::cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters) {
+  const std::size_t kept = kept_.size(), dropped = dropped_.size();
+  const int width = range.i1 - range.i0, height = range.j1 - range.j0;
+  if (std::max(width, height) >= 2 * kSmallestSide) {
+    std::uint64_t cells = 0;
+    for (const scene::CellRange& half : halves(range, width >= height)) cells += find_back_faces(half, counters);
+    const std::size_t added = std::max<std::size_t>(kept_.size() - kept, 1) - 1;
+    if (cells > 0 && cells >= added * static_cast<std::uint64_t>(settings_.backface_cells)) return cells;
+  }
+  kept_.resize(kept);
+  dropped_.resize(dropped);
+  kept_.push_back(range);
+  return 0;
+}
+
+void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
+                           FrontendCounters& counters) {
+  kept_.clear(), dropped_.clear();
+  if (node.facing != Facing::kPerhaps || settings_.backface_cells == 0 ||
+      cut_for_back_faces(node.piece.range, counters) == 0) {
+    out.push_back(node.piece);
+    return;
+  }
+  counters.splits += kept_.size() + dropped_.size() - 1;
+  counters.culled_backface += dropped_.size();
+  for (const scene::CellRange& range : dropped_) counters.cells_culled_backface += cell_count(range);
+  for (const scene::CellRange& range : kept_)
+    if (const auto part = visit(node.piece.base_patch, range, node.depth, deferred, counters))
+      out.push_back(part->piece);
+}
+
 void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
                                 std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters) {
   // A max-heap; equal priorities go in the order in which they were visited.
@@ -168,13 +219,14 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
   heap_.clear();
   const std::size_t first = out.size();
   const auto keep = [&](const scene::CellRange& part, int depth) {
+    ++counters.bounds_computed;
     std::optional<Node> node = visit(patch, part, depth, deferred, counters);
     if (!node) return;
     if (node->priority > 0) {
       heap_.push_back(std::move(*node));
       std::push_heap(heap_.begin(), heap_.end(), later);
     } else {
-      out.push_back(node->piece);
+      finish(*node, out, deferred, counters);
     }
   };
   keep(range, 0);
@@ -185,7 +237,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
     const std::size_t pieces = out.size() - first + heap_.size() + 1;
     const bool mandatory = node.priority == kMandatory;
     if (!mandatory && pieces >= static_cast<std::size_t>(settings_.split_budget)) {
-      out.push_back(node.piece);
+      finish(node, out, deferred, counters);
       continue;
     }
     ++counters.splits;

@@ -62,15 +62,16 @@ struct BoundedSubPatch {
 // per thread.
 class PatchSplitter {
  public:
-  // With a guess, sub-patches that it hides are deferred, unsplit.
+  // With a guess, sub-patches that it hides are deferred, unsplit. `fetches`, unless null, gets what bounding reads
+  // besides the patch.
   PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
-                const OcclusionGuess* guess = nullptr)
+                const OcclusionGuess* guess = nullptr, TableFetches* fetches = nullptr)
       : frame_(frame),
         pyramids_(pyramids),
         settings_(settings),
         guess_(guess),
-        bounder_(frame, pyramids, settings.bound_method),
-        back_face_(frame),
+        bounder_(frame, pyramids, settings.bound_method, fetches),
+        back_face_(frame, fetches),
         effects_(frame, pyramids) {}
 
   // Appends the sub-patches of one base patch, and to `deferred` what the guess hides.
@@ -86,12 +87,19 @@ class PatchSplitter {
     int depth;
     BoundedSubPatch piece;
     MovingCorners corners;
+    Facing facing;
   };
   // Bounds and tests; nothing when culled or deferred.
   std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth,
                             std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
   void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
                    std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
+  // Cells of a range that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
+  std::uint64_t find_back_faces(const scene::CellRange& range, FrontendCounters& counters);
+  std::uint64_t cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters);
+  // Appends a sub-patch that is not split further, without the parts of it that face away.
+  void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
+              FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
@@ -103,8 +111,12 @@ class PatchSplitter {
   BackFaceTest back_face_;
   EffectSelector effects_;
   std::vector<Node> heap_;
+  std::vector<scene::CellRange> kept_, dropped_;
   std::uint32_t visited_ = 0;
 };
+
+// Area of a moving box's faces in the world, the larger of both keys.
+double box_area(const MovingBox& box, const std::array<Mat4, 2>& to_world);
 
 // The halves of a range.
 std::array<scene::CellRange, 2> halves(const scene::CellRange& range, bool along_u);

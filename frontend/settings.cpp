@@ -23,6 +23,11 @@ Keys<Settings> settings_keys() {
       {"frontend.backface_culling", &Settings::backface_culling,
        "Whether sub-patches that face away are dropped before binning.",
        "[spec] every GPU culls back faces; before tessellation: Hasselgren et al. 2009"},
+      {"frontend.backface_cells", &Settings::backface_cells, "cells", 0, 256,
+       "Sub-patches are cut further where parts that face away can be dropped: so many cells of them for each "
+       "sub-patch "
+       "more. 0: never.",
+       "[measured] docs/bounding.md"},
       {"frontend.previous_depth_culling", &Settings::previous_depth_culling,
        "Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles "
        "are done, and rendered in a second pass "

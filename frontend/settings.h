@@ -21,7 +21,7 @@ enum class SplitCriterion : std::uint8_t {
   kFrustum,       // those that straddle a side of the view or the near plane: for view culling
   kNearest,       // the nearest first: for occlusion
   kNormalSpread,  // those whose tangents turn most, single-sided ones only: for back-face culling
-  kSurfaceArea,   // the largest box first: for ray tracing
+  kSurfaceArea,   // the largest box in the world first: for ray tracing
 };
 
 // How the front end bounds, splits and culls; keys frontend.*.
@@ -32,6 +32,8 @@ struct Settings {
   int split_depth = 8;    // most splits on the way from a base patch to a sub-patch, not counting those for max_cells
   int split_budget = 64;  // most sub-patches that the criterion may make of one base patch
   bool backface_culling = true;
+  int backface_cells =
+      16;  // that a further sub-patch must save by dropping parts that face away; 0: none is made for it
   bool previous_depth_culling = false;
 };
 Keys<Settings> settings_keys();

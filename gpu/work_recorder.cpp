@@ -50,7 +50,12 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   geometry_.bounds += boxes(result.instances) - boxes(instances_);
   geometry_.bounds += result.groups.groups_tested - groups_.groups_tested;
   geometry_bytes_ += bytes;
-  if (record_accesses_) log_front_end(*frame.assembly, result, bytes);
+  const std::uint64_t all_tables = result.ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
+                      tables = all_tables - std::exchange(front_end_tables_, all_tables);
+  if (record_accesses_) {
+    log_front_end(*frame.assembly, result, bytes - tables);
+    geometry_log_.add_next(Unit::kFrontend, Purpose::kTexture, false, tables);
+  }
   front_end_ = result.counters;
   instances_ = result.instances;
   groups_ = result.groups;

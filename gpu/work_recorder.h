@@ -106,6 +106,7 @@ class WorkRecorder {
   frontend::PatchGroupCounters groups_;
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
+  std::uint64_t front_end_tables_ = 0;
   memory::Traffic rounds_;                              // of all that went to a round
   std::uint64_t geometry_bytes_ = 0;                    // of the front end, for the round to come
   std::uint64_t layer_bytes_ = 0;                       // of the tile with most blended layers

@@ -21,7 +21,7 @@ std::string_view meaning(Purpose purpose) {
       "tile lists in the parameter buffer: list heads, chunk links and entries",
       "samples of unfinished tiles, stored and reloaded around a partial render",
       "finished pixels",
-      "lines of textures that missed the caches",
+      "lines of textures, and of the front end's tables of their heights, that missed the caches",
       "what the resolve unit keeps of a frame for the next: colours read again, depths and surfaces, regimes of blocks",
       "pixels of neighbouring tiles that stencils reach into, in a second pass",
       "parameter map and rate map of procedures",

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/real.h"
+#include "frontend/bounds/interval.h"
+
 namespace tessera::frontend {
 namespace {
 
@@ -26,63 +29,161 @@ PatchNet transformed(const PatchNet& net, const DMat4& m) {
   return out;
 }
 
-// Largest second derivatives of a net by its own parameters.
-struct SecondLengths {
-  double uu = 0, uv = 0, vv = 0;
-};
-SecondLengths second_lengths(const PatchNet& net) {
-  SecondLengths out;
-  const auto length = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {  // |a - b - c + d|
-    return glm::length(net.point(a) - net.point(b) - net.point(c) + net.point(d));
+using Box3 = Vector3<Interval>;
+
+Interval symmetric(double reach) { return {-reach, reach}; }
+Interval range_of(const ValueRange& r) { return {static_cast<double>(r.low), static_cast<double>(r.high)}; }
+Box3 hull(const Box3& a, const Box3& b) { return {hull(a.x, b.x), hull(a.y, b.y), hull(a.z, b.z)}; }
+Box3 operator+(const Box3& a, const Interval& b) { return {a.x + b, a.y + b, a.z + b}; }
+Box3 scaled(const Box3& a, const Interval& b) { return {a.x * b, a.y * b, a.z * b}; }
+double longest(const Box3& a) {
+  return std::sqrt(a.x.magnitude() * a.x.magnitude() + a.y.magnitude() * a.y.magnitude() +
+                   a.z.magnitude() * a.z.magnitude());
+}
+
+// Where a matrix takes a box of vectors in one frame, in another.
+Box3 carried(const DMat4& m, const Frame& from, const Box3& box, const Frame& to) {
+  const DMat3 linear(m);
+  const auto along = [&](const DVec3& axis) {
+    return box.x * Interval(glm::dot(axis, linear * from[0])) + box.y * Interval(glm::dot(axis, linear * from[1])) +
+           box.z * Interval(glm::dot(axis, linear * from[2]));
   };
-  for (std::size_t j = 0; j < 4; ++j)
-    for (std::size_t i = 0; i < 2; ++i) {
-      out.uu = std::max(out.uu, 6 * length(4 * j + i + 2, 4 * j + i + 1, 4 * j + i + 1, 4 * j + i));
-      out.vv = std::max(out.vv, 6 * length(4 * (i + 2) + j, 4 * (i + 1) + j, 4 * (i + 1) + j, 4 * i + j));
+  return {along(to[0]), along(to[1]), along(to[2])};
+}
+
+// Box of the steps from control points to the next: a third of the derivatives by the net's own parameters.
+Box3 control_steps(const PatchNet& net, bool along_u, const Frame& axes) {
+  std::array<double, 3> low, high;
+  low.fill(1e300), high.fill(-1e300);
+  for (std::size_t k = 0; k < (along_u ? 16u : 12u); ++k) {
+    if (along_u && k % 4 == 3) continue;
+    const DVec3 step = net.point(k + (along_u ? 1 : 4)) - net.point(k);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double s = glm::dot(step, axes[a]);
+      low[a] = std::min(low[a], s), high[a] = std::max(high[a], s);
     }
-  for (std::size_t j = 0; j < 3; ++j)
-    for (std::size_t i = 0; i < 3; ++i)
-      out.uv = std::max(out.uv, 9 * length(4 * j + i + 5, 4 * j + i + 4, 4 * j + i + 1, 4 * j + i));
+  }
+  const auto side = [&](std::size_t a) { return Interval::rounded(low[a], high[a]); };
+  return {side(0), side(1), side(2)};
+}
+
+// Change of the height along u and v, per unit of the base patch's parameters, and what rounding may add to a height.
+struct HeightSteps {
+  Interval u, v;
+  double error;
+};
+HeightSteps height_steps(const scene::PatchDisplacement& d, const scene::ParameterRange& r,
+                         const PyramidLibrary& pyramids, TableFetches* fetches) {
+  const scene::PatchDisplacement::Footprint f = d.footprint(r);
+  const HeightSlopes slopes =
+      pyramids.slopes_of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod, fetches);
+  const auto between = [](Vec2 a, Vec2 b, float at, int axis) {
+    return static_cast<double>(a[axis]) * (1 - static_cast<double>(at)) +
+           static_cast<double>(b[axis]) * static_cast<double>(at);
+  };
+  const auto scale = static_cast<double>(d.material->scale);
+  // Coordinates along u change by as much as at their v, and the other way round.
+  const auto along = [&](Vec2 first, Vec2 last, float low, float high) {
+    const auto coordinate = [&](int axis) {
+      const double a = between(first, last, low, axis), b = between(first, last, high, axis);
+      return Interval::rounded(std::min(a, b), std::max(a, b));
+    };
+    const Interval heights = coordinate(0) * range_of(slopes.along_s) + coordinate(1) * range_of(slopes.along_t);
+    return heights * Interval(scale * (1 - 0x1p-20), scale * (1 + 0x1p-20));
+  };
+  HeightSteps out;
+  out.u = along(d.corner[1] - d.corner[0], d.corner[3] - d.corner[2], r.v0, r.v1);
+  out.v = along(d.corner[2] - d.corner[0], d.corner[3] - d.corner[1], r.u0, r.u1);
+  // Heights and coordinates round: see MinMaxPyramid for their mip levels.
+  const double largest = static_cast<double>(pyramids.of(*d.material->texture).whole().largest());
+  const Vec2 farthest = glm::max(glm::abs(f.low), glm::abs(f.high));
+  out.error = 0x1p-15 * (std::abs(scale) * largest + std::abs(static_cast<double>(d.material->bias))) +
+              0x1p-20 * std::abs(scale) *
+                  static_cast<double>(farthest.x * slopes.along_s.largest() + farthest.y * slopes.along_t.largest());
   return out;
 }
 
-// By how much a parameter's change can change a displacement, per unit of the base patch's parameters.
-struct Slopes {
-  double u = 0, v = 0;
+// Box of the second derivatives by the net's own parameters; `along`: 0 by u alone, 1 by both, 2 by v alone.
+Box3 second_derivatives(const PatchNet& net, int along, const Frame& axes) {
+  std::array<double, 3> low, high;
+  low.fill(1e300), high.fill(-1e300);
+  const std::size_t columns = along == 0 ? 2 : along == 1 ? 3 : 4, rows = along == 0 ? 4 : along == 1 ? 3 : 2;
+  const std::size_t first = along == 2 ? 4 : 1, second = along == 0 ? 1 : 4;
+  const double factor = along == 1 ? 9 : 6;
+  for (std::size_t j = 0; j < rows; ++j)
+    for (std::size_t i = 0; i < columns; ++i) {
+      const std::size_t k = 4 * j + i;
+      const DVec3 d = (net.point(k + first + second) - net.point(k + second)) - (net.point(k + first) - net.point(k));
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double s = factor * glm::dot(d, axes[a]);
+        low[a] = std::min(low[a], s), high[a] = std::max(high[a], s);
+      }
+    }
+  const auto side = [&](std::size_t a) { return Interval::rounded(low[a], high[a]); };
+  return {side(0), side(1), side(2)};
+}
+
+Interval dot_of(const Box3& a, const Box3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// Unit normals over a part of a patch, and how they turn: dn/du = u_of_u dp/du + v_of_u dp/dv, likewise dn/dv, by the
+// part's own parameters (Weingarten's equations).
+struct NormalTurn {
+  Box3 normals;
+  Interval u_of_u, v_of_u, u_of_v, v_of_v;
+  double error;  // of a component in floats
 };
-Slopes displacement_slopes(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                           const SubPatchBounder& bounder, std::uint32_t patch) {
-  const scene::PatchDisplacement d = patch_displacement(frame, bounder.drawable(), patch);
-  const scene::PatchDisplacement::Footprint f = d.footprint(bounder.range());
-  const Vec2 texel = pyramids.slopes_of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
-  const auto largest = [](Vec2 a, Vec2 b) { return glm::max(glm::abs(a), glm::abs(b)); };
-  const Vec2 along_u = largest(d.corner[1] - d.corner[0], d.corner[3] - d.corner[2]);
-  const Vec2 along_v = largest(d.corner[2] - d.corner[0], d.corner[3] - d.corner[1]);
-  const double scale = std::abs(static_cast<double>(d.material->scale)) * (1 + 0x1p-20);
-  return {scale * static_cast<double>(along_u.x * texel.x + along_u.y * texel.y),
-          scale * static_cast<double>(along_v.x * texel.x + along_v.y * texel.y)};
-}
-
-// What the filtered heights' rounding (their mip levels' included, see MinMaxPyramid) may move a vertex by.
-double height_rounding(const PyramidLibrary& pyramids, const scene::Displacement& d) {
-  const ValueRange whole = pyramids.of(*d.texture).whole();
-  const double largest = static_cast<double>(std::max(std::abs(whole.low), std::abs(whole.high)));
-  return 0x1p-15 * (std::abs(static_cast<double>(d.scale)) * largest + std::abs(static_cast<double>(d.bias)));
-}
-
-TangentSpread join(const TangentSpread& a, const TangentSpread& b) {
-  return {std::min(a.min_dot, b.min_dot), std::min(a.min_cosine2, b.min_cosine2),
-          std::max(a.max_length2, b.max_length2)};
+std::optional<NormalTurn> normal_turn(const PatchNet& net, const CornerFrame& frame, const TangentCones& tangents,
+                                      const NetMeasure& measure, const DerivativeError& rounding) {
+  const auto cone = npatch_cone(net, measure, frame, tpatch_cone(tangents, rounding), rounding);
+  if (!cone) return std::nullopt;
+  const NormalRange range = normal_range(cone);
+  const auto side = [&](std::size_t a) { return Interval(range.low[a], range.high[a]); };
+  NormalTurn out{{side(0), side(1), side(2)}, {}, {}, {}, {}, cone->error};
+  const Interval uu = dot_of(out.normals, second_derivatives(net, 0, frame.axes)),
+                 uv = dot_of(out.normals, second_derivatives(net, 1, frame.axes)),
+                 vv = dot_of(out.normals, second_derivatives(net, 2, frame.axes));
+  const auto squared = [](double low, double high2) { return Interval::rounded(9 * low * low, 9 * high2); };
+  const Interval length2_u = squared(tangents.min_length_u, tangents.max_length2_u),
+                 length2_v = squared(tangents.min_length_v, tangents.max_length2_v);
+  const Interval between = dot_of(scaled(control_steps(net, true, frame.axes), Interval(3.0)),
+                                  scaled(control_steps(net, false, frame.axes), Interval(3.0)));
+  const Interval sine2(tangents.min_sine * tangents.min_sine * (1 - 1e-12), 1.0);
+  const auto solved = [&](const Interval& own, const Interval& other, const Interval& own2, const Interval& other2) {
+    return (other * between / other2 - own) / (own2 * sine2);
+  };
+  out.u_of_u = solved(uu, uv, length2_u, length2_v);
+  out.v_of_u = solved(uv, uu, length2_v, length2_u);
+  out.u_of_v = solved(uv, vv, length2_u, length2_v);
+  out.v_of_v = solved(vv, uv, length2_v, length2_u);
+  return out;
 }
 
 }  // namespace
 
-// Cross products of chords over one cell of the grid, in camera space.
-struct BackFaceTest::Spread {
-  DVec3 axis;
-  double sine, cosine;      // of the cone about the axis
-  double least;             // length of a cross product
-  double chord_u, chord_v;  // longest
+// What triangles' edges may be, in a frame of camera space, per unit of the base patch's parameters but for the steps of
+// the grid.
+struct BackFaceTest::Chords {
+  Frame axes;
+  Box3 u, v;    // without steps of heights
+  Box3 normal;  // what steps of heights go along
+  Interval steps_u{0.0}, steps_v{0.0};
+  Interval scale_u{1.0}, scale_v{1.0};  // positive, of all of the above in a direction
+  double step_u = 1, step_v = 1;        // of the grid
+  double longest_u = 0, longest_v = 0;
+  double vertex_error = 0;  // of any vertex's place
+
+  // Of all triangles, for one cell of the grid, up to factors of 1 and more.
+  Box3 cross_products() const {
+    const Box3 product = cross(u, v) + scaled(cross(u, normal), steps_v) + scaled(cross(normal, v), steps_u);
+    return scaled(product, Interval(step_u * scale_u.low()) * Interval(step_v * scale_v.low()));
+  }
+};
+
+// Corners of a box in camera space; the nearest and farthest bound every vertex's depth and distance.
+struct BackFaceTest::Corners {
+  std::array<DVec3, 16> at;
+  double near_w = 1e300, far_w = 0, longest = 0;
+  bool in_front = true;
 };
 
 void BackFaceTest::begin(std::uint32_t patch) {
@@ -95,130 +196,178 @@ void BackFaceTest::begin(std::uint32_t patch) {
   stretch_ = std::max(largest_stretch(to_camera_[0]), largest_stretch(to_camera_[1]));
 }
 
-// What displacement and rounding add to a chord, per unit of the base patch's parameter, in object space.
-std::optional<BackFaceTest::Extra> BackFaceTest::extra(const SubPatchBounder& bounder,
-                                                       const PyramidLibrary& pyramids) const {
-  const scene::ParameterRange& r = bounder.range();
-  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
-               dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
-  // A vertex is off by fewer than 72 roundings of the largest coordinate; a displaced one also by the error of its
-  // normal and of its height.
-  Extra out{0, 0, 72 * 0x1p-24 * std::sqrt(3.0) * bounder.largest_coordinate()};
-  if (!bounder.displaced()) return out;
-  const double reach = std::max(std::abs(static_cast<double>(bounder.offsets().low)),
-                                std::abs(static_cast<double>(bounder.offsets().high)));
-  const auto object = bounder.nets();
-  const CornerFrame frame = corner_frame(object);
-  double turn_u = 0, turn_v = 0, normal_error = 0;  // turn of the normal
-  for (const PatchNet& net : object) {
-    const auto cones = tangent_cones(measure_net(net, frame.axes, frame.tangent_u, frame.tangent_v), frame);
-    if (!cones) return std::nullopt;
-    const auto cone = tpatch_cone(*cones, {derivative_rounding(net) + out.vertex_error, du, dv});
-    if (!cone) return std::nullopt;
-    normal_error = std::max(normal_error, cone->error);
-    const SecondLengths second = second_lengths(net);
-    const double longest_u = 3 * std::sqrt(cones->max_length2_u), longest_v = 3 * std::sqrt(cones->max_length2_v);
-    const double area = 9 * cones->min_length_u * cones->min_length_v * cones->min_sine;
-    turn_u = std::max(turn_u, (second.uu * longest_v + longest_u * second.uv) / area / du);
-    turn_v = std::max(turn_v, (second.uv * longest_v + longest_u * second.vv) / area / dv);
+BackFaceTest::Corners BackFaceTest::look(const MovingCorners& corners) const {
+  const scene::Projection& p = frame_.projection;
+  Corners out;
+  for (std::size_t k = 0; k < 16; ++k) {
+    const DVec4& r = corners[k];
+    if (!(r.z >= p.near)) out.in_front = false;
+    out.at[k] = p.orthographic ? DVec3(0, 0, -1)
+                               : DVec3((r.x - p.center_x * r.z) / p.scale, (p.center_y * r.z - r.y) / p.scale, -r.z);
+    out.near_w = std::min(out.near_w, r.w);
+    out.far_w = std::max(out.far_w, r.w);
+    out.longest = std::max(out.longest, glm::length(out.at[k]));
   }
-  const Slopes slope = displacement_slopes(frame_, pyramids, bounder, patch_);
-  out.u = slope.u + reach * turn_u;
-  out.v = slope.v + reach * turn_v;
-  out.vertex_error +=
-      reach * (normal_error + 0x1p-20) + height_rounding(pyramids, *bounder.drawable().material->displacement);
   return out;
 }
 
-bool BackFaceTest::spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-                          Spread& out) const {
+// Most sub-patches face the camera: this is looked at before anything is proved.
+bool BackFaceTest::faces_away_at_middle(const SubPatchBounder& bounder, const Corners& corners) const {
+  const DVec3 middle = (corners.at[0] + corners.at[7]) * 0.5;
+  const DMat3 turn(to_camera_[0]);
+  const CornerFrame guess = corner_frame(bounder.nets().first(1));
+  const double turned = bounder.drawable().mirrored ? -1 : 1;
+  return turned * glm::dot(glm::cross(turn * guess.tangent_u, turn * guess.tangent_v), middle) > 0;
+}
+
+// Adds what displacement does to the chords.
+bool BackFaceTest::displace(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
+                            const scene::CellRange& cells, Chords& chords) const {
+  const auto object = bounder.nets();
+  const scene::ParameterRange& r = bounder.range();
+  const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
+               dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
+  const CornerFrame frame = corner_frame(object);
+  std::array<TangentCones, 2> tangents;
+  std::array<NormalTurn, 2> turns;
+  double normal_error = 0;
+  for (std::size_t key = 0; key < object.size(); ++key) {
+    const NetMeasure measure = measure_net(object[key], frame.axes, frame.tangent_u, frame.tangent_v);
+    const auto cones = tangent_cones(measure, frame);
+    const DerivativeError rounding{derivative_rounding(object[key]) + chords.vertex_error, du, dv};
+    const auto turn = cones ? normal_turn(object[key], frame, *cones, measure, rounding) : std::nullopt;
+    if (!turn) return false;
+    tangents[key] = *cones;
+    turns[key] = *turn;
+    normal_error = std::max(normal_error, turn->error);
+  }
+  const auto foreign = bounder.foreign_error(cells, std::span(tangents).first(object.size()));
+  if (!foreign) return false;
+
+  const HeightSteps heights = height_steps(bounder.displacement(), r, pyramids, fetches_);
+  const Interval reach = range_of(bounder.offsets()) + symmetric(foreign->along_normal);
+  const Interval grid = Interval(du) / Interval(dv);  // of derivatives by the part's parameters, to the base patch's
+  Interval of_other_u, of_other_v;
+  for (std::size_t key = 0; key < 2; ++key) {
+    const NormalTurn& turn = turns[std::min(key, object.size() - 1)];
+    const Box3 normal = carried(to_camera_[key], frame.axes, turn.normals, chords.axes);
+    // The surface at a height: its chords along u are those of the patch times 1 + h u_of_u, and some of those along v.
+    const Interval scale_u = Interval(1.0) + reach * turn.u_of_u, scale_v = Interval(1.0) + reach * turn.v_of_v;
+    const Interval other_u = reach * turn.v_of_u / grid, other_v = reach * turn.u_of_v * grid;
+    const auto join = [&](Interval& to, const Interval& from) { to = key == 0 ? from : hull(to, from); };
+    chords.normal = key == 0 ? normal : hull(chords.normal, normal);
+    join(chords.scale_u, scale_u), join(chords.scale_v, scale_v);
+    join(of_other_u, other_u), join(of_other_v, other_v);
+  }
+  if (!(chords.scale_u.low() > 0.1 && chords.scale_v.low() > 0.1)) return false;
+  const Box3 u = chords.u, v = chords.v;
+  chords.u = u + scaled(v, of_other_u / chords.scale_u);
+  chords.v = v + scaled(u, of_other_v / chords.scale_v);
+  const double off = 2 * (heights.error + foreign->along_normal);
+  chords.steps_u = (heights.u + symmetric(off / chords.step_u)) / chords.scale_u;
+  chords.steps_v = (heights.v + symmetric(off / chords.step_v)) / chords.scale_v;
+  chords.vertex_error += reach.magnitude() * (normal_error + 0x1p-20) + foreign->besides;
+  return true;
+}
+
+// A stitched vertex is off its place in the grid: chords that end there hold a piece of one in the other direction, and
+// chords along the edge are longer by up to both ends' way.
+void BackFaceTest::stitch(const scene::CellRange& cells, Chords& chords) const {
+  const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
+  const auto stitched = [](bool touches, int factor, int n, int first, int last) {
+    double shift = 0;
+    if (touches && factor != n)
+      for (int i = first; i <= last; ++i)
+        shift = std::max(shift,
+                         std::abs(scene::TessellationPattern::edge_vertex(i, n, factor) / static_cast<double>(factor) -
+                                  i / static_cast<double>(n)));
+    return shift * (1 + 0x1p-20);
+  };
+  const double shift_u = std::max(stitched(cells.j0 == 0, pattern.edge[0], pattern.nu, cells.i0, cells.i1),
+                                  stitched(cells.j1 == pattern.nv, pattern.edge[1], pattern.nu, cells.i0, cells.i1));
+  const double shift_v = std::max(stitched(cells.i0 == 0, pattern.edge[2], pattern.nv, cells.j0, cells.j1),
+                                  stitched(cells.i1 == pattern.nu, pattern.edge[3], pattern.nv, cells.j0, cells.j1));
+  const double normal = longest(chords.normal);
+  chords.longest_u =
+      (longest(chords.u) + normal * chords.steps_u.magnitude()) * (chords.step_u + 2 * shift_u) * chords.scale_u.high();
+  chords.longest_v =
+      (longest(chords.v) + normal * chords.steps_v.magnitude()) * (chords.step_v + 2 * shift_v) * chords.scale_v.high();
+  const Chords straight = chords;
+  const Interval part_u = symmetric(shift_u / chords.step_v) * chords.scale_u / chords.scale_v,
+                 part_v = symmetric(shift_v / chords.step_u) * chords.scale_v / chords.scale_u;
+  if (shift_u > 0) {
+    chords.v = chords.v + scaled(straight.u, part_u);
+    chords.steps_v = chords.steps_v + straight.steps_u * part_u;
+  }
+  if (shift_v > 0) {
+    chords.u = chords.u + scaled(straight.v, part_v);
+    chords.steps_u = chords.steps_u + straight.steps_v * part_v;
+  }
+}
+
+std::optional<BackFaceTest::Chords> BackFaceTest::chords(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
+                                                         const scene::CellRange& cells) const {
   const auto object = bounder.nets();
   std::array<PatchNet, 2> nets;
   for (std::size_t key = 0; key < 2; ++key)
     nets[key] = transformed(object[std::min(key, object.size() - 1)], to_camera_[key]);
   const CornerFrame frame = corner_frame(nets);
-  const NetMeasure m0 = measure_net(nets[0], frame.axes, frame.tangent_u, frame.tangent_v),
-                   m1 = measure_net(nets[1], frame.axes, frame.tangent_u, frame.tangent_v);
-  const auto tangents = tangent_cones({m0.extents, join(m0.u, m1.u), join(m0.v, m1.v)}, frame);
-  const auto extra = this->extra(bounder, pyramids);
-  if (!tangents || !extra) return false;
-
-  // Chords per unit of the base patch's parameters, and steps of the grid.
+  if (!frame.regular) return std::nullopt;
   const scene::ParameterRange& r = bounder.range();
   const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
   const double du = static_cast<double>(r.u1) - static_cast<double>(r.u0),
                dv = static_cast<double>(r.v1) - static_cast<double>(r.v0);
-  const double step_u = 1.0 / pattern.nu, step_v = 1.0 / pattern.nv;
-  const double least_u = 3 * tangents->min_length_u / du, least_v = 3 * tangents->min_length_v / dv;
-  const double max_u = 3 * std::sqrt(tangents->max_length2_u) / du, max_v = 3 * std::sqrt(tangents->max_length2_v) / dv;
-  const double extra_u = stretch_ * (extra->u + 2 * extra->vertex_error / step_u),
-               extra_v = stretch_ * (extra->v + 2 * extra->vertex_error / step_v);
-
-  // Sizes of what tilts a cross product, relative to the least one.
-  double tilt = extra_u / least_u + extra_v / least_v + extra_u * extra_v / (least_u * least_v);
-  // A stitched vertex is at most half an edge's step off its place in the grid.
-  const auto stitched = [&](bool touches, int factor, int n) { return touches && factor != n ? 0.5 / factor : 0.0; };
-  const double shift_u = std::max(stitched(cells.j0 == 0, pattern.edge[0], pattern.nu),
-                                  stitched(cells.j1 == pattern.nv, pattern.edge[1], pattern.nu));
-  const double shift_v = std::max(stitched(cells.i0 == 0, pattern.edge[2], pattern.nv),
-                                  stitched(cells.i1 == pattern.nu, pattern.edge[3], pattern.nv));
-  tilt += shift_u * (2 * tangents->sine_u * max_u + 2 * extra_u) / (step_v * least_v);
-  tilt += shift_v * (2 * tangents->sine_v * max_v + 2 * extra_v) / (step_u * least_u);
-  tilt /= tangents->min_sine;
-  const double sine = tpatch_sine(*tangents);
-  if (!(tilt < 0.99 && sine < 1)) return false;
-
-  const double cosine = std::sqrt(1 - sine * sine), tilt_cosine = std::sqrt(1 - tilt * tilt);
-  out.axis = frame.axes[2];
-  out.sine = sine * tilt_cosine + cosine * tilt;
-  out.cosine = cosine * tilt_cosine - sine * tilt;
-  out.least = least_u * step_u * least_v * step_v * tangents->min_sine * (1 - tilt);
-  out.chord_u = (max_u + extra_u) * (step_u + shift_u);
-  out.chord_v = (max_v + extra_v) * (step_v + shift_v);
-  return out.cosine > 0;
+  Chords out{};
+  out.axes = frame.axes;
+  out.step_u = 1.0 / pattern.nu, out.step_v = 1.0 / pattern.nv;
+  out.u =
+      scaled(hull(control_steps(nets[0], true, out.axes), control_steps(nets[1], true, out.axes)), Interval(3 / du));
+  out.v =
+      scaled(hull(control_steps(nets[0], false, out.axes), control_steps(nets[1], false, out.axes)), Interval(3 / dv));
+  // A vertex is off by fewer than 72 roundings of the largest coordinate; a displaced one also by the error of its
+  // normal and of its height.
+  out.vertex_error = 72 * 0x1p-24 * std::sqrt(3.0) * bounder.largest_coordinate();
+  if (bounder.displaced() && !displace(bounder, pyramids, cells, out)) return std::nullopt;
+  const double off = 2 * stretch_ * out.vertex_error;
+  out.u = out.u + symmetric(off / (out.step_u * out.scale_u.low()));
+  out.v = out.v + symmetric(off / (out.step_v * out.scale_v.low()));
+  stitch(cells, out);
+  return out;
 }
 
-bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-                         const MovingCorners& corners) const {
-  if (!applies_ || (bounder.displaced() && bounder.foreign_boundary())) return false;
+Facing BackFaceTest::facing(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
+                            const scene::CellRange& cells, const MovingCorners& corners) const {
+  if (!applies_) return Facing::kTowards;
+  const Corners camera = look(corners);
+  if (!camera.in_front || !faces_away_at_middle(bounder, camera)) return Facing::kTowards;
+  const auto chords = this->chords(bounder, pyramids, cells);
+  if (!chords) return Facing::kPerhaps;
+
   const scene::Projection& p = frame_.projection;
   const double turned = bounder.drawable().mirrored ? -1 : 1;
-  // Corners in camera space; the nearest and farthest bound every vertex's depth and distance.
-  std::array<DVec3, 16> at;
-  double near_w = 1e300, far_w = 0, longest = 0;
-  for (std::size_t k = 0; k < 16; ++k) {
-    const DVec4& r = corners[k];
-    if (!(r.z >= p.near)) return false;
-    at[k] = p.orthographic ? DVec3(0, 0, -1)
-                           : DVec3((r.x - p.center_x * r.z) / p.scale, (p.center_y * r.z - r.y) / p.scale, -r.z);
-    near_w = std::min(near_w, r.w);
-    far_w = std::max(far_w, r.w);
-    longest = std::max(longest, glm::length(at[k]));
-  }
   const double aperture = p.lens_scale / p.scale * (p.orthographic ? p.inverse_focus : 1.0);
-
-  // Most sub-patches face the camera: look at the middle before anything is proved.
-  const DVec3 middle = (at[0] + at[7]) * 0.5;
-  const DMat3 turn(to_camera_[0]);
-  const CornerFrame guess = corner_frame(bounder.nets().first(1));
-  if (turned * glm::dot(glm::cross(turn * guess.tangent_u, turn * guess.tangent_v), middle) <= 0) return false;
-
-  Spread s;
-  if (!spread(bounder, pyramids, cells, s)) return false;
-  double least_incidence = 1e300;  // over distance
-  for (const DVec3& c : at) {
-    const double along = turned * glm::dot(c, s.axis), side = glm::length(c - s.axis * glm::dot(c, s.axis));
-    least_incidence =
-        std::min(least_incidence, ((along - aperture) * s.cosine - (side + aperture) * s.sine) * (1 - 1e-12));
+  const Box3 product = chords->cross_products();
+  double least = 1e300, most = -1e300;  // product of a vertex's place and a triangle's cross product
+  for (const DVec3& c : camera.at) {
+    const auto component = [&](const DVec3& axis) { return Interval(turned * glm::dot(c, axis)); };
+    const Interval along = component(chords->axes[0]) * product.x + component(chords->axes[1]) * product.y +
+                           component(chords->axes[2]) * product.z;
+    least = std::min(least, along.low());
+    most = std::max(most, along.high());
   }
-  if (!(least_incidence > 0)) return false;
+  // Seen from any point of the lens, and from the vertex where it is.
+  const double shift = longest(product) * (aperture + stretch_ * chords->vertex_error + 1e-12 * camera.longest);
+  if (most + shift <= 0) return Facing::kTowards;
+  least -= shift;
+  if (!(least > 0)) return Facing::kPerhaps;
   // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of
   // screen positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each
   // vertex.
   const double snap = 2.0 / static_cast<double>(frame_.request.subpixels());
-  const double area = p.scale * p.scale * s.least * least_incidence / (far_w * far_w * far_w);
-  const double edges = 2 * p.scale * longest * (s.chord_u + s.chord_v) / (near_w * near_w);
-  return area > 2 * snap * edges + 4 * snap * snap;
+  const double area = p.scale * p.scale * least / (camera.far_w * camera.far_w * camera.far_w);
+  const double edges =
+      2 * p.scale * camera.longest * (chords->longest_u + chords->longest_v) / (camera.near_w * camera.near_w);
+  return area > 2 * snap * edges + 4 * snap * snap ? Facing::kAway : Facing::kPerhaps;
 }
 
 }  // namespace tessera::frontend

@@ -4,39 +4,56 @@
 
 namespace tessera::frontend {
 
+enum class Facing : std::uint8_t {
+  kAway,     // all of it, proved
+  kPerhaps,  // its middle does, and the rest may
+  kTowards,  // its middle does, or all of it
+};
+
 // Proves that no triangle of a sub-patch can face the camera, whatever the time, the lens point and the rounding of
 // its vertices, so that the sub-patch need not be binned.
 //
-// Every triangle's normal is the cross product of two chords. A chord along u is a positive combination of control
-// vectors, so that undisplaced chords lie in the two tangent cones, and all cross products in the cone of TPATCH. What
-// else a chord holds (displacement: the slope of the heights along it and the turn of the normal; stitching: a piece
-// of the other direction; rounding) tilts the cross product by at most its size against the least cross product. The
-// cone so widened must see the back from the whole lens, at every corner of the moving box and hence everywhere in it,
-// steeply enough that snapping vertices to the sub-pixel grid cannot turn a triangle over.
+// Every triangle's normal is the cross product of a chord along u and one along v that share a vertex. From a vertex at
+// p + n h to one at p' + n' h' a chord is (p' - p) + (n' - n) h' + n (h' - h): a change of place, the normal's turn, and
+// a step of the heights along the normal that both chords share. With A and B for what is not a step of heights, a and b
+// for the steps, the cross product is A x B + b (A x n) + a (n x B). Each enters as a box in the frame of the corners:
+// p' - p as that of the control vectors, n as that of its cone, a and b by the slopes of the filtered heights over the
+// footprint. What the vertices of other patches and rounding add widens A, B, a and b. The box of the cross products must
+// see the back from the whole lens, at every corner of the moving box and hence everywhere in it, steeply enough that
+// snapping vertices to the sub-pixel grid cannot turn a triangle over.
 //
-// Not decided, and so kept: double-sided materials, clusters, boxes that cross the near plane, and displaced
-// sub-patches with vertices that other patches evaluate.
+// Not decided, and so kept: double-sided materials, clusters, boxes that cross the near plane, and displaced sub-patches
+// that touch a collapsed edge or vertices of patches with other normals or texture coordinates.
 class BackFaceTest {
  public:
-  explicit BackFaceTest(const scene::FrameGeometry& frame) : frame_(frame) {}
+  // `fetches`, unless null, gets every entry of a table that is read.
+  explicit BackFaceTest(const scene::FrameGeometry& frame, TableFetches* fetches = nullptr)
+      : frame_(frame), fetches_(fetches) {}
 
   void begin(std::uint32_t patch);
 
   // For the cells whose box() the bounder made last; `corners` are those of that box.
   bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-             const MovingCorners& corners) const;
+             const MovingCorners& corners) const {
+    return facing(bounder, pyramids, cells, corners) == Facing::kAway;
+  }
+  // The same, and whether it may be proved of a part of them.
+  Facing facing(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
+                const MovingCorners& corners) const;
 
  private:
-  struct Spread;  // of the chords' cross products
-  struct Extra {
-    double u, v;          // added to a chord, per unit of parameter
-    double vertex_error;  // of any vertex
-  };
-  std::optional<Extra> extra(const SubPatchBounder& bounder, const PyramidLibrary& pyramids) const;
-  bool spread(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
-              Spread& out) const;
+  struct Chords;
+  struct Corners;
+  Corners look(const MovingCorners& corners) const;
+  bool faces_away_at_middle(const SubPatchBounder& bounder, const Corners& corners) const;
+  std::optional<Chords> chords(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
+                               const scene::CellRange& cells) const;
+  bool displace(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
+                Chords& chords) const;
+  void stitch(const scene::CellRange& cells, Chords& chords) const;
 
   const scene::FrameGeometry& frame_;
+  TableFetches* fetches_;
   std::uint32_t patch_ = 0;
   bool applies_ = false;
   std::array<DMat4, 2> to_camera_;

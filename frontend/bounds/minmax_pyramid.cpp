@@ -106,98 +106,82 @@ ValueRange widen(const ValueRange& r, float slack) {
   return {r.low - grow, r.high + grow};
 }
 
-// Differences of every texel to the next along one axis, by size; the last goes on at the first, as repeating textures
-// do (mirrored and clamped ones go on level).
-shaders::ScalarTexture differences(const shaders::ScalarTexture& texture, int step_x, int step_y) {
-  const auto& base = texture.levels().front();
-  std::vector<float> values;
-  for (int y = 0; y < base.height; ++y)
-    for (int x = 0; x < base.width; ++x) {
-      const int next_x = (x + step_x) % base.width, next_y = (y + step_y) % base.height;
-      values.push_back(std::abs(base.values[static_cast<std::size_t>(next_y * base.width + next_x)] -
-                                base.values[static_cast<std::size_t>(y * base.width + x)]));
-    }
-  return shaders::ScalarTexture(base.width, base.height, std::move(values));
+// Which texels along an axis of a level the coordinates [a, b] concern: bilinear lookups read from half a texel below
+// to `above` texels beyond.
+Pieces footprint_pieces(shaders::Wrap wrap, float a, float b, int size, double below, double above) {
+  // Coordinates outside a clamped texture read its edge texel.
+  if (wrap == shaders::Wrap::kClampToEdge) a = clamp_finite(a), b = clamp_finite(b);
+  const double from = static_cast<double>(a), to = static_cast<double>(b);
+  const double slack = coordinate_slack(from, to, size);
+  const double first = from * size - below - slack, last = std::max(to * size + above + slack, first);
+  if (!(std::abs(first) < 1e15 && std::abs(last) < 1e15)) return wrapped_pieces(wrap, -1e300, 1e300, size);
+  return wrapped_pieces(wrap, first, last, size);
+}
+
+ValueRange over(const WindowTable& table, const Pieces& columns, const Pieces& rows, TableFetches* fetches) {
+  ValueRange range = table.over(columns.first[0], rows.first[0], columns.last[0], rows.last[0], fetches);
+  if (columns.count == 1 && rows.count == 1) return range;
+  for (int j = 0; j < rows.count; ++j)
+    for (int i = 0; i < columns.count; ++i)
+      if (i + j > 0)
+        range = range.hull(table.over(columns.first[i], rows.first[j], columns.last[i], rows.last[j], fetches));
+  return range;
+}
+
+// All texels that bilinear lookups in the box read.
+ValueRange lookups(const WindowTable& table, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
+                   TableFetches* fetches) {
+  int x0, x1, y0, y1;
+  if (inner_texels(sampler.wrap_s, low.x, high.x, table.width(), x0, x1) &&
+      inner_texels(sampler.wrap_t, low.y, high.y, table.height(), y0, y1))
+    return table.over(x0, y0, x1, y1, fetches);
+  return over(table, footprint_pieces(sampler.wrap_s, low.x, high.x, table.width(), 0.5, 0.5),
+              footprint_pieces(sampler.wrap_t, low.y, high.y, table.height(), 0.5, 0.5), fetches);
+}
+
+float texel(const shaders::ScalarTexture::Level& level, int x, int y) {
+  return level
+      .values[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) + static_cast<std::size_t>(x)];
+}
+
+// Differences of every texel to the next along one axis; the last goes on at the first, as repeating textures do
+// (mirrored and clamped ones go on level).
+WindowTable differences(const shaders::ScalarTexture::Level& level, int step_x, int step_y) {
+  return WindowTable(level.width, level.height, [&](int x, int y) {
+    const float change = texel(level, (x + step_x) % level.width, (y + step_y) % level.height) - texel(level, x, y);
+    return ValueRange{change, change};
+  });
+}
+
+// Where lod lies between the levels: the finer of two, and the weight of the coarser.
+struct BetweenLevels {
+  std::size_t below;
+  float weight;
+};
+BetweenLevels between_levels(float lod, std::size_t count) {
+  const float level = lod > 0.0f ? std::min(lod, static_cast<float>(count - 1)) : 0.0f;
+  const auto below = static_cast<std::size_t>(level);
+  return {below, level - static_cast<float>(below)};
 }
 
 }  // namespace
 
 MinMaxPyramid::MinMaxPyramid(const shaders::ScalarTexture& texture) {
-  for (const auto& level : texture.levels()) {
-    Steps& steps = levels_.emplace_back();
-    steps.push_back({level.width, level.height, {}});
-    for (const float value : level.values) steps.back().entries.push_back({value, value});
-    while (steps.back().width > 1 || steps.back().height > 1) {
-      const Step& last = steps.back();
-      Step next{(last.width + 1) / 2, (last.height + 1) / 2, {}};
-      for (int y = 0; y < next.height; ++y)
-        for (int x = 0; x < next.width; ++x) {
-          ValueRange range = last.entries[static_cast<std::size_t>(2 * y * last.width + 2 * x)];
-          for (int dy = 0; dy < 2; ++dy)
-            for (int dx = 0; dx < 2; ++dx)
-              if (2 * x + dx < last.width && 2 * y + dy < last.height)
-                range = range.hull(last.entries[static_cast<std::size_t>((2 * y + dy) * last.width + 2 * x + dx)]);
-          next.entries.push_back(range);
-        }
-      steps.push_back(std::move(next));
-    }
-  }
+  for (const auto& level : texture.levels())
+    levels_.emplace_back(level.width, level.height, [&](int x, int y) {
+      const float value = texel(level, x, y);
+      return ValueRange{value, value};
+    });
 }
 
-ValueRange MinMaxPyramid::whole() const { return widen(levels_.front().back().entries.front(), kMipSlack); }
+ValueRange MinMaxPyramid::whole() const { return widen(levels_.front().whole(), kMipSlack); }
 
-ValueRange MinMaxPyramid::texels(const Steps& steps, int x0, int y0, int x1, int y1) {
-  // The finest step at which the box touches at most two entries along each axis: log2 of the longer side, or one
-  // coarser where it lies across two boundaries. No loop and no branch: they would be mispredicted.
-  const auto longer = static_cast<unsigned>(std::max(x1 - x0, y1 - y0)) | 1u;
-  std::size_t step = static_cast<std::size_t>(std::bit_width(longer)) - 1;
-  step += static_cast<std::size_t>(((x1 >> step) - (x0 >> step) > 1) | ((y1 >> step) - (y0 >> step) > 1));
-  const Step& s = steps[step];
-  const auto at = [&](int x, int y) {
-    return s.entries[static_cast<std::size_t>((y >> step) * s.width + (x >> step))];
-  };
-  return at(x0, y0).hull(at(x1, y0)).hull(at(x0, y1)).hull(at(x1, y1));
-}
-
-ValueRange MinMaxPyramid::footprint(const Steps& steps, const shaders::Sampler& sampler, Vec2 low, Vec2 high, int width,
-                                    int height) {
-  const Step& all = steps.front();
-  int x0, x1, y0, y1;
-  if (all.width == width && all.height == height && inner_texels(sampler.wrap_s, low.x, high.x, width, x0, x1) &&
-      inner_texels(sampler.wrap_t, low.y, high.y, height, y0, y1))
-    return texels(steps, x0, y0, x1, y1);
-  // A bilinear lookup at x (in texels) reads texels floor(x - 1/2) and the next.
-  const auto pieces = [&](shaders::Wrap wrap, float a, float b, int size, int level_size) {
-    // A coordinate outside a clamped texture reads the edge texel of its level, which covers several of level 0.
-    if (wrap == shaders::Wrap::kClampToEdge) a = clamp_finite(a), b = clamp_finite(b);
-    const double from = static_cast<double>(a), to = static_cast<double>(b),
-                 ratio = static_cast<double>(size) / level_size;
-    const double slack = coordinate_slack(from, to, level_size);
-    const double first = from * level_size - 0.5 - slack, last = to * level_size + 0.5 + slack;
-    if (!(std::abs(first) < 1e15 && std::abs(last) < 1e15)) return wrapped_pieces(wrap, -1e300, 1e300, size);
-    return wrapped_pieces(wrap, static_cast<double>(floor_to_integer(first)) * ratio,
-                          static_cast<double>(floor_to_integer(last) + 1) * ratio - 0x1p-10, size);
-  };
-  const Pieces columns = pieces(sampler.wrap_s, low.x, high.x, all.width, width);
-  const Pieces rows = pieces(sampler.wrap_t, low.y, high.y, all.height, height);
-  ValueRange range = texels(steps, columns.first[0], rows.first[0], columns.last[0], rows.last[0]);
-  if (columns.count == 1 && rows.count == 1) return range;
-  for (int j = 0; j < rows.count; ++j)
-    for (int i = 0; i < columns.count; ++i)
-      range = range.hull(texels(steps, columns.first[i], rows.first[j], columns.last[i], rows.last[j]));
-  return range;
-}
-
-ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod) const {
-  const float level = lod > 0.0f ? std::min(lod, static_cast<float>(levels_.size() - 1)) : 0.0f;
-  const auto below = static_cast<std::size_t>(level);
-  const float weight = level - static_cast<float>(below);
-  const auto own_footprint = [&](const Steps& steps) {
-    return footprint(steps, sampler, low, high, steps.front().width, steps.front().height);
-  };
-  const ValueRange fine = own_footprint(levels_[below]);
+ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
+                                TableFetches* fetches) const {
+  const auto [below, weight] = between_levels(lod, levels_.size());
+  const ValueRange fine = lookups(levels_[below], sampler, low, high, fetches);
   if (weight == 0.0f) return widen(fine, kFilterSlack);
-  const ValueRange coarse = own_footprint(levels_[below + 1]);
+  const ValueRange coarse = lookups(levels_[below + 1], sampler, low, high, fetches);
   const ValueRange mixed = {fine.low * (1.0f - weight) + coarse.low * weight,
                             fine.high * (1.0f - weight) + coarse.high * weight};
   // Slack by the largest value that enters: the mixed one may have cancelled.
@@ -215,24 +199,159 @@ ValueRange MinMaxPyramid::query_all(const shaders::Sampler& sampler, Vec2 low, V
   return wider;
 }
 
-ValueRange MinMaxPyramid::query_base(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
-  const auto level =
-      static_cast<std::size_t>(std::clamp(std::ceil(max_lod), 0.0f, static_cast<float>(levels_.size() - 1)));
-  const Step& coarsest = levels_[level].front();
-  return widen(footprint(levels_.front(), sampler, low, high, coarsest.width, coarsest.height), kMipSlack);
+std::uint64_t MinMaxPyramid::place(std::uint64_t address) {
+  texels_.clear();
+  for (WindowTable& level : levels_) {
+    texels_.push_back(address);
+    address += static_cast<std::uint64_t>(level.width()) * static_cast<std::uint64_t>(level.height()) * sizeof(float);
+  }
+  for (WindowTable& level : levels_) address = level.place(address);
+  return address;
 }
 
-SlopePyramid::SlopePyramid(const shaders::ScalarTexture& texture)
-    : size_(static_cast<float>(texture.levels().front().width), static_cast<float>(texture.levels().front().height)),
-      along_s_(differences(texture, 1, 0)),
-      along_t_(differences(texture, 0, 1)) {}
+void MinMaxPyramid::fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, TableFetches& fetches) const {
+  const auto [below, weight] = between_levels(lod, levels_.size());
+  for (std::size_t l = below; l <= below + (weight > 0.0f ? 1 : 0); ++l) {
+    const WindowTable& level = levels_[l];
+    const auto u = shaders::linear_texels(sampler.wrap_s, at.x, level.width()),
+               v = shaders::linear_texels(sampler.wrap_t, at.y, level.height());
+    for (const int y : {v.first, v.second})
+      for (const int x : {u.first, u.second})
+        fetches.fetch(texels_[l] + (static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(level.width()) +
+                                    static_cast<std::uint64_t>(x)) *
+                                       sizeof(float));
+  }
+}
 
-Vec2 SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float max_lod) const {
-  // A difference of a level's texels spans two of its cells: the footprint of one level more holds both. Mirroring
-  // turns a texel's difference to its other side, one texel off, which that covers too.
-  const float lod = std::ceil(std::max(max_lod, 0.0f)) + 1.0f;
-  return size_ *
-         Vec2(along_s_.query_base(sampler, low, high, lod).high, along_t_.query_base(sampler, low, high, lod).high);
+// ---- Slopes -----------------------------------------------------------------------------------------------------
+
+SlopePyramid::SlopePyramid(const shaders::ScalarTexture& texture) {
+  for (const auto& level : texture.levels()) levels_.push_back({differences(level, 1, 0), differences(level, 0, 1)});
+}
+
+std::uint64_t SlopePyramid::place(std::uint64_t address) {
+  for (Level& level : levels_) address = level.along_t.place(level.along_s.place(address));
+  return address;
+}
+
+HeightSlopes SlopePyramid::of_level(const Level& level, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
+                                    TableFetches* fetches) {
+  // A lookup lies between a texel and the next, whose difference the first has. Mirroring turns differences round, to
+  // the texel on their other side; beyond the edge of a clamped texture, and at that of a mirrored one, all is level.
+  const auto pieces = [](shaders::Wrap wrap, float a, float b, int size, bool along) {
+    const double above = along && wrap == shaders::Wrap::kRepeat ? -0.5 : 0.5;
+    return footprint_pieces(wrap, a, b, size, 0.5, above);
+  };
+  const auto query = [&](const WindowTable& table, bool along_s) {
+    const shaders::Wrap wrap = along_s ? sampler.wrap_s : sampler.wrap_t;
+    ValueRange range = over(table, pieces(sampler.wrap_s, low.x, high.x, table.width(), along_s),
+                            pieces(sampler.wrap_t, low.y, high.y, table.height(), !along_s), fetches);
+    if (wrap == shaders::Wrap::kClampToEdge) range = range.hull({0, 0});
+    if (wrap == shaders::Wrap::kMirroredRepeat) range = {-range.largest(), range.largest()};
+    const float grow = range.largest() * kFilterSlack,
+                size = static_cast<float>(along_s ? table.width() : table.height());
+    return ValueRange{(range.low - grow) * size, (range.high + grow) * size};
+  };
+  return {query(level.along_s, true), query(level.along_t, false)};
+}
+
+HeightSlopes SlopePyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
+                                 TableFetches* fetches) const {
+  const auto [below, weight] = between_levels(lod, levels_.size());
+  const HeightSlopes fine = of_level(levels_[below], sampler, low, high, fetches);
+  if (weight == 0.0f) return fine;
+  const HeightSlopes coarse = of_level(levels_[below + 1], sampler, low, high, fetches);
+  const float part = weight;  // Clang 14 captures no structured bindings
+  const auto mix = [part](const ValueRange& a, const ValueRange& b) {
+    const ValueRange mixed = {a.low * (1.0f - part) + b.low * part, a.high * (1.0f - part) + b.high * part};
+    const float grow = a.hull(b).largest() * kFilterSlack;
+    return ValueRange{mixed.low - grow, mixed.high + grow};
+  };
+  return {mix(fine.along_s, coarse.along_s), mix(fine.along_t, coarse.along_t)};
+}
+
+// ---- Differences of levels --------------------------------------------------------------------------------------
+
+namespace {
+
+// What a lookup at texel coordinates (x, y) reads, continued beyond the edge as repeating or as other textures do.
+double bilinear(const shaders::ScalarTexture::Level& level, double x, double y, bool repeat) {
+  const auto wrap = [&](std::int64_t i, int size) {
+    return shaders::wrap_texel(repeat ? shaders::Wrap::kRepeat : shaders::Wrap::kClampToEdge, i, size);
+  };
+  const std::int64_t column = floor_to_integer(x - 0.5), row = floor_to_integer(y - 0.5);
+  const double s = x - 0.5 - static_cast<double>(column), t = y - 0.5 - static_cast<double>(row);
+  const auto at = [&](std::int64_t i, std::int64_t j) {
+    return static_cast<double>(texel(level, wrap(i, level.width), wrap(j, level.height)));
+  };
+  return (at(column, row) * (1 - s) + at(column + 1, row) * s) * (1 - t) +
+         (at(column, row + 1) * (1 - s) + at(column + 1, row + 1) * s) * t;
+}
+
+// Over one texel of the finer level. Halved exactly, both levels are bilinear between half texels of the finer one, so
+// that the difference is largest at nine of them. An odd side has no such common grid: then the ranges' difference.
+ValueRange level_difference(const shaders::ScalarTexture::Level& fine, const shaders::ScalarTexture::Level& coarse,
+                            int x, int y) {
+  const double ratio_x = static_cast<double>(coarse.width) / fine.width,
+               ratio_y = static_cast<double>(coarse.height) / fine.height;
+  const auto exact = [](int of_fine, int of_coarse) { return of_fine == 2 * of_coarse || of_fine == 1; };
+  const bool edge = x == 0 || y == 0 || x == fine.width - 1 || y == fine.height - 1;
+  ValueRange range{1e30f, -1e30f};
+  if (exact(fine.width, coarse.width) && exact(fine.height, coarse.height)) {
+    for (int repeat = edge ? 0 : 1; repeat < 2; ++repeat)
+      for (int j = 0; j <= 2; ++j)
+        for (int i = 0; i <= 2; ++i) {
+          const double at_x = x + 0.5 * i, at_y = y + 0.5 * j;
+          const auto difference = static_cast<float>(bilinear(fine, at_x, at_y, repeat != 0) -
+                                                     bilinear(coarse, at_x * ratio_x, at_y * ratio_y, repeat != 0));
+          range = range.hull({difference, difference});
+        }
+    return range;
+  }
+  const auto values = [&](const shaders::ScalarTexture::Level& level, double from_x, double from_y, double to_x,
+                          double to_y) {
+    ValueRange found{1e30f, -1e30f};
+    for (std::int64_t j = floor_to_integer(from_y - 0.5); static_cast<double>(j) <= to_y + 0.5; ++j)
+      for (std::int64_t i = floor_to_integer(from_x - 0.5); static_cast<double>(i) <= to_x + 0.5; ++i)
+        for (const shaders::Wrap wrap : {shaders::Wrap::kRepeat, shaders::Wrap::kClampToEdge}) {
+          const float value =
+              texel(level, shaders::wrap_texel(wrap, i, level.width), shaders::wrap_texel(wrap, j, level.height));
+          found = found.hull({value, value});
+        }
+    return found;
+  };
+  const ValueRange a = values(fine, x, y, x + 1, y + 1),
+                   b = values(coarse, x * ratio_x, y * ratio_y, (x + 1) * ratio_x, (y + 1) * ratio_y);
+  return {a.low - b.high, a.high - b.low};
+}
+
+}  // namespace
+
+LevelDifferences::LevelDifferences(const shaders::ScalarTexture& texture) {
+  for (std::size_t l = 0; l + 1 < texture.levels().size(); ++l) {
+    const auto &fine = texture.levels()[l], &coarse = texture.levels()[l + 1];
+    levels_.emplace_back(fine.width, fine.height, [&](int x, int y) { return level_difference(fine, coarse, x, y); });
+  }
+}
+
+std::uint64_t LevelDifferences::place(std::uint64_t address) {
+  for (WindowTable& level : levels_) address = level.place(address);
+  return address;
+}
+
+float LevelDifferences::query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod0, float lod1,
+                              TableFetches* fetches) const {
+  const auto last = static_cast<float>(levels_.size());
+  const float from = std::clamp(std::min(lod0, lod1), 0.0f, last), to = std::clamp(std::max(lod0, lod1), 0.0f, last);
+  float sum = 0;
+  for (auto l = static_cast<std::size_t>(from); l < levels_.size() && static_cast<float>(l) < to; ++l) {
+    const float part = std::min(to, static_cast<float>(l + 1)) - std::max(from, static_cast<float>(l));
+    const WindowTable& table = levels_[l];
+    const ValueRange range = over(table, footprint_pieces(sampler.wrap_s, low.x, high.x, table.width(), 0, 0),
+                                  footprint_pieces(sampler.wrap_t, low.y, high.y, table.height(), 0, 0), fetches);
+    sum += part * range.largest() * (1 + 0x1p-18f);
+  }
+  return sum;
 }
 
 }  // namespace tessera::frontend

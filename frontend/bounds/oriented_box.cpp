@@ -7,7 +7,7 @@
 namespace tessera::frontend {
 namespace {
 
-double largest_corner_coordinate(const MovingBox& box) {
+double largest_of_box(const MovingBox& box) {
   double largest = 0;
   for (std::size_t key = 0; key < 2; ++key)
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -76,7 +76,7 @@ MovingCorners corners_of_box(const MovingBox& box, const std::array<DMat4, 2>& t
 RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
                                       const std::array<Mat4, 2>& to_raster, double subpixels) {
   constexpr double kUnit = 0x1p-24, kRoundings = 64 + 8;
-  const double reach = std::max(largest_corner_coordinate(box), largest_control_point * std::sqrt(3.0));
+  const double reach = std::max(largest_of_box(box), largest_control_point * std::sqrt(3.0));
   std::array<double, 4> row{};  // largest sum of the terms of xh, yh, depth and w
   for (const Mat4& m : to_raster)
     for (int r = 0; r < 4; ++r) {

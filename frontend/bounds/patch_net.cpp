@@ -3,6 +3,12 @@
 #include <cmath>
 
 namespace tessera::frontend {
+namespace {
+
+constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {
+    {{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
+
+}  // namespace
 
 PatchNet make_net(std::span<const Vec3, 16> points) {
   PatchNet net;
@@ -41,6 +47,32 @@ std::array<std::array<double, 4>, 4> cubic_restriction(double a, double b) {
     rows[k] = {r1 * s1 * t1, r * s1 * t1 + r1 * s * t1 + r1 * s1 * t, r * s * t1 + r * s1 * t + r1 * s * t, r * s * t};
   }
   return rows;
+}
+
+std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points,
+                                    const std::array<std::array<double, 4>, 4>& rows) {
+  std::array<DVec3, 4> out;
+  for (std::size_t k = 0; k < 4; ++k)
+    out[k] = (points[0] * rows[k][0] + points[1] * rows[k][1]) + (points[2] * rows[k][2] + points[3] * rows[k][3]);
+  return out;
+}
+
+std::array<DVec3, 4> edge_points(const PatchNet& net, std::size_t edge) {
+  std::array<DVec3, 4> out;
+  for (std::size_t k = 0; k < 4; ++k) out[k] = net.point(kEdgePoints[edge][k]);
+  return out;
+}
+
+std::array<DVec3, 4> edge_across(const PatchNet& net, std::size_t edge) {
+  // From the edge's row or the one before it to the next, in the order of the parameter.
+  const std::size_t step = edge < 2 ? 4 : 1;
+  const bool far = edge == 1 || edge == 3;
+  std::array<DVec3, 4> out;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t at = kEdgePoints[edge][k];
+    out[k] = far ? net.point(at) - net.point(at - step) : net.point(at + step) - net.point(at);
+  }
+  return out;
 }
 
 }  // namespace tessera::frontend

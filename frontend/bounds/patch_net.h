@@ -64,5 +64,12 @@ NormalSpread measure_normals(const PatchNet& net, const DVec3& z);
 
 // The part [a, b] of a cubic, or of anything with four cubic control values: rows of weights on them.
 std::array<std::array<double, 4>, 4> cubic_restriction(double a, double b);
+std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points,
+                                    const std::array<std::array<double, 4>, 4>& rows);
+
+// Of an edge (numbered as in PatchNeighbours): its control points, and a third of the derivative across it, which points
+// along v or u whichever side the patch is on.
+std::array<DVec3, 4> edge_points(const PatchNet& net, std::size_t edge);
+std::array<DVec3, 4> edge_across(const PatchNet& net, std::size_t edge);
 
 }  // namespace tessera::frontend

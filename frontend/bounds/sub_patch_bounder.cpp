@@ -6,19 +6,12 @@
 
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
+#include "frontend/patch_record.h"
 #include "scene/domain_shader.h"
 #include "scene/subpixel.h"
 
 namespace tessera::frontend {
 namespace {
-
-constexpr std::array<std::array<std::size_t, 4>, 4> kEdgePoints = {
-    {{0, 1, 2, 3}, {12, 13, 14, 15}, {0, 4, 8, 12}, {3, 7, 11, 15}}};
-// Step from a control point of the edge's inner neighbour row to the derivative across it: point k + step - point k.
-struct AcrossStep {
-  std::ptrdiff_t from, step;  // from: offset of the first of the pair against the edge's point
-};
-constexpr std::array<AcrossStep, 4> kAcross = {{{0, 4}, {-4, 4}, {0, 1}, {-1, 1}}};
 
 const Frame kObjectAxes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
 
@@ -52,14 +45,6 @@ Extents extents_of(const std::array<DVec3, 4>& points, const Frame& axes) {
     e.high[axis] = std::max(std::max(a, b), std::max(c, d));
   }
   return e;
-}
-
-std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points,
-                                    const std::array<std::array<double, 4>, 4>& rows) {
-  std::array<DVec3, 4> out;
-  for (std::size_t k = 0; k < 4; ++k)
-    out[k] = (points[0] * rows[k][0] + points[1] * rows[k][1]) + (points[2] * rows[k][2] + points[3] * rows[k][3]);
-  return out;
 }
 
 // The domain shader over a box of parameters. The normal of a point where the derivatives may be parallel or vanish is
@@ -98,7 +83,7 @@ void extend(MovingBox& box, std::size_t key, const Vector3<Enclosure>& p) {
   extend(box, key, 2, p.z.low(), p.z.high());
 }
 
-double largest_coordinate(const PatchNet& net) {
+double largest_of_net(const PatchNet& net) {
   double largest = 0;
   for (const auto& coordinate : net.c)
     for (const double x : coordinate) largest = std::max(largest, std::abs(x));
@@ -108,12 +93,21 @@ double largest_coordinate(const PatchNet& net) {
 }  // namespace
 
 PyramidLibrary::PyramidLibrary(const scene::Assembly& assembly) {
+  std::uint64_t address = 0;
   for (const scene::Material& material : assembly.materials) {
     if (!material.displacement) continue;
     auto& slot = pyramids_[material.displacement->texture.get()];
     if (slot != nullptr) continue;
     slot = std::make_unique<MinMaxPyramid>(*material.displacement->texture);
-    slopes_[material.displacement->texture.get()] = std::make_unique<SlopePyramid>(*material.displacement->texture);
+    address = slot->place(address);
+  }
+  for (const scene::Material& material : assembly.materials) {
+    if (!material.displacement || material.double_sided) continue;
+    const shaders::ScalarTexture* texture = material.displacement->texture.get();
+    if (slopes_[texture] != nullptr) continue;
+    slopes_[texture] = std::make_unique<SlopePyramid>(*texture);
+    level_differences_[texture] = std::make_unique<LevelDifferences>(*texture);
+    address = level_differences_[texture]->place(slopes_[texture]->place(address));
   }
   for (const scene::Material& material : assembly.materials) {
     const auto& texture = material.base_color_texture.texture;
@@ -147,12 +141,17 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   if (!bezier_) return;
   for (std::size_t key = 0; key < keys_; ++key) {
     base_[key] = make_net(frame_.control_points(*drawable_, patch, static_cast<int>(key)));
-    largest_ = std::max(largest_, frontend::largest_coordinate(base_[key]));
+    largest_ = std::max(largest_, largest_of_net(base_[key]));
     rounding_ = std::max(rounding_, derivative_rounding(base_[key]));
   }
   if (!displaced_) return;
   displacement_ = patch_displacement(frame_, *drawable_, patch);
   begin_edges(patch);
+}
+
+void SubPatchBounder::fetch_owner(std::uint32_t owner) const {
+  if (fetches_ == nullptr || owner == patch_) return;
+  fetches_->fetch_record(frame_.assembly->record_of(owner), patch_record_bytes(frame_, owner));
 }
 
 void SubPatchBounder::begin_edges(std::uint32_t patch) {
@@ -161,7 +160,13 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
   for (std::size_t c = 0; c < 4; ++c) {
     const scene::PatchNeighbours::CornerOwner& owner = neighbours.corners[c];
     const Vec2 at = scene::corner_parameters(owner.corner);
-    corner_offsets_[c] = patch_displacement(frame_, *drawable_, owner.patch + first).offset(at.x, at.y);
+    const scene::PatchDisplacement displacement = patch_displacement(frame_, *drawable_, owner.patch + first);
+    corner_offsets_[c] = displacement.offset(at.x, at.y);
+    fetch_owner(owner.patch + first);
+    if (fetches_ != nullptr)
+      pyramids_.of(*displacement.material->texture)
+          .fetch_texels(displacement.material->sampler, displacement.coordinate(at.x, at.y), displacement.lod,
+                        *fetches_);
     for (std::size_t key = 0; key < keys_; ++key)
       corners_[key][c] = DVec3(domain_point(frame_, *drawable_, owner.patch + first, at.x, at.y, key));
   }
@@ -172,27 +177,25 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
     edge.active = owner.collapsed || owner.patch + first != patch || owner.edge != e;
     edge.corner = e == 1 ? 2 : e == 3 ? 1 : 0;
     if (!edge.active || edge.collapsed) continue;
+    fetch_owner(owner.patch + first);
     edge.owner_edge = owner.edge;
     edge.reversed = owner.reversed;
     edge.displacement = patch_displacement(frame_, *drawable_, owner.patch + first);
     edge.rounding = 0;
     for (std::size_t key = 0; key < keys_; ++key) {
       const PatchNet net = make_net(frame_.control_points(*drawable_, owner.patch + first, static_cast<int>(key)));
-      largest_ = std::max(largest_, frontend::largest_coordinate(net));
+      largest_ = std::max(largest_, largest_of_net(net));
       edge.rounding = std::max(edge.rounding, derivative_rounding(net));
-      for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t at = kEdgePoints[owner.edge][k];
-        const auto from = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at) + kAcross[owner.edge].from);
-        edge.points[key][k] = net.point(at);
-        edge.across[key][k] = net.point(from + static_cast<std::size_t>(kAcross[owner.edge].step)) - net.point(from);
-      }
+      edge.points[key] = edge_points(net, owner.edge);
+      edge.across[key] = edge_across(net, owner.edge);
     }
   }
 }
 
 ValueRange SubPatchBounder::offset_range(const scene::PatchDisplacement& d, const scene::ParameterRange& r) const {
   const scene::PatchDisplacement::Footprint f = d.footprint(r);
-  const ValueRange heights = pyramids_.of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod);
+  const ValueRange heights =
+      pyramids_.of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod, fetches_);
   const float a = d.material->scale * heights.low + d.material->bias,
               b = d.material->scale * heights.high + d.material->bias;
   return {std::min(a, b), std::max(a, b)};
@@ -200,24 +203,26 @@ ValueRange SubPatchBounder::offset_range(const scene::PatchDisplacement& d, cons
 
 void SubPatchBounder::bound_interior(const CornerFrame& frame, MovingBox& box) {
   const bool cones = displaced_ && (method_ == BoundMethod::kTpatch || method_ == BoundMethod::kNpatch);
-  const DerivativeError error{rounding_, static_cast<double>(range_.u1) - static_cast<double>(range_.u0),
-                              static_cast<double>(range_.v1) - static_cast<double>(range_.v0)};
+  const scene::ParameterRange& r = inner_range_;
+  const DerivativeError error{rounding_, static_cast<double>(r.u1) - static_cast<double>(r.u0),
+                              static_cast<double>(r.v1) - static_cast<double>(r.v0)};
   for (std::size_t key = 0; key < keys_; ++key) {
+    const PatchNet& net = all_inner_ ? nets_[key] : inner_nets_[key];
     if (!cones) {
-      extend_displaced(box, key, measure_extents(nets_[key], frame.axes), offsets_, {});
+      extend_displaced(box, key, measure_extents(net, frame.axes), offsets_, {});
       continue;
     }
-    const NetMeasure measure = measure_net(nets_[key], frame.axes, frame.tangent_u, frame.tangent_v);
+    const NetMeasure measure = measure_net(net, frame.axes, frame.tangent_u, frame.tangent_v);
     std::optional<NormalCone> cone;
     if (const auto tangents = tangent_cones(measure, frame)) cone = tpatch_cone(*tangents, error);
-    if (method_ == BoundMethod::kNpatch) cone = npatch_cone(nets_[key], measure, frame, cone, error);
+    if (method_ == BoundMethod::kNpatch) cone = npatch_cone(net, measure, frame, cone, error);
     extend_displaced(box, key, measure.extents, offsets_, normal_range(cone));
   }
 }
 
 void SubPatchBounder::bound_interval(MovingBox& box) {
   for (std::size_t key = 0; key < keys_; ++key)
-    extend(box, key, domain_box(base_[key], range_, displaced_, offsets_, rounding_));
+    extend(box, key, domain_box(base_[key], inner_range_, displaced_, offsets_, rounding_));
 }
 
 void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box) {
@@ -245,13 +250,22 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
   }
 }
 
-void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box) {
+std::array<bool, 4> SubPatchBounder::touched_edges(const scene::CellRange& cells) const {
   const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
-  const std::array<bool, 4> touches = {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
+  return {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
+}
+
+std::array<bool, 4> SubPatchBounder::touched_corners() const {
   std::array<bool, 4> corner{};
   for (std::size_t c = 0; c < 4; ++c)
     corner[c] = ((c & 1) != 0 ? range_.u1 >= 1.0f : range_.u0 <= 0.0f) &&
                 ((c & 2) != 0 ? range_.v1 >= 1.0f : range_.v0 <= 0.0f);
+  return corner;
+}
+
+void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box) {
+  const std::array<bool, 4> touches = touched_edges(cells);
+  std::array<bool, 4> corner = touched_corners();
   for (std::size_t e = 0; e < 4; ++e) {
     if (!touches[e] || !edges_[e].active) continue;
     foreign_boundary_ = true;
@@ -279,6 +293,34 @@ MovingBox SubPatchBounder::cluster_box() const {
                    std::span(clusters.vertices).subspan(cluster.first_vertex, cluster.vertex_count));
 }
 
+// Where an edge's vertices are another patch's, the patch's own net and heights only bound the vertices behind them: at
+// a pole, whose net has no normal, all but the pole itself.
+void SubPatchBounder::begin_inner(const scene::CellRange& cells) {
+  inner_range_ = range_;
+  all_inner_ = true;
+  if (!displaced_) return;
+  const std::array<bool, 4> touches = touched_edges(cells);
+  scene::CellRange inner = cells;
+  const auto shrink = [](bool foreign, std::uint8_t& low, std::uint8_t& high, bool at_low) {
+    if (foreign && high - low >= 2) at_low ? ++low : --high;
+  };
+  shrink(touches[0] && edges_[0].active, inner.j0, inner.j1, true);
+  shrink(touches[1] && edges_[1].active, inner.j0, inner.j1, false);
+  shrink(touches[2] && edges_[2].active, inner.i0, inner.i1, true);
+  shrink(touches[3] && edges_[3].active, inner.i0, inner.i1, false);
+  all_inner_ = inner == cells;
+  if (!all_inner_) {
+    inner_range_ = parameter_range(frame_.pattern_of(patch_), inner);
+    for (std::size_t key = 0; key < keys_; ++key) inner_nets_[key] = restrict_net(base_[key], inner_range_);
+  }
+  offsets_ = offset_range(displacement_, inner_range_);
+}
+
+bool SubPatchBounder::offsets_vanish() const {
+  const auto zero = [](const ValueRange& range) { return range.low == 0 && range.high == 0; };
+  return zero(offsets_) && zero(foreign_offsets_) && (all_inner_ || zero(offsets()));
+}
+
 MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   foreign_boundary_ = false;
   foreign_offsets_ = {0, 0};
@@ -291,8 +333,8 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   }
   if (!bezier_) return cluster_box();
   range_ = parameter_range(frame_.pattern_of(patch_), cells);
-  if (displaced_) offsets_ = offset_range(displacement_, range_);
   for (std::size_t key = 0; key < keys_; ++key) nets_[key] = restrict_net(base_[key], range_);
+  begin_inner(cells);
   const bool oriented = method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval;
   const CornerFrame frame = oriented ? corner_frame(nets()) : CornerFrame{};
   MovingBox box = empty_box(frame.axes);

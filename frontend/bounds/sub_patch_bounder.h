@@ -18,19 +18,24 @@
 
 namespace tessera::frontend {
 
-// Pyramids of every displacement texture of a capture, and of the alpha of the colour textures of masked materials;
-// built once.
+// Pyramids of every displacement texture of a capture, with slopes and differences of levels where a single-sided
+// material uses it, and of the alpha of the colour textures of masked materials; built once. Those of displacement lie
+// one behind the other in a memory of their own.
 class PyramidLibrary {
  public:
   explicit PyramidLibrary(const scene::Assembly& assembly);
   const MinMaxPyramid& of(const shaders::ScalarTexture& texture) const { return *pyramids_.at(&texture); }
   const SlopePyramid& slopes_of(const shaders::ScalarTexture& texture) const { return *slopes_.at(&texture); }
+  const LevelDifferences& level_differences_of(const shaders::ScalarTexture& texture) const {
+    return *level_differences_.at(&texture);
+  }
   // Null for a texture whose alpha is 1 everywhere, and for those of materials that do not mask.
   const MinMaxPyramid* alpha_of(const shaders::Texture& texture) const;
 
  private:
   std::map<const shaders::ScalarTexture*, std::unique_ptr<MinMaxPyramid>> pyramids_;
   std::map<const shaders::ScalarTexture*, std::unique_ptr<SlopePyramid>> slopes_;
+  std::map<const shaders::ScalarTexture*, std::unique_ptr<LevelDifferences>> level_differences_;
   std::map<const shaders::Texture*, std::unique_ptr<MinMaxPyramid>> alphas_;
 };
 
@@ -52,8 +57,10 @@ struct SubPatchBody {
 // Has scratch memory; one instance per thread.
 class SubPatchBounder {
  public:
-  SubPatchBounder(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method)
-      : frame_(frame), pyramids_(pyramids), method_(method) {}
+  // `fetches`, unless null, gets every entry of a table that is read, and every record but the base patch's own.
+  SubPatchBounder(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method,
+                  TableFetches* fetches = nullptr)
+      : frame_(frame), pyramids_(pyramids), method_(method), fetches_(fetches) {}
 
   // Chooses the base patch; what its sub-patches share is computed here.
   void begin(std::uint32_t patch);
@@ -65,13 +72,25 @@ class SubPatchBounder {
   // About the box() made last, for culling: the parameters, the restricted nets, and what displaces them.
   const scene::ParameterRange& range() const { return range_; }
   std::span<const PatchNet> nets() const { return {nets_.data(), keys_}; }
-  const ValueRange& offsets() const { return offsets_; }
   bool displaced() const { return displaced_; }
   // Whether every offset that moves a vertex of the cells is exactly zero, those of other patches on the boundary
   // included.
-  bool offsets_vanish() const {
-    return offsets_.low == 0 && offsets_.high == 0 && foreign_offsets_.low == 0 && foreign_offsets_.high == 0;
-  }
+  bool offsets_vanish() const;
+  // Of the patch's own displacement, over all of range().
+  ValueRange offsets() const { return offset_range(displacement_, range_); }
+  const scene::PatchDisplacement& displacement() const { return displacement_; }
+  // The part of range() whose surface the box holds: without what lies between vertices that other patches evaluate and
+  // the next.
+  const scene::ParameterRange& inner_range() const { return inner_range_; }
+
+  // How far the vertices that other patches evaluate may be from where this one's own evaluation puts them, in object
+  // space: along this one's normal there, and besides that. Nothing where the patches' normals or texture coordinates
+  // have nothing to do with each other. `tangents`: of nets(), one for each.
+  struct ForeignError {
+    double along_normal = 0, besides = 0;
+  };
+  std::optional<ForeignError> foreign_error(const scene::CellRange& cells,
+                                            std::span<const TangentCones> tangents) const;
   // Whether a boundary vertex of the cells is evaluated by another patch's displacement.
   bool foreign_boundary() const { return foreign_boundary_; }
   const scene::PosedDrawable& drawable() const { return *drawable_; }
@@ -90,16 +109,25 @@ class SubPatchBounder {
   };
 
   void begin_edges(std::uint32_t patch);
+  void fetch_owner(std::uint32_t owner) const;
+  void begin_inner(const scene::CellRange& cells);
   ValueRange offset_range(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range) const;
   void bound_interior(const CornerFrame& frame, MovingBox& box);
   void bound_interval(MovingBox& box);
   void bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box);
   void bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box);
+  std::array<bool, 4> touched_edges(const scene::CellRange& cells) const;
+  std::array<bool, 4> touched_corners() const;
+  std::optional<double> height_error(const ForeignEdge& edge, std::size_t e) const;
+  std::optional<double> normal_error(const ForeignEdge& edge, std::size_t e,
+                                     std::span<const TangentCones> tangents) const;
+  ForeignError corner_error(std::size_t corner) const;
   MovingBox cluster_box() const;
 
   const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   BoundMethod method_;
+  TableFetches* fetches_;
 
   std::uint32_t patch_ = 0;
   const scene::PosedDrawable* drawable_ = nullptr;
@@ -114,7 +142,11 @@ class SubPatchBounder {
   std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced, as their owners evaluate them
   std::array<float, 4> corner_offsets_{};
   scene::ParameterRange range_{};
-  ValueRange offsets_{0, 0}, foreign_offsets_{0, 0};
+  // Without the rows of vertices that other patches evaluate: the same as above where nothing displaces.
+  scene::ParameterRange inner_range_{};
+  std::array<PatchNet, 2> inner_nets_;
+  bool all_inner_ = true;
+  ValueRange offsets_{0, 0}, foreign_offsets_{0, 0};  // over inner_range_
 };
 
 }  // namespace tessera::frontend

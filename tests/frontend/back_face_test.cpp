@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "frontend/bounds/back_face.h"
+#include "frontend/patch_splitter.h"
 #include "scene/subpixel.h"
 #include "tests/frontend/bound_scenes.h"
 
@@ -104,6 +105,27 @@ glm::dvec2 seen_at(const RasterVertex& v, const scene::Projection& p, double t, 
   return v.at[0] + (v.at[1] - v.at[0]) * rate - lens * (p.lens_scale * coc);
 }
 
+// How often one of a cell's two triangles is seen to face the camera, at four times and lens points.
+std::uint64_t front_facing(const scene::FrameGeometry& frame, std::uint32_t patch, int x, int y, Random& random) {
+  std::uint64_t count = 0;
+  const RasterVertex corner[4] = {project(frame, patch, x, y), project(frame, patch, x + 1, y),
+                                  project(frame, patch, x + 1, y + 1), project(frame, patch, x, y + 1)};
+  for (int s = 0; s < 4; ++s) {
+    const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1)),
+                 angle = static_cast<double>(random.uniform(0, 6.2831f));
+    const glm::dvec2 lens(std::cos(angle), std::sin(angle));
+    for (const auto& [k, l] : {std::pair{1, 2}, {2, 3}}) {
+      const glm::dvec2 a = seen_at(corner[0], frame.projection, t, lens),
+                       b = seen_at(corner[k], frame.projection, t, lens),
+                       c = seen_at(corner[l], frame.projection, t, lens);
+      double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+      if (frame.drawable_of(patch).mirrored) area = -area;
+      if (area < -1e-9) ++count;  // counter-clockwise with y down
+    }
+  }
+  return count;
+}
+
 struct Outcome {
   std::uint64_t cells = 0, culled = 0, front_facing = 0;
 };
@@ -138,23 +160,7 @@ Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) 
         if (!culled) continue;
         out.culled += count;
         for (int y = cells.j0; y < cells.j1; ++y)
-          for (int x = cells.i0; x < cells.i1; ++x) {
-            const RasterVertex corner[4] = {project(frame, patch, x, y), project(frame, patch, x + 1, y),
-                                            project(frame, patch, x + 1, y + 1), project(frame, patch, x, y + 1)};
-            for (int s = 0; s < 4; ++s) {
-              const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1)),
-                           angle = static_cast<double>(random.uniform(0, 6.2831f));
-              const glm::dvec2 lens(std::cos(angle), std::sin(angle));
-              for (const auto& [k, l] : {std::pair{1, 2}, {2, 3}}) {
-                const glm::dvec2 a = seen_at(corner[0], frame.projection, t, lens),
-                                 b = seen_at(corner[k], frame.projection, t, lens),
-                                 c = seen_at(corner[l], frame.projection, t, lens);
-                double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-                if (bounder.drawable().mirrored) area = -area;
-                if (area < -1e-9) ++out.front_facing;  // counter-clockwise with y down
-              }
-            }
-          }
+          for (int x = cells.i0; x < cells.i1; ++x) out.front_facing += front_facing(frame, patch, x, y, random);
       }
   }
   return out;
@@ -203,6 +209,111 @@ TEST(BackFaceCullingTwin, BelievingTheMiddleOfASubPatchIsCaught) {
   for (int trial = 0; trial < 12; ++trial)
     front_facing += check(RoundScene({.displacement = 0.1f, .moving = true}, random), random, true).front_facing;
   EXPECT_GT(front_facing, 0u);
+}
+
+// Vertices of other patches against where a patch's own evaluation puts them; counts those farther off than `share` of
+// what the bound says.
+struct ForeignOutcome {
+  int bounded = 0, vertices = 0, violations = 0;
+};
+ForeignOutcome check_foreign(const RoundScene& scene, double share) {
+  ForeignOutcome out;
+  const scene::FrameGeometry& frame = *scene.frame;
+  SubPatchBounder bounder(frame, *scene.pyramids, BoundMethod::kNpatch);
+  for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
+    bounder.begin(patch);
+    const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+    const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+    constexpr int kSide = 5;
+    for (int j = 0; j < pattern.nv; j += kSide)
+      for (int i = 0; i < pattern.nu; i += kSide) {
+        const scene::CellRange cells{static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j),
+                                     static_cast<std::uint8_t>(std::min<int>(i + kSide, pattern.nu)),
+                                     static_cast<std::uint8_t>(std::min<int>(j + kSide, pattern.nv))};
+        (void)bounder.box(cells);
+        const CornerFrame corners = corner_frame(bounder.nets());
+        std::vector<TangentCones> tangents;
+        for (const PatchNet& net : bounder.nets())
+          if (const auto cones =
+                  tangent_cones(measure_net(net, corners.axes, corners.tangent_u, corners.tangent_v), corners))
+            tangents.push_back(*cones);
+        if (tangents.size() != bounder.nets().size()) continue;
+        const auto error = bounder.foreign_error(cells, tangents);
+        if (!error) continue;
+        ++out.bounded;
+        for (int y = cells.j0; y <= cells.j1; ++y)
+          for (int x = cells.i0; x <= cells.i1; ++x) {
+            if (x != 0 && y != 0 && x != pattern.nu && y != pattern.nv) continue;
+            const scene::OwnedVertex owned = boundary_vertex(pattern, frame.assembly->neighbours[0][patch], x, y);
+            for (std::size_t key = 0; key < bounder.nets().size(); ++key) {
+              const Vec3 own = domain_point(frame, drawable, patch, pattern.u(x, y), pattern.v(x, y), key),
+                         real = domain_point(frame, drawable, owned.patch, owned.u, owned.v, key);
+              ++out.vertices;
+              if (static_cast<double>(glm::length(own - real)) > share * (error->along_normal + error->besides) + 1e-5)
+                ++out.violations;
+            }
+          }
+      }
+  }
+  return out;
+}
+
+TEST(ForeignVertices, AreNoFartherFromAPatchsOwnThanBounded) {
+  Random random(77);
+  ForeignOutcome total, half;
+  for (int trial = 0; trial < 12; ++trial) {
+    const RoundScene scene({.displacement = 0.1f, .deforming = trial % 2 != 0}, random);
+    const ForeignOutcome honest = check_foreign(scene, 1.0), twin = check_foreign(scene, 0.0);
+    total.bounded += honest.bounded;
+    total.vertices += honest.vertices;
+    total.violations += honest.violations;
+    half.violations += twin.violations;
+  }
+  EXPECT_EQ(total.violations, 0);
+  EXPECT_GT(total.bounded, 100);
+  EXPECT_GT(total.vertices, 1000);
+  EXPECT_GT(half.violations, 0) << "taking them for the patch's own is caught";
+}
+
+// What PatchSplitter leaves out of a round object that is wholly in view faces away; parts of sub-patches that do are
+// dropped where that pays.
+TEST(BackFaceCulling, PartsThatFaceAwayAreDroppedWhereThatSavesEnough) {
+  Random random(12);
+  std::uint64_t dropped_whole = 0, dropped_parts = 0;
+  for (int trial = 0; trial < 6; ++trial) {
+    const RoundScene scene({.displacement = 0.03f, .aperture = 0.05f}, random);
+    const scene::FrameGeometry& frame = *scene.frame;
+    for (const int worth : {0, 16}) {
+      FrontEndSpec spec;
+      spec.backface_cells = worth;
+      PatchSplitter splitter(frame, *scene.pyramids, spec);
+      for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
+        std::vector<BoundedSubPatch> kept, deferred;
+        FrontendCounters counters;
+        splitter.split(patch, kept, deferred, counters);
+        if (counters.culled_frustum != 0) continue;  // what is out of view may face anywhere
+        const scene::TessellationPattern& pattern = frame.pattern_of(patch);
+        std::vector<int> covered(static_cast<std::size_t>(pattern.nu) * pattern.nv);
+        for (const BoundedSubPatch& piece : kept)
+          for (int y = piece.range.j0; y < piece.range.j1; ++y)
+            for (int x = piece.range.i0; x < piece.range.i1; ++x)
+              ++covered[static_cast<std::size_t>(y) * pattern.nu + static_cast<std::size_t>(x)];
+        std::uint64_t missing = 0;
+        for (int y = 0; y < pattern.nv; ++y)
+          for (int x = 0; x < pattern.nu; ++x) {
+            const int times = covered[static_cast<std::size_t>(y) * pattern.nu + static_cast<std::size_t>(x)];
+            ASSERT_LE(times, 1);
+            if (times == 1) continue;
+            ++missing;
+            EXPECT_EQ(front_facing(frame, patch, x, y, random), 0u);
+          }
+        EXPECT_EQ(missing, counters.cells_culled_backface);
+        EXPECT_EQ(counters.sub_patches + counters.culled_backface, counters.splits + 1);
+        (worth == 0 ? dropped_whole : dropped_parts) += missing;
+      }
+    }
+  }
+  EXPECT_GT(dropped_parts, dropped_whole + 100);
 }
 
 TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndWhatCrossesTheNearPlane) {

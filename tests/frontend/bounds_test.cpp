@@ -309,7 +309,8 @@ TEST(OcclusionGuess, AViewThatDoesNotChangeKeepsEveryBlocksDepth) {
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------
 
-// Random short steps over a texture; counts those along which the height changes by more than the slopes allow.
+// Random short ways over a texture; counts those along which the height changes by what the slopes, times `share`, do not
+// allow.
 int slope_violations(std::uint32_t seed, float share) {
   Random random(seed);
   int violations = 0;
@@ -320,13 +321,14 @@ int slope_violations(std::uint32_t seed, float share) {
     for (int k = 0; k < 20; ++k) {
       const float lod = random.uniform(0, 3), reach = random.uniform(0.001f, 0.3f);
       const Vec2 low(random.uniform(-1.5f, 1.5f), random.uniform(-1.5f, 1.5f)), high = low + Vec2(reach);
-      const Vec2 slope = slopes.query(sampler, low, high, lod) * share;
+      const HeightSlopes slope = slopes.query(sampler, low, high, lod);
       for (int s = 0; s < 10; ++s) {
         const Vec2 a(random.uniform(low.x, high.x), random.uniform(low.y, high.y)),
             b(random.uniform(low.x, high.x), random.uniform(low.y, high.y));
-        const float change = std::abs(texture.sample(sampler, a, lod) - texture.sample(sampler, b, lod));
-        const Vec2 way = glm::abs(a - b);
-        if (change > (slope.x * way.x + slope.y * way.y) * 1.001f + 1e-3f) ++violations;
+        const float change = texture.sample(sampler, b, lod) - texture.sample(sampler, a, lod);
+        const auto [s0, s1] = std::minmax({(b.x - a.x) * slope.along_s.low, (b.x - a.x) * slope.along_s.high});
+        const auto [t0, t1] = std::minmax({(b.y - a.y) * slope.along_t.low, (b.y - a.y) * slope.along_t.high});
+        if (change > share * (s1 + t1) + 1e-3f || change < share * (s0 + t0) - 1e-3f) ++violations;
       }
     }
   }
@@ -336,6 +338,100 @@ int slope_violations(std::uint32_t seed, float share) {
 TEST(SlopePyramid, HoldsEveryChangeOfAFilteredValueAtAnyLevelAndWrap) { EXPECT_EQ(slope_violations(5, 1.0f), 0); }
 
 TEST(SlopePyramid, HalfTheSlopeIsCaught) { EXPECT_GT(slope_violations(5, 0.5f), 0); }
+
+TEST(SlopePyramid, CoarseLevelsHaveTheirOwnSlopes) {
+  // Stripes of a texel: steep in level 0, level in the next.
+  std::vector<float> stripes;
+  for (int i = 0; i < 32 * 32; ++i) stripes.push_back(static_cast<float>(i % 2));
+  const SlopePyramid slopes(shaders::ScalarTexture(32, 32, stripes));
+  const auto steepest = [&](float lod) { return slopes.query({}, {0.1f, 0.1f}, {0.6f, 0.6f}, lod).along_s.largest(); };
+  EXPECT_NEAR(steepest(0), 32.0f, 0.01f);
+  EXPECT_NEAR(steepest(0.75f), 8.0f, 0.01f);
+  EXPECT_NEAR(steepest(1), 0.0f, 0.01f);
+  const ValueRange rising =
+      SlopePyramid(shaders::ScalarTexture(4, 1, {0, 1, 2, 3})).query({}, {0.2f, 0}, {0.6f, 1}, 0).along_s;
+  EXPECT_NEAR(rising.low, 4.0f, 0.01f) << "slopes have signs";
+}
+
+// ---- Differences of levels --------------------------------------------------------------------------------------
+
+int level_violations(std::uint32_t seed, float share) {
+  Random random(seed);
+  int violations = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const bool whole = random.coin();
+    const shaders::ScalarTexture texture =
+        whole ? random_texture(random, 1 << random.integer(0, 5), 1 << random.integer(0, 5))
+              : random_texture(random, random.integer(1, 40), random.integer(1, 40));
+    const LevelDifferences differences(texture);
+    const shaders::Sampler sampler = random_sampler(random);
+    for (int k = 0; k < 20; ++k) {
+      const float lod = random.uniform(-1, 6), other = random.uniform(-1, 6), reach = random.uniform(0, 0.3f);
+      const Vec2 low(random.uniform(-1.5f, 1.5f), random.uniform(-1.5f, 1.5f)), high = low + Vec2(reach);
+      const float most = differences.query(sampler, low, high, lod, other) * share;
+      for (int s = 0; s < 10; ++s) {
+        const Vec2 at(random.uniform(low.x, high.x), random.uniform(low.y, high.y));
+        if (std::abs(texture.sample(sampler, at, lod) - texture.sample(sampler, at, other)) > most + 1e-4f)
+          ++violations;
+      }
+    }
+  }
+  return violations;
+}
+
+TEST(LevelDifferences, HoldWhatTwoLevelsOfDetailDifferByAtAnyWrap) { EXPECT_EQ(level_violations(6, 1.0f), 0); }
+
+TEST(LevelDifferences, HalfTheDifferenceIsCaught) { EXPECT_GT(level_violations(6, 0.5f), 0); }
+
+// ---- Window tables ----------------------------------------------------------------------------------------------
+
+// WT1, WT2 and WT3 against every texel, on random grids and rectangles.
+TEST(WindowTable, HoldsARectangleAndLittleElse) {
+  Random random(21);
+  for (int trial = 0; trial < 200; ++trial) {
+    const int width = random.integer(1, 70), height = random.integer(1, 70);
+    std::vector<float> values(static_cast<std::size_t>(width * height));
+    for (float& v : values) v = random.uniform(-1, 1);
+    const auto value = [&](int x, int y) { return values[static_cast<std::size_t>(y * width + x)]; };
+    const WindowTable table(width, height, [&](int x, int y) { return ValueRange{value(x, y), value(x, y)}; });
+    EXPECT_LE(table.entry_count(), 3 * values.size());
+    const auto range = [&](int x0, int y0, int x1, int y1) {
+      ValueRange all{1e30f, -1e30f};
+      for (int y = std::max(y0, 0); y <= std::min(y1, height - 1); ++y)
+        for (int x = std::max(x0, 0); x <= std::min(x1, width - 1); ++x) all = all.hull({value(x, y), value(x, y)});
+      return all;
+    };
+    for (int k = 0; k < 50; ++k) {
+      const int x0 = random.integer(0, width - 1), y0 = random.integer(0, height - 1),
+                x1 = random.integer(x0, width - 1), y1 = random.integer(y0, height - 1);
+      const int shorter = std::min(x1 - x0, y1 - y0) + 1, longer = std::max(x1 - x0, y1 - y0) + 1;
+      const ValueRange got = table.over(x0, y0, x1, y1, nullptr), exact = range(x0, y0, x1, y1);
+      EXPECT_TRUE(got.low <= exact.low && got.high >= exact.high);
+      if (shorter < 2 || longer > 4 * shorter / 2) continue;
+      const int more = std::max(shorter / WindowTable::kWindowsPerSide - 1, 0);
+      const ValueRange most = range(x0 - more, y0 - more, x1 + more, y1 + more);
+      EXPECT_TRUE(got.low >= most.low && got.high <= most.high)
+          << width << "x" << height << ": " << x0 << ".." << x1 << ", " << y0 << ".." << y1;
+    }
+  }
+}
+
+TEST(WindowTable, CountsTheLinesThatItFetches) {
+  WindowTable table(64, 64, [](int x, int y) { return ValueRange{static_cast<float>(x), static_cast<float>(y)}; });
+  table.place(4096);
+  TableFetches none({0, 1, 64, 0}), cached({4096, 4, 64, 0});
+  // 16 x 16 texels are one window; 20 x 20 are four of those, in four lines.
+  (void)table.over(8, 8, 23, 23, &none);
+  EXPECT_EQ(none.take_table_bytes(), 64u);
+  for (TableFetches* fetches : {&none, &cached}) {
+    (void)table.over(8, 8, 27, 27, fetches);
+    (void)table.over(8, 8, 27, 27, fetches);
+  }
+  EXPECT_EQ(none.take_table_bytes(), 2 * 4 * 64u);
+  EXPECT_EQ(cached.take_table_bytes() % 64, 0u);
+  (void)table.over(8, 8, 27, 27, &cached);
+  EXPECT_EQ(cached.take_table_bytes(), 0u);
+}
 
 }  // namespace
 }  // namespace tessera::frontend

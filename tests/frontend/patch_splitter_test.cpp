@@ -165,5 +165,80 @@ TEST(FrontEnd, IsTheSameForAnyNumberOfThreadsAndRefusesUnknownNames) {
   for (std::size_t k = 0; k < a.sub_patches.size(); ++k) EXPECT_EQ(a.sub_patches[k].range, b.sub_patches[k].range);
 }
 
+// ---- What bounding reads ----------------------------------------------------------------------------------------
+
+// Displaced patches in a row, apart from each other but for the last, which may touch the first: more than
+// kCachedRecords lie between.
+memory::Ledger bounding_traffic(bool displaced, bool touches) {
+  constexpr int kPatches = 2 + 2 * static_cast<int>(kCachedRecords);
+  scene::Capture capture;
+  scene::Material material;
+  if (displaced) material.displacement = test::displacement(8, 8, std::vector<float>(64, 0.5f), 0.01f, 0.0f);
+  std::vector<Vec3> points;
+  for (int k = 0; k < kPatches; ++k) {
+    const bool last = k == kPatches - 1;
+    const std::vector<Vec3> patch =
+        test::flat_patch({last && touches ? -0.1f : 0.15f * static_cast<float>(k), 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0});
+    points.insert(points.end(), patch.begin(), patch.end());
+  }
+  test::add_node(capture, test::patches(points, test::add_material(capture, material)));
+  test::add_camera(capture, DVec3(2.5, 0, 8), scene::Camera{});
+  const scene::Assembly assembly = assemble(capture);
+  const PyramidLibrary pyramids(assembly);
+  scene::FrameRequest request;
+  request.width = 320;
+  request.height = 240;
+  const auto frame = pose_frame(assembly, choose_camera(capture, 320, 240), request);
+  const FrontEndResult result = run_front_end(*frame, pyramids, {});
+  EXPECT_EQ(result.counters.base_patches, static_cast<std::uint64_t>(kPatches));
+  return result.ledger;
+}
+std::uint64_t front_end_reads(const memory::Ledger& ledger, memory::Purpose purpose) {
+  return ledger.traffic(memory::Unit::kFrontend, purpose).read_bytes;
+}
+
+TEST(FrontEndTraffic, ANeighbourMoreIsARecordMore) {
+  using memory::Purpose;
+  const memory::Ledger apart = bounding_traffic(true, false), touching = bounding_traffic(true, true);
+  const std::uint64_t record = 256;  // 32 of header, 16 points of 12 bytes, in bursts of 64
+  EXPECT_EQ(front_end_reads(touching, Purpose::kPatchData), front_end_reads(apart, Purpose::kPatchData) + record);
+  // Without displacement nobody else's vertices matter.
+  EXPECT_EQ(front_end_reads(bounding_traffic(false, true), Purpose::kPatchData),
+            front_end_reads(bounding_traffic(false, false), Purpose::kPatchData));
+}
+
+TEST(FrontEndTraffic, HeightsThatBoundDisplacementAreFetched) {
+  using memory::Purpose;
+  EXPECT_EQ(front_end_reads(bounding_traffic(false, false), Purpose::kTexture), 0u);
+  const std::uint64_t bytes = front_end_reads(bounding_traffic(true, false), Purpose::kTexture);
+  EXPECT_GT(bytes, 0u);
+  EXPECT_EQ(bytes % 64, 0u);
+}
+
+TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // TF1
+  TableFetches fetches({1024, 4, 64, 2});
+  fetches.pass_record(1);
+  fetches.fetch_record(1, 224);
+  EXPECT_EQ(fetches.take_record_bytes(), 0u);
+  fetches.fetch_record(2, 224);
+  fetches.fetch_record(3, 224);
+  fetches.fetch_record(2, 224);
+  EXPECT_EQ(fetches.take_record_bytes(), 2 * 256u);
+  fetches.fetch_record(1, 224);
+  EXPECT_EQ(fetches.take_record_bytes(), 256u);
+}
+
+// ---- Area of a box ----------------------------------------------------------------------------------------------
+
+TEST(BoxArea, IsThatOfItsFacesInTheWorld) {
+  MovingBox box = empty_box({DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)});
+  for (std::size_t key = 0; key < 2; ++key)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      box.low[key][axis] = 0, box.high[key][axis] = static_cast<double>(axis + 1);
+  const auto scaled = [](float s) { return Mat4(glm::mat3(s)); };
+  EXPECT_NEAR(box_area(box, {scaled(1), scaled(1)}), 2 * (2 + 6 + 3), 1e-9);
+  EXPECT_NEAR(box_area(box, {scaled(1), scaled(3)}), 9 * 22, 1e-6) << "the larger of both keys";
+}
+
 }  // namespace
 }  // namespace tessera::frontend

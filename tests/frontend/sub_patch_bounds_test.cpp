@@ -303,13 +303,14 @@ Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin
       const SubPatchBody body =
           twin == Twin::kHonest ? bounder.body(cells) : (bounder.body(cells), twin_body(twin, bounder, cells));
       const auto bounds = screen_bounds(body.corners, frame.projection, body.margin);
-      const scene::ParameterRange& range = bounder.range();
+      // Of the surface, the part that is this patch's own; beyond it there is nothing but the others' vertices.
+      const scene::ParameterRange& range = bounder.inner_range();
       for (int k = 0; k < 30; ++k) {
         const float u = k < 4 ? (k & 1 ? range.u1 : range.u0) : random.uniform(range.u0, range.u1);
         const float v = k < 4 ? (k & 2 ? range.v1 : range.v0) : random.uniform(range.v0, range.v1);
         add(bounds, displaced_point(frame, patch, u, v, 0), displaced_point(frame, patch, u, v, 1), 8);
       }
-      for (int k = 0; k < 12; ++k) {
+      for (int k = 0; k < 24; ++k) {
         // Vertices, most of them on the boundary of the cells.
         int i = random.integer(cells.i0, cells.i1), j = random.integer(cells.j0, cells.j1);
         if (k % 3 == 0) i = random.coin() ? cells.i0 : cells.i1;

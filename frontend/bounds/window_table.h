@@ -1,0 +1,104 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "base/vec.h"
+#include "memory/ledger.h"
+#include "memory/line_cache.h"
+
+namespace tessera::frontend {
+
+// A closed range of values.
+struct ValueRange {
+  float low = 0, high = 0;
+
+  ValueRange hull(const ValueRange& o) const { return {std::min(low, o.low), std::max(high, o.high)}; }
+  float largest() const { return std::max(std::abs(low), std::abs(high)); }
+};
+
+// What bounding fetches besides the base patch itself, each through an on-chip cache: entries of tables and texels by
+// lines, records of neighbouring base patches whole. Counts the bytes that come from memory.
+//
+// Invariants (cited by the tests):
+//   TF1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
+//        the last `records` used; otherwise nothing.
+class TableFetches {
+ public:
+  struct Caches {
+    std::int64_t bytes, ways, line_bytes;  // of lines: as memory::LineCache
+    std::int64_t records;
+  };
+  explicit TableFetches(const Caches& caches)
+      : lines_(caches.bytes, caches.ways, caches.line_bytes),
+        records_(caches.records, std::max<std::int64_t>(caches.records, 1), 1),
+        line_bytes_(static_cast<std::uint64_t>(caches.line_bytes)) {}
+
+  void fetch(std::uint64_t address) {
+    if (!lines_.use(static_cast<std::uint32_t>(address / line_bytes_))) table_bytes_ += line_bytes_;
+  }
+  void fetch_record(std::uint32_t record, std::uint64_t bytes) {
+    if (!records_.use(record)) record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
+  }
+  // One that is read on its way anyway.
+  void pass_record(std::uint32_t record) { (void)records_.use(record); }
+
+  // Bytes fetched since the last call.
+  std::uint64_t take_table_bytes() { return std::exchange(table_bytes_, 0); }
+  std::uint64_t take_record_bytes() { return std::exchange(record_bytes_, 0); }
+
+ private:
+  memory::LineCache lines_, records_;
+  std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0;
+};
+
+// Smallest and largest value over any rectangle of a grid: a sparse table of square windows whose sides are powers of
+// two. Windows of one side overlap: a query joins as few as cover the rectangle, four for most.
+//
+// Invariants (cited by the tests):
+//   WT1  over() holds the value of every texel in the rectangle.
+//   WT2  It holds that of no texel farther outside than one less than the step between windows on each side:
+//        side / kWindowsPerSide of a window no larger than the rectangle's shorter side, unless the longer one is more
+//        than four times as long. Rectangles with sides below 2 * kWindowsPerSide are exact, but for those one texel
+//        wide.
+//   WT3  There are no more than three entries to a texel.
+class WindowTable {
+ public:
+  static constexpr int kWindowsPerSide = 4;
+  static constexpr std::uint64_t kEntryBytes = sizeof(ValueRange);
+
+  // `value` of texel (x, y), asked from many threads.
+  WindowTable(int width, int height, const std::function<ValueRange(int, int)>& value);
+
+  // Ends inclusive, inside the grid.
+  ValueRange over(int x0, int y0, int x1, int y1, TableFetches* fetches) const;
+  ValueRange whole() const { return steps_.back().entries.front(); }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::size_t entry_count() const;
+
+  // Where it lies in memory, from `address`; the end.
+  std::uint64_t place(std::uint64_t address);
+
+ private:
+  // Windows with sides of 2^log2_side, one every 2^log2_apart texels.
+  struct Step {
+    int log2_side, log2_apart, columns, rows;
+    std::uint64_t address;
+    std::vector<ValueRange> entries;
+  };
+  // First and last window of a step that a span of texels needs, and how far apart those between may be.
+  struct Span {
+    int first, last, stride;
+  };
+  static Span span(const Step& step, int count, int low, int high);
+
+  int width_, height_;
+  std::vector<Step> steps_;
+};
+
+}  // namespace tessera::frontend
