@@ -50,7 +50,7 @@ struct Three {
   double c;
 };
 static_assert(member_count<Three>() == 3);
-static_assert(member_count<hardware::EnergyPrices>() == 18);
+static_assert(member_count<hardware::EnergyPrices>() == 19);
 
 template <class... S>
 constexpr bool small_enough() {
@@ -102,7 +102,7 @@ static_assert(
                   tilecore::Reconstruction, tilecore::StencilWeights, tilecore::StencilReach>());
 static_assert(all_words_fit<frontend::BoundMethod, frontend::SplitCriterion, binner::CoverageMethod, binner::FullPolicy,
                             tilecore::VisibilityMethod, tilecore::Traversal, tilecore::BranchNode,
-                            tilecore::FrameBufferCompression>());
+                            tilecore::FrameBufferCompression, tilecore::TileSequence, tilecore::CacheEviction>());
 
 // The twins: a word too few, and one too many.
 enum class Few { kOne, kTwo };
