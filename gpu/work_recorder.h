@@ -98,8 +98,8 @@ class WorkRecorder {
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
-  memory::Traffic rounds_;                              // of all that went to a round
-  std::uint64_t geometry_bytes_ = 0;                    // of the front end, for the round to come
+  memory::Traffic rounds_;            // of all that went to a round
+  std::uint64_t geometry_bytes_ = 0;  // of the front end, for the round to come
   timing::GeometryWork geometry_;
   FrameRecord record_;
 };
