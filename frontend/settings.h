@@ -32,8 +32,7 @@ struct Settings {
   int split_depth = 8;    // most splits on the way from a base patch to a sub-patch, not counting those for max_cells
   int split_budget = 64;  // most sub-patches that the criterion may make of one base patch
   bool backface_culling = true;
-  int backface_cells =
-      16;  // that a further sub-patch must save by dropping parts that face away; 0: none is made for it
+  int backface_cells = 0;  // that a further sub-patch must save by dropping parts that face away; 0: no parts
   bool previous_depth_culling = false;
 };
 Keys<Settings> settings_keys();

@@ -25,7 +25,7 @@ struct ValueRange {
 // lines, records of neighbouring base patches whole. Counts the bytes that come from memory.
 //
 // Invariants (cited by the tests):
-//   TF1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
+//   BFT1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
 //        the last `records` used; otherwise nothing.
 class TableFetches {
  public:

@@ -13,6 +13,33 @@ namespace {
 
 using test::Random;
 
+// Nine unequal pieces of one bent patch: neighbours have the same normals and texture coordinates on the edges that they
+// share, but read heights at levels of detail of their own.
+scene::Primitive bent_sheet(int material) {
+  std::vector<Vec3> whole;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i) {
+      const float x = static_cast<float>(i) / 1.5f - 1, y = static_cast<float>(j) / 1.5f - 1;
+      whole.emplace_back(x, y, 0.25f * (x * x + y * y));
+    }
+  const PatchNet net = make_net(std::span<const Vec3, 16>(whole.data(), 16));
+  constexpr float kCuts[] = {0, 0.2f, 0.7f, 1};
+  std::vector<Vec3> points;
+  std::vector<Vec2> texcoords;
+  for (std::size_t j = 0; j < 3; ++j)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const PatchNet piece = restrict_net(net, {kCuts[i], kCuts[j], kCuts[i + 1], kCuts[j + 1]});
+      for (std::size_t k = 0; k < 16; ++k) {
+        points.push_back(Vec3(piece.point(k)));
+        const float s = static_cast<float>(k % 4) / 3, t = static_cast<float>(k / 4) / 3;
+        texcoords.emplace_back(kCuts[i] * (1 - s) + kCuts[i + 1] * s, kCuts[j] * (1 - t) + kCuts[j + 1] * t);
+      }
+    }
+  scene::Primitive primitive = test::patches(points, material);
+  primitive.vertices.texcoords = {texcoords};
+  return primitive;
+}
+
 struct RoundScene {
   scene::Capture capture;
   scene::Assembly assembly;
@@ -25,6 +52,7 @@ struct RoundScene {
     float aperture = 0;
     double target_pixels = 3;
     bool orthographic = false;
+    bool sheet = false;
   };
 
   RoundScene(const Options& options, Random& random) {
@@ -35,7 +63,8 @@ struct RoundScene {
         heights[i] = std::sin(static_cast<float>(i % 32) * 0.3927f) * std::cos(static_cast<float>(i / 32) * 0.3927f);
       material.displacement = test::displacement(32, 32, heights, options.displacement, 0.01f);
     }
-    scene::Primitive primitive = test::closed_patches(test::add_material(capture, material));
+    const int number = test::add_material(capture, material);
+    scene::Primitive primitive = options.sheet ? bent_sheet(number) : test::closed_patches(number);
     if (options.deforming) {
       scene::MorphTarget target;
       for (const Vec3& p : primitive.vertices.positions) target.positions.push_back(p * 0.3f + Vec3(0.1f * p.y, 0, 0));
@@ -197,6 +226,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"Defocused", {.moving = true, .aperture = 0.1f}, 0.2},
                     Case{"Displaced", {.displacement = 0.03f}, 0.01},
                     Case{"DisplacedMovingDefocused", {.displacement = 0.03f, .moving = true, .aperture = 0.05f}, 0.01},
+                    Case{"DisplacedNeighbours", {.displacement = 0.01f, .moving = true, .sheet = true}, 0.02},
                     Case{"SteepDisplacement", {.displacement = 0.5f}, 0.0},
                     Case{"TinyTriangles", {.moving = true, .target_pixels = 0.5}, 0.05},
                     Case{"CoarseTriangles", {.moving = true, .target_pixels = 12}, 0.02},
@@ -262,7 +292,7 @@ TEST(ForeignVertices, AreNoFartherFromAPatchsOwnThanBounded) {
   Random random(77);
   ForeignOutcome total, half;
   for (int trial = 0; trial < 12; ++trial) {
-    const RoundScene scene({.displacement = 0.1f, .deforming = trial % 2 != 0}, random);
+    const RoundScene scene({.displacement = 0.1f, .deforming = trial % 2 != 0, .sheet = true}, random);
     const ForeignOutcome honest = check_foreign(scene, 1.0), twin = check_foreign(scene, 0.0);
     total.bounded += honest.bounded;
     total.vertices += honest.vertices;

@@ -215,7 +215,7 @@ TEST(FrontEndTraffic, HeightsThatBoundDisplacementAreFetched) {
   EXPECT_EQ(bytes % 64, 0u);
 }
 
-TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // TF1
+TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // BFT1
   TableFetches fetches({1024, 4, 64, 2});
   fetches.pass_record(1);
   fetches.fetch_record(1, 224);
