@@ -17,6 +17,7 @@ namespace tessera::gpu {
 
 // A run of the machine over one view: what the scheduler works on and into.
 struct ViewRun {
+  const GpuConfiguration& gpu;
   const tilecore::TileJob& job;
   WorkRecorder& recorder;
   FrameResult& result;
@@ -50,6 +51,7 @@ class TileScheduler {
   PerThread<tilecore::TileCore>& cores_;
   binner::Binner& binner_;
   tilecore::TessellationCache& cache_;
+  std::uint32_t records_before_ = 0;  // of the sub-patch tables that partial renders emptied
 };
 
 }  // namespace tessera::gpu

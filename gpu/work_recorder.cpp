@@ -128,6 +128,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
 
   timing::TileWork& work = slot_.work;
   work.entries = counted.tilecore.entries_fetched;
+  work.sort_steps = counted.tilecore.sort_steps;
   work.boxes = counted.tilecore.boxes_built;
   work.box_tests = counted.tilecore.box_tests;
   work.stencil_tests = counted.stencil.tests;
@@ -153,9 +154,20 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   return counted;
 }
 
-void WorkRecorder::share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-                         tilecore::TessellationCache& cache) {
+std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint32_t> records,
+                                          binner::RecordCache& cache) {
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t record : records) bytes += cache.read(record, record_accesses_ ? &slot.log : nullptr);
+  rounds_.read_bytes += bytes;
+  slot.work.dram_bytes[kVisibility] += bytes;
+  return bytes;
+}
+
+std::uint64_t WorkRecorder::share(std::size_t tile, const SharedUse& use, SharedCaches caches) {
   Slot& slot = slots_[tile];
+  const std::uint64_t table_bytes = share_records(slot, use.records, caches.records);
+  tilecore::TessellationCache& cache = caches.tessellations;
+  const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
   const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
   slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
@@ -176,6 +188,7 @@ void WorkRecorder::share(std::size_t tile, std::span<const tilecore::Tessellatio
   for (std::size_t i = 0; i < slot.lines.size(); ++i)
     share_line(slot, slot.lines[i], i < slot.shading_lines ? Phase::kVisibility : Phase::kShading);
   slot.lines.clear();
+  return table_bytes;
 }
 
 void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase) {

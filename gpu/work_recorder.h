@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "binner/binner.h"
+#include "binner/record_cache.h"
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
@@ -27,6 +28,16 @@ struct FrameRecord {
     std::vector<std::vector<memory::Access>> tiles;
   };
   std::vector<RoundAccesses> accesses;
+};
+
+// What a tile asked of units that all tiles share, and those of them that its round has.
+struct SharedUse {
+  std::vector<std::uint32_t> records;  // of the sub-patch table, in the order of its lists
+  std::vector<tilecore::TessellationRequest> tessellations;
+};
+struct SharedCaches {
+  binner::RecordCache& records;
+  tilecore::TessellationCache& tessellations;
 };
 
 // Takes the events of a run of the machine where they happen, simulates what tiles share (the L2) in emulated order, and
@@ -71,8 +82,9 @@ class WorkRecorder {
     std::uint64_t visibility_texels = 0;  // before shading
     memory::AccessLog log;
   };
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-             tilecore::TessellationCache& cache);
+  std::uint64_t share(std::size_t tile, const SharedUse& use, SharedCaches caches);
+  // Bytes fetched.
+  std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase);
@@ -133,11 +145,10 @@ class WorkRecorder::Round {
   // Tiles of a round may be recorded by any threads at once, each tile once.
   [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
 
-  // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its requests to the
-  // tessellation cache, then its lines to the L2.
-  void share(std::size_t tile, std::span<const tilecore::TessellationRequest> requests,
-             tilecore::TessellationCache& cache) {
-    recorder_.share(tile, requests, cache);
+  // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its records to their
+  // cache, its requests to the tessellation cache, then its lines to the L2. Bytes of the sub-patch table fetched.
+  std::uint64_t share(std::size_t tile, const SharedUse& use, SharedCaches caches) {
+    return recorder_.share(tile, use, caches);
   }
 
  private:

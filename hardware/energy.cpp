@@ -25,6 +25,7 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kFrontend, events.bounds, gpu.energy.bound_pj);
   count(Stage::kBinner, events.binned_entries, gpu.energy.binned_entry_pj);
   count(Stage::kFetch, events.fetched_entries, gpu.energy.fetched_entry_pj);
+  count(Stage::kFetch, events.sort_steps, gpu.energy.sort_step_pj);
   count(Stage::kTessellator, events.vertices, gpu.energy.vertex_pj);
   count(Stage::kBoxes, events.boxes, gpu.energy.box_pj);
   count(Stage::kBoxTests, events.box_tests, gpu.energy.box_test_pj);

@@ -22,6 +22,7 @@ struct Throughputs {
   double binned_entries_per_clk = 1;
   double binned_tiles_per_clk = 4;
   double fetched_entries_per_clk = 0.5;
+  double sort_steps_per_clk = 4;
   double vertices_per_clk = 1;
   double boxes_per_clk = 1;
   double box_tests_per_clk = 16;
@@ -65,6 +66,7 @@ struct EnergyPrices {
   double bound_pj = 1000;
   double binned_entry_pj = 20;
   double fetched_entry_pj = 20;
+  double sort_step_pj = 3;
   double vertex_pj = 150;
   double box_pj = 20;
   double box_test_pj = 2;

@@ -19,7 +19,7 @@ hardware::Machine instant_machine(std::int64_t cores = 1) {
   gpu.cores.memory_bytes = 1 << 20;
   using Rates = hardware::Throughputs;
   for (double Rates::*rate : {&Rates::bounds_per_clk, &Rates::binned_entries_per_clk, &Rates::binned_tiles_per_clk,
-                              &Rates::fetched_entries_per_clk, &Rates::vertices_per_clk, &Rates::boxes_per_clk,
+                              &Rates::fetched_entries_per_clk, &Rates::sort_steps_per_clk, &Rates::vertices_per_clk, &Rates::boxes_per_clk,
                               &Rates::box_tests_per_clk, &Rates::triangle_tests_per_clk, &Rates::alpha_tests_per_clk,
                               &Rates::texels_per_clk, &Rates::blends_per_clk, &Rates::resolved_pixels_per_clk})
     gpu.rates.*rate = 1e30;
