@@ -50,7 +50,7 @@ struct Three {
   double c;
 };
 static_assert(member_count<Three>() == 3);
-static_assert(member_count<hardware::EnergyPrices>() == 18);
+static_assert(member_count<hardware::EnergyPrices>() == 19);
 
 template <class... S>
 constexpr bool small_enough() {

@@ -116,11 +116,11 @@ TEST_P(MachineOf, EventsOfTilesAddUpToTheCounters) {
       geometry.sampling_operations += round.geometry.sampling_operations;
       for (const timing::TileWork& tile : round.tiles)
         for (const auto member :
-             {&timing::TileWork::entries, &timing::TileWork::sort_steps, &timing::TileWork::sub_patches, &timing::TileWork::vertices,
-              &timing::TileWork::boxes, &timing::TileWork::box_tests, &timing::TileWork::stencil_tests,
-              &timing::TileWork::sampling_operations, &timing::TileWork::triangle_tests,
-              &timing::TileWork::shader_invocations, &timing::TileWork::pixels, &timing::TileWork::blended_layers,
-              &timing::TileWork::l2_lines, &timing::TileWork::resolve_operations})
+             {&timing::TileWork::entries, &timing::TileWork::sort_steps, &timing::TileWork::sub_patches,
+              &timing::TileWork::vertices, &timing::TileWork::boxes, &timing::TileWork::box_tests,
+              &timing::TileWork::stencil_tests, &timing::TileWork::sampling_operations,
+              &timing::TileWork::triangle_tests, &timing::TileWork::shader_invocations, &timing::TileWork::pixels,
+              &timing::TileWork::blended_layers, &timing::TileWork::l2_lines, &timing::TileWork::resolve_operations})
           sum.*member += tile.*member;
     }
     EXPECT_EQ(geometry.entries, r.counters.binner.entries) << name;
