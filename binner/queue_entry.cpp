@@ -39,7 +39,8 @@ RecordBytes pack_record(const QueueEntry& e, std::uint64_t lists) {
   put32(&bytes[8], std::bit_cast<std::uint32_t>(e.near_depth > 0 ? e.near_depth : 0.0f));
   bytes[12] = e.flags;
   bytes[13] = e.segment;
-  std::ranges::copy(pack_lists(lists), &bytes[kRecordListsAt]);
+  const auto count = pack_lists(lists);
+  std::copy(count.begin(), count.end(), &bytes[kRecordListsAt]);
   return bytes;
 }
 

@@ -126,10 +126,13 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
     });
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     share(round);
-    if (done) continue;
-    records_before_ += binner_.buffer().records();
-    binner_.reset();
+    if (!done) empty_lists();
   }
+}
+
+void TileScheduler::empty_lists() {
+  records_before_ += binner_.buffer().records();
+  binner_.reset();
 }
 
 void TileScheduler::finish_across_tiles() {

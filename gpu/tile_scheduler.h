@@ -38,6 +38,9 @@ class TileScheduler {
   void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
               bool binned = false);
 
+  // Of all tiles, and the sub-patch table.
+  void empty_lists();
+
   // What resolve stencils that reach into neighbouring tiles left open, when every tile is finished.
   void finish_across_tiles();
 
@@ -51,7 +54,7 @@ class TileScheduler {
   PerThread<tilecore::TileCore>& cores_;
   binner::Binner& binner_;
   tilecore::TessellationCache& cache_;
-  std::uint32_t records_before_ = 0;  // of the sub-patch tables that partial renders emptied
+  std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
 };
 
 }  // namespace tessera::gpu

@@ -316,10 +316,10 @@ INSTANTIATE_TEST_SUITE_P(Captures, ShippedCapture,
 TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   const Capture capture = scene::read_capture(test::shipped_capture("eggs"));
   Variant tiny;
-  tiny.gpu.parameter_buffer.bytes = 4096;
+  tiny.gpu.parameter_buffer.bytes = 1536;
   const gpu::FrameResult partial = render(capture, tiny, 14), whole_frame = render(capture, {}, 14);
   EXPECT_GT(partial.counters.binner.partial_renders, 2u);
-  EXPECT_LE(partial.counters.binner.queue_bytes_peak, 4096u);
+  EXPECT_LE(partial.counters.binner.queue_bytes_peak, 1536u);
   EXPECT_EQ(partial.counters.binner.entries, whole_frame.counters.binner.entries);
   EXPECT_EQ(partial.counters.tilecore.entries_fetched, whole_frame.counters.binner.entries);
   const auto& state = partial.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileState);
