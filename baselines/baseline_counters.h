@@ -94,13 +94,13 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "Tessellated vertices written to the parameter buffer, copies in neighbouring blocks included.",
      "PowerVR Parameter Buffer"},
     {"baseline.queue_bytes_written", &baselines::BaselineCounters::queue_bytes_written, Combine::kSum, "bytes",
-     "Bytes of list heads, links, entries and blocks of triangles written to the parameter buffer, before rounding to "
-     "bursts.",
+     "Bytes of lists, links and cursors, sub-patch table and blocks of triangles written to the parameter buffer, "
+     "before "
+     "rounding to bursts.",
      "MaliTilerWrBt"},
     {"baseline.queue_bytes_read", &baselines::BaselineCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes of the parameter buffer that tile cores read: queues before rounding to bursts; blocks of triangles in "
-     "bursts, as far as the "
-     "cache of post_tessellation.cache_bytes misses.",
+     "Bytes of the parameter buffer that tile cores read: lists before rounding to bursts; the sub-patch table and "
+     "blocks of triangles in bursts, as far as their caches miss.",
      "MaliTilerRdBt"},
     {"baseline.queue_bytes_peak", &baselines::BaselineCounters::queue_bytes_peak, Combine::kPeak, "bytes",
      "Most parameter-buffer memory in use at any time.", "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
@@ -113,11 +113,12 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "The smallest parameter buffer that takes a frame's lists with neither a partial render nor a spill.",
      "PowerVR Parameter Buffer size"},
     {"baseline.partial_render_bytes", &baselines::BaselineCounters::partial_render_bytes, Combine::kSum, "bytes",
-     "Tile state that would be stored and loaded again by partial renders with a buffer half as large as "
-     "baseline.smallest_buffer_bytes: colour and depth, or what the machine's tiles keep of samples instead.",
+     "Tile state that would be stored and loaded again by partial renders with half the room of "
+     "baseline.smallest_buffer_bytes behind first chunks and cursors: colour and depth, or what the machine's tiles "
+     "keep of samples instead.",
      "PowerVR SPM; Apple partial render"},
     {"baseline.spill_bytes", &baselines::BaselineCounters::spill_bytes, Combine::kSum, "bytes",
-     "Bytes of lists that would be written to and read from an overflow area with a buffer half as large.",
+     "Bytes of lists that would be written to and read from an overflow area with half that room.",
      "V3D binner out-of-memory interrupt"},
     {"baseline.position_evaluations", &baselines::BaselineCounters::position_evaluations, Combine::kSum, "vertices",
      "Vertices whose position alone was computed, to bin triangles; what else they need comes later, or never.",

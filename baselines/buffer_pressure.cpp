@@ -1,27 +1,34 @@
 #include "baselines/buffer_pressure.h"
 
 #include <algorithm>
-#include <tuple>
+#include <limits>
+#include <utility>
 
+#include "base/check.h"
 #include "base/round_up.h"
 #include "binner/parameter_buffer.h"
-#include "binner/queue_entry.h"
 
 namespace tessera::baselines {
 
-std::uint64_t partial_render_bytes(std::span<const Growth> growth, std::uint64_t head_bytes, std::uint64_t needed_bytes,
-                                   std::uint64_t capacity_bytes, std::span<const std::uint64_t> state_bytes) {
-  if (needed_bytes <= capacity_bytes || capacity_bytes <= head_bytes) return 0;
-  const std::uint64_t room = capacity_bytes - head_bytes, last = (needed_bytes - head_bytes - 1) / room;
+std::uint64_t partial_render_bytes(std::span<const Growth> growth, std::uint64_t fixed_bytes,
+                                   std::uint64_t needed_bytes, std::uint64_t capacity_bytes,
+                                   std::span<const std::uint64_t> state_bytes) {
+  if (needed_bytes <= capacity_bytes || capacity_bytes <= fixed_bytes) return 0;
+  const std::uint64_t room = capacity_bytes - fixed_bytes, last = (needed_bytes - fixed_bytes - 1) / room;
   std::vector<std::uint64_t> stored_in(state_bytes.size(), 0);  // round, plus one
   std::uint64_t bytes = 0;
   for (const Growth& g : growth) {  // in rising order of bytes in use
-    const std::uint64_t round = (std::max(g.bytes_in_use, head_bytes + 1) - head_bytes - 1) / room;
+    const std::uint64_t round = (std::max(g.bytes_in_use, fixed_bytes + 1) - fixed_bytes - 1) / room;
     if (round >= last || stored_in[g.tile] == round + 1) continue;
     stored_in[g.tile] = round + 1;
     bytes += 2 * state_bytes[g.tile];
   }
   return bytes;
+}
+
+std::uint64_t half_buffer_bytes(std::uint64_t needed_bytes, std::uint64_t fixed_bytes, std::uint64_t least_bytes,
+                                std::uint64_t burst_bytes) {
+  return fixed_bytes + std::max((needed_bytes - fixed_bytes) / 2 / burst_bytes * burst_bytes, least_bytes);
 }
 
 std::vector<std::uint64_t> tile_state_bytes(const binner::TileGrid& grid, int samples_per_pixel,
@@ -36,47 +43,99 @@ std::vector<std::uint64_t> tile_state_bytes(const binner::TileGrid& grid, int sa
   return bytes;
 }
 
+namespace {
+
+using Placements = std::vector<binner::QueueHierarchy::Placement>;
+
+// The sub-patches that a machine binned, in its order, each with the tiles that read it.
+struct BinnedSubPatch {
+  binner::QueueEntry entry;
+  Placements placements;
+};
+std::vector<BinnedSubPatch> binned_sub_patches(const gpu::MachineRecord& record) {
+  std::vector<BinnedSubPatch> out;
+  for (std::size_t t = 0; t < record.entries.size(); ++t)
+    for (const binner::QueueEntry& entry : record.entries[t]) {
+      if (entry.record >= out.size()) out.resize(std::size_t{entry.record} + 1);
+      BinnedSubPatch& sub_patch = out[entry.record];
+      const auto tile = static_cast<binner::QueueIndex>(t);
+      // Tiles of a second pass read again what they had.
+      if (!sub_patch.placements.empty() && sub_patch.placements.back().queue == tile) continue;
+      sub_patch.entry = entry;
+      sub_patch.placements.push_back({tile, {entry.t0, entry.t1}});
+    }
+  return out;
+}
+
+// Fills a buffer with all of them; calls full(sub-patch, its first placement that was refused) when that is needed.
+template <class Full>
+void fill(binner::ParameterBuffer& buffer, const std::vector<BinnedSubPatch>& sub_patches, const Full& full) {
+  for (std::size_t n = 0; n < sub_patches.size(); ++n) {
+    std::uint32_t next = 0;
+    while (!buffer.append(sub_patches[n].entry, sub_patches[n].placements, next)) full(n, next);
+  }
+}
+
+// Tile state that partial renders store and load: of each tile that got entries, in every round but the last.
+class StateTraffic {
+ public:
+  StateTraffic(const std::vector<BinnedSubPatch>& sub_patches, std::span<const std::uint64_t> state_bytes)
+      : sub_patches_(sub_patches), state_bytes_(state_bytes), stored_in_(state_bytes.size(), 0) {}
+  // A round ends before placement `next` of sub-patch `n`.
+  void end_round(std::size_t n, std::uint32_t next) {
+    ++round_;
+    for (; sub_patch_ <= n; ++sub_patch_, placement_ = 0) {
+      const Placements& placements = sub_patches_[sub_patch_].placements;
+      const std::size_t end = sub_patch_ == n ? next : placements.size();
+      for (; placement_ < end; ++placement_) {
+        const binner::QueueIndex tile = placements[placement_].queue;
+        if (std::exchange(stored_in_[tile], round_) != round_) bytes_ += 2 * state_bytes_[tile];
+      }
+      if (sub_patch_ == n) break;
+    }
+  }
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  const std::vector<BinnedSubPatch>& sub_patches_;
+  std::span<const std::uint64_t> state_bytes_;
+  std::vector<std::uint64_t> stored_in_;  // round
+  std::uint64_t round_ = 0, bytes_ = 0;
+  std::size_t sub_patch_ = 0, placement_ = 0;
+};
+
+}  // namespace
+
 BufferPressure queue_pressure(const gpu::MachineRecord& record, const gpu::GpuConfiguration& gpu,
                               std::span<const std::uint64_t> state_bytes) {
-  struct Written {
-    std::uint32_t patch;
-    binner::TileIndex tile;
-  };
-  std::vector<Written> order;
-  for (std::size_t t = 0; t < record.entries.size(); ++t)
-    for (const binner::QueueEntry& entry : record.entries[t])
-      order.push_back({entry.base_patch, static_cast<binner::TileIndex>(t)});
-  std::stable_sort(order.begin(), order.end(), [](const Written& a, const Written& b) {
-    return std::tie(a.patch, a.tile) < std::tie(b.patch, b.tile);
-  });
-  const auto chunk_bytes = static_cast<std::uint64_t>(gpu.parameter_buffer.chunk_bytes),
-             burst = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
-  const std::uint64_t per_chunk = (chunk_bytes - binner::kChunkLinkBytes) / binner::kQueueEntryBytes;
+  const std::vector<BinnedSubPatch> sub_patches = binned_sub_patches(record);
+  const auto lists = static_cast<binner::QueueIndex>(record.entries.size());
+  binner::BinnerSpec spec = gpu.binner_spec();
+  const auto burst = static_cast<std::uint64_t>(spec.burst_bytes),
+             chunk = static_cast<std::uint64_t>(spec.parameter_buffer.chunk_bytes);
   BufferPressure out;
-  const std::uint64_t heads = round_up(record.entries.size() * binner::kListHeadBytes, burst);
-  struct List {
-    std::uint64_t entries = 0, chunk_end = 0;
-  };
-  std::vector<List> lists(record.entries.size());
-  std::vector<Growth> growth;
-  std::uint64_t in_use = heads;
-  const std::uint64_t capacity_chunks = [&] {
-    std::uint64_t chunks = 0;
-    for (const auto& entries : record.entries) chunks += (entries.size() + per_chunk - 1) / per_chunk;
-    out.needed_bytes = heads + chunks * chunk_bytes;
-    return std::max<std::uint64_t>(1, (std::max(out.needed_bytes / 2, heads) - heads) / chunk_bytes);
-  }();
-  const std::uint64_t capacity = heads + capacity_chunks * chunk_bytes;
-  for (const Written& w : order) {
-    List& list = lists[w.tile];
-    if (list.entries++ % per_chunk == 0) list.chunk_end = in_use += chunk_bytes;
-    growth.push_back({in_use, w.tile});
-    // Written once and read once, with a share of its chunk's link.
-    if (list.chunk_end > capacity)
-      out.spill_bytes +=
-          2 * (binner::kQueueEntryBytes + ((list.entries - 1) % per_chunk == 0 ? binner::kChunkLinkBytes : 0));
+  spec.parameter_buffer.full_policy = binner::FullPolicy::kPartialRender;
+  spec.parameter_buffer.bytes = std::numeric_limits<std::int32_t>::max() * std::int64_t{64};
+  {
+    binner::ParameterBuffer buffer(spec, lists);
+    fill(buffer, sub_patches, [](std::size_t, std::uint32_t) { TESSERA_CHECK(false, "a huge buffer takes all"); });
+    out.needed_bytes = buffer.bytes_in_use();
+    spec.parameter_buffer.bytes = static_cast<std::int64_t>(
+        half_buffer_bytes(out.needed_bytes, buffer.layout().end(), round_up(chunk, burst) + burst, burst));
   }
-  out.partial_render_bytes = partial_render_bytes(growth, heads, out.needed_bytes, capacity, state_bytes);
+  {
+    binner::ParameterBuffer buffer(spec, lists);
+    StateTraffic state(sub_patches, state_bytes);
+    fill(buffer, sub_patches, [&](std::size_t n, std::uint32_t next) {
+      state.end_round(n, next);
+      buffer.reset();
+    });
+    out.partial_render_bytes = state.bytes();
+  }
+  spec.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
+  binner::ParameterBuffer buffer(spec, lists);
+  fill(buffer, sub_patches, [](std::size_t, std::uint32_t) { TESSERA_CHECK(false, "a buffer that spills takes all"); });
+  out.spill_bytes = 2 * buffer.counters().spilled_bytes;  // written and read
   return out;
 }
 

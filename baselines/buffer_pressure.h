@@ -11,12 +11,13 @@
 
 namespace tessera::baselines {
 
-// What a buffer half as large as a frame's lists need would cost, by what the frame did with one that held all. List
-// heads always fit; what follows them is handed out in the order in which it was asked for.
+// What a smaller buffer would cost, by what the frame did with one that held all: one in which what is handed out, behind
+// what every list has from the start, finds half the room that it needs. It is handed out in the order in which it was
+// asked for.
 struct BufferPressure {
   std::uint64_t needed_bytes = 0;          // the smallest buffer with neither a partial render nor a spill
-  std::uint64_t partial_render_bytes = 0;  // tile state stored and loaded again, with half of it
-  std::uint64_t spill_bytes = 0;           // written to and read from the overflow area, with half of it
+  std::uint64_t partial_render_bytes = 0;  // tile state stored and loaded again, with half the room
+  std::uint64_t spill_bytes = 0;           // written to and read from the overflow area, with half the room
 };
 
 inline void set_pressure(const BufferPressure& pressure, BaselineCounters& counters) {
@@ -25,7 +26,7 @@ inline void set_pressure(const BufferPressure& pressure, BaselineCounters& count
   counters.spill_bytes = pressure.spill_bytes;
 }
 
-// A tile's list grew when so many bytes of the buffer, its list heads included, were in use.
+// A tile's list grew when so many bytes of the buffer were in use.
 struct Growth {
   std::uint64_t bytes_in_use;
   binner::TileIndex tile;
@@ -34,15 +35,20 @@ struct Growth {
 // Tiles that got something since the buffer was emptied render it: they load the state that they stored before, if any,
 // and store it; at the end all load it. So every tile that gets something in a round that is not the last stores and
 // loads its state once. `state_bytes`: of a tile, in bursts.
-std::uint64_t partial_render_bytes(std::span<const Growth> growth, std::uint64_t head_bytes, std::uint64_t needed_bytes,
-                                   std::uint64_t capacity_bytes, std::span<const std::uint64_t> state_bytes);
+std::uint64_t partial_render_bytes(std::span<const Growth> growth, std::uint64_t fixed_bytes,
+                                   std::uint64_t needed_bytes, std::uint64_t capacity_bytes,
+                                   std::span<const std::uint64_t> state_bytes);
+
+// Bytes of that smaller buffer. `fixed_bytes`: what every list has from the start; `least_bytes`: smallest room.
+std::uint64_t half_buffer_bytes(std::uint64_t needed_bytes, std::uint64_t fixed_bytes, std::uint64_t least_bytes,
+                                std::uint64_t burst_bytes);
 
 // State of unfinished tiles in bursts: `bytes_per_sample` for each sample.
 std::vector<std::uint64_t> tile_state_bytes(const binner::TileGrid& grid, int samples_per_pixel,
                                             std::uint64_t bytes_per_sample, std::uint64_t burst_bytes);
 
-// Of a machine that bins patches, from the lists of its run as if each tile had its own. Entries of a patch count as
-// written tile by tile.
+// Of a machine that bins patches: its sub-patches put into further parameter buffers in the same order, as if each tile
+// had a list of its own, tile by tile. What spills is written once and read once.
 BufferPressure queue_pressure(const gpu::MachineRecord& record, const gpu::GpuConfiguration& gpu,
                               std::span<const std::uint64_t> state_bytes);
 

@@ -21,7 +21,7 @@ void put_packet(unsigned code, std::int32_t distance, std::vector<std::uint8_t>&
 }
 
 gpu::GpuConfiguration in_blocks(gpu::GpuConfiguration gpu) {
-  gpu.parameter_buffer.chunk_bytes = kBlockBytes;
+  gpu.parameter_buffer.first_chunk_bytes = gpu.parameter_buffer.chunk_bytes = kBlockBytes;
   return gpu;
 }
 

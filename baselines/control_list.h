@@ -6,7 +6,7 @@ namespace tessera::baselines {
 
 // A machine whose tiles have lists of packed primitives over one vertex buffer: coordinates are shaded to bin, vertices
 // again to render [spec: Broadcom V3D; coordinate and vertex shaders]. Lists are blocks of 64 bytes [spec: v3dv's initial
-// list], chained by a link [spec: a branch packet; assumed: 8 bytes as in our chunks].
+// list], chained by a link [spec: a branch packet; assumed: 4 bytes as in our chunks].
 //
 // Packets; a vertex is named by its number in the order of drawing, those of a patch row by row [assumed: after the
 // compressed primitive lists of VideoCore IV, which name vertices relative to those before]:

@@ -6,6 +6,7 @@
 
 #include "baselines/buffer_pressure.h"
 #include "binner/tile_grid.h"
+#include "binner/tile_lists.h"
 #include "binner/write_combiner.h"
 #include "gpu/configuration.h"
 #include "memory/ledger.h"
@@ -27,11 +28,10 @@ class BurstBytes {
 
 // The parameter buffer of a machine that bins triangles: blocks of triangles, and a list of bytes per tile.
 //
-// Memory layout: a list head per tile (number of the first chunk, of the last, bytes in all, address of the last
-// block), then, in the order in which they are asked for, chunks of parameter_buffer.chunk_bytes, each a link and list
-// bytes, and blocks aligned to kBlockAlignment. Heads and links are as long as in ParameterBuffer. Lists run on from chunk to chunk without a gap. The same
-// write combiner as in front of ParameterBuffer; heads are read and written as there. It never refuses: see
-// overflows().
+// Memory layout: what TileLists has at the start, then, in the order in which they are asked for, chunks of
+// parameter_buffer.chunk_bytes on whole bursts and blocks aligned to kBlockAlignment. Lists are those of our machine,
+// chunks, links, cursors, ends and all, behind the same write combiner; what their writer notes fits a cursor's word [in
+// their favour]. It never refuses: see overflows().
 //
 // Invariants (cited by the tests):
 //   TB1  A list's bytes come back in the order in which they were appended.
@@ -44,7 +44,7 @@ class TriangleBuffer {
   std::uint64_t store_block(std::span<const std::uint8_t> bytes);
   // Adds bytes to a tile's list.
   void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes);
-  void finish() { combiner_.flush(); }
+  void finish();
 
   // Bytes of a tile's list. Bursts go to `ledger` as tilecore / tile_queue, payload to `bytes_read` and, unless null, to
   // `reads`.
@@ -53,7 +53,7 @@ class TriangleBuffer {
   std::span<const std::uint8_t> memory() const { return memory_; }
 
   std::uint64_t bytes_in_use() const { return memory_.size(); }
-  std::uint64_t bytes_written() const { return bytes_written_; }
+  std::uint64_t bytes_written() const { return block_bytes_ + lists_.content_bytes(); }
   // How often a buffer of parameter_buffer.bytes ran full and another was taken.
   std::uint64_t overflows() const { return bytes_in_use() == 0 ? 0 : (bytes_in_use() - 1) / capacity_; }
   const memory::Ledger& ledger() const { return ledger_; }
@@ -61,22 +61,18 @@ class TriangleBuffer {
   BufferPressure pressure(const BurstBytes& reads, std::span<const std::uint64_t> state_bytes) const;
 
  private:
-  struct Head {
-    std::uint32_t first_chunk = 0, last_chunk = 0, bytes = 0, reserved = 0;
-  };
-  void add_chunk(Head& head);
-
+  std::uint64_t add_chunk();
   void write(std::uint64_t address, std::uint64_t bytes);
 
-  std::uint64_t capacity_, chunk_bytes_, burst_bytes_, head_bytes_;
+  std::uint64_t capacity_, chunk_bytes_, burst_bytes_;
   std::vector<std::uint8_t> memory_;
   BurstBytes writes_;
   std::vector<Growth> growth_;
   std::vector<std::uint64_t> grew_at_;  // by tile: where its last growth was noted
-  std::vector<std::uint64_t> chunk_address_;
-  std::uint64_t bytes_written_ = 0;
+  std::uint64_t block_bytes_ = 0;
   memory::Ledger ledger_;
   binner::WriteCombiner combiner_;
+  binner::TileLists lists_;
 };
 
 }  // namespace tessera::baselines

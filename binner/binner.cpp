@@ -20,7 +20,6 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
   entry.segment = sub_patch.segment;
   entry.range = sub_patch.range;
   entry.near_depth = sub_patch.bounds.near_z;
-  entry.far_depth = sub_patch.bounds.far_z;
   entry.flags = 0;
   const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
   flag(moves(frame, sub_patch), QueueEntry::kMoving);
@@ -42,6 +41,13 @@ void Binner::count(const Placed& placed) {
   counters.tile_overlaps += placed.covered;
   counters.tiles_dropped_exact += placed.dropped_exact;
   counters.tiles_dropped_time += placed.dropped_time;
+}
+
+void Binner::count_entries(std::span<const QueueHierarchy::Placement> placements) {
+  for (const QueueHierarchy::Placement& placement : placements) {
+    buffer_.counters().interval_codes += static_cast<std::uint64_t>(placement.times.codes());
+    if (placement.queue >= grid_.tile_count()) ++buffer_.counters().group_entries;
+  }
 }
 
 void Binner::place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
@@ -72,19 +78,15 @@ bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::Bo
       place_ahead(frame, sub_patches, cursor.sub_patch);
     const Placed& placed = ahead_[cursor.sub_patch - ahead_first_];
     const frontend::BoundedSubPatch& sub_patch = sub_patches[cursor.sub_patch];
-    QueueEntry entry = make_entry(frame.segment(sub_patch.segment), sub_patch);
     const bool begun = cursor.entry > 0;  // before a partial render: its tiles are counted
-    for (; cursor.entry < placed.placements.size(); ++cursor.entry) {
-      const QueueHierarchy::Placement& placement = placed.placements[cursor.entry];
-      entry.t0 = static_cast<std::uint8_t>(placement.times.first);
-      entry.t1 = static_cast<std::uint8_t>(placement.times.last);
-      if (!buffer_.append(placement.queue, entry)) {
-        buffer_.finish();
-        if (!begun && cursor.entry > 0) count(placed);
-        return false;
-      }
-      buffer_.counters().interval_codes += static_cast<std::uint64_t>(placement.times.codes());
-      if (placement.queue >= grid_.tile_count()) ++buffer_.counters().group_entries;
+    const std::uint32_t first = cursor.entry;
+    const bool all =
+        buffer_.append(make_entry(frame.segment(sub_patch.segment), sub_patch), placed.placements, cursor.entry);
+    count_entries(std::span(placed.placements).subspan(first, cursor.entry - first));
+    if (!all) {
+      buffer_.finish();
+      if (!begun && cursor.entry > 0) count(placed);
+      return false;
     }
     if (!begun) count(placed);
   }

@@ -11,7 +11,7 @@
 
 namespace tessera::binner {
 
-// The list builder: sorts bounded sub-patches into the queues of tiles and groups of tiles. When the parameter buffer
+// The list builder: sorts bounded sub-patches into the lists of tiles and groups of tiles. When the parameter buffer
 // runs full it stops; the caller renders all tiles, calls reset() and continues at the same cursor. Nothing is lost and
 // nothing is binned twice.
 class Binner {
@@ -55,6 +55,7 @@ class Binner {
   void place_ahead(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                    std::size_t first);
   void count(const Placed& placed);
+  void count_entries(std::span<const QueueHierarchy::Placement> placements);
 
   TileGrid grid_;
   QueueHierarchy hierarchy_;

@@ -9,109 +9,137 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "base/round_up.h"
+#include "binner/list_code.h"
 
 namespace tessera::binner {
 
-ParameterBuffer::ParameterBuffer(const BinnerSpec& spec, QueueIndex queue_count)
+std::uint64_t ParameterBuffer::table_address(const BinnerSpec& spec) {
+  if (spec.parameter_buffer.full_policy == FullPolicy::kSpill) return std::uint64_t{1} << TileLists::kAddressBits;
+  return round_up(static_cast<std::uint64_t>(spec.parameter_buffer.bytes), 4096);
+}
+
+ParameterBuffer::ParameterBuffer(const BinnerSpec& spec, QueueIndex list_count)
     : capacity_(static_cast<std::uint64_t>(spec.parameter_buffer.bytes)),
-      chunk_bytes_(static_cast<std::uint64_t>(spec.parameter_buffer.chunk_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(spec.burst_bytes)),
-      entries_per_chunk_((chunk_bytes_ - kChunkLinkBytes) / kQueueEntryBytes),
-      heads_bytes_(round_up(queue_count * kListHeadBytes, burst_bytes_)),
+      table_address_(table_address(spec)),
       spill_(spec.parameter_buffer.full_policy == FullPolicy::kSpill),
-      combiner_(static_cast<std::uint64_t>(spec.binner.combining_bursts), burst_bytes_, ledger_) {
-  if (heads_bytes_ + chunk_bytes_ > capacity_)
+      combiner_(static_cast<std::uint64_t>(spec.binner.combining_bursts), burst_bytes_, ledger_),
+      lists_({list_count, static_cast<std::uint64_t>(spec.parameter_buffer.first_chunk_bytes),
+              static_cast<std::uint64_t>(spec.parameter_buffer.chunk_bytes), burst_bytes_},
+             memory_, combiner_) {
+  if (bytes_with(1, 1) > capacity_)
     throw UsageError(fmt::format(
-        "parameter_buffer.bytes: {} bytes cannot hold the list heads of {} queues ({} bytes) and one chunk of {} bytes",
-        capacity_, queue_count, heads_bytes_, chunk_bytes_));
+        "parameter_buffer.bytes: {} bytes cannot hold the first chunks of {} lists ({} bytes), one chunk of "
+        "{} bytes and a burst of sub-patches",
+        capacity_, list_count, layout().end(), layout().chunk_bytes));
   reset();
 }
 
+std::uint64_t ParameterBuffer::bytes_with(std::uint64_t chunks, std::uint64_t records) const {
+  return layout().end() + round_up(chunks * layout().chunk_bytes, burst_bytes_) +
+         round_up(records * kRecordBytes, burst_bytes_);
+}
+
 void ParameterBuffer::reset() {
-  memory_.assign(heads_bytes_, 0);
-  chunks_in_use_ = 0;
+  memory_.assign(layout().end(), 0);
+  table_.clear();
+  chunks_ = 0;
+  spilled_from_ = records_spilled_from_ = std::numeric_limits<std::uint64_t>::max();
+  lists_.reset();
+  count_content();
 }
 
-std::uint64_t ParameterBuffer::bytes_in_use() const { return chunk_address(chunks_in_use_); }
-
-ParameterBuffer::Head ParameterBuffer::load_head(QueueIndex queue) const {
-  Head head;
-  std::memcpy(&head, &memory_[queue * kListHeadBytes], sizeof head);
-  return head;
-}
-
-void ParameterBuffer::store_head(QueueIndex queue, const Head& head) {
-  std::memcpy(&memory_[queue * kListHeadBytes], &head, sizeof head);
-  combiner_.write(queue * kListHeadBytes, kListHeadBytes);
-}
-
-bool ParameterBuffer::add_chunk(Head& head) {
-  if (chunk_address(chunks_in_use_ + 1) > capacity_) {
-    if (!spill_) return false;
-    ++counters_.spilled_chunks;
-  }
-  TESSERA_CHECK(chunks_in_use_ < std::numeric_limits<std::uint32_t>::max(), "chunk numbers fit 32 bits");
-  const auto chunk = static_cast<std::uint32_t>(chunks_in_use_++);
-  const std::uint64_t needed = chunk_address(chunks_in_use_);
-  if (needed > memory_.capacity()) {
-    const std::uint64_t room = std::max<std::uint64_t>(needed, 2 * memory_.capacity());
-    if (budget_ != nullptr) budget_->charge(room, 1, "a larger parameter buffer");
-    memory_.reserve(room);
-  }
-  memory_.resize(needed);
-  if (head.entries == 0) {
-    head.first_chunk = chunk;
-  } else {
-    // Link from the chunk before.
-    std::memcpy(&memory_[chunk_address(head.last_chunk)], &chunk, sizeof chunk);
-    combiner_.write(chunk_address(head.last_chunk), kChunkLinkBytes);
-    counters_.queue_bytes_written += kChunkLinkBytes;
-  }
-  head.last_chunk = chunk;
+void ParameterBuffer::count_content() {
+  counters_.table_bytes_written = table_bytes_written_;
+  counters_.queue_bytes_written = lists_.content_bytes() + table_bytes_written_;
   counters_.queue_bytes_peak = std::max(counters_.queue_bytes_peak, bytes_in_use());
-  return true;
 }
 
-bool ParameterBuffer::append(QueueIndex queue, const QueueEntry& entry) {
-  Head head = load_head(queue);
-  const std::uint64_t slot = head.entries % entries_per_chunk_;
-  if (slot == 0 && !add_chunk(head)) return false;
-  // The head of a queue that has entries already is read before it is changed; a fresh one is known to be empty.
-  if (head.entries > 0) combiner_.read(queue * kListHeadBytes, kListHeadBytes);
-  const auto bytes = pack(entry);
-  const std::uint64_t address = chunk_address(head.last_chunk) + kChunkLinkBytes + slot * kQueueEntryBytes;
-  std::memcpy(&memory_[address], bytes.data(), bytes.size());
-  combiner_.write(address, kQueueEntryBytes);
-  TESSERA_CHECK(head.entries < std::numeric_limits<std::uint32_t>::max(), "a queue's length fits 32 bits");
-  // A head is one record of the queue however often it changes; the bursts of its updates are in the ledger.
-  counters_.queue_bytes_written += kQueueEntryBytes + (head.entries == 0 ? kListHeadBytes : 0);
-  ++head.entries;
-  store_head(queue, head);
+void ParameterBuffer::grow(std::vector<std::uint8_t>& memory, std::uint64_t bytes) {
+  if (bytes > memory.capacity()) {
+    const std::uint64_t room = std::max<std::uint64_t>(bytes, 2 * memory.capacity());
+    if (budget_ != nullptr) budget_->charge(room, 1, "a larger parameter buffer");
+    memory.reserve(room);
+  }
+  memory.resize(bytes);
+}
+
+std::uint64_t ParameterBuffer::add_chunk() {
+  const std::uint64_t address = layout().end() + chunks_ * layout().chunk_bytes;
+  ++chunks_;
+  if (address >= spilled_from_) ++counters_.spilled_chunks;
+  grow(memory_, address + layout().chunk_bytes);
+  return address;
+}
+
+void ParameterBuffer::write_record(std::uint32_t number, std::span<const std::uint8_t> bytes, std::size_t at) {
+  const std::uint64_t offset = std::uint64_t{number} * kRecordBytes + at;
+  std::memcpy(&table_[offset], bytes.data(), bytes.size());
+  combiner_.write(table_address_ + offset, bytes.size());
+  if (offset >= records_spilled_from_) counters_.spilled_bytes += bytes.size();
+}
+
+// `new_record_of`: lists that the record, which this entry is the first to need, shall name; 0: it is there.
+bool ParameterBuffer::append_entry(const QueueEntry& sub_patch, const QueueHierarchy::Placement& placement,
+                                   std::uint64_t new_record_of) {
+  const std::uint32_t number = new_record_of > 0 ? records() : records() - 1;
+  TESSERA_CHECK(number < (std::uint32_t{1} << TileLists::kNoteBits) - 1, "numbers of records fit a list's cursor");
+  code_.clear();
+  encode_entry({number, placement.times}, lists_.note(placement.queue), code_);
+  const std::uint64_t chunks = chunks_ + lists_.chunks_needed(placement.queue, code_.size());
+  if (bytes_with(chunks, number + std::uint64_t{1}) > capacity_) {
+    if (!spill_) return false;
+    // What is in the buffer stays there; the rest of a burst of records is.
+    spilled_from_ = std::min(spilled_from_, layout().end() + chunks_ * layout().chunk_bytes);
+    records_spilled_from_ = std::min(records_spilled_from_, round_up(table_.size(), burst_bytes_));
+  }
+  if (new_record_of > 0) {
+    grow(table_, table_.size() + kRecordBytes);
+    write_record(number, pack_record(sub_patch, new_record_of), 0);
+    table_bytes_written_ += kRecordBytes;
+    ++counters_.table_records;
+  }
+  lists_.append(
+      placement.queue, code_, number + 1, [&] { return add_chunk(); },
+      [&](std::uint64_t address, std::uint64_t bytes) {
+        if (address >= spilled_from_) counters_.spilled_bytes += bytes;
+      });
   ++counters_.entries;
+  count_content();
   return true;
 }
 
-void ParameterBuffer::finish() { combiner_.flush(); }
+bool ParameterBuffer::append(const QueueEntry& sub_patch, std::span<const QueueHierarchy::Placement> placements,
+                             std::uint32_t& next) {
+  for (const std::uint32_t first = next; next < placements.size(); ++next) {
+    if (append_entry(sub_patch, placements[next], next == first ? placements.size() - first : 0)) continue;
+    // The record said that all would take it.
+    if (next > first) write_record(records() - 1, pack_lists(next - first), kRecordListsAt);
+    return false;
+  }
+  return true;
+}
 
-void ParameterBuffer::read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
+void ParameterBuffer::finish() {
+  combiner_.flush();
+  ledger_.read_at(memory::Unit::kBinner, memory::Purpose::kTileQueue, 0, layout().bit_bytes(), burst_bytes_);
+}
+
+void ParameterBuffer::read_queue(QueueIndex list, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
                                  std::uint64_t& bytes_read) const {
-  const auto charge = [&](std::uint64_t address, std::uint64_t bytes) {
-    ledger.read_at(memory::Unit::kTilecore, memory::Purpose::kTileQueue, address, bytes, burst_bytes_);
-    bytes_read += bytes;
-  };
-  const Head head = load_head(queue);
-  charge(queue * kListHeadBytes, kListHeadBytes);
-  entries.reserve(entries.size() + head.entries);
-  std::uint32_t chunk = head.first_chunk;
-  for (std::uint64_t left = head.entries; left > 0;) {
-    const std::uint64_t here = std::min(entries_per_chunk_, left);
-    left -= here;
-    const std::uint64_t address = chunk_address(chunk);
-    charge(address, kChunkLinkBytes + here * kQueueEntryBytes);
-    for (std::uint64_t e = 0; e < here; ++e)
-      entries.push_back(unpack(std::span<const std::uint8_t, kQueueEntryBytes>(
-          &memory_[address + kChunkLinkBytes + e * kQueueEntryBytes], kQueueEntryBytes)));
-    std::memcpy(&chunk, &memory_[address], sizeof chunk);
+  const std::vector<std::uint8_t> bytes = lists_.read(list, [&](std::uint64_t address, std::uint64_t count) {
+    ledger.read_at(memory::Unit::kTilecore, memory::Purpose::kTileQueue, address, count, burst_bytes_);
+    bytes_read += count;
+  });
+  std::uint32_t before = 0;
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ListEntry code = decode_entry(bytes, before, at);
+    QueueEntry& entry = entries.emplace_back(unpack_record(
+        std::span<const std::uint8_t, kRecordBytes>(&table_[std::size_t{code.record} * kRecordBytes], kRecordBytes)));
+    entry.record = code.record;
+    entry.t0 = static_cast<std::uint8_t>(code.times.first);
+    entry.t1 = static_cast<std::uint8_t>(code.times.last);
+    before = code.record + 1;
   }
 }
 

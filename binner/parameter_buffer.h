@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/counter.h"
 #include "binner/queue_entry.h"
 #include "binner/queue_hierarchy.h"
 #include "binner/settings.h"
+#include "binner/tile_lists.h"
 #include "binner/write_combiner.h"
 #include "memory/ledger.h"
 #include "scene/limits.h"
@@ -20,47 +22,63 @@ struct BinnerCounters {
   std::uint64_t tiles_dropped_exact = 0;
   std::uint64_t tiles_dropped_time = 0;
   std::uint64_t interval_codes = 0;
+  std::uint64_t table_records = 0;
+  std::uint64_t table_bytes_written = 0;
+  std::uint64_t table_bytes_read = 0;
   std::uint64_t queue_bytes_written = 0;
   std::uint64_t queue_bytes_read = 0;
   std::uint64_t queue_bytes_peak = 0;
   std::uint64_t partial_renders = 0;
   std::uint64_t spilled_chunks = 0;
+  std::uint64_t spilled_bytes = 0;
 };
 
-// What begins a list in a parameter buffer, and each of its chunks.
-inline constexpr std::uint64_t kListHeadBytes = 16, kChunkLinkBytes = 8;
-
-// Queues of sub-patch references, one per tile or group of tiles, inside one parameter buffer of fixed size.
+// A table of sub-patches, and lists of them, one per tile or group of tiles, inside one parameter buffer of fixed size.
 //
-// Memory layout: one list head per queue (number of the first chunk, of the last, entries in all, zero), then chunks of
-// parameter_buffer.chunk_bytes, each a link (number of the next chunk) and as many entries as fit.
-// The bytes are really there: what a tile core reads is decoded from them.
+// Lists (TileLists) grow from address 0 on, the table from table_address() on, both in virtual memory: together they take
+// no more than parameter_buffer.bytes. The bytes are really there: what a tile core reads is decoded from them.
+//
+//   lists    entries as in list_code.h
+//   table    a record of 16 bytes for each sub-patch that is in a list, in the order of binning, as in queue_entry.h
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
 // Invariants (cited by the tests):
 //   PB1  bytes_in_use() <= capacity unless the policy is to spill: a full buffer refuses, it never drops an entry.
-//   PB2  A queue's entries come back in the order in which they were appended.
+//   PB2  A list's entries come back in the order in which they were appended.
 //   PB3  Every burst that moves is in the ledger once, under tile_queue.
+//   PB4  An entry that is refused leaves no byte behind, neither in the list nor in the table.
+//   PB5  A sub-patch has one record, which says how many lists hold it.
 class ParameterBuffer {
  public:
-  // Throws UsageError when not even the list heads and one chunk fit.
-  ParameterBuffer(const BinnerSpec& spec, QueueIndex queue_count);
+  // Behind what lists may take.
+  static std::uint64_t table_address(const BinnerSpec& spec);
 
-  // False: full, nothing was written; the caller renders what is there and calls reset().
-  [[nodiscard]] bool append(QueueIndex queue, const QueueEntry& entry);
+  // Throws UsageError when not even the first chunks, one more and one burst of records fit.
+  ParameterBuffer(const BinnerSpec& spec, QueueIndex list_count);
 
-  // Writes back what is still on chip. Between this and the next append queues may be read.
+  // Puts a sub-patch into the lists of `placements` from `next` on, which then stands behind those that took it. False:
+  // the buffer is full; the caller renders what is there, calls reset() and goes on with `next`.
+  [[nodiscard]] bool append(const QueueEntry& sub_patch, std::span<const QueueHierarchy::Placement> placements,
+                            std::uint32_t& next);
+
+  // Writes back what is still on chip, and reads for the tile scheduler which lists have entries. Between this and the
+  // next append lists may be read.
   void finish();
 
-  // Adds the queue's entries to `entries`, in order. Bursts read are charged to `ledger` as tilecore / tile_queue,
-  // payload bytes to `bytes_read`. May be called by many threads at once.
-  void read_queue(QueueIndex queue, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
+  // Adds the list's entries to `entries`, in order. Bursts of the list are charged to `ledger` as tilecore / tile_queue,
+  // its bytes to `bytes_read`; what is read of the table, RecordCache charges. May be called by many threads at once.
+  void read_queue(QueueIndex list, std::vector<QueueEntry>& entries, memory::Ledger& ledger,
                   std::uint64_t& bytes_read) const;
 
-  // Empties all queues.
+  // Empties lists and table.
   void reset();
 
-  std::uint64_t bytes_in_use() const;
+  // First chunks, further ones, and records in whole bursts.
+  std::uint64_t bytes_in_use() const { return bytes_with(chunks_, records()); }
+  std::uint32_t records() const { return static_cast<std::uint32_t>(table_.size() / kRecordBytes); }
+  std::span<const std::uint8_t> table() const { return table_; }
+  std::span<const std::uint8_t> lists_memory() const { return memory_; }
+  const TileLists::Layout& layout() const { return lists_.layout(); }
   const BinnerCounters& counters() const { return counters_; }
   BinnerCounters& counters() { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
@@ -70,23 +88,26 @@ class ParameterBuffer {
   void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
 
  private:
-  struct Head {
-    std::uint32_t first_chunk = 0, last_chunk = 0, entries = 0;
-  };
-  static_assert(sizeof(Head) <= kListHeadBytes);
-  std::uint64_t chunk_address(std::uint64_t chunk) const { return heads_bytes_ + chunk * chunk_bytes_; }
-  bool add_chunk(Head& head);
-  void store_head(QueueIndex queue, const Head& head);
-  Head load_head(QueueIndex queue) const;
+  std::uint64_t bytes_with(std::uint64_t chunks, std::uint64_t records) const;
+  bool append_entry(const QueueEntry& sub_patch, const QueueHierarchy::Placement& placement,
+                    std::uint64_t new_record_of);
+  void write_record(std::uint32_t number, std::span<const std::uint8_t> bytes, std::size_t at);
+  void grow(std::vector<std::uint8_t>& memory, std::uint64_t bytes);
+  std::uint64_t add_chunk();
+  void count_content();
 
-  std::uint64_t capacity_, chunk_bytes_, burst_bytes_, entries_per_chunk_, heads_bytes_;
+  std::uint64_t capacity_, burst_bytes_, table_address_;
   bool spill_;
-  std::vector<std::uint8_t> memory_;  // grows with the chunks in use
+  std::vector<std::uint8_t> memory_, table_;  // they grow with what is in use
   scene::MemoryBudget* budget_ = nullptr;
-  std::uint64_t chunks_in_use_ = 0;
+  std::uint64_t chunks_ = 0;
+  std::uint64_t spilled_from_ = 0, records_spilled_from_ = 0;  // addresses from which on the overflow area is used
+  std::vector<std::uint8_t> code_;
+  std::uint64_t table_bytes_written_ = 0;
   BinnerCounters counters_;
   memory::Ledger ledger_;
   WriteCombiner combiner_;
+  TileLists lists_;
 };
 
 }  // namespace tessera::binner
@@ -111,20 +132,34 @@ inline constexpr auto kCounterFields<binner::BinnerCounters> = std::to_array<Cou
      ""},
     {"binner.interval_codes", &binner::BinnerCounters::interval_codes, Combine::kSum, "1/256 shutter",
      "Lengths of the time intervals of all entries; 256 each without motion.", ""},
+    {"binner.table_records", &binner::BinnerCounters::table_records, Combine::kSum, "records",
+     "Records written to the sub-patch table: sub-patches that are in a list, again after a partial render.", ""},
+    {"binner.table_bytes_written", &binner::BinnerCounters::table_bytes_written, Combine::kSum, "bytes",
+     "Those of binner.queue_bytes_written that are records of the sub-patch table.", ""},
+    {"binner.table_bytes_read", &binner::BinnerCounters::table_bytes_read, Combine::kSum, "bytes",
+     "Those of binner.queue_bytes_read that are records of the sub-patch table: bursts that the cache of "
+     "binner.record_cache_bytes misses.",
+     ""},
     {"binner.queue_bytes_written", &binner::BinnerCounters::queue_bytes_written, Combine::kSum, "bytes",
-     "Bytes of entries, chunk links and list heads written by the binner, before rounding to bursts.",
+     "Bytes of tile lists (entries, links, ends, a bit per list, a cursor for each that has entries) and of the "
+     "sub-patch table, before rounding to bursts; what is written again counts once.",
      "MaliTilerWrBt (times the bus width); V3D PTB-memory-words-writes"},
     {"binner.queue_bytes_read", &binner::BinnerCounters::queue_bytes_read, Combine::kSum, "bytes",
-     "Bytes of entries, chunk links and list heads read by tile cores, before rounding to bursts.",
+     "Bytes that tile cores read: of lists before rounding to bursts, of the sub-patch table bursts that its cache "
+     "misses.",
      "MaliTilerRdBt (times the bus width); V3D PTB-memory-reads"},
     {"binner.queue_bytes_peak", &binner::BinnerCounters::queue_bytes_peak, Combine::kPeak, "bytes",
-     "Most parameter-buffer memory in use at any time: list heads and whole chunks.",
+     "Most parameter-buffer memory in use at any time: whole chunks, the first one of every list among them, bits and "
+     "cursors of lists, and the sub-patch table.",
      "PowerVR Parameter Buffer size; Apple tiled vertex buffer"},
     {"binner.partial_renders", &binner::BinnerCounters::partial_renders, Combine::kSum, "renders",
      "Times that a full parameter buffer made all tiles render what they had.",
      "PowerVR SPM; Apple partial render; Mali incremental render; Adreno vsc_draw_overflow, vsc_prim_overflow"},
     {"binner.spilled_chunks", &binner::BinnerCounters::spilled_chunks, Combine::kSum, "chunks",
      "Chunks taken from the overflow area because the parameter buffer was full.",
+     "V3D binner out-of-memory interrupt"},
+    {"binner.spilled_bytes", &binner::BinnerCounters::spilled_bytes, Combine::kSum, "bytes",
+     "Bytes of lists and of the sub-patch table written to the overflow area, before rounding to bursts.",
      "V3D binner out-of-memory interrupt"},
 });
 TESSERA_COUNTERS_COVER(binner::BinnerCounters);

@@ -21,7 +21,7 @@ QueueHierarchy::QueueHierarchy(const TileGrid& grid, int levels)
 void QueueHierarchy::place(const TileCoverage& coverage, std::uint64_t patch_bytes, std::vector<Placement>& out) const {
   out.clear();
   if (coverage.tiles.empty()) return;
-  const Costs costs{coverage, kQueueEntryBytes + patch_bytes};
+  const Costs costs{coverage, kReadBytes + patch_bytes};
   const int top = levels_ - 1;
   for (int row = coverage.tiles.y0 >> top; row <= (coverage.tiles.y1 - 1) >> top; ++row)
     for (int column = coverage.tiles.x0 >> top; column <= (coverage.tiles.x1 - 1) >> top; ++column)
@@ -35,7 +35,7 @@ std::uint64_t QueueHierarchy::place_group(const Costs& costs, int level, int col
   if (level == 0) {
     if (!coverage.tiles.contains(column, row) || coverage.at(column, row).empty()) return 0;
     out.push_back({queue(0, column, row), coverage.at(column, row)});
-    return kQueueEntryBytes + costs.tile_bytes;
+    return kWrittenBytes + costs.tile_bytes;
   }
   const IntRect group = IntRect{column << level, row << level, (column + 1) << level, (row + 1) << level}.intersect(
       {0, 0, columns_, rows_});
@@ -46,7 +46,7 @@ std::uint64_t QueueHierarchy::place_group(const Costs& costs, int level, int col
     fine += place_group(costs, level - 1, 2 * column + child % 2, 2 * row + child / 2, out);
   if (out.size() < first + 2) return fine;
   const std::uint64_t tiles = static_cast<std::uint64_t>(group.width()) * static_cast<std::uint64_t>(group.height());
-  const std::uint64_t one = kQueueEntryBytes + tiles * costs.tile_bytes;
+  const std::uint64_t one = kWrittenBytes + tiles * costs.tile_bytes;
   if (one >= fine) return fine;
   TimeInterval times = kNoTime;
   for (std::size_t k = first; k < out.size(); ++k) times = times.hull(out[k].times);

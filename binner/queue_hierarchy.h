@@ -3,14 +3,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "binner/queue_entry.h"
 #include "binner/tile_coverage.h"
 #include "binner/tile_grid.h"
+#include "binner/tile_lists.h"
 #include "binner/time_interval.h"
 
 namespace tessera::binner {
-
-using QueueIndex = std::uint32_t;
 
 // Queues of single tiles (level 0) and of groups of 2^L x 2^L tiles, aligned to the grid's top left. A tile core reads
 // the queue of its tile and those of the groups around it. Configured by binner.queue_levels.
@@ -19,6 +17,8 @@ using QueueIndex = std::uint32_t;
 class QueueHierarchy {
  public:
   static constexpr int kMaxLevels = 5;
+  // That an entry is taken to move: written to a list; read again there and from the sub-patch table.
+  static constexpr std::uint64_t kWrittenBytes = 2, kReadBytes = 2 + 16;
 
   QueueHierarchy(const TileGrid& grid, int levels);
 

@@ -21,7 +21,11 @@ Keys<Settings> settings_keys() {
        "read.",
        "[spec] Mali since Midgard: power-of-two multiples of 16x16 pixels; [assumed] flat"},
       {"binner.combining_bursts", &Settings::combining_bursts, "bursts", 1, 65536,
-       "Bursts that the binner keeps open on chip to combine the writes of neighbouring queue entries.", "[assumed]"},
+       "Bursts that the binner keeps open on chip to combine writes to lists, their cursors and the sub-patch table.",
+       "[assumed]"},
+      {"binner.record_cache_bytes", &Settings::record_cache_bytes, "bytes", 0, 1073741824.0,
+       "On-chip memory that keeps bursts of the sub-patch table for the tiles that follow.",
+       "[assumed] a texture cache's size"},
   };
 }
 
@@ -37,11 +41,14 @@ Keys<TileSize> tile_keys() {
 Keys<ParameterBufferSettings> parameter_buffer_keys() {
   return {
       {"parameter_buffer.bytes", &ParameterBufferSettings::bytes, "bytes", 256, 4294967296.0,
-       "Memory that holds the tile lists: list heads and chunks.",
+       "Memory that holds the tile lists and the sub-patch table.",
        "[spec] PowerVR drivers start at 2 MiB, Mali's at 10 MiB (up to 128 MiB)"},
+      {"parameter_buffer.first_chunk_bytes", &ParameterBufferSettings::first_chunk_bytes, "bytes", 16, 4096,
+       "First chunk of each list, which the number of the list addresses.",
+       "[spec] Broadcom V3D: 64-byte initial lists; [assumed] 32, which hold most lists"},
       {"parameter_buffer.chunk_bytes", &ParameterBufferSettings::chunk_bytes, "bytes", 32, 2097152,
-       "Size of the pieces in which the parameter buffer is handed out to tiles.",
-       "[spec] Broadcom V3D: 64-byte first lists, 4 KiB chunks; [assumed] 256"},
+       "Size of the further pieces in which the parameter buffer is handed out to lists.",
+       "[spec] Broadcom V3D: 4 KiB; [assumed] 64, as lists are short"},
       {"parameter_buffer.full_policy", &ParameterBufferSettings::full_policy,
        "What a full parameter buffer leads to: render what is queued and go on, or continue in an overflow area.",
        "[spec] PowerVR, Mali and Apple render partially; V3D takes overflow memory"},

@@ -22,9 +22,10 @@ enum class FullPolicy : std::uint8_t {
 struct Settings {
   CoverageMethod coverage = CoverageMethod::kExact;
   bool time_intervals = true;
-  int time_segments = 1;                // 0: by blur length over primitive size
-  int queue_levels = 1;                 // queues of single tiles, of 2x2, 4x4 ... tiles
-  std::int64_t combining_bursts = 256;  // write-combining lines in front of the parameter buffer
+  int time_segments = 1;                       // 0: by blur length over primitive size
+  int queue_levels = 1;                        // queues of single tiles, of 2x2, 4x4 ... tiles
+  std::int64_t combining_bursts = 256;         // write-combining lines in front of the parameter buffer
+  std::int64_t record_cache_bytes = 16 << 10;  // between the sub-patch table and the tile cores
 };
 Keys<Settings> settings_keys();
 
@@ -37,7 +38,8 @@ Keys<TileSize> tile_keys();
 // Keys parameter_buffer.*.
 struct ParameterBufferSettings {
   std::int64_t bytes = 10 << 20;
-  std::int64_t chunk_bytes = 256;
+  std::int64_t first_chunk_bytes = 32;
+  std::int64_t chunk_bytes = 64;
   FullPolicy full_policy = FullPolicy::kPartialRender;
 };
 Keys<ParameterBufferSettings> parameter_buffer_keys();

@@ -54,7 +54,7 @@ const std::vector<Preset>& presets() {
        {{"tile.width", 64},
         {"tile.height", 64},
         {"parameter_buffer.bytes", 128 << 20},
-        {"parameter_buffer.chunk_bytes", 4096},
+        {"parameter_buffer.chunk_bytes", 256},
         {"binner.combining_bursts", 1024},
         {"clock.mhz", 900},
         {"tilecore.count", 12},
@@ -201,8 +201,11 @@ void check_gpu(const GpuConfiguration& gpu) {
     throw UsageError("tilecore.box_bits must be 8, 16 or 32");
   if ((gpu.memory.burst_bytes & (gpu.memory.burst_bytes - 1)) != 0)
     throw UsageError("memory.burst_bytes must be a power of two");
-  if (gpu.parameter_buffer.chunk_bytes % gpu.memory.burst_bytes != 0)
-    throw UsageError("parameter_buffer.chunk_bytes must be a multiple of memory.burst_bytes");
+  for (const std::int64_t chunk : {gpu.parameter_buffer.first_chunk_bytes, gpu.parameter_buffer.chunk_bytes})
+    if (chunk % gpu.memory.burst_bytes != 0 && gpu.memory.burst_bytes % chunk != 0)
+      throw UsageError(
+          "parameter_buffer.first_chunk_bytes and parameter_buffer.chunk_bytes must be multiples or parts of "
+          "memory.burst_bytes");
   if ((gpu.caches.line_bytes & (gpu.caches.line_bytes - 1)) != 0)
     throw UsageError("cache.line_bytes must be a power of two");
   check_cache("texture.cache", gpu.caches.texture_bytes, gpu.caches.texture_ways, gpu.line_bytes());

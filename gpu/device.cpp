@@ -116,7 +116,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   plain.resolve = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
   WorkRecorder recorder(gpu_, record_memory_, nullptr, false);
-  pipeline_.render({plain, recorder, full, nullptr}, nullptr);
+  pipeline_.render({gpu_, plain, recorder, full, nullptr}, nullptr);
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
     for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c)
@@ -168,7 +168,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   const bool observed = observer_ != nullptr && left == nullptr;
   WorkRecorder recorder(gpu_, record_memory_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
                         request_.record_accesses);
-  pipeline_.render({job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
+  pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));

@@ -9,7 +9,7 @@ namespace tessera::gpu {
 
 // What a run of the machine asked of its tile cores, kept to be looked at by the baselines.
 struct MachineRecord {
-  std::vector<std::vector<binner::QueueEntry>> entries;      // per tile
+  std::vector<std::vector<binner::QueueEntry>> entries;      // per tile; records numbered on where lists were emptied
   std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
 };
 

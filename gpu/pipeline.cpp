@@ -37,7 +37,7 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
   }
   // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
   if (run.result.counters.binner.partial_renders > 0) {
-    binner.reset();
+    scheduler.empty_lists();
     visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
   scheduler.render(visible, again);

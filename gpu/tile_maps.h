@@ -44,9 +44,9 @@ struct TileMapField {
   std::string_view counter;
 };
 inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
-    {"entries", &TileCounts::entries, "entries", "Queue entries that the tile read.", "tilecore.entries_fetched"},
+    {"entries", &TileCounts::entries, "entries", "Entries of lists that the tile read.", "tilecore.entries_fetched"},
     {"queue_bytes_read", &TileCounts::queue_bytes_read, "bytes",
-     "Bytes of list heads, links and entries that the tile read.", "binner.queue_bytes_read"},
+     "Bytes of its lists and of the sub-patch table that the tile read.", "binner.queue_bytes_read"},
     {"culled_occlusion", &TileCounts::culled_occlusion, "entries",
      "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
     {"sub_patches", &TileCounts::sub_patches, "sub-patches",

@@ -42,10 +42,9 @@ void for_each_tile(const binner::TileGrid& grid, int group_side, const Visit& vi
 
 struct TileScheduler::Round {
   WorkRecorder::Round work;
-  std::vector<std::vector<tilecore::TessellationRequest>> tessellations;  // per tile
-  std::vector<std::vector<tilecore::SubPatchName>> hidden;                // likewise
-  std::vector<tilecore::TileState>& unfinished;                           // empty but for partial renders
-  bool last;                                                              // no partial render follows
+  std::vector<SharedUse> shared;                 // per tile
+  std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
+  bool last;                                     // no partial render follows
 };
 
 TileScheduler::TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
@@ -63,18 +62,21 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   ledger.record_into(work.log());
   std::vector<binner::QueueEntry> entries = binner_.read_tile(tile, ledger, counts.queue_bytes_read);
   core.charge(ledger);
+  SharedUse& shared = round.shared[t];
+  for (const binner::QueueEntry& entry : entries) shared.records.push_back(entry.record);
   tilecore::TileState fresh;
   tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
   if (round.last || !entries.empty()) {
     if (state.started) core.load_state(job, state);
-    if (run_.record != nullptr) {
-      std::vector<binner::QueueEntry>& kept = run_.record->entries[t];
-      kept.insert(kept.end(), entries.begin(), entries.end());
-    }
+    if (run_.record != nullptr)
+      for (const binner::QueueEntry& entry : entries) {
+        run_.record->entries[t].push_back(entry);
+        run_.record->entries[t].back().record += records_before_;
+      }
     core.render_entries(job, tile, std::move(entries), state);
-    round.tessellations[t] = core.take_tessellations();
-    round.hidden[t] = core.take_hidden();
-    count_tessellations(round.tessellations[t], counts);
+    shared.tessellations = core.take_tessellations();
+    shared.hidden = core.take_hidden();
+    count_tessellations(shared.tessellations, counts);
     work.begin_shading();
     if (round.last)
       core.finish(job, tile, state, run_.result.targets, std::exchange(first_of_group, false));
@@ -86,23 +88,28 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
 
 void TileScheduler::count_uses(Round& round) {
   std::unordered_map<tilecore::SubPatchName, std::uint32_t, tilecore::SubPatchName::Hash> uses;
-  for (std::size_t t = 0; t < round.tessellations.size(); ++t) {
-    for (const tilecore::TessellationRequest& request : round.tessellations[t]) ++uses[request];
-    for (const tilecore::SubPatchName& name : round.hidden[t]) ++uses[name];
+  for (const SharedUse& use : round.shared) {
+    for (const tilecore::TessellationRequest& request : use.tessellations) ++uses[request];
+    for (const tilecore::SubPatchName& name : use.hidden) ++uses[name];
   }
-  for (std::vector<tilecore::TessellationRequest>& requests : round.tessellations)
-    for (tilecore::TessellationRequest& request : requests)
+  for (SharedUse& use : round.shared)
+    for (tilecore::TessellationRequest& request : use.tessellations)
       request.uses = static_cast<std::uint16_t>(std::min<std::uint32_t>(uses[request], 0xFFFF));
 }
 
 void TileScheduler::share(Round& round) {
   if (cache_.eviction() != tilecore::CacheEviction::kLru) count_uses(round);
+  binner::RecordCache records(run_.gpu.binner_spec());
   for (const binner::TileIndex t : order_.tiles()) {
-    const std::vector<tilecore::TessellationRequest>& requests = round.tessellations[t];
-    round.work.share(t, requests, round.hidden[t], cache_);
+    const SharedUse& use = round.shared[t];
+    const std::uint64_t table_bytes = round.work.share(t, use, {records, cache_});
+    run_.result.maps.tiles[t].queue_bytes_read += table_bytes;
+    run_.result.counters.binner.table_bytes_read += table_bytes;
     if (run_.record != nullptr)
-      run_.record->tessellations.insert(run_.record->tessellations.end(), requests.begin(), requests.end());
+      run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
+                                        use.tessellations.end());
   }
+  run_.result.counters.ledger += records.ledger();
 }
 
 void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
@@ -118,10 +125,9 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
       const StageTimer timer(run_.result, "bin");
       done = binned || binner_.run(*job.frame, sub_patches, cursor);
     }
-    Round round{run_.recorder.begin_round(binner_, order_), {}, {}, unfinished, done};
+    Round round{run_.recorder.begin_round(binner_, order_), {}, unfinished, done};
     const StageTimer timer(run_.result, "tiles");
-    round.tessellations.resize(tile_count);
-    round.hidden.resize(tile_count);
+    round.shared.resize(tile_count);
     if (!done) {
       ++run_.result.counters.binner.partial_renders;
       unfinished.resize(tile_count);
@@ -138,8 +144,13 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
     if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     share(round);
-    if (!done) binner_.reset();
+    if (!done) empty_lists();
   }
+}
+
+void TileScheduler::empty_lists() {
+  records_before_ += binner_.buffer().records();
+  binner_.reset();
 }
 
 void TileScheduler::finish_across_tiles() {

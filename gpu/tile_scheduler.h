@@ -18,6 +18,7 @@ namespace tessera::gpu {
 
 // A run of the machine over one view: what the scheduler works on and into.
 struct ViewRun {
+  const GpuConfiguration& gpu;
   const tilecore::TileJob& job;
   WorkRecorder& recorder;
   FrameResult& result;
@@ -44,6 +45,9 @@ class TileScheduler {
   void render(std::span<const frontend::BoundedSubPatch> sub_patches, const std::vector<bool>& only,
               bool binned = false);
 
+  // Of all tiles, and the sub-patch table.
+  void empty_lists();
+
   // What resolve stencils that reach into neighbouring tiles left open, when every tile is finished.
   void finish_across_tiles();
 
@@ -60,6 +64,7 @@ class TileScheduler {
   binner::Binner& binner_;
   const tilecore::TileOrder& order_;
   tilecore::TessellationCache& cache_;
+  std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
 };
 
 }  // namespace tessera::gpu

@@ -139,6 +139,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
 
   timing::TileWork& work = slot_.work;
   work.entries = counted.tilecore.entries_fetched;
+  work.sort_steps = counted.tilecore.sort_steps;
   work.boxes = counted.tilecore.boxes_built;
   work.box_tests = counted.tilecore.box_tests;
   work.stencil_tests = counted.stencil.tests;
@@ -170,9 +171,20 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   return counted;
 }
 
-void WorkRecorder::share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
-                         std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache) {
+std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint32_t> records,
+                                          binner::RecordCache& cache) {
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t record : records) bytes += cache.read(record, record_accesses_ ? &slot.log : nullptr);
+  rounds_.read_bytes += bytes;
+  slot.work.dram_bytes[kVisibility] += bytes;
+  return bytes;
+}
+
+std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches) {
   Slot& slot = slots_[tile];
+  const std::uint64_t table_bytes = share_records(slot, use.records, caches.records);
+  tilecore::TessellationCache& cache = caches.tessellations;
+  const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
   const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
   slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
@@ -194,8 +206,9 @@ void WorkRecorder::share(binner::TileIndex tile, std::span<const tilecore::Tesse
     heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
     for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
   }
-  cache.use(tile, {}, hidden);
+  cache.use(tile, {}, use.hidden);
   share_shading(slot);
+  return table_bytes;
 }
 
 void WorkRecorder::share_shading(Slot& slot) {

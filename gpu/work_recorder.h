@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "binner/binner.h"
+#include "binner/record_cache.h"
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
@@ -28,6 +29,17 @@ struct FrameRecord {
     std::vector<std::vector<memory::Access>> tiles;
   };
   std::vector<RoundAccesses> accesses;
+};
+
+// What a tile asked of units that all tiles share, and those of them that its round has.
+struct SharedUse {
+  std::vector<std::uint32_t> records;  // of the sub-patch table, in the order of its lists
+  std::vector<tilecore::TessellationRequest> tessellations;
+  std::vector<tilecore::SubPatchName> hidden;  // what its list names beside these
+};
+struct SharedCaches {
+  binner::RecordCache& records;
+  tilecore::TessellationCache& tessellations;
 };
 
 // Takes the events of a run of the machine where they happen, simulates what tiles share (the L2) in emulated order, and
@@ -75,8 +87,9 @@ class WorkRecorder {
     std::vector<std::uint32_t> patches;   // whose attributes were read
     memory::AccessLog log;
   };
-  void share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
-             std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache);
+  std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
+  // Bytes fetched.
+  std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
@@ -107,9 +120,9 @@ class WorkRecorder {
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
-  memory::Traffic rounds_;                              // of all that went to a round
-  std::uint64_t geometry_bytes_ = 0;                    // of the front end, for the round to come
-  std::uint64_t layer_bytes_ = 0;                       // of the tile with most blended layers
+  memory::Traffic rounds_;            // of all that went to a round
+  std::uint64_t geometry_bytes_ = 0;  // of the front end, for the round to come
+  std::uint64_t layer_bytes_ = 0;     // of the tile with most blended layers
   timing::GeometryWork geometry_;
   FrameRecord record_;
 };
@@ -144,11 +157,10 @@ class WorkRecorder::Round {
   // Tiles of a round may be recorded by any threads at once, each tile once.
   [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
 
-  // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its requests to the
-  // tessellation cache, then its lines to the L2. `hidden`: what its list names beside them.
-  void share(binner::TileIndex tile, std::span<const tilecore::TessellationRequest> requests,
-             std::span<const tilecore::SubPatchName> hidden, tilecore::TessellationCache& cache) {
-    recorder_.share(tile, requests, hidden, cache);
+  // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its records to their
+  // cache, its requests to the tessellation cache, then its lines to the L2. Bytes of the sub-patch table fetched.
+  std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches) {
+    return recorder_.share(tile, use, caches);
   }
 
  private:

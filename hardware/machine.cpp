@@ -25,11 +25,14 @@ Keys<Machine> speed_keys() {
            "Bounding volumes that the front end computes.",
            "[assumed] 4 clocks for 16 control points at two motion keys"},
           {"binner.entries_per_clk", &Throughputs::binned_entries_per_clk, "entries/clk", kLeast, kMax,
-           "Queue entries that the binner appends.", "[assumed] one append per clock"},
+           "Entries of lists that the binner appends.", "[assumed] one append per clock"},
           {"binner.tiles_per_clk", &Throughputs::binned_tiles_per_clk, "tiles/clk", kLeast, kMax,
            "Tiles that the binner tests against a sub-patch.", "[assumed]"},
           {"tilecore.entries_per_clk", &Throughputs::fetched_entries_per_clk, "entries/clk", kLeast, kMax,
-           "Queue entries that a core reads, orders and tests for occlusion.", "[assumed]"},
+           "Entries of lists that a core reads, looks up in the sub-patch table and tests for occlusion.", "[assumed]"},
+          {"tilecore.sort_steps_per_clk", &Throughputs::sort_steps_per_clk, "steps/clk", kLeast, kMax,
+           "Entries that a core's merge sorter passes from one stage to the next, all stages together.",
+           "[assumed] four stages side by side, an entry each"},
           {"tessellator.vertices_per_clk", &Throughputs::vertices_per_clk, "vertices/clk", kLeast, kMax,
            "Vertices that a core's tessellator evaluates, both motion keys together.", "[assumed]"},
           {"tessellator.transforms_per_clk", &Throughputs::transforms_per_clk, "vertices/clk", kLeast, kMax,
@@ -135,37 +138,46 @@ Keys<Machine> memory_keys() {
 
 // 45 nm (Horowitz): addition 0.9 pJ, multiplication 3.7 pJ, 8 bytes from an 8 KiB cache 10 pJ. A quarter of that at 7
 // nm is assumed: 1.15 pJ a fused operation, 2.5 pJ for 8 bytes on chip.
-Keys<EnergyPrices> energy_keys() {
+Keys<GeometryPrices> geometry_energy_keys() {
   return {
-      {"energy.bound_pj", &EnergyPrices::bound_pj, "pJ", 0, 1e9, "Bounding volume of a sub-patch.",
+      {"energy.bound_pj", &GeometryPrices::bound_pj, "pJ", 0, 1e9, "Bounding volume of a sub-patch.",
        "[assumed] 900 operations of 1.15 pJ"},
-      {"energy.binned_entry_pj", &EnergyPrices::binned_entry_pj, "pJ", 0, 1e9,
-       "Entry appended to a queue, memory traffic apart.", "[assumed] entry and list head, 32 bytes twice on chip"},
-      {"energy.fetched_entry_pj", &EnergyPrices::fetched_entry_pj, "pJ", 0, 1e9,
-       "Entry read and ordered by a core, memory traffic apart.", "[assumed] as appended"},
-      {"energy.transform_pj", &EnergyPrices::transform_pj, "pJ", 0, 1e9,
+      {"energy.binned_entry_pj", &GeometryPrices::binned_entry_pj, "pJ", 0, 1e9,
+       "Entry appended to a tile list, memory traffic apart.",
+       "[assumed] entry, cursor and a share of the record, 32 bytes twice on chip"},
+      {"energy.fetched_entry_pj", &GeometryPrices::fetched_entry_pj, "pJ", 0, 1e9,
+       "Entry read by a core with its record, memory traffic apart.", "[assumed] as appended"},
+      {"energy.sort_step_pj", &GeometryPrices::sort_step_pj, "pJ", 0, 1e9,
+       "Entry passed on by a stage of the sorter of tile lists.",
+       "[assumed] a comparison of a quarter of an operation, 8 bytes on chip"},
+      {"energy.transform_pj", &GeometryPrices::transform_pj, "pJ", 0, 1e9,
        "Vertex put through the transforms of both motion keys again.", "[assumed] 40 operations of 1.15 pJ"},
-      {"energy.vertex_pj", &EnergyPrices::vertex_pj, "pJ", 0, 1e9, "Vertex evaluated.",
+      {"energy.vertex_pj", &GeometryPrices::vertex_pj, "pJ", 0, 1e9, "Vertex evaluated.",
        "[assumed] 130 operations of 1.15 pJ"},
-      {"energy.box_pj", &EnergyPrices::box_pj, "pJ", 0, 1e9, "Box of a cell or a leaf built.", "[assumed]"},
-      {"energy.box_test_pj", &EnergyPrices::box_test_pj, "pJ", 0, 1e9, "Box test.",
+      {"energy.box_pj", &GeometryPrices::box_pj, "pJ", 0, 1e9, "Box of a cell or a leaf built.", "[assumed]"},
+      {"energy.box_test_pj", &GeometryPrices::box_test_pj, "pJ", 0, 1e9, "Box test.",
        "[assumed] 4 comparisons of a quarter of an operation, one read of 2 bytes"},
-      {"energy.stencil_test_pj", &EnergyPrices::stencil_test_pj, "pJ", 0, 1e9,
+      {"energy.stencil_test_pj", &GeometryPrices::stencil_test_pj, "pJ", 0, 1e9,
        "Time of a sample tested against a stencil's references.",
        "[assumed] two comparisons of 8 bits, one read of a byte"},
-      {"energy.sampling_operation_pj", &EnergyPrices::sampling_operation_pj, "pJ", 0, 1e9,
+      {"energy.sampling_operation_pj", &GeometryPrices::sampling_operation_pj, "pJ", 0, 1e9,
        "Operation of the SIMD array that evaluates procedures.", "[assumed] as the pixel shader's"},
-      {"energy.triangle_test_pj", &EnergyPrices::triangle_test_pj, "pJ", 0, 1e9, "Sample tested against a triangle.",
+      {"energy.triangle_test_pj", &GeometryPrices::triangle_test_pj, "pJ", 0, 1e9, "Sample tested against a triangle.",
        "[assumed] 7 operations of 1.15 pJ"},
-      {"energy.alpha_test_pj", &EnergyPrices::alpha_test_pj, "pJ", 0, 1e9, "Alpha test.",
+      {"energy.alpha_test_pj", &GeometryPrices::alpha_test_pj, "pJ", 0, 1e9, "Alpha test.",
        "[assumed] a bilinear lookup and what it compares"},
-      {"energy.depth_block_pj", &EnergyPrices::depth_block_pj, "pJ", 0, 1e9,
+      {"energy.depth_block_pj", &GeometryPrices::depth_block_pj, "pJ", 0, 1e9,
        "Block of 8x8 pixels whose farthest depth is found again.",
        "[assumed] 4 samples a pixel: 256 depths, 2.5 pJ for 8 bytes"},
+      {"energy.hit_pj", &GeometryPrices::hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.",
+       "[assumed] depth read, what a sample sees written"},
+  };
+}
+
+Keys<EnergyPrices> energy_keys() {
+  return {
       {"energy.compacted_sample_pj", &EnergyPrices::compacted_sample_pj, "pJ", 0, 1e9,
        "Visible sample or blended layer packed into a warp.", "[assumed] a few bytes moved on chip"},
-      {"energy.hit_pj", &EnergyPrices::hit_pj, "pJ", 0, 1e9, "Hit taken to the tile memory.",
-       "[assumed] depth read, what a sample sees written"},
       {"energy.shader_operation_pj", &EnergyPrices::shader_operation_pj, "pJ", 0, 1e9,
        "Operation of the pixel shader with its registers.", "[assumed] 1.15 pJ and a third more"},
       {"energy.texel_pj", &EnergyPrices::texel_pj, "pJ", 0, 1e9, "Bilinear lookup with the texture cache.",
@@ -193,6 +205,11 @@ Keys<Machine> burst_keys() {
                                                });
 }
 
-Keys<Machine> machine_keys() { return speed_keys().add(memory_keys()).add(&Machine::energy, energy_keys()); }
+Keys<Machine> machine_keys() {
+  return speed_keys()
+      .add(memory_keys())
+      .add(&Machine::geometry_energy, geometry_energy_keys())
+      .add(&Machine::energy, energy_keys());
+}
 
 }  // namespace tessera::hardware

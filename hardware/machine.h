@@ -22,6 +22,7 @@ struct Throughputs {
   double binned_entries_per_clk = 1;
   double binned_tiles_per_clk = 4;
   double fetched_entries_per_clk = 0.5;
+  double sort_steps_per_clk = 4;
   double vertices_per_clk = 1;
   double transforms_per_clk = 3;
   double boxes_per_clk = 1;
@@ -64,11 +65,12 @@ struct MemoryInterface {
   double pj_per_bit = 12.5;
 };
 
-// What one event of each unit costs.
-struct EnergyPrices {
+// What one event of each unit costs, up to what samples see.
+struct GeometryPrices {
   double bound_pj = 1000;
   double binned_entry_pj = 20;
   double fetched_entry_pj = 20;
+  double sort_step_pj = 3;
   double vertex_pj = 150;
   double transform_pj = 46;
   double box_pj = 20;
@@ -78,8 +80,12 @@ struct EnergyPrices {
   double triangle_test_pj = 8;
   double alpha_test_pj = 20;
   double depth_block_pj = 320;
-  double compacted_sample_pj = 1;
   double hit_pj = 12;
+};
+
+// What one event of each unit costs from there on, and leakage.
+struct EnergyPrices {
+  double compacted_sample_pj = 1;
   double shader_operation_pj = 1.5;
   double texel_pj = 15;
   double l2_line_pj = 200;
@@ -96,6 +102,7 @@ struct Machine {
   PixelShader shader;
   Caches caches;
   MemoryInterface memory;
+  GeometryPrices geometry_energy;
   EnergyPrices energy;
 
   // A line of the texture caches and the L2: at least a burst.

@@ -134,6 +134,11 @@ std::size_t leaf_columns(const scene::FrameGeometry& frame, const binner::QueueE
   return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
 }
 
+// Of a merge sorter: each of its ceil(log2 n) stages passes all n entries on.
+std::uint64_t sort_steps(std::uint64_t entries) {
+  return entries < 2 ? 0 : entries * static_cast<std::uint64_t>(std::bit_width(entries - 1));
+}
+
 }  // namespace
 
 CoreCounters TileCore::take_counters() {
@@ -194,6 +199,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     sampler_.count_drawables(drawables_);
     if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
   }
+  counters_.sort_steps += sort_steps(entries.size());
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
     return std::tie(a.near_depth, a.base_patch, a.segment, a.range.j0, a.range.i0) <
            std::tie(b.near_depth, b.base_patch, b.segment, b.range.j0, b.range.i0);

@@ -29,6 +29,7 @@ namespace tessera::tilecore {
 
 struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
+  std::uint64_t sort_steps = 0;
   std::uint64_t culled_occlusion = 0;
   std::uint64_t depth_blocks_updated = 0;
   std::uint64_t boxes_built = 0;
@@ -175,8 +176,12 @@ template <>
 inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
     std::to_array<CounterField<tilecore::TileCoreCounters>>({
         {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
-         "Queue entries read by tile cores.",
+         "Entries of tile lists read by tile cores.",
          "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
+        {"tilecore.sort_steps", &tilecore::TileCoreCounters::sort_steps, Combine::kSum, "steps",
+         "Entries that pass through a stage of the merge sorter that orders a tile's list by nearest depth: n entries "
+         "take ceil(log2 n) stages.",
+         ""},
         {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
          "Entries dropped before tessellation because every sample of the tile sees something nearer.",
          "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},

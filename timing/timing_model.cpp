@@ -169,10 +169,10 @@ class FrameSimulation {
   Job tile_job(const TileWork& work, Phase phase) const {
     Job job;
     const std::uint64_t bytes = work.dram_bytes[static_cast<std::size_t>(phase)];
-    // The queue, then the records of the patches that it names; texels that were asked for first. Stores are not waited
-    // for.
+    // The list, then the sub-patches' records, then their patches'; texels that were asked for first. Stores are not
+    // waited for.
     if (phase == Phase::kVisibility)
-      job.latency = gpu_.memory.latency_clk * (work.sub_patches > 0 ? 2 : bytes > 0 ? 1 : 0);
+      job.latency = gpu_.memory.latency_clk * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
     if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory.latency_clk;
     job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
     job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);

@@ -27,6 +27,7 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
     events.binned_entries += round.geometry.entries;
     for (const TileWork& tile : round.tiles) {
       events.fetched_entries += tile.entries;
+      events.sort_steps += tile.sort_steps;
       events.vertices += tile.vertices;
       events.transforms += tile.transforms;
       events.boxes += tile.boxes;
@@ -85,7 +86,9 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
 StageCycles stage_cycles(const hardware::Machine& gpu, const TileWork& work) {
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
-  at(Stage::kFetch) = share(work.entries, gpu.rates.fetched_entries_per_clk);
+  // Nothing leaves the sorter before the last entry is in it.
+  at(Stage::kFetch) =
+      share(work.entries, gpu.rates.fetched_entries_per_clk) + share(work.sort_steps, gpu.rates.sort_steps_per_clk);
   at(Stage::kTessellator) =
       share(work.vertices, gpu.rates.vertices_per_clk) + share(work.transforms, gpu.rates.transforms_per_clk);
   at(Stage::kBoxes) = share(work.boxes, gpu.rates.boxes_per_clk);

@@ -35,6 +35,7 @@ struct GeometryWork {
 struct TileWork {
   std::uint32_t tile = 0;
   std::uint64_t entries = 0;
+  std::uint64_t sort_steps = 0;
   std::uint64_t sub_patches = 0;  // tested, tessellated for it or found in the cache
   std::uint64_t vertices = 0;     // evaluated for it
   std::uint64_t transforms = 0;   // of vertices that were there, to both motion keys

@@ -353,7 +353,7 @@ TEST(PostTessellationTwin, ATriangleForgottenInOneTileIsCaught) {
   EXPECT_FALSE(decode(post, grid.tile_count()).tiles[tile].contains(forgotten));
 }
 
-// One cell, one tile, bursts of 64 bytes, chunks of 256; everything from the description of the formats.
+// One cell, one tile, bursts of 64 bytes; everything from the description of the formats.
 TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
   const binner::TileGrid grid(32, 32, 32, 32);
   const scene::Projection p = projection(0);
@@ -368,10 +368,11 @@ TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
     const std::uint64_t block = 8 + 4 + 4 * (moving ? 44u : 32u), bursts = (block + 63) / 64;
     EXPECT_EQ(c.vertices_stored, 4u);
     EXPECT_EQ(c.entries, 1u);
-    EXPECT_EQ(c.queue_bytes_written, block + 2 + 16);                     // reference: address, "all"; list head
-    EXPECT_EQ(c.queue_bytes_peak, 64 + bursts * 64 + 256);                // list heads, block, chunk
-    EXPECT_EQ(c.queue_bytes_read, 16 + 8 + 2 + bursts * 64);              // head, link, reference; block in bursts
-    EXPECT_EQ(post.dram_bytes(), 64 * (2 + bursts) + 64 * (2 + bursts));  // written, read
+    // Reference: address, "all"; its end; the list's cursor, a byte of bits.
+    EXPECT_EQ(c.queue_bytes_written, block + 2 + 1 + 8 + 1);
+    EXPECT_EQ(c.queue_bytes_peak, 3 * 64 + block);                        // bits, cursor, first chunk, block
+    EXPECT_EQ(c.queue_bytes_read, 2 + 1 + bursts * 64);                   // reference and end; block in bursts
+    EXPECT_EQ(post.dram_bytes(), 64 * (3 + bursts) + 64 * (2 + bursts));  // written; bits, list and block read
     EXPECT_EQ(post.dram_bytes_uncached(), post.dram_bytes());
   }
 }

@@ -263,7 +263,7 @@ TEST(DeferredVertex, AGridThatOneTileHoldsTakesTwoOrThreeBytesAGroup) {
     // Patch 9, all of its triangles; with several groups also which, and "the same patch" for those that follow.
     const std::size_t bytes = n == 7 ? 2 : 4 * 3;
     EXPECT_EQ(list_of(binner.lists(), 0).size(), bytes);
-    EXPECT_EQ(binner.lists().counters().queue_bytes_written, 16 + bytes);
+    EXPECT_EQ(binner.lists().counters().queue_bytes_written, 1 + 8 + bytes + 1) << "bits, cursor, end";
     EXPECT_EQ(binner.lists().counters().entries, n == 7 ? 1u : 4u);
   }
 }
@@ -281,9 +281,9 @@ TEST(ControlList, AStripTakesAByteATriangleAndBlocksHave64Bytes) {
   // other 13 triangles of each take a byte.
   const std::size_t bytes = 5 + 7 * 3 + 7 * 13;
   EXPECT_EQ(list_of(binner.lists(), 0).size(), bytes);
-  const std::size_t blocks = (bytes + 55) / 56;
-  EXPECT_EQ(binner.lists().counters().queue_bytes_peak, 64 + blocks * 64);
-  EXPECT_EQ(binner.lists().counters().queue_bytes_written, 16 + bytes + (blocks - 1) * 8);
+  const std::size_t blocks = (bytes + 59) / 60;
+  EXPECT_EQ(binner.lists().counters().queue_bytes_peak, 2 * 64 + blocks * 64);
+  EXPECT_EQ(binner.lists().counters().queue_bytes_written, 1 + 8 + bytes + 1 + (blocks - 1) * 4);
 }
 
 TEST(VisibilityStream, BinsAreAsFewAsTileMemoryAllows) {
@@ -316,16 +316,16 @@ TEST(BufferPressure, ATileStoresItsStateOnceInEveryRoundThatIsNotTheLast) {
   EXPECT_EQ(partial_render_bytes(growth, 64, 464, 464, state), 0u);
 }
 
-TEST(BufferPressure, SpillsAreWhatMovesBehindTheFirstHalf) {
+TEST(BufferPressure, SpillsAreWhatMovesBehindHalfTheRoom) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.chunk_bytes = 128;
-  TriangleBuffer buffer(gpu, 2);  // heads: one burst
+  TriangleBuffer buffer(gpu, 2);  // bits, cursors and first chunks: a burst each
   const std::vector<std::uint8_t> block(64, 1);
   std::vector<std::uint64_t> addresses;
-  for (int n = 0; n < 9; ++n) addresses.push_back(buffer.store_block(block));
-  buffer.append(0, std::vector<std::uint8_t>(5, 7));
+  for (int n = 0; n < 10; ++n) addresses.push_back(buffer.store_block(block));
+  buffer.append(0, std::vector<std::uint8_t>(28 + 5, 7));
   buffer.finish();
-  EXPECT_EQ(buffer.bytes_in_use(), 64u + 9 * 64 + 128);
+  EXPECT_EQ(buffer.bytes_in_use(), 192u + 10 * 64 + 128);
   BurstBytes reads(64);
   memory::Ledger ledger;
   std::uint64_t ignored = 0;
@@ -333,28 +333,50 @@ TEST(BufferPressure, SpillsAreWhatMovesBehindTheFirstHalf) {
   for (const std::uint64_t address : addresses) reads.add(address, 64);
   const std::vector<std::uint64_t> state = {800, 800};
   const BufferPressure pressure = buffer.pressure(reads, state);
-  EXPECT_EQ(pressure.needed_bytes, 768u);
-  // The half ends behind 5 blocks: 4 blocks, 5 bytes of a list that are written and, with their link, read.
-  EXPECT_EQ(pressure.spill_bytes, 4u * 64 * 2 + 5 + (8 + 5));
+  EXPECT_EQ(pressure.needed_bytes, 960u);
+  // Half the room ends behind 6 blocks: 4 blocks, 5 bytes of a list that are written and, with its end, read.
+  EXPECT_EQ(pressure.spill_bytes, 4u * 64 * 2 + 5 + (5 + 1));
   EXPECT_EQ(pressure.partial_render_bytes, 0u) << "the one tile got its first entry in the last round";
 }
 
-TEST(BufferPressure, OfPatchListsIsThatOfTheirChunks) {
-  gpu::GpuConfiguration gpu;  // chunks of 256 bytes: 15 entries
+TEST(BufferPressure, OfPatchListsIsThatOfTheBufferThatHoldsThem) {
+  gpu::GpuConfiguration gpu;  // first chunks of 32 bytes, further ones of 64
   gpu::MachineRecord record;
   record.entries.resize(4);
-  for (std::uint32_t n = 0; n < 30; ++n) {
+  for (std::uint32_t n = 0; n < 36; ++n) {
     binner::QueueEntry entry{};
-    entry.base_patch = n;
+    entry.base_patch = entry.record = n;
     record.entries[0].push_back(entry);
     if (n >= 20) record.entries[3].push_back(entry);
   }
   const std::vector<std::uint64_t> state = {64, 64, 64, 64};
   const BufferPressure pressure = queue_pressure(record, gpu, state);
-  EXPECT_EQ(pressure.needed_bytes, 64u + 3 * 256);
-  // One chunk stays: the rest is in rounds of one chunk each.
-  EXPECT_EQ(pressure.spill_bytes, 2u * (25 * 16 + 2 * 8));
-  EXPECT_EQ(pressure.partial_render_bytes, 2u * (64 + 64));
+  // Bits, cursors, first chunks; 9 bursts of records, and a chunk for the last 8 entries of the first list.
+  EXPECT_EQ(pressure.needed_bytes, 64u + 64 + 128 + 9 * 64 + 64);
+  // Half the room: 5 bursts, 20 records. The rest spills: records, 8 entries; the link to them is in the first chunk.
+  EXPECT_EQ(pressure.spill_bytes, 2u * (16 * 16 + 8));
+  // The first 20 sub-patches are in one tile.
+  EXPECT_EQ(pressure.partial_render_bytes, 2u * 64);
+}
+
+TEST(BufferPressureTwin, TilesOfASecondPassDoNotCountTwice) {
+  gpu::GpuConfiguration gpu;
+  gpu::MachineRecord record;
+  record.entries.resize(2);
+  for (const std::uint32_t n : {0u, 1u, 2u, 0u, 1u, 2u, 3u}) {
+    binner::QueueEntry entry{};
+    entry.record = n;
+    record.entries[1].push_back(entry);
+  }
+  const std::vector<std::uint64_t> state = {64, 64};
+  gpu::MachineRecord once = record;
+  once.entries[1].erase(once.entries[1].begin(), once.entries[1].begin() + 3);
+  EXPECT_EQ(queue_pressure(record, gpu, state).needed_bytes, queue_pressure(once, gpu, state).needed_bytes);
+  once.entries[1].back().record = 4;  // a fifth sub-patch of which nothing is in a list takes no room
+  EXPECT_EQ(queue_pressure(record, gpu, state).needed_bytes, queue_pressure(once, gpu, state).needed_bytes);
+  once.entries[1].push_back(once.entries[1].back());
+  once.entries[1].back().record = 5;
+  EXPECT_LT(queue_pressure(record, gpu, state).needed_bytes, queue_pressure(once, gpu, state).needed_bytes);
 }
 
 }  // namespace

@@ -91,64 +91,78 @@ TEST(TileGrid, MoreThan65535TilesAreNumberedRight) {
 
 // ---- Queue entry ------------------------------------------------------------------------------------------------
 
-RC_GTEST_PROP(QueueEntry, UnpacksToItselfWithDepthsRoundedOutwards, ()) {
+RC_GTEST_PROP(QueueEntry, ARecordUnpacksToItself, ()) {
   QueueEntry e;
   e.base_patch = *rc::gen::arbitrary<std::uint32_t>();
-  const auto cell = [] { return *rc::gen::inRange<std::uint8_t>(0, 125); };
+  const auto cell = [] { return *rc::gen::inRange<std::uint8_t>(0, 128); };
   e.range = {cell(), cell(), cell(), cell()};
   e.near_depth = static_cast<float>(*rc::gen::inRange(0, 1 << 30)) * 1e-4f;
-  e.far_depth = e.near_depth + static_cast<float>(*rc::gen::inRange(0, 1 << 20)) * 1e-3f;
-  e.t0 = *rc::gen::arbitrary<std::uint8_t>();
-  e.t1 = *rc::gen::arbitrary<std::uint8_t>();
+  e.segment = *rc::gen::inRange<std::uint8_t>(0, 17);
   e.flags = *rc::gen::inRange<std::uint8_t>(0, 64);
-  const QueueEntry back = unpack(pack(e));
+  const auto lists = *rc::gen::inRange<std::uint64_t>(1, 1 << 17);
+  const RecordBytes bytes = pack_record(e, lists);
+  const QueueEntry back = unpack_record(bytes);
   RC_ASSERT(back.base_patch == e.base_patch);
   RC_ASSERT(back.range == e.range);
-  RC_ASSERT(back.t0 == e.t0 && back.t1 == e.t1 && back.flags == e.flags);
-  RC_ASSERT(back.near_depth <= e.near_depth && back.near_depth >= e.near_depth * 0.99f);
-  RC_ASSERT(back.far_depth >= e.far_depth && back.far_depth <= e.far_depth * 1.01f + 1e-30f);
+  RC_ASSERT(back.segment == e.segment && back.flags == e.flags);
+  RC_ASSERT(back.near_depth == e.near_depth);
+  RC_ASSERT(lists_of_record(bytes) == std::min<std::uint64_t>(lists, 65535));
 }
 
 TEST(QueueEntry, ExtremeDepthsStayOrdered) {
-  QueueEntry e;
-  e.near_depth = -0.0f;
-  e.far_depth = std::numeric_limits<float>::max();
-  const QueueEntry back = unpack(pack(e));
-  EXPECT_EQ(back.near_depth, 0.0f);
-  EXPECT_TRUE(std::isinf(back.far_depth));
+  const auto stored = [](float depth) {
+    QueueEntry e;
+    e.near_depth = depth;
+    return unpack_record(pack_record(e, 1)).near_depth;
+  };
+  EXPECT_EQ(stored(-1.0f), 0.0f);
+  EXPECT_FALSE(std::signbit(stored(-0.0f)));
+  EXPECT_EQ(stored(std::numeric_limits<float>::quiet_NaN()), 0.0f);
+  EXPECT_EQ(stored(std::numeric_limits<float>::denorm_min()), std::numeric_limits<float>::denorm_min());
+  EXPECT_EQ(stored(std::numeric_limits<float>::max()), std::numeric_limits<float>::max());
 }
 
 TEST(QueueEntry, ARangeThatDoesNotFitIsABrokenInvariantNotAWrap) {
   QueueEntry e;
   e.range.i1 = 128;
-  EXPECT_DEATH(pack(e), "7 bits");
+  EXPECT_DEATH(pack_record(e, 1), "7 bits");
 }
 
 // ---- Parameter buffer -------------------------------------------------------------------------------------------
 
+// 8 lists: 64 bytes of bits, 64 of cursors, 256 of first chunks; further chunks of 128.
+constexpr std::uint64_t kFixed = 64 + 64 + 256;
 gpu::GpuConfiguration small_gpu() {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.bytes = 2048;
-  gpu.parameter_buffer.chunk_bytes = 128;  // 7 entries
+  gpu.parameter_buffer.chunk_bytes = 128;
   gpu.memory.burst_bytes = 64;
   gpu.binner.combining_bursts = 4;
   return gpu;
 }
 
-QueueEntry entry_number(std::uint32_t n) {
+// Puts a sub-patch into one list.
+bool put(ParameterBuffer& buffer, QueueIndex list, std::uint32_t patch, TimeInterval times = {}) {
   QueueEntry e;
-  e.base_patch = n;
-  return e;
+  e.base_patch = patch;
+  const std::vector<QueueHierarchy::Placement> one = {{list, times}};
+  std::uint32_t next = 0;
+  return buffer.append(e, one, next);
 }
 
-// Patches of a queue's entries, and the payload bytes read with them.
-std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex queue, memory::Ledger& ledger,
+// Patches of a list's entries, and the bytes read with them.
+std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex list, memory::Ledger& ledger,
                                    std::uint64_t& bytes_read) {
   std::vector<QueueEntry> entries;
-  buffer.read_queue(queue, entries, ledger, bytes_read);
+  buffer.read_queue(list, entries, ledger, bytes_read);
   std::vector<std::uint32_t> out;
   for (const QueueEntry& e : entries) out.push_back(e.base_patch);
   return out;
+}
+std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex list) {
+  memory::Ledger ledger;
+  std::uint64_t ignored = 0;
+  return numbers(buffer, list, ledger, ignored);
 }
 
 TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
@@ -159,7 +173,7 @@ TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
   for (std::uint32_t n = 0; n < 400; ++n) {
     const auto tile = static_cast<TileIndex>(random.integer(0, 7));
     const std::uint64_t before = buffer.bytes_in_use();
-    if (buffer.append(tile, entry_number(n))) {
+    if (put(buffer, tile, n)) {
       accepted[tile].push_back(n);
     } else {
       ++refused;
@@ -169,11 +183,7 @@ TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
   }
   EXPECT_GT(refused, 0);
   buffer.finish();
-  for (TileIndex tile = 0; tile < 8; ++tile) {
-    memory::Ledger ledger;
-    std::uint64_t read = 0;
-    EXPECT_EQ(numbers(buffer, tile, ledger, read), accepted[tile]);
-  }
+  for (TileIndex tile = 0; tile < 8; ++tile) EXPECT_EQ(numbers(buffer, tile), accepted[tile]);
   EXPECT_EQ(buffer.counters().queue_bytes_peak, buffer.bytes_in_use());
 }
 
@@ -184,61 +194,75 @@ TEST(ParameterBuffer, PB2EntriesComeBackInTheOrderOfAppendingAcrossChunks) {
   std::map<TileIndex, std::vector<std::uint32_t>> expected;
   for (std::uint32_t n = 0; n < 3000; ++n) {
     const TileIndex tile = (n * n + n / 3) % 5;
-    ASSERT_TRUE(buffer.append(tile, entry_number(n)));
+    ASSERT_TRUE(put(buffer, tile, n, {static_cast<int>(n % 7), 255 - static_cast<int>(n % 3)}));
     expected[tile].push_back(n);
   }
   buffer.finish();
-  for (TileIndex tile = 0; tile < 5; ++tile) {
-    memory::Ledger ledger;
-    std::uint64_t read = 0;
-    EXPECT_EQ(numbers(buffer, tile, ledger, read), expected[tile]);
-  }
+  for (TileIndex tile = 0; tile < 5; ++tile) EXPECT_EQ(numbers(buffer, tile), expected[tile]);
   EXPECT_EQ(buffer.counters().entries, 3000u);
+  EXPECT_EQ(buffer.counters().table_records, 3000u);
 }
 
 TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
   gpu::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
-  ParameterBuffer buffer(gpu.binner_spec(), 4);
-  for (std::uint32_t n = 0; n < 1000; ++n) ASSERT_TRUE(buffer.append(n % 4, entry_number(n)));
-  EXPECT_GT(buffer.counters().spilled_chunks, 0u);
-  // 1000 entries over 4 tiles in chunks of 7: 36 chunks each; 2048 bytes hold the heads (64 bytes) and 15 chunks.
-  EXPECT_EQ(buffer.counters().spilled_chunks, 4u * 36u - 15u);
+  ParameterBuffer buffer(gpu.binner_spec(), 8);
+  for (std::uint32_t n = 0; n < 1000; ++n) ASSERT_TRUE(put(buffer, n % 4, n, {1, 2}));
+  // 250 entries of 3 bytes in each of four lists: 28 bytes in the first chunk, then 6 chunks of 124. 2048 bytes hold what
+  // every list has; the rest goes to chunks and bursts of records as they are asked for.
+  EXPECT_EQ(buffer.bytes_in_use(), kFixed + 4 * 6 * 128 + 1000 * 16);
+  EXPECT_GT(buffer.counters().spilled_chunks, 18u);
+  EXPECT_LT(buffer.counters().spilled_chunks, 24u);
+  // All that was handed out of the 2048 bytes is in use: records, entries of 3 bytes, links.
+  EXPECT_EQ(buffer.counters().spilled_bytes, 16000 + 3000 + 24 * 4 - 4 * (28 + 4) - (2048 - kFixed));
+  for (TileIndex tile = 0; tile < 4; ++tile) EXPECT_EQ(numbers(buffer, tile).size(), 250u);
 }
 
 TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
   gpu::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer.bytes = 1 << 16;
+  gpu.binner.combining_bursts = 16;
   ParameterBuffer buffer(gpu.binner_spec(), 1);
-  for (std::uint32_t n = 0; n < 7; ++n) ASSERT_TRUE(buffer.append(0, entry_number(n)));
+  for (std::uint32_t n = 0; n < 30; ++n) ASSERT_TRUE(put(buffer, 0, n));
   buffer.finish();
-  // Head: one burst. Chunk: 8 + 7 * 16 = 120 bytes = two bursts. Nothing was evicted in between.
+  // A burst each of bits, cursors, the first chunk (28 of 30 bytes), a further one; 480 bytes of records in 8 bursts.
+  // Nothing was evicted in between. The tile scheduler reads the bits.
   const auto& written = buffer.ledger().traffic(memory::Unit::kBinner, memory::Purpose::kTileQueue);
-  EXPECT_EQ(written.written_bytes, 3 * 64u);
-  EXPECT_EQ(written.read_bytes, 0u);
+  EXPECT_EQ(written.written_bytes, (4 + 8) * 64u);
+  EXPECT_EQ(written.read_bytes, 64u);
   memory::Ledger ledger;
   std::uint64_t payload = 0;
   numbers(buffer, 0, ledger, payload);
-  EXPECT_EQ(ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes, 3 * 64u);
-  EXPECT_EQ(payload, 16u + 8u + 7u * 16u);
-  EXPECT_EQ(buffer.counters().queue_bytes_written, 16u + 7u * 16u);
+  EXPECT_EQ(ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileQueue).read_bytes, 2 * 64u);
+  EXPECT_EQ(payload, 28u + 4 + 2 + 1);
+  EXPECT_EQ(buffer.counters().table_bytes_written, 480u);
+  EXPECT_EQ(buffer.counters().queue_bytes_written, 480u + 30 + 4 + 1 + 8 + 1);
 }
 
-TEST(ParameterBuffer, AnEmptyTileCostsItsHeadOnly) {
+TEST(ParameterBuffer, AnEmptyListCostsItsBitOnly) {
   ParameterBuffer buffer(small_gpu().binner_spec(), 3);
   buffer.finish();
   memory::Ledger ledger;
   std::uint64_t payload = 0;
   EXPECT_TRUE(numbers(buffer, 2, ledger, payload).empty());
-  EXPECT_EQ(payload, 16u);
+  EXPECT_EQ(payload, 0u);
+  EXPECT_EQ(ledger.total().read_bytes, 0u);
+  EXPECT_EQ(buffer.counters().queue_bytes_written, 1u);
+  EXPECT_EQ(buffer.ledger().total().written_bytes, 64u);
 }
 
 TEST(ParameterBuffer, ABufferOfExactlyTheNeededSizeSuffices) {
   gpu::GpuConfiguration gpu = small_gpu();
-  gpu.parameter_buffer.bytes = 64 + 2 * 128;  // heads of 4 tiles, two chunks
-  ParameterBuffer buffer(gpu.binner_spec(), 4);
-  for (std::uint32_t n = 0; n < 14; ++n) EXPECT_TRUE(buffer.append(n < 7 ? 0 : 1, entry_number(n)));
-  EXPECT_FALSE(buffer.append(2, entry_number(99)));
+  gpu.parameter_buffer.bytes = kFixed + 128 + 8 * 64;  // one further chunk, 32 records
+  for (const std::int64_t less : {0, 64}) {
+    gpu::GpuConfiguration smaller = gpu;
+    smaller.parameter_buffer.bytes -= less;
+    ParameterBuffer buffer(smaller.binner_spec(), 8);
+    for (std::uint32_t n = 0; n < 28; ++n) EXPECT_TRUE(put(buffer, 0, n));
+    EXPECT_EQ(put(buffer, 0, 28), less == 0);  // takes the chunk, and a burst for four records
+    for (std::uint32_t n = 29; n < 32 && less == 0; ++n) EXPECT_TRUE(put(buffer, 1, n));
+    EXPECT_EQ(put(buffer, 1, 99), less != 0) << "a burst of records, but no chunk";
+  }
 }
 
 TEST(ParameterBuffer, OneThatCannotHoldAChunkIsRefusedWithTheNumbers) {
@@ -247,14 +271,15 @@ TEST(ParameterBuffer, OneThatCannotHoldAChunkIsRefusedWithTheNumbers) {
   EXPECT_THROW(ParameterBuffer(gpu.binner_spec(), 4), UsageError);
 }
 
-TEST(ParameterBuffer, ResetEmptiesEveryQueue) {
+TEST(ParameterBuffer, ResetEmptiesEveryListAndTheTable) {
   ParameterBuffer buffer(small_gpu().binner_spec(), 2);
-  ASSERT_TRUE(buffer.append(1, entry_number(5)));
+  ASSERT_TRUE(put(buffer, 1, 5));
   buffer.finish();
   buffer.reset();
-  memory::Ledger ledger;
-  std::uint64_t payload = 0;
-  EXPECT_TRUE(numbers(buffer, 1, ledger, payload).empty());
+  EXPECT_TRUE(numbers(buffer, 1).empty());
+  EXPECT_EQ(buffer.records(), 0u);
+  ASSERT_TRUE(put(buffer, 1, 7));
+  EXPECT_EQ(numbers(buffer, 1), std::vector<std::uint32_t>{7});
 }
 
 // ---- Write combiner ---------------------------------------------------------------------------------------------
@@ -301,7 +326,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
   const PosedObject scene;
   std::vector<frontend::BoundedSubPatch> sub_patches;
   Random random(2);
-  for (std::uint32_t n = 0; n < 60; ++n) {
+  for (std::uint32_t n = 0; n < 120; ++n) {
     const float x = random.uniform(-20, 140), y = random.uniform(-20, 140);
     sub_patches.push_back({n % 6,
                            {static_cast<std::uint8_t>(n), 0, 1, 1},
@@ -331,7 +356,7 @@ TEST(Binner, APassThatStopsWhenFullGoesOnWhereItStopped) {
   };
   std::uint64_t one_pass = 0, many_passes = 0, overlaps = 0, overlaps_again = 0;
   const auto expected = collect(1 << 20, one_pass, overlaps);
-  EXPECT_EQ(collect(256 + 3 * 128, many_passes, overlaps_again), expected);
+  EXPECT_EQ(collect(64 + 128 + 512 + 128 + 64, many_passes, overlaps_again), expected);
   EXPECT_EQ(one_pass, 1u);
   EXPECT_GT(many_passes, 5u);
   EXPECT_EQ(overlaps, overlaps_again);

@@ -50,7 +50,7 @@ struct Three {
   double c;
 };
 static_assert(member_count<Three>() == 3);
-static_assert(member_count<hardware::EnergyPrices>() == 20);
+static_assert(member_count<hardware::GeometryPrices>() == 14);
 
 template <class... S>
 constexpr bool small_enough() {
@@ -66,7 +66,7 @@ static_assert(
                  binner::Settings, tilecore::TessellatorSettings, gpu::BaselineCaches, tilecore::CoreSettings,
                  tilecore::VisibilityMethodSettings, tilecore::ShadingCacheSettings, tilecore::FrameBufferSettings,
                  hardware::Machine, hardware::TileCores, hardware::Throughputs, hardware::PixelShader, hardware::Caches,
-                 hardware::MemoryInterface, hardware::EnergyPrices>());
+                 hardware::MemoryInterface, hardware::GeometryPrices, hardware::EnergyPrices>());
 
 // ---- Words ------------------------------------------------------------------------------------------------------
 

@@ -18,10 +18,11 @@ hardware::Machine instant_machine(std::int64_t cores = 1) {
   gpu.cores.count = cores;
   gpu.cores.memory_bytes = 1 << 20;
   using Rates = hardware::Throughputs;
-  for (double Rates::*rate : {&Rates::bounds_per_clk, &Rates::binned_entries_per_clk, &Rates::binned_tiles_per_clk,
-                              &Rates::fetched_entries_per_clk, &Rates::vertices_per_clk, &Rates::boxes_per_clk,
-                              &Rates::box_tests_per_clk, &Rates::triangle_tests_per_clk, &Rates::alpha_tests_per_clk,
-                              &Rates::texels_per_clk, &Rates::blends_per_clk, &Rates::resolved_pixels_per_clk})
+  for (double Rates::*rate :
+       {&Rates::bounds_per_clk, &Rates::binned_entries_per_clk, &Rates::binned_tiles_per_clk,
+        &Rates::fetched_entries_per_clk, &Rates::sort_steps_per_clk, &Rates::vertices_per_clk, &Rates::boxes_per_clk,
+        &Rates::box_tests_per_clk, &Rates::triangle_tests_per_clk, &Rates::alpha_tests_per_clk, &Rates::texels_per_clk,
+        &Rates::blends_per_clk, &Rates::resolved_pixels_per_clk})
     gpu.rates.*rate = 1e30;
   gpu.memory.bytes_per_clk = 1e30;
   gpu.shader.lanes = 1;
@@ -136,9 +137,25 @@ TEST(Timing, LatencyShowsOnceWhereTilesOverlapAndEveryTimeWhereTheyDoNot) {
   gpu.shader.operations = 1;
   FrameWork work = tiles(5, 0, 1000, 0);
   for (TileWork& tile : work.rounds[0].tiles) tile.sub_patches = 1;
-  EXPECT_DOUBLE_EQ(cycles(gpu, work), 200 + 5 * 1000);  // queue, then record
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 300 + 5 * 1000);  // list, record of the sub-patch, record of the patch
   gpu.cores.memory_bytes /= 2;
-  EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * (200 + 1000));
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 5 * (300 + 1000));
+}
+
+TEST(Timing, SortingATilesListComesOnTopOfReadingIt) {
+  hardware::Machine gpu = instant_machine();
+  gpu.rates.fetched_entries_per_clk = 0.5;
+  gpu.rates.sort_steps_per_clk = 4;
+  FrameWork work = tiles(1, 0, 0, 0);
+  TileWork& tile = work.rounds[0].tiles[0];
+  tile.entries = 100;
+  tile.sort_steps = 700;
+  tile.sub_patches = 1;
+  EXPECT_DOUBLE_EQ(cycles(gpu, work), 200 + 175);
+  EXPECT_EQ(energy_events(work).sort_steps, 700u);
+  const hardware::FrameEnergy energy = hardware::frame_energy(gpu, energy_events(work), 0);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("entry_fetch"),
+                   (100 * gpu.geometry_energy.fetched_entry_pj + 700 * gpu.geometry_energy.sort_step_pj) * 1e-3);
 }
 
 // n equal items through units that need c1, c2, c3 for all of them, by moving every item by hand.
@@ -272,7 +289,7 @@ TEST(Energy, IsEventsTimesTheirEnergyAndBitsAndLeakage) {
   work.rounds[0].tiles[1].shader_invocations = 4;
   work.rounds[0].tiles[1].dram_bytes[1] = 1000;
   const hardware::FrameEnergy energy = frame_energy(gpu, energy_events(work), 8500);
-  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.energy.bound_pj / 1000);
+  EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("frontend"), 7 * gpu.geometry_energy.bound_pj / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("shader"), 7 * gpu.shader.operations * gpu.energy.shader_operation_pj / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("dram"), 8000 * 12.5 / 1000);
   EXPECT_DOUBLE_EQ(energy.by_unit_nj.at("leakage"), 60e-3 * 10e-6 * 1e9);  // 60 mW for 8500 cycles of 850 MHz

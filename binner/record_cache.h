@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+
+#include "binner/parameter_buffer.h"
+#include "memory/ledger.h"
+#include "memory/lru_cache.h"
+
+namespace tessera::binner {
+
+// Bursts of the sub-patch table on chip, between it and all tile cores; the least recently used leaves first. Tiles use
+// it in emulated order. Configured by binner.record_cache_bytes.
+//
+// Contract: every burst that is fetched is in the ledger, under tilecore / tile_queue.
+class RecordCache {
+ public:
+  explicit RecordCache(const BinnerSpec& spec)
+      : table_address_(ParameterBuffer::table_address(spec)),
+        burst_bytes_(static_cast<std::uint64_t>(spec.burst_bytes)),
+        cache_(static_cast<std::uint64_t>(spec.binner.record_cache_bytes)) {}
+
+  // A tile core reads a record: no record is longer than a burst, nor in two. Bytes fetched; `log` may be null.
+  std::uint64_t read(std::uint32_t record, memory::AccessLog* log) {
+    const std::uint64_t burst = std::uint64_t{record} * kRecordBytes / burst_bytes_;
+    if (cache_.use(static_cast<std::uint32_t>(burst), burst_bytes_)) return 0;
+    ledger_.record_into(log);
+    ledger_.read_at(memory::Unit::kTilecore, memory::Purpose::kTileQueue, table_address_ + burst * burst_bytes_,
+                    burst_bytes_, burst_bytes_);
+    ledger_.record_into(nullptr);
+    return burst_bytes_;
+  }
+
+  const memory::Ledger& ledger() const { return ledger_; }
+
+ private:
+  std::uint64_t table_address_, burst_bytes_;
+  memory::LruCache cache_;
+  memory::Ledger ledger_;
+};
+
+}  // namespace tessera::binner
