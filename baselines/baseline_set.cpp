@@ -102,7 +102,8 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                         textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
   memory::Traffic all = ledger.total();
   all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
-  const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
+  const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes +
+                                  ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   const std::uint64_t shading = ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
   // Without the cache every request is a tessellation.

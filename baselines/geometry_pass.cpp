@@ -121,7 +121,9 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
       front_end.counters.culled_frustum + front_end.counters.culled_backface + front_end.groups.patches_culled;
   counters.bounding_operations =
       front_end.counters.bounds_computed + front_end.instances.groups_tested + front_end.instances.instances_tested;
-  counters.patch_bytes = front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes;
+  // Records, and the tables of heights by which whole patches are bounded.
+  counters.patch_bytes = front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes +
+                         front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kTexture).read_bytes;
   std::vector<std::uint8_t> kept(frame.assembly->patch_count(), 0);
   for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) kept[piece.base_patch] = 1;
   // Procedures that the replay samples without patches are tessellated here, all of them.

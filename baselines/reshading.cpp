@@ -27,7 +27,7 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
 
 Reshading::Counts Reshading::run() const {
   Counts counts;
-  memory::LruCache cache(cache_bytes_);
+  memory::LruCache cache(cache_bytes_), records(record_bytes_);
   std::vector<std::uint32_t> seen_in(vertices_, 0);  // the tile, plus one
   for (const binner::TileIndex tile : order_) {
     auto patch = patches_.begin();
@@ -48,7 +48,8 @@ Reshading::Counts Reshading::run() const {
           missing = true;
         }
       counts.patch_bytes += patch->bytes;
-      if (missing) counts.patch_bytes_cached += patch->bytes;
+      if (missing && !records.use(static_cast<std::uint32_t>(patch - patches_.begin()), patch->bytes))
+        counts.patch_bytes_cached += patch->bytes;
     }
   }
   return counts;
@@ -57,7 +58,8 @@ Reshading::Counts Reshading::run() const {
 ReferenceLists::ReferenceLists(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid)
     : buffer_(gpu, grid.tile_count()),
       reshading_(tilecore::TileOrder(gpu.tilecore.tile_order, grid),
-                 static_cast<std::uint64_t>(gpu.tessellator.cache_bytes)),
+                 static_cast<std::uint64_t>(gpu.tessellator.cache_bytes),
+                 static_cast<std::uint64_t>(gpu.caches.l2_bytes)),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
       tile_count_(grid.tile_count()) {}
 

@@ -18,8 +18,9 @@ namespace tessera::baselines {
 // of tilecore.tile_order, triangles as they were drawn. A patch none of whose vertices is missing is not fetched.
 class Reshading {
  public:
-  Reshading(const tilecore::TileOrder& order, std::uint64_t cache_bytes)
-      : order_(order.tiles()), tiles_(order_.size()), cache_bytes_(cache_bytes) {}
+  // `record_bytes`: of an L2 in front of the records, as our tile cores have (LRU, record by record).
+  Reshading(const tilecore::TileOrder& order, std::uint64_t cache_bytes, std::uint64_t record_bytes)
+      : order_(order.tiles()), tiles_(order_.size()), cache_bytes_(cache_bytes), record_bytes_(record_bytes) {}
 
   // Returns the number of the patch's first vertex, of all that were added: their place in one vertex buffer.
   std::uint32_t add(const TessellatedPatch& patch, const TriangleList& list);
@@ -42,7 +43,7 @@ class Reshading {
   std::vector<binner::TileIndex> order_;
   std::vector<std::vector<std::uint32_t>> tiles_;  // numbers in triangles_, rising
   std::uint32_t vertices_ = 0;
-  std::uint64_t cache_bytes_;
+  std::uint64_t cache_bytes_, record_bytes_;
 };
 
 // What machines whose lists hold references have in common: lists, and geometry that is shaded again.

@@ -15,8 +15,8 @@ using memory::Burst;
 using memory::Purpose;
 using timing::kPhaseCount;
 
-// Of a cluster of 64 vertices at both motion keys with 124 cells, and its bursts.
-constexpr std::uint64_t kMaxRecordBytes = 4096;
+// Of a cluster of 64 vertices at both motion keys with 124 cells and all attributes, and its bursts.
+constexpr std::uint64_t kMaxRecordBytes = 8192;
 
 // Cuts accesses into bursts and spreads them over [begin, end).
 class Spreader {

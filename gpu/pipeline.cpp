@@ -46,7 +46,6 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
 void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache) {
   FrameCounters& counters = run.result.counters;
   tessera::merge(counters.tessellation, cache.counters());
-  counters.ledger += cache.ledger();
   tessera::merge(counters.binner, binner.buffer().counters());
   for (const TileCounts& tile : run.result.maps.tiles) counters.binner.queue_bytes_read += tile.queue_bytes_read;
   counters.ledger += binner.buffer().ledger();

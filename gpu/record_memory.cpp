@@ -49,6 +49,11 @@ RecordMemory::Lines RecordMemory::of_patch(std::uint32_t patch) const {
   return lines(offsets_[record], offsets_[record + 1]);
 }
 
+RecordMemory::Lines RecordMemory::of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const {
+  const std::uint64_t begin = offsets_[assembly_.record_of(patch)];
+  return lines(begin, begin + frontend::patch_record_bytes(frame, patch));
+}
+
 RecordMemory::Lines RecordMemory::of_instance(std::uint32_t patch) const {
   if (!assembly_.drawable_of(patch).instanced) return {0, 0};
   const std::uint64_t begin =

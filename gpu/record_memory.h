@@ -7,9 +7,9 @@
 
 namespace tessera::gpu {
 
-// Where the records of base patches (frontend/patch_record.h) lie for the pixel shader, in cache lines behind the
-// textures: one behind the other, without holes; those of instances are one. Which lines shading a patch reads: its
-// whole record, and that of its instance.
+// Where the records of base patches (frontend/patch_record.h) lie for tile cores, in cache lines behind the textures: one
+// behind the other, without holes; those of instances are one. Which lines tessellating a patch reads, and which shading
+// it: its whole record, and that of its instance.
 class RecordMemory {
  public:
   // `first_line`: the first that is free. Throws LimitError where lines cannot be numbered with 32 bits.
@@ -23,6 +23,8 @@ class RecordMemory {
     std::uint32_t first, end;
   };
   Lines of_patch(std::uint32_t patch) const;
+  // What vertices follow from (frontend::patch_record_bytes()).
+  Lines of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const;
   // Empty where the patch's drawable has no instances.
   Lines of_instance(std::uint32_t patch) const;
 

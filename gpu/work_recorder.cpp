@@ -185,43 +185,45 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   const std::uint64_t table_bytes = share_records(slot, use.records, caches.records);
   tilecore::TessellationCache& cache = caches.tessellations;
   const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
-  const auto fetched = [&] { return cache.ledger().traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes; };
   slot.work.sub_patches += requests.size();
   for (const tilecore::TessellationRequest& r : requests) {
     const tilecore::TessellationCounters before = cache.counters();
-    const std::uint64_t bytes = fetched();
     cache.use(tile, std::span(&r, 1));
     const tilecore::TessellationCounters& now = cache.counters();
-    rounds_.read_bytes += fetched() - bytes;
     slot.work.vertices += now.domain_evaluations - before.domain_evaluations;
     slot.work.transforms += now.vertex_transforms - before.vertex_transforms;
     slot.work.box_tests += now.group_tests - before.group_tests;
     slot.work.box_lanes += now.group_tests - before.group_tests;
-    slot.work.dram_bytes[kVisibility] += fetched() - bytes;
-    // Records of neighbours that it needs are taken to lie behind its own.
-    if (record_accesses_)
-      slot.log.add(Unit::kTilecore, Purpose::kPatchData, false, record_offsets_[frame_->assembly->record_of(r.patch)],
-                   fetched() - bytes);
-    if (heights_ == nullptr || !r.displaced || now.sub_patches == before.sub_patches) continue;
-    heights_->lines_of(*frame_, r.patch, r.range, height_lines_);
-    for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
+    if (now.sub_patches != before.sub_patches) share_tessellation(slot, r);
   }
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
   return table_bytes;
 }
 
+void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
+  const scene::FrameGeometry& frame = frame_->segment(request.segment);
+  share_lines(slot, records_.of_geometry(frame, request.patch), Phase::kVisibility, Purpose::kPatchData);
+  share_lines(slot, records_.of_instance(request.patch), Phase::kVisibility, Purpose::kPatchData);
+  tilecore::fetched_neighbours(frame, request.patch, request.range, request.displaced, neighbours_);
+  for (const std::uint32_t other : neighbours_)
+    share_lines(slot, records_.of_geometry(frame, other), Phase::kVisibility, Purpose::kPatchData);
+  if (heights_ == nullptr || !request.displaced) return;
+  heights_->lines_of(*frame_, request.patch, request.range, height_lines_);
+  for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
+}
+
+void WorkRecorder::share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, Purpose purpose) {
+  for (std::uint32_t line = lines.first; line < lines.end; ++line) share_line(slot, line, phase, purpose);
+}
+
 void WorkRecorder::share_shading(Slot& slot) {
   std::size_t next = 0;
   for (; next < std::min(slot.shading_lines, slot.lines.size()); ++next)
     share_line(slot, slot.lines[next], Phase::kVisibility);
-  const auto read = [&](const RecordMemory::Lines& lines) {
-    for (std::uint32_t line = lines.first; line < lines.end; ++line)
-      share_line(slot, line, Phase::kShading, Purpose::kAttributes);
-  };
   for (const std::uint32_t patch : slot.patches) {
-    read(records_.of_patch(patch));
-    read(records_.of_instance(patch));
+    share_lines(slot, records_.of_patch(patch), Phase::kShading, Purpose::kAttributes);
+    share_lines(slot, records_.of_instance(patch), Phase::kShading, Purpose::kAttributes);
   }
   for (; next < slot.lines.size(); ++next) share_line(slot, slot.lines[next], Phase::kShading);
   slot.lines.clear();
@@ -234,7 +236,7 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
   const std::uint64_t bytes = l2_.line_bytes();
   ++slot.work.l2_lines;
   slot.work.dram_bytes[static_cast<std::size_t>(phase)] += bytes;
-  const std::uint64_t first = purpose == Purpose::kAttributes ? records_.first_line() : 0;
+  const std::uint64_t first = purpose == Purpose::kTexture ? 0 : records_.first_line();
   if (record_accesses_) slot.log.add(Unit::kTilecore, purpose, false, (line - first) * bytes, bytes);
 }
 

@@ -92,6 +92,9 @@ class WorkRecorder {
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
+  // What a tessellation fetches: records, heights.
+  void share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
+  void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
   // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
   void share_shading(Slot& slot);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
@@ -104,7 +107,7 @@ class WorkRecorder {
   const RecordMemory& records_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
-  std::vector<std::uint32_t> height_lines_;
+  std::vector<std::uint32_t> height_lines_, neighbours_;
   bool record_accesses_;
   memory::L2 l2_;
   PerThread<Sums> sums_;

@@ -102,22 +102,23 @@ Keys<Machine> memory_keys() {
            "of one tested while another is shaded), at least one.",
            "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
       });
-  keys.add(&Machine::caches,
-           Keys<Caches>{
-               {"cache.line_bytes", &Caches::line_bytes, "bytes", 16, 256,
-                "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
-               {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
-                "[assumed]"},
-               {"texture.cache_ways", &Caches::texture_ways, "ways", 1, 64, "Associativity of the texture cache.",
-                "[assumed]"},
-               {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
-                "L2 that all cores share, for textures and displacement maps; 0: none. Patch records have "
-                "tessellator.cache_bytes, what is written once passes by.",
-                "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] "
-                "the half "
-                "that tessellator.cache_bytes leaves"},
-               {"l2.ways", &Caches::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
-           });
+  keys.add(
+      &Machine::caches,
+      Keys<Caches>{
+          {"cache.line_bytes", &Caches::line_bytes, "bytes", 16, 256,
+           "Line of the texture caches and the L2: a block of 4x4 texels.", "[assumed]"},
+          {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
+           "[assumed]"},
+          {"texture.cache_ways", &Caches::texture_ways, "ways", 1, 64, "Associativity of the texture cache.",
+           "[assumed]"},
+          {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
+           "L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is "
+           "written once passes by.",
+           "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] "
+           "the half "
+           "that tessellator.cache_bytes leaves"},
+          {"l2.ways", &Caches::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
+      });
   keys.add(
       &Machine::memory,
       Keys<MemoryInterface>{

@@ -16,8 +16,8 @@ struct L2Counters {
   std::uint64_t misses = 0;
 };
 
-// The cache that all tile cores share, in front of the external memory. Textures, displacement maps and what
-// the pixel shader reads of base patches go through it; everything else bypasses the L2. Used in emulated order by one thread.
+// The cache that all tile cores share, in front of the external memory. Textures, displacement maps and
+// records of base patches go through it; everything else bypasses the L2. Used in emulated order by one thread.
 class L2 {
  public:
   struct Spec {

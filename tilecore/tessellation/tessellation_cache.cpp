@@ -83,7 +83,6 @@ void TessellationCache::use_one(const TessellationRequest& request) {
   ++counters_.sub_patches;
   counters_.domain_evaluations += evaluated;
   counters_.triangles += request.triangles;
-  ledger_.read(memory::Unit::kTilecore, memory::Purpose::kPatchData, request.patch_bytes);
 }
 
 std::uint32_t TessellationCache::sub_patch_of(const TessellationRequest& request) {

@@ -14,7 +14,6 @@
 #include "base/counter.h"
 #include "base/enum_words.h"
 #include "binner/tile_grid.h"
-#include "memory/ledger.h"
 #include "scene/tessellation_pattern.h"
 #include "tilecore/tessellation/vertex_groups.h"
 #include "tilecore/tile_order.h"
@@ -106,7 +105,6 @@ class TessellationCache {
   CacheEviction eviction() const { return eviction_; }
   std::uint64_t bytes_in_use() const { return bytes_; }
   const TessellationCounters& counters() const { return counters_; }
-  const memory::Ledger& ledger() const { return ledger_; }
 
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -173,7 +171,6 @@ class TessellationCache {
   std::set<std::pair<std::uint64_t, std::uint32_t>> leaving_outlines_;         // used, sub-patch: those without lines
   std::uint64_t outline_bytes_ = 0;                                            // of outlines without lines
   TessellationCounters counters_;
-  memory::Ledger ledger_;
 };
 
 }  // namespace tessera::tilecore

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
 
 #include "frontend/front_end.h"
 #include "frontend/sub_patch_effects.h"
@@ -46,28 +45,35 @@ void build_cluster_cells(const scene::MeshClusters& clusters, const scene::Clust
   }
 }
 
-// Records fetched for a sub-patch: its own, that of its instance, and of each other patch that owns one of its boundary vertices when those
-// are displaced (plain edges are computed from the patch's own control points, which are the same).
 std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
-                            const scene::CellRange& range, bool displaced) {
+                            const scene::CellRange& range, bool displaced, std::vector<std::uint32_t>& others) {
+  fetched_neighbours(frame, patch, range, displaced, others);
   std::uint64_t bytes = frontend::patch_record_bytes(frame, patch) + frontend::instance_record_bytes(drawable);
-  if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !displaced) return bytes;
-  const std::uint32_t first = drawable.drawable->first_patch;
-  const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
-  const TessellationPattern& pattern = frame.pattern_of(patch);
-  const std::array<bool, 4> touches = {range.j0 == 0, range.j1 == pattern.nv, range.i0 == 0, range.i1 == pattern.nu};
-  std::set<std::uint32_t> others;
-  for (std::size_t e = 0; e < 4; ++e)
-    if (touches[e]) others.insert(neighbours.edges[e].patch + first);
-  for (std::size_t c = 0; c < 4; ++c)
-    if (touches[(c & 1) != 0 ? 3 : 2] && touches[(c & 2) != 0 ? 1 : 0])
-      others.insert(neighbours.corners[c].patch + first);
-  others.erase(patch);
   for (const std::uint32_t other : others) bytes += frontend::patch_record_bytes(frame, other);
   return bytes;
 }
 
 }  // namespace
+
+void fetched_neighbours(const FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range, bool displaced,
+                        std::vector<std::uint32_t>& others) {
+  others.clear();
+  const PosedDrawable& drawable = frame.drawable_of(patch);
+  if (drawable.drawable->kind != scene::Primitive::Kind::kBezierPatches || !displaced) return;
+  const std::uint32_t first = drawable.drawable->first_patch;
+  const PatchNeighbours& neighbours = frame.assembly->neighbours[drawable.drawable->geometry][patch - first];
+  const TessellationPattern& pattern = frame.pattern_of(patch);
+  const std::array<bool, 4> touches = {range.j0 == 0, range.j1 == pattern.nv, range.i0 == 0, range.i1 == pattern.nu};
+  const auto add = [&](std::uint32_t other) {
+    if (other != patch) others.push_back(other);
+  };
+  for (std::size_t e = 0; e < 4; ++e)
+    if (touches[e]) add(neighbours.edges[e].patch + first);
+  for (std::size_t c = 0; c < 4; ++c)
+    if (touches[(c & 1) != 0 ? 3 : 2] && touches[(c & 2) != 0 ? 1 : 0]) add(neighbours.corners[c].patch + first);
+  std::sort(others.begin(), others.end());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+}
 
 void Tessellator::resize(std::size_t vertices) {
   for (Points& points : object_) points.resize(vertices + kVertexPadding);
@@ -216,7 +222,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
   build_cells(mesh, {moving, lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
                      lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_,
                      lens ? frontend::sharp_factor(frame.projection) : 0.0f});
-  return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range, displaces)};
+  return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range, displaces, others_)};
 }
 
 }  // namespace tessera::tilecore

@@ -9,6 +9,12 @@
 
 namespace tessera::tilecore {
 
+// Replaces `others` by the patches whose records are fetched for a sub-patch besides its own, in order: those that own
+// one of its boundary vertices when these are displaced (plain edges are computed from the patch's own control points,
+// which are the same).
+void fetched_neighbours(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
+                        bool displaced, std::vector<std::uint32_t>& others);
+
 // Tessellates sub-patches on demand: domain shading at both motion keys, projection, cells, boxes. A vertex is computed from
 // its base patch alone, whichever sub-patch asks, and vertices on shared edges and corners by the patch that owns them:
 // grids meet without cracks, displaced or not.
@@ -52,6 +58,7 @@ class Tessellator {
   std::array<Points, 2> object_;
   Points normal_;
   std::vector<float> u_, v_, offset_, margin_, texture_u_, texture_v_;
+  std::vector<std::uint32_t> others_;
 };
 
 }  // namespace tessera::tilecore

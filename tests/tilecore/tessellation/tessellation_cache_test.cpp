@@ -69,7 +69,6 @@ TEST(TessellationCache, WhatWasUsedLongestAgoLeavesFirst) {
   EXPECT_EQ(m.cache.counters().cache_hits, 2u);
   EXPECT_EQ(m.cache.counters().sub_patches, 4u);
   EXPECT_EQ(m.cache.counters().compulsory_evaluations, 192u);
-  EXPECT_EQ(m.cache.ledger().total().read_bytes, 4 * 64u);
 }
 
 TEST(TessellationCache, WhatNoListNamesAnyMoreLeavesFirst) {
