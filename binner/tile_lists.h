@@ -27,9 +27,9 @@ using QueueIndex = std::uint32_t;
 // chunk. Behind the last stands a byte 0, or where the chunk ends there the link 0.
 //
 // Invariants (cited by the tests):
-//   TL1  A list's bytes come back in the order in which they were appended, and no other list's.
-//   TL2  A list ends: its codes never begin with a byte 0, or its reader knows by other means.
-//   TL3  content_bytes() are those that tile cores can read, cursors and bits: each once, however often it changed.
+//   LI1  A list's bytes come back in the order in which they were appended, and no other list's.
+//   LI2  A list ends: its codes never begin with a byte 0, or its reader knows by other means.
+//   LI3  content_bytes() are those that tile cores can read, cursors and bits: each once, however often it changed.
 class TileLists {
  public:
   static constexpr std::uint64_t kCursorBytes = 8, kLinkBytes = 4, kEndBytes = 1, kAddressUnit = 16;

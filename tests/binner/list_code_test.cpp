@@ -150,7 +150,7 @@ std::vector<ListEntry> decode(std::span<const std::uint8_t> bytes) {
   return out;
 }
 
-RC_GTEST_PROP(ListCode, TL2EntriesOfAListComeBackAndNoneBeginsWithItsEnd, ()) {
+RC_GTEST_PROP(ListCode, LI2EntriesOfAListComeBackAndNoneBeginsWithItsEnd, ()) {
   const auto steps = *rc::gen::container<std::vector<std::uint32_t>>(rc::gen::weightedOneOf<std::uint32_t>(
       {{8, rc::gen::inRange(0u, 70u)}, {2, rc::gen::inRange(0u, 20000u)}, {1, rc::gen::inRange(0u, 20000000u)}}));
   std::vector<ListEntry> entries;
@@ -234,7 +234,7 @@ struct Lists {
   }
 };
 
-TEST(TileLists, TL1BytesComeBackThroughTheLinksHoweverTheyWereDivided) {
+TEST(TileLists, LI1BytesComeBackThroughTheLinksHoweverTheyWereDivided) {
   Random random(3);
   for (const auto& [first, chunk] : {std::pair<std::uint64_t, std::uint64_t>{16, 32}, {32, 64}, {64, 32}, {128, 256}}) {
     Lists test({21, first, chunk, 32});

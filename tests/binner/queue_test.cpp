@@ -280,7 +280,7 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   return agrees;
 }
 
-TEST(QueueTraffic, PB3TL3EveryBurstIsThatOfAReplayOfTheAccesses) {
+TEST(QueueTraffic, PB3LI3EveryBurstIsThatOfAReplayOfTheAccesses) {
   std::uint32_t seed = 1;
   for (const std::int64_t burst : {16, 32, 64, 128})
     for (const std::int64_t chunk : {64, 128, 1024})
