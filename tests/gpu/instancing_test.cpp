@@ -103,7 +103,7 @@ TEST(InstancedMemory, InstancesReadTheSameAddresses) {
   // Every byte of the front end is in the log, and boxes of instances take time.
   std::uint64_t logged = 0;
   for (const memory::Access& access : a.model->record.accesses[0].geometry)
-    if (access.unit == memory::Unit::kFrontend) logged += access.bytes;
+    if (access.unit == memory::Unit::kFrontend && access.purpose == memory::Purpose::kPatchData) logged += access.bytes;
   EXPECT_EQ(logged, a.counters.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes);
   const auto values = counter_values(a.counters);
   EXPECT_EQ(a.model->record.work.rounds[0].geometry.bounds, values.at("frontend.bounds_computed") +
