@@ -19,11 +19,12 @@ replace() {
   awk -v name="$1" -v file="$2" '
     $0 == "<!-- end " name " -->" { inside = 0 }
     !inside { print }
-    $0 == "<!-- " name " -->" { inside = 1; while ((getline line < file) > 0) print line }' "$page" >"$page.new"
-  mv "$page.new" "$page"
+    $0 == "<!-- " name " -->" { inside = 1; while ((getline line < file) > 0) print line }' "$page" >"$new"
+  cat "$new" >"$page"
 }
-table=$(mktemp)
-trap 'rm -f "$table"' EXIT
+table=$(mktemp) new=$(mktemp)
+trap 'rm -f "$table" "$new"' EXIT
+awk -F, -v table=ranges -v finished="$finished" -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
 awk -F, -v table=traffic -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace break-even "$table"
 awk -F, -v table=evaluations -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace evaluations "$table"
 awk -F, -v table=parts -f "$here/page.awk" "$here/parts.csv" >"$table" && replace parts "$table"
