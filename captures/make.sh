@@ -11,3 +11,7 @@ trap 'rm -rf "$sources"' EXIT
 for name in eggs vases serpent flyby stroll workshop city garden; do
   "$build/tessera" pack "$sources/$name.gltf" "$out/$name.glb"
 done
+mkdir -p "$out/studies"
+for name in wall_1 wall_4 wall_16 wall_4_plain; do
+  "$build/tessera" pack "$sources/$name.gltf" "$out/studies/$name.glb"
+done

@@ -14,4 +14,8 @@ void make_stroll(const std::filesystem::path& folder);    // the same with a mov
 void make_city(const std::filesystem::path& folder);      // deep, mostly hidden: walking along a street
 void make_garden(const std::filesystem::path& folder);    // leaves, flowers and grass in the wind
 
+// wall_LAYERS, of the study docs/when_it_pays.md: displaced patches that cover every pixel LAYERS times, at rest and moving
+// by 8 and by 32 pixels in its three frames. Without attributes (wall_LAYERS_plain) its pixel shader reads the normal alone.
+void make_wall(const std::filesystem::path& folder, int layers, bool attributes);
+
 }  // namespace tessera::captures

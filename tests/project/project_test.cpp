@@ -14,6 +14,7 @@
 #include "scene/extensions.h"
 #include "tests/project/stability_page.h"
 #include "tests/support/captures.h"
+#include "tests/support/csv_rows.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -21,6 +22,8 @@ namespace tessera {
 namespace {
 
 namespace fs = std::filesystem;
+using test::csv_rows;
+using test::number_of;
 using test::read_text;
 
 const fs::path kRoot = TESSERA_SOURCE_DIR;
@@ -393,12 +396,6 @@ TEST(Readme, ItsProgramsAreThoseThatAreTested) {
     EXPECT_THAT(page, testing::HasSubstr(read_text(kRoot / "tests" / "package" / program) + "```")) << program;
 }
 
-// "12 345" as a number.
-std::uint64_t number_of(std::string digits) {
-  digits.erase(std::remove(digits.begin(), digits.end(), ' '), digits.end());
-  return std::stoull(digits);
-}
-
 // Statistics of the frame that the README's tables are about.
 const nlohmann::json& readme_statistics() {
   static const nlohmann::json kTotal = [] {
@@ -446,27 +443,6 @@ TEST(Readme, ItsComparisonIsThatOfAReplay) {
   EXPECT_THAT(
       read_text(kRoot / "README.md"),
       testing::HasSubstr("| machine | lists written | read | peak | positions alone | evaluations | all traffic |"));
-}
-
-// Rows of a CSV file without quoted cells, by the names of its columns.
-std::vector<std::map<std::string, std::string>> csv_rows(const fs::path& file) {
-  const auto cells_of = [](const std::string& line) {
-    std::vector<std::string> cells;
-    std::istringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-    return cells;
-  };
-  const std::vector<std::string> lines = lines_of(read_text(file));
-  if (lines.empty()) return {};
-  const std::vector<std::string> names = cells_of(lines[0]);
-  std::vector<std::map<std::string, std::string>> rows;
-  for (std::size_t l = 1; l < lines.size(); ++l) {
-    const std::vector<std::string> cells = cells_of(lines[l]);
-    std::map<std::string, std::string> row;
-    for (std::size_t c = 0; c < names.size(); ++c) row[names[c]] = c < cells.size() ? cells[c] : "";
-    rows.push_back(std::move(row));
-  }
-  return rows;
 }
 
 TEST(ShadingPage, ItsInvocationsAreThoseOfReplays) {
@@ -570,6 +546,12 @@ TEST(ShippedCaptures, AreWhatTheirSourcesMakeAndSmall) {
     bytes += fs::file_size(test::shipped_capture(name));
   }
   EXPECT_LE(bytes, 3u << 20);
+  for (const char* name : {"wall_1", "wall_4", "wall_16", "wall_4_plain"}) {
+    const fs::path wall = fs::path("studies") / (std::string(name) + ".glb");
+    EXPECT_TRUE(read_text(out / wall.string()) == read_text(kRoot / "captures" / wall))
+        << name << " differs: run captures/make.sh";
+    EXPECT_LE(fs::file_size(kRoot / "captures" / wall), 32u << 10);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Runs the study of docs/when_it_pays.md and makes its tables points.csv, parts.csv, break_even.csv, its plots and the tables in the page: docs/images/when_it_pays/make.sh [OUT]
+# An OUT that holds the finished study is not run again, an unfinished one goes on. TESSERA names the program (default: the project's own).
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$here/../../..
+out=${1:-$(mktemp -d)}
+page=$root/docs/when_it_pays.md
+[ -f "$out/sweep.csv" ] || "${TESSERA:-$root/tessera}" sweep "$root/captures/studies/when_it_pays.json" --out "$out"
+
+awk -v folder="$here" -f "$here/tables.awk" "$out/sweep.csv"
+finished=$(awk -F, 'NR == 2 && $6 == "pre-tessellation" { print $10 }' "$here/parts.csv")
+for cost in traffic evaluations; do
+  awk -v cost=$cost -v finished="$finished" -f "$here/plot.awk" "$here/points.csv" >"$here/$cost.svg"
+done
+
+# replace NAME FILE: what stands between the page's marks "<!-- NAME -->" and "<!-- end NAME -->"
+replace() {
+  awk -v name="$1" -v file="$2" '
+    $0 == "<!-- end " name " -->" { inside = 0 }
+    !inside { print }
+    $0 == "<!-- " name " -->" { inside = 1; while ((getline line < file) > 0) print line }' "$page" >"$new"
+  cat "$new" >"$page"
+}
+table=$(mktemp) new=$(mktemp)
+trap 'rm -f "$table" "$new"' EXIT
+awk -F, -v table=ranges -v finished="$finished" -f "$here/page.awk" "$here/points.csv" >"$table" && replace ranges "$table"
+awk -F, -v table=traffic -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace break-even "$table"
+awk -F, -v table=evaluations -f "$here/page.awk" "$here/break_even.csv" >"$table" && replace evaluations "$table"
+awk -F, -v table=parts -f "$here/page.awk" "$here/parts.csv" >"$table" && replace parts "$table"

@@ -1,0 +1,62 @@
+# Tables of docs/when_it_pays.md from a sweep: awk -v folder=DIR -f tables.awk sweep.csv writes points.csv, parts.csv and break_even.csv into DIR.
+function at(name) { return $(column[name]) }
+function of(scheme, counter) { return at("baseline." scheme "." counter) }
+# Where ours costs less, in px2: all, none, <X, >X, X-Y; between two sizes interpolated, the logarithm of the costs' ratio over that of the size.
+function cheaper(place, cost, scheme,   i, d, before, start, inside, text) {
+  for (i = 1; i <= sizes; ++i) {
+    d = log(value[place, cost, ours, size[i]] / value[place, cost, scheme, size[i]])
+    if (i == 1 && d < 0) { inside = 1; start = 0 }
+    else if (i > 1 && (d < 0) != (before < 0)) {
+      if (d < 0) { inside = 1; start = crossing(size[i - 1], before, size[i], d) }
+      else { inside = 0; text = text (text == "" ? "" : "+") (start ? number(start) "-" : "<") number(crossing(size[i - 1], before, size[i], d)) }
+    }
+    before = d
+  }
+  if (inside) text = text (text == "" ? "" : "+") (start ? ">" number(start) : "all")
+  return text == "" ? "none" : text
+}
+function crossing(a, da, b, db) { return exp(log(a) + (log(b) - log(a)) * da / (da - db)) }
+function number(x) { return sprintf(x < 10 ? "%.1f" : "%.0f", x) }
+BEGIN {
+  FS = ","; ours = "pre-tessellation"
+  schemes = split("pre-tessellation patch-whole post-tessellation post-position deferred-vertex visibility-stream control-list immediate", scheme_of, " ")
+  points = folder "/points.csv"; parts = folder "/parts.csv"; lines = folder "/break_even.csv"; blur_of[0] = 0; blur_of[1] = 8; blur_of[2] = 32
+  head = "layers,attributes,blur,tile,px2,triangles"
+  for (s = 1; s <= schemes; ++s) head = head ",traffic " scheme_of[s]
+  for (s = 1; s <= schemes; ++s) head = head ",evaluations " scheme_of[s]
+  print head > points
+  print "layers,attributes,blur,tile,px2,scheme,lists_written,lists,records,frame,evaluations,bounding_operations,partial_render_at_half,spill_at_half" > parts
+}
+NR == 1 { for (c = 1; c <= NF; ++c) column[$c] = c; next }
+at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; exit }
+{
+  capture = at("capture"); sub(/.*wall_/, "", capture); sub(/\.glb.*/, "", capture)
+  layers = capture + 0; attributes = capture ~ /plain/ ? "no" : "yes"; blur = blur_of[at("frame") + 0]; tile = at("tile.width")
+  px2 = sprintf("%.1f", at("tessellation.target_edge_pixels") ^ 2 / 2); place = layers "," attributes "," blur "," tile
+  if (!(place in known)) { known[place] = 1; place_of[++places] = place }
+  if (!(px2 in seen)) { seen[px2] = 1; size[++sizes] = px2 }
+  finished = of(ours, "frame_bytes_written")
+  row = place "," px2 "," of("post-tessellation", "primitives"); more = ""
+  for (s = 1; s <= schemes; ++s) {
+    n = scheme_of[s]; all = of(n, "dram_bytes"); evaluations = of(n, "position_evaluations") + of(n, "domain_evaluations_cached")
+    row = row "," sprintf("%.0f", all); more = more "," sprintf("%.0f", evaluations)
+    value[place, "traffic", n, px2] = all - finished; value[place, "evaluations", n, px2] = evaluations
+    frame = of(n, "frame_bytes_read") + of(n, "frame_bytes_written"); records = of(n, "patch_bytes_cached")
+    if (tile == 32 && blur != 8 && (px2 + 0 == 1 || px2 + 0 == 16))
+      printf "%s,%s,%s,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f,%.0f\n", place, px2, n, of(n, "queue_bytes_written"), all - frame - records, records, frame, evaluations, of(n, "bounding_operations"), of(n, "partial_render_bytes"), of(n, "spill_bytes") > parts
+  }
+  print row more > points
+}
+END {
+  if (failed) exit 1
+  head = "cost,layers,attributes,blur,tile"
+  for (s = 2; s <= schemes; ++s) head = head "," scheme_of[s]
+  print head > lines
+  split("traffic evaluations", costs, " ")
+  for (c = 1; c <= 2; ++c)
+    for (p = 1; p <= places; ++p) {
+      row = costs[c] "," place_of[p]
+      for (s = 2; s <= schemes; ++s) row = row "," cheaper(place_of[p], costs[c], scheme_of[s])
+      print row > lines
+    }
+}
