@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -30,6 +31,7 @@ const fs::path kRoot = TESSERA_SOURCE_DIR;
 // A row of points.csv: one capture, frame, tile size and triangle size.
 using StudyRow = std::map<std::string, std::string>;
 const fs::path kPaysFolder = kRoot / "docs" / "images" / "when_it_pays";
+constexpr double kFinishedFrame = 640 * 360 * 8;  // bytes
 
 std::string place_of(const StudyRow& row) {
   return row.at("layers") + "," + row.at("attributes") + "," + row.at("blur") + "," + row.at("tile");
@@ -139,7 +141,6 @@ TEST(WhenItPays, EqualCostsAreFoundBetweenTwoSizes) {
 }
 
 TEST(WhenItPays, ItsLinesFollowFromItsPoints) {
-  constexpr double kFinishedFrame = 640 * 360 * 8;
   const std::vector<StudyRow> points = csv_rows(kPaysFolder / "points.csv");
   int lines = 0;
   for (const StudyRow& row : csv_rows(kPaysFolder / "break_even.csv"))
@@ -187,8 +188,25 @@ TEST(WhenItPays, ItsPartsAreThoseOfAReplay) {
   }
 }
 
+// "| `SCHEME` | LEAST to MOST | LEAST to MOST |" of theirs over ours, traffic and evaluations.
+std::string line_of_ranges(const std::vector<StudyRow>& points, const std::string& scheme) {
+  std::ostringstream line;
+  line << std::fixed << "| `" << scheme << "` |";
+  for (const char* cost : {"traffic ", "evaluations "}) {
+    const double both = cost[0] == 't' ? kFinishedFrame : 0;
+    std::vector<double> ratios;
+    for (const StudyRow& point : points)
+      ratios.push_back((std::stod(point.at(cost + scheme)) - both) /
+                       (std::stod(point.at(std::string(cost) + "pre-tessellation")) - both));
+    line << " " << std::setprecision(2) << *std::min_element(ratios.begin(), ratios.end()) << " to "
+         << std::setprecision(1) << *std::max_element(ratios.begin(), ratios.end()) << " |";
+  }
+  return line.str();
+}
+
 TEST(WhenItPays, ThePageShowsItsTables) {
   const std::string page = read_text(kRoot / "docs" / "when_it_pays.md");
+  const std::vector<StudyRow> points = csv_rows(kPaysFolder / "points.csv");
   const std::map<std::string, std::string> names = {
       {"1,yes,0,32", "1 layer"},  {"4,yes,0,32", "4 layers"}, {"16,yes,0,32", "16 layers"}, {"4,yes,8,32", "blur 8"},
       {"4,yes,32,32", "blur 32"}, {"4,no,0,32", "plain"},     {"4,yes,0,16", "tiles 16"},   {"4,yes,0,64", "tiles 64"}};
@@ -199,8 +217,10 @@ TEST(WhenItPays, ThePageShowsItsTables) {
     if (name == names.end() || (row.at("cost") == "evaluations" && !of_evaluations.contains(name->second))) continue;
     std::string line = "| " + name->second + " |";
     for (const char* scheme : {"patch-whole", "post-tessellation", "post-position", "deferred-vertex",
-                               "visibility-stream", "control-list", "immediate"})
+                               "visibility-stream", "control-list", "immediate"}) {
       line += " " + row.at(scheme) + " |";
+      EXPECT_THAT(page, testing::HasSubstr("\n" + line_of_ranges(points, scheme) + "\n"));
+    }
     EXPECT_THAT(page, testing::HasSubstr("\n" + line + "\n")) << "run docs/images/when_it_pays/make.sh";
     ++rows;
   }

@@ -2,15 +2,16 @@
 function at(name) { return $(column[name]) }
 function of(scheme, counter) { return at("baseline." scheme "." counter) }
 # Where ours costs less, in px2: all, none, <X, >X, X-Y; between two sizes interpolated, the logarithm of the costs' ratio over that of the size.
-function cheaper(place, cost, scheme,   i, d, before, start, inside, text) {
-  for (i = 1; i <= sizes; ++i) {
-    d = log(value[place, cost, ours, size[i]] / value[place, cost, scheme, size[i]])
+function cheaper(place, cost, scheme,   i, n, x, d, last, before, start, inside, text) {
+  n = split(sizes_of[place], x, " ")
+  for (i = 1; i <= n; ++i) {
+    d = log(value[place, cost, ours, x[i]] / value[place, cost, scheme, x[i]])
     if (i == 1 && d < 0) { inside = 1; start = 0 }
     else if (i > 1 && (d < 0) != (before < 0)) {
-      if (d < 0) { inside = 1; start = crossing(size[i - 1], before, size[i], d) }
-      else { inside = 0; text = text (text == "" ? "" : "+") (start ? number(start) "-" : "<") number(crossing(size[i - 1], before, size[i], d)) }
+      if (d < 0) { inside = 1; start = crossing(last, before, x[i], d) }
+      else { inside = 0; text = text (text == "" ? "" : "+") (start ? number(start) "-" : "<") number(crossing(last, before, x[i], d)) }
     }
-    before = d
+    before = d; last = x[i]
   }
   if (inside) text = text (text == "" ? "" : "+") (start ? ">" number(start) : "all")
   return text == "" ? "none" : text
@@ -34,7 +35,7 @@ at("status") != "ok" { print "a point failed: " $0 > "/dev/stderr"; failed = 1; 
   layers = capture + 0; attributes = capture ~ /plain/ ? "no" : "yes"; blur = blur_of[at("frame") + 0]; tile = at("tile.width")
   px2 = sprintf("%.1f", at("tessellation.target_edge_pixels") ^ 2 / 2); place = layers "," attributes "," blur "," tile
   if (!(place in known)) { known[place] = 1; place_of[++places] = place }
-  if (!(px2 in seen)) { seen[px2] = 1; size[++sizes] = px2 }
+  if (!((place, px2) in seen)) { seen[place, px2] = 1; sizes_of[place] = sizes_of[place] " " px2 }
   finished = of(ours, "frame_bytes_written")
   row = place "," px2 "," of("post-tessellation", "primitives"); more = ""
   for (s = 1; s <= schemes; ++s) {
