@@ -9,7 +9,7 @@ namespace {
 
 using scene::Primitive;
 
-constexpr std::uint64_t kFrameVectorBytes = 4, kTexcoordBytes = 8, kColorBytes = 4, kCorners = 4;
+constexpr std::uint64_t kFrameVectorBytes = 4, kTexcoordBytes = 8, kColorBytes = 4, kPatchCorners = 4;
 
 const scene::Cluster& cluster_of(const scene::Assembly& assembly, const scene::Drawable& drawable,
                                  std::uint32_t patch) {
@@ -40,7 +40,7 @@ std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t 
       return kPatchHeaderBytes + procedure_record_bytes(assembly.capture->procedures[drawable.geometry]);
     case Primitive::Kind::kBezierPatches: {
       const bool displaced = assembly.materials[static_cast<std::size_t>(drawable.material)].displacement.has_value();
-      return kPatchHeaderBytes + 16 * sizeof(Vec3) * keys + (displaced ? kCorners * kTexcoordBytes : 0);
+      return kPatchHeaderBytes + 16 * sizeof(Vec3) * keys + (displaced ? kPatchCorners * kTexcoordBytes : 0);
     }
     case Primitive::Kind::kTriangles:
       break;
@@ -65,7 +65,7 @@ std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32
   const Primitive& primitive = primitive_of(assembly, drawable);
   const scene::Material& material = assembly.materials[static_cast<std::size_t>(drawable.material)];
   if (drawable.kind == Primitive::Kind::kBezierPatches)
-    return kCorners * plain_bytes(primitive, material, material.displacement.has_value());
+    return kPatchCorners * plain_bytes(primitive, material, material.displacement.has_value());
   const std::uint64_t keys = deforming ? 2 : 1;
   const std::uint64_t frame_vectors =
       (primitive.vertices.normals.empty() ? 0 : kFrameVectorBytes) +

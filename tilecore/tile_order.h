@@ -20,8 +20,8 @@ enum class TileSequence : std::uint8_t { kRows, kStrips, kMorton, kHilbert };
 // A tile's *place* rises along the order; not every place is taken.
 //
 // Invariants (cited by the tests):
-//   TO1  tiles() holds every tile of the grid once, by rising place.
-//   TO2  next() is what a search of all tiles of the rectangle finds.
+//   OT1  tiles() holds every tile of the grid once, by rising place.
+//   OT2  next() is what a search of all tiles of the rectangle finds.
 class TileOrder {
  public:
   static constexpr int kStripRows = 8;

@@ -25,30 +25,35 @@ class GpuKeys(TypedDict, total=False):
     frontend__split_depth: int  # 0 to 12 splits. Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.
     frontend__split_budget: int  # 1 to 4096 sub-patches. Most sub-patches that the criterion may make of one base patch.
     frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
+    frontend__backface_cells: int  # 0 to 256 cells. Sub-patches are cut further where parts that face away can be dropped: so many cells of them for each sub-patch more. 0: never.
     frontend__previous_depth_culling: bool  # Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles are done, and rendered in a second pass where they were visible after all.
     tile__width: int  # 8 to 256 pixels. Width of the on-chip render area of one tile core.
     tile__height: int  # 8 to 256 pixels. Height of the on-chip render area of one tile core.
-    parameter_buffer__bytes: int  # 256 to 4.29497e+09 bytes. Memory that holds the tile lists: list heads and chunks.
-    parameter_buffer__chunk_bytes: int  # 32 to 2.09715e+06 bytes. Size of the pieces in which the parameter buffer is handed out to tiles.
+    parameter_buffer__bytes: int  # 256 to 4.29497e+09 bytes. Memory that holds the tile lists and the sub-patch table.
+    parameter_buffer__first_chunk_bytes: int  # 16 to 4096 bytes. First chunk of each list, which the number of the list addresses.
+    parameter_buffer__chunk_bytes: int  # 32 to 2.09715e+06 bytes. Size of the further pieces in which the parameter buffer is handed out to lists.
     parameter_buffer__full_policy: Literal["partial_render", "spill"]  # What a full parameter buffer leads to: render what is queued and go on, or continue in an overflow area.
     binner__coverage: Literal["rectangle", "exact"]  # Tiles that get an entry: all of the bounding rectangle, or those that the moving box itself may touch.
     binner__time_intervals: bool  # Store in an entry when its moving box may touch the tile, from the box against the tile's frustum; drop tiles that it touches at no time.
     binner__time_segments: int  # 0 to 16 segments. Pieces into which the shutter is cut, each with a bounding rectangle of its own; 0: as many as the box's centre travels its own larger side (at least a tile) on screen.
     binner__queue_levels: int  # 1 to 5 levels. Levels of queues: single tiles, then groups of 2x2, 4x4, 8x8 and 16x16 tiles, whose entries all their tiles read.
-    binner__combining_bursts: int  # 1 to 65536 bursts. Bursts that the binner keeps open on chip to combine the writes of neighbouring queue entries.
+    binner__combining_bursts: int  # 1 to 65536 bursts. Bursts that the binner keeps open on chip to combine writes to lists, their cursors and the sub-patch table.
+    binner__record_cache_bytes: int  # 0 to 1.07374e+09 bytes. On-chip memory that keeps bursts of the sub-patch table for the tiles that follow.
     tessellator__max_factor: int  # 1 to 64 cells. Largest number of cells along an edge of a base patch.
     tessellator__subpixel_bits: int  # 4 to 8 bits. Fractional bits of a vertex's place on screen: vertices that are projected lie on a grid of 2^-bits pixels. Samples keep theirs of 1/256.
     tessellator__sub_patch_cells: int  # 4 to 64 cells. Largest side of the sub-patches that the front end sends to the binner.
     tessellator__cache_bytes: int  # 0 to 1.07374e+09 bytes. On-chip memory that keeps the vertices of tessellated sub-patches for the tiles that follow.
+    tessellator__cache_eviction: Literal["lru", "uses", "next_use"]  # Which vertices leave that memory first: those used longest ago (lru); those that no tile's list names any more, then those used longest ago (uses) or those that the order of tiles brings back last (next_use).
     post_tessellation__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: on-chip memory through which the tile cores of a machine that bins triangles read them.
     immediate__cache_bytes: int  # 0 to 1.07374e+09 bytes. With --baselines: colour and depth cache of an immediate-mode machine.
     immediate__color_compression: bool  # With --baselines: whether an immediate-mode machine compresses colour without loss when that moves fewer bytes.
     visibility_stream__gmem_bytes: int  # 8192 to 1.07374e+09 bytes. With --baselines: tile memory of a machine that bins into visibility streams; its bins are as large as fit.
+    tilecore__tile_order: Literal["rows", "strips", "morton", "hilbert"]  # Order in which cores are given tiles: row by row; in strips of eight rows, column by column; or along the curve of Morton (Z) or Hilbert. What tiles share (vertices, textures) it finds again sooner.
     tilecore__occlusion_culling: bool  # Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.
     tilecore__visibility_method: Literal["patch-bvh", "brute", "segments", "partition", "clusters", "cluster-partition", "interleaved"]  # How a tile core finds the samples of a moving or defocused sub-patch: by its motion BVH; by the rectangle of each cell's whole motion; by a stencil test on time for segments of the shutter, for parts of the rectangle, for either of whole leaves; by a rectangle at each of the few times that samples then have. The image is the same for all but the last, which shows things at just these times.
     tilecore__stencil_segments: int  # 0 to 256 segments. Segments of the shutter of the methods segments and clusters; 0: as many as the primitive moves its own size, at most 64.
     tilecore__interleaved_times: int  # 1 to 256 times. Distinct times of samples with the method interleaved, where sampling.times does not say.
-    tilecore__traversal: Literal["auto", "class", "ray"]  # How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through the binary tree of the sub-patch's cells; auto: for each sub-patch one of these, or brute, whichever is expected to take the fewest tests.
+    tilecore__traversal: Literal["auto", "class", "ray"]  # How patch-bvh finds samples: per class of the sample pattern (samples of one time, on a grid) from the moving box of a leaf, or each as a ray through the binary tree of the sub-patch's cells; auto: for each sub-patch one of these, or brute, whichever is expected to be the least work: boxes built, tests of boxes and of triangles.
     tilecore__branch_node: Literal["root", "both_children", "leaf_mask"]  # With rays (tilecore.traversal): the node at which the rays of 4x4 pixels start: the root; the first node with both children inside their frustum; the lowest one above all leaves inside.
     tilecore__ray_segments: int  # 1 to 64 segments. With rays (tilecore.traversal): parts of the shutter that have a stencil test, a leaf mask and a branch node of their own.
     tilecore__box_bits: int  # 8 to 32 bits. Precision of the boxes of cells: single precision (32), or rounded outwards to so many bits (8 or 16) within the box of their leaf of 4x4 cells.
@@ -60,19 +65,24 @@ class GpuKeys(TypedDict, total=False):
     clock__mhz: float  # 1 to 10000 MHz. Clock of the whole GPU; cycles everywhere are cycles of this clock.
     tilecore__count: int  # 1 to 64 cores. Tile cores, fed by one tile scheduler.
     frontend__bounds_per_clk: float  # 0.000976562 to 65536 bounds/clk. Bounding volumes that the front end computes.
-    binner__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Queue entries that the binner appends.
+    binner__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Entries of lists that the binner appends.
     binner__tiles_per_clk: float  # 0.000976562 to 65536 tiles/clk. Tiles that the binner tests against a sub-patch.
-    tilecore__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Queue entries that a core reads, orders and tests for occlusion.
+    tilecore__entries_per_clk: float  # 0.000976562 to 65536 entries/clk. Entries of lists that a core reads, looks up in the sub-patch table and tests for occlusion.
+    tilecore__sort_steps_per_clk: float  # 0.000976562 to 65536 steps/clk. Entries that a core's merge sorter passes from one stage to the next, all stages together.
     tessellator__vertices_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices that a core's tessellator evaluates, both motion keys together.
+    tessellator__transforms_per_clk: float  # 0.000976562 to 65536 vertices/clk. Vertices of moving objects, kept in object space, that a core puts through the transforms of both motion keys.
     tilecore__boxes_per_clk: float  # 0.000976562 to 65536 boxes/clk. Boxes of cells and leaves that a core builds.
-    tilecore__box_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Box tests of a core.
+    tilecore__box_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of box tests of a core.
     tilecore__stencil_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples whose time a core's stencil unit tests.
     sampling__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of the SIMD array that evaluates procedures, in each core; the sparse pass has one array.
-    tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Samples that a core tests against a triangle.
+    tilecore__triangle_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Lanes of a core for samples tested against a triangle, 16 at a time.
     tilecore__alpha_tests_per_clk: float  # 0.000976562 to 65536 tests/clk. Alpha tests of a core.
+    tilecore__depth_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of 8x8 pixels whose farthest depth a core finds again.
+    tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples and blended layers that a core packs into warps.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
     shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
     shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
+    shader__surface_operations: float  # 0 to 1e+06 operations. Operations of one pixel-shader invocation that evaluates its patch again, besides.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
     tilecore__blends_per_clk: float  # 0.000976562 to 65536 layers/clk. Blended layers of samples that a core composes.
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
@@ -81,15 +91,17 @@ class GpuKeys(TypedDict, total=False):
     cache__line_bytes: int  # 16 to 256 bytes. Line of the texture caches and the L2: a block of 4x4 texels.
     texture__cache_bytes: int  # 256 to 1.67772e+07 bytes. Texture cache (L1) of a core.
     texture__cache_ways: int  # 1 to 64 ways. Associativity of the texture cache.
-    l2__bytes: int  # 0 to 1.07374e+09 bytes. L2 that all cores share, for textures and displacement maps; 0: none. Patch records have tessellator.cache_bytes, what is written once passes by.
+    l2__bytes: int  # 0 to 1.07374e+09 bytes. L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is written once passes by.
     l2__ways: int  # 1 to 64 ways. Associativity of the L2.
     memory__bytes_per_clk: float  # 0.125 to 65536 bytes/clk. Peak rate of the external memory.
     memory__gpu_share: float  # 0.01 to 1. Part of the peak rate that the GPU gets: refresh, turn-around, other users.
     memory__latency_clk: float  # 0 to 10000 clk. Time from a read to its data on an idle memory.
     memory__pj_per_bit: float  # 0 to 1000 pJ/bit. Energy of a bit over the external interface, memory, interface and controller together.
     energy__bound_pj: float  # 0 to 1e+09 pJ. Bounding volume of a sub-patch.
-    energy__binned_entry_pj: float  # 0 to 1e+09 pJ. Entry appended to a queue, memory traffic apart.
-    energy__fetched_entry_pj: float  # 0 to 1e+09 pJ. Entry read and ordered by a core, memory traffic apart.
+    energy__binned_entry_pj: float  # 0 to 1e+09 pJ. Entry appended to a tile list, memory traffic apart.
+    energy__fetched_entry_pj: float  # 0 to 1e+09 pJ. Entry read by a core with its record, memory traffic apart.
+    energy__sort_step_pj: float  # 0 to 1e+09 pJ. Entry passed on by a stage of the sorter of tile lists.
+    energy__transform_pj: float  # 0 to 1e+09 pJ. Vertex put through the transforms of both motion keys again.
     energy__vertex_pj: float  # 0 to 1e+09 pJ. Vertex evaluated.
     energy__box_pj: float  # 0 to 1e+09 pJ. Box of a cell or a leaf built.
     energy__box_test_pj: float  # 0 to 1e+09 pJ. Box test.
@@ -97,7 +109,9 @@ class GpuKeys(TypedDict, total=False):
     energy__sampling_operation_pj: float  # 0 to 1e+09 pJ. Operation of the SIMD array that evaluates procedures.
     energy__triangle_test_pj: float  # 0 to 1e+09 pJ. Sample tested against a triangle.
     energy__alpha_test_pj: float  # 0 to 1e+09 pJ. Alpha test.
+    energy__depth_block_pj: float  # 0 to 1e+09 pJ. Block of 8x8 pixels whose farthest depth is found again.
     energy__hit_pj: float  # 0 to 1e+09 pJ. Hit taken to the tile memory.
+    energy__compacted_sample_pj: float  # 0 to 1e+09 pJ. Visible sample or blended layer packed into a warp.
     energy__shader_operation_pj: float  # 0 to 1e+09 pJ. Operation of the pixel shader with its registers.
     energy__texel_pj: float  # 0 to 1e+09 pJ. Bilinear lookup with the texture cache.
     energy__l2_line_pj: float  # 0 to 1e+09 pJ. Line read from or filled into the L2.

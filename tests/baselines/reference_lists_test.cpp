@@ -189,7 +189,7 @@ TYPED_TEST(ReferenceMachines, TwinATriangleForgottenInOneTileIsCaught) {
 TYPED_TEST(ReferenceMachines, DV2VS2CL2EachTileShadesItsVerticesOnceAndAnUnlimitedCacheEachOnceInAll) {
   const std::vector<TessellatedPatch> scene = mixed_scene(4);
   gpu::GpuConfiguration none, all;
-  none.tessellator.cache_bytes = 0;
+  none.tessellator.cache_bytes = none.caches.l2_bytes = 0;
   all.tessellator.cache_bytes = 1 << 30;
   TypeParam without(none, this->grid), with(all, this->grid);
   const Binned binned = this->draw(without, scene);

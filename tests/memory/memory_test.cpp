@@ -54,13 +54,14 @@ TEST(LineCache, KeepsTheLinesOfASetThatWereUsedLast) {  // LC2
 
 // Invariant AM1.
 TEST(AddressMap, BuffersDoNotOverlap) {
-  const AddressMap::Sizes sizes{100000, 5000000, 1920 * 1080 * 8, 510, 81920};
+  const AddressMap::Sizes sizes{100000, 300000, 5000000, 1920 * 1080 * 8, 510, 81920};
   const AddressMap map(sizes);
   struct Range {
     std::uint64_t begin, end;
   };
   std::vector<Range> ranges = {
       {map.base(Purpose::kPatchData), map.base(Purpose::kPatchData) + sizes.patch_data},
+      {map.base(Purpose::kAttributes), map.base(Purpose::kAttributes) + sizes.attributes},
       {map.base(Purpose::kTexture), map.base(Purpose::kTexture) + sizes.textures},
       {map.base(Purpose::kFrameBuffer), map.base(Purpose::kFrameBuffer) + sizes.frame_buffer},
       {map.base(Purpose::kTileQueue), map.base(Purpose::kTileQueue) + (std::uint64_t{1} << 40)}};

@@ -305,17 +305,26 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
   gpu::GpuConfiguration none, all;
   none.baselines.gmem_bytes = all.baselines.gmem_bytes = 32 * 32 * 4 * 8;  // several bins
   none.tessellator.cache_bytes = none.baselines.post_tessellation_cache_bytes = none.baselines.immediate_cache_bytes =
-      0;
+      none.caches.l2_bytes = 0;
   all.tessellator.cache_bytes = all.baselines.post_tessellation_cache_bytes = all.baselines.immediate_cache_bytes =
       1 << 30;
   const Compared a = render(capture, none), b = render(capture, all);
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
-    EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
-        << baselines::kSchemeNames[s];
+    // Ours read records by lines of the L2, in which records begin and end anywhere; what they read for the pixel shader
+    // is in both, and less with an L2.
+    const bool ours =
+        s == static_cast<std::size_t>(Scheme::kPreTessellation) || s == static_cast<std::size_t>(Scheme::kPatchWhole);
+    const auto bytes = static_cast<double>(a.baselines->schemes[s].dram_bytes),
+               uncached = static_cast<double>(a.baselines->schemes[s].dram_bytes_uncached);
+    EXPECT_NEAR(bytes, uncached, ours ? 0.02 * uncached : 0.0) << baselines::kSchemeNames[s];
     EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
         << baselines::kSchemeNames[s];
-    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
-        << baselines::kSchemeNames[s];
+    if (ours) {
+      EXPECT_GT(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached);
+    } else {
+      EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
+          << baselines::kSchemeNames[s];
+    }
     EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << baselines::kSchemeNames[s];
   }
   const BaselineCounters& immediate = scheme(b, Scheme::kImmediate);

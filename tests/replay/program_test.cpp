@@ -249,7 +249,7 @@ TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
       {{"--spp", "65"}, "from 1 to 64"},
       {{"--spp", "many"}, "whole number"},
       {{"--aux", "beauty"}, "layers are"},
-      {{"--set", "parameter_buffer.bytes=256"}, "cannot hold the list heads"},
+      {{"--set", "parameter_buffer.bytes=256"}, "cannot hold the first chunks"},
       {{"--max-memory", "nan"}, "--max-memory nan"},
       {{"--max-memory=-1"}, "--max-memory -1: expected a number in (0, 1048576]"},
       {{"--unknown"}, "unknown option '--unknown'"},

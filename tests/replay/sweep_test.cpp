@@ -254,7 +254,7 @@ TEST_F(Sweep, ValuesThatDoNotFitEachOtherAreARowThatSaysWhy) {
   ASSERT_EQ(sweep("out", {"--quiet"}).status, 0);
   const auto rows = rows_of(text("out/sweep.csv"));
   ASSERT_EQ(rows.size(), 4u);
-  EXPECT_THAT(rows[0].at("status"), HasSubstr("cannot hold the list heads"));
+  EXPECT_THAT(rows[0].at("status"), HasSubstr("cannot hold the first chunks"));
   EXPECT_EQ(rows[1].at("status"), "ok");
   EXPECT_THAT(rows[2].at("status"), HasSubstr("multiples of 8"));
   EXPECT_EQ(rows[2].at("frame"), "");

@@ -24,7 +24,7 @@ std::uint32_t search(const TileOrder& order, const binner::TileGrid& grid, const
   return TileOrder::kNever;
 }
 
-TEST(TileOrder, TO1EveryTileComesOnceByRisingPlace) {
+TEST(TileOrder, OT1EveryTileComesOnceByRisingPlace) {
   for (const auto& [columns, rows] : {std::pair{1, 1}, {7, 5}, {40, 23}, {3, 17}, {1, 9}})
     for (const TileSequence sequence : kSequences)
       for (const int side : {1, 2, 3}) {
@@ -38,7 +38,7 @@ TEST(TileOrder, TO1EveryTileComesOnceByRisingPlace) {
       }
 }
 
-TEST(TileOrder, TO2TheNextTileOfARectangleIsWhatASearchFinds) {
+TEST(TileOrder, OT2TheNextTileOfARectangleIsWhatASearchFinds) {
   test::Random random(7);
   for (const auto& [columns, rows] : {std::pair{7, 5}, {13, 21}, {1, 9}})
     for (const TileSequence sequence : kSequences)

@@ -55,7 +55,7 @@ std::size_t forgotten(const scene::FrameGeometry& frame, std::uint32_t patch, co
   return count;
 }
 
-TEST(VertexGroups, VG1ATileThatALeafTouchesOverlapsTheGroupsOfItsVertices) {
+TEST(VertexGroups, VG1TC4ATileThatALeafTouchesOverlapsTheGroupsOfItsVertices) {
   std::size_t twin = 0;
   for (const double speed : {0.0, 0.7, 3.0}) {
     const TestFrame test = moving_scene(speed);
