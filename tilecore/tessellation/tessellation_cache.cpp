@@ -16,9 +16,9 @@ std::uint64_t count(std::uint64_t bits) { return static_cast<std::uint64_t>(std:
 
 std::size_t SubPatchName::Hash::operator()(const SubPatchName& name) const {
   const auto& r = name.range;
-  const std::uint32_t range =
+  const std::uint32_t cells =
       std::uint32_t{r.i0} | std::uint32_t{r.j0} << 8 | std::uint32_t{r.i1} << 16 | std::uint32_t{r.j1} << 24;
-  return hash32(name.patch, range, name.segment);
+  return hash32(name.patch, cells, name.segment);
 }
 
 void TessellationCache::use(binner::TileIndex tile, std::span<const TessellationRequest> requests,
