@@ -316,7 +316,7 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
         s == static_cast<std::size_t>(Scheme::kPreTessellation) || s == static_cast<std::size_t>(Scheme::kPatchWhole);
     const auto bytes = static_cast<double>(a.baselines->schemes[s].dram_bytes),
                uncached = static_cast<double>(a.baselines->schemes[s].dram_bytes_uncached);
-    EXPECT_NEAR(bytes, uncached, ours ? 0.02 * uncached : 0.0) << baselines::kSchemeNames[s];
+    EXPECT_NEAR(bytes, uncached, ours ? 0.03 * uncached : 0.0) << baselines::kSchemeNames[s];
     EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
         << baselines::kSchemeNames[s];
     if (ours) {
