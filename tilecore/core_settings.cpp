@@ -7,7 +7,7 @@ Keys<CoreSettings> core_keys() {
       {"tilecore.tile_order", &CoreSettings::tile_order,
        "Order in which cores are given tiles: row by row; in strips of eight rows, column by column; or along the "
        "curve of Morton (Z) or Hilbert. What tiles share (vertices, textures) it finds again sooner.",
-       "[spec] Adreno and Mali take tiles along a Z curve; [measured] fewest evaluations"},
+       "[assumed] a Z curve; [measured] fewest evaluations"},
       {"tilecore.occlusion_culling", &CoreSettings::occlusion_culling,
        "Whether a tile core drops entries that lie behind all that its samples see, before it tessellates them.",
        "[spec] hierarchical depth of every GPU, applied to sub-patches"},
