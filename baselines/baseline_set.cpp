@@ -95,7 +95,8 @@ void BaselineSet::accumulate(const BaselineSet& frame) {
 }
 
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                                       const gpu::FrameCounters& counters, const gpu::MachineRecord& record) {
+                                       const gpu::RecordMemory& records, const gpu::FrameCounters& counters,
+                                       const gpu::MachineRecord& record) {
   const memory::Ledger& ledger = counters.ledger;
   const memory::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState),
                         frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer),
@@ -106,10 +107,16 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                                   ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   const std::uint64_t shading = ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
-  // Without the cache every request is a tessellation.
-  std::uint64_t evaluations_uncached = 0, tiles_uncached = 0;
-  for (const tilecore::TessellationRequest& r : record.tessellations)
-    evaluations_uncached += r.vertices, tiles_uncached += r.patch_bytes;
+  // Without the caches every request is a tessellation, and every line is read.
+  const auto line_bytes = static_cast<std::uint64_t>(gpu.line_bytes());
+  std::uint64_t evaluations_uncached = 0, tile_lines_uncached = 0;
+  std::vector<gpu::RecordMemory::Lines> fetched;
+  for (const tilecore::TessellationRequest& r : record.tessellations) {
+    evaluations_uncached += r.vertices;
+    records.of_tessellation(job.frame->segment(r.segment), r, fetched);
+    for (const gpu::RecordMemory::Lines& lines : fetched) tile_lines_uncached += lines.end - lines.first;
+  }
+  const std::uint64_t uncached = (tile_lines_uncached + counters.l2.attribute_requests) * line_bytes;
   BaselineCounters out;
   out.primitives = counters.frontend.sub_patches;
   out.culled_frustum = counters.frontend.culled_frustum;
@@ -126,12 +133,12 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
   out.compulsory_evaluations = counters.tessellation.compulsory_evaluations;
-  out.patch_bytes = front_end + tiles_uncached + shading;
+  out.patch_bytes = front_end + uncached;
   out.patch_bytes_cached = front_end + tiles + shading;
   out.frame_bytes_read = state.read_bytes;
   out.frame_bytes_written = state.written_bytes + frame.written_bytes;
   out.dram_bytes = all.read_bytes + all.written_bytes;
-  out.dram_bytes_uncached = out.dram_bytes - tiles + tiles_uncached;
+  out.dram_bytes_uncached = out.dram_bytes - tiles - shading + uncached;
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
   set_pressure(queue_pressure(
                    record, gpu,
@@ -190,13 +197,14 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   tilecore::TileJob job = view.job;
   job.resolve = nullptr;  // every scheme shades all pixels
   last_ = {};
-  last_[Scheme::kPreTessellation] = measure_patch_machine(job, view.gpu, view.result.counters, view.record);
+  last_[Scheme::kPreTessellation] =
+      measure_patch_machine(job, view.gpu, view.records, view.result.counters, view.record);
   const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
   gpu::WorkRecorder whole_work(whole_gpu, view.records, nullptr, false);
   gpu::MachineRecord whole_record;
   gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, nullptr);
-  last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, whole.counters, whole_record);
+  last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, view.records, whole.counters, whole_record);
   // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
   measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,
                             view.result.counters, view.gpu, last_);

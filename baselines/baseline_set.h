@@ -24,7 +24,8 @@ struct BaselineSet {
 
 // Counters of a machine that bins patches, from those of its run.
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                                       const gpu::FrameCounters& counters, const gpu::MachineRecord& record);
+                                       const gpu::RecordMemory& records, const gpu::FrameCounters& counters,
+                                       const gpu::MachineRecord& record);
 
 // Fills in the machines that tessellate first. `replay`: counters of the run of `job`, for what the finished frame and
 // its shading take. `record`: its entries, which lead to the samples that triangles touch. Counters do not depend on the

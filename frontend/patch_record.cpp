@@ -74,4 +74,10 @@ std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32
          (keys * frame_vectors + plain_bytes(primitive, material, false));
 }
 
+std::uint64_t patch_shading_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
+  const scene::PosedDrawable& drawable = frame.drawable_of(patch);
+  if (drawable.procedure != nullptr) return kPatchHeaderBytes + procedure_point_bytes(*drawable.procedure);
+  return patch_record_bytes(frame, patch) + patch_attribute_bytes(*frame.assembly, patch, drawable.deforming);
+}
+
 }  // namespace tessera::frontend

@@ -26,4 +26,7 @@ std::uint64_t vertex_attribute_bytes(const scene::Primitive& primitive, const sc
 // normals follow from positions.
 std::uint64_t patch_attribute_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
 
+// What the pixel shader reads of a record: all of it, of a procedure the header and what a point needs.
+std::uint64_t patch_shading_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
+
 }  // namespace tessera::frontend

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "frontend/instance_culling.h"
 #include "frontend/patch_record.h"
+#include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::gpu {
 namespace {
@@ -44,14 +45,22 @@ RecordMemory::Lines RecordMemory::lines(std::uint64_t begin, std::uint64_t end) 
           static_cast<std::uint32_t>(first_line_ + (end + line_bytes_ - 1) / line_bytes_)};
 }
 
-RecordMemory::Lines RecordMemory::of_patch(std::uint32_t patch) const {
-  const std::uint32_t record = assembly_.record_of(patch);
-  return lines(offsets_[record], offsets_[record + 1]);
+RecordMemory::Lines RecordMemory::of_shading(const scene::FrameGeometry& frame, std::uint32_t patch) const {
+  const std::uint64_t begin = offsets_[assembly_.record_of(patch)];
+  return lines(begin, begin + frontend::patch_shading_bytes(frame, patch));
 }
 
 RecordMemory::Lines RecordMemory::of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const {
   const std::uint64_t begin = offsets_[assembly_.record_of(patch)];
   return lines(begin, begin + frontend::patch_record_bytes(frame, patch));
+}
+
+void RecordMemory::of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
+                                   std::vector<Lines>& out) const {
+  out = {of_geometry(frame, request.patch), of_instance(request.patch)};
+  std::vector<std::uint32_t> others;
+  tilecore::fetched_neighbours(frame, request.patch, request.range, request.displaced, others);
+  for (const std::uint32_t other : others) out.push_back(of_geometry(frame, other));
 }
 
 RecordMemory::Lines RecordMemory::of_instance(std::uint32_t patch) const {

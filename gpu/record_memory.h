@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "scene/frame_geometry.h"
+#include "tilecore/tessellation/tessellation_cache.h"
 
 namespace tessera::gpu {
 
@@ -22,9 +23,14 @@ class RecordMemory {
   struct Lines {
     std::uint32_t first, end;
   };
-  Lines of_patch(std::uint32_t patch) const;
+  // What shading reads (frontend::patch_shading_bytes()).
+  Lines of_shading(const scene::FrameGeometry& frame, std::uint32_t patch) const;
   // What vertices follow from (frontend::patch_record_bytes()).
   Lines of_geometry(const scene::FrameGeometry& frame, std::uint32_t patch) const;
+  // Replaces `out` by what tessellating a sub-patch reads: its record, that of its instance, and of the patches that own
+  // vertices of its boundary.
+  void of_tessellation(const scene::FrameGeometry& frame, const tilecore::TessellationRequest& request,
+                       std::vector<Lines>& out) const;
   // Empty where the patch's drawable has no instances.
   Lines of_instance(std::uint32_t patch) const;
 

@@ -202,12 +202,9 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
 }
 
 void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
-  const scene::FrameGeometry& frame = frame_->segment(request.segment);
-  share_lines(slot, records_.of_geometry(frame, request.patch), Phase::kVisibility, Purpose::kPatchData);
-  share_lines(slot, records_.of_instance(request.patch), Phase::kVisibility, Purpose::kPatchData);
-  tilecore::fetched_neighbours(frame, request.patch, request.range, request.displaced, neighbours_);
-  for (const std::uint32_t other : neighbours_)
-    share_lines(slot, records_.of_geometry(frame, other), Phase::kVisibility, Purpose::kPatchData);
+  records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
+  for (const RecordMemory::Lines& lines : record_lines_)
+    share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
   if (heights_ == nullptr || !request.displaced) return;
   heights_->lines_of(*frame_, request.patch, request.range, height_lines_);
   for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
@@ -222,7 +219,7 @@ void WorkRecorder::share_shading(Slot& slot) {
   for (; next < std::min(slot.shading_lines, slot.lines.size()); ++next)
     share_line(slot, slot.lines[next], Phase::kVisibility);
   for (const std::uint32_t patch : slot.patches) {
-    share_lines(slot, records_.of_patch(patch), Phase::kShading, Purpose::kAttributes);
+    share_lines(slot, records_.of_shading(*frame_, patch), Phase::kShading, Purpose::kAttributes);
     share_lines(slot, records_.of_instance(patch), Phase::kShading, Purpose::kAttributes);
   }
   for (; next < slot.lines.size(); ++next) share_line(slot, slot.lines[next], Phase::kShading);

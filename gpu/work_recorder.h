@@ -107,7 +107,8 @@ class WorkRecorder {
   const RecordMemory& records_;
   const DisplacementMemory* heights_;
   const scene::FrameGeometry* frame_ = nullptr;
-  std::vector<std::uint32_t> height_lines_, neighbours_;
+  std::vector<std::uint32_t> height_lines_;
+  std::vector<RecordMemory::Lines> record_lines_;
   bool record_accesses_;
   memory::L2 l2_;
   PerThread<Sums> sums_;

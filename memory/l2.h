@@ -14,6 +14,7 @@ namespace tessera::memory {
 struct L2Counters {
   std::uint64_t requests = 0;
   std::uint64_t misses = 0;
+  std::uint64_t attribute_requests = 0;
 };
 
 // The cache that all tile cores share, in front of the external memory. Textures, displacement maps and
@@ -29,6 +30,7 @@ class L2 {
   // Reads a line; false: it missed, and one line was charged to the ledger as a read of the tile cores.
   bool read(std::uint32_t line, Purpose purpose = Purpose::kTexture) {
     ++account_.counters.requests;
+    if (purpose == Purpose::kAttributes) ++account_.counters.attribute_requests;
     if (cache_.use(line)) return true;
     ++account_.counters.misses;
     account_.ledger.read(Unit::kTilecore, purpose, line_bytes_);
@@ -65,6 +67,8 @@ inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<Counter
      "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
     {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
      "MaliL2CacheRdMissRate (times lookups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
+    {"l2.attribute_requests", &memory::L2Counters::attribute_requests, Combine::kSum, "lines",
+     "Of these requests, lines of base patches' records that pixel shaders read.", ""},
 });
 TESSERA_COUNTERS_COVER(memory::L2Counters);
 

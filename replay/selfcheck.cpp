@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -184,8 +183,7 @@ void check_sums(std::vector<SelfCheck>& checks) {
 
 struct Tiling {
   std::uint64_t tiled_bytes;
-  double ratio;            // immediate over tiled
-  double ratio_of_pixels;  // of the frame alone, without patch records and lists
+  double ratio;  // immediate over tiled
 };
 Tiling compare_tiling(const scene::Capture& capture, int side, int samples) {
   gpu::GpuConfiguration gpu;
@@ -197,12 +195,9 @@ Tiling compare_tiling(const scene::Capture& capture, int side, int samples) {
   gpu::Device device(capture, gpu, settings, request);
   device.set_observer(&schemes);
   device.render(capture.settings.first_frame);
-  const auto& [tiled, immediate] =
-      std::pair(schemes.last()[baselines::Scheme::kPreTessellation], schemes.last()[baselines::Scheme::kImmediate]);
-  const auto over = [](std::uint64_t a, std::uint64_t b) { return static_cast<double>(a) / static_cast<double>(b); };
-  return {tiled.dram_bytes, over(immediate.dram_bytes, tiled.dram_bytes),
-          over(immediate.frame_bytes_read + immediate.frame_bytes_written,
-               tiled.frame_bytes_read + tiled.frame_bytes_written)};
+  const std::uint64_t tiled = schemes.last()[baselines::Scheme::kPreTessellation].dram_bytes,
+                      immediate = schemes.last()[baselines::Scheme::kImmediate].dram_bytes;
+  return {tiled, static_cast<double>(immediate) / static_cast<double>(tiled)};
 }
 
 }  // namespace
@@ -219,29 +214,27 @@ std::vector<SelfCheck> check_identities() {
 SelfCheck check_tiling(const std::filesystem::path& file, bool strict) {
   const scene::Capture capture = scene::read_capture(file, {.strict = strict});
   std::string all;
-  double pixels_at_32 = 0;
+  double at_32 = 0;
   std::uint64_t least = ~std::uint64_t{0};
   int best = 0;
   for (const int side : {16, 32, 64}) {
     const Tiling tiling = compare_tiling(capture, side, 4);
     if (tiling.tiled_bytes < least) least = tiling.tiled_bytes, best = side;
-    if (side == 32) pixels_at_32 = tiling.ratio_of_pixels;
+    if (side == 32) at_32 = tiling.ratio;
     all += fmt::format("{}{:.2f} at {}x{}", all.empty() ? "" : ", ", tiling.ratio, side, side);
   }
   const double single = compare_tiling(capture, 32, 1).ratio;
   return {
       fmt::format("immediate traffic over tiled, {}", file.filename().string()),
-      "1 or more, of the frame alone (published: 1.96, 32x32 best)",
-      fmt::format("{:.2f} at 32x32; all traffic: {}, {}x{} best; {:.2f} with 1 sample a pixel", pixels_at_32, all, best,
-                  best, single),
-      pixels_at_32 >= 1,
+      "above 1 (published: 1.96, 32x32 best)",
+      fmt::format("{}, {}x{} best; {:.2f} with 1 sample a pixel", all, best, best, single), at_32 > 1,
       "published (Antochi et al. 2004) for OpenGL scenes without multisampling, textures included. Ours at 4 "
       "samples a pixel: the immediate machine moves every sample, the tiled one the finished "
       "pixel, hence more than published. At 1 sample a pixel the image nearly fits the immediate machine's cache "
       "(immediate.cache_bytes) and its pixel takes 4 bytes where the resolve unit writes 8, "
       "hence less. Textures are left out on both sides. Larger tiles read fewer entries, and their on-chip memory "
       "costs no traffic, hence 64x64 here. Tiles fetch patch records again; where these are most of the traffic, that "
-      "outweighs the samples that stay on chip, hence below 1 in all"};
+      "is near 1"};
 }
 
 }  // namespace tessera::replay

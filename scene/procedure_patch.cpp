@@ -73,13 +73,17 @@ TessellationPattern procedure_pattern(const FrameGeometry& frame, std::uint32_t 
   return pattern;
 }
 
-std::uint64_t procedure_record_bytes(const Procedure& procedure) {
-  std::uint64_t numbers = 0, stages = procedure.texture_numbers.size() + procedure.shading_numbers.size();
+std::uint64_t procedure_point_bytes(const Procedure& procedure) {
+  std::uint64_t numbers = procedure.texture_numbers.size() + procedure.shading_numbers.size();
   for (const shaders::ParameterDeclaration& p : procedure.declaration().parameters)
     numbers += static_cast<std::uint64_t>(p.size);
-  std::uint64_t bytes = 4 * (numbers * procedure.pieces.size() + stages);
-  if (procedure.image) bytes += 12 * procedure.image->x.size();
-  return bytes;
+  return 4 * numbers;
+}
+
+std::uint64_t procedure_record_bytes(const Procedure& procedure) {
+  const std::uint64_t stages = 4 * (procedure.texture_numbers.size() + procedure.shading_numbers.size());
+  const std::uint64_t piece = procedure_point_bytes(procedure) - stages;
+  return piece * procedure.pieces.size() + stages + (procedure.image ? 12 * procedure.image->x.size() : 0);
 }
 
 }  // namespace tessera::scene

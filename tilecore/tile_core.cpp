@@ -233,7 +233,6 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   tessellations_.push_back({{entry.base_patch, entry.segment, entry.range},
                             static_cast<std::uint32_t>(work.domain_evaluations),
                             static_cast<std::uint32_t>(work.triangles),
-                            memory::burst_bytes(0, work.patch_bytes, job.burst_bytes),
                             effects.ray.motion,
                             drawable.deforming || job.frame->drawable_of(entry.base_patch).deforming,
                             effects.displaced,

@@ -46,6 +46,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "frontend.instance_groups_culled",
                                                "frontend.instances_tested",
                                                "l2.requests",
+                                               "l2.attribute_requests",
                                                "l2.misses",
                                                "dram.read_bytes"};
 

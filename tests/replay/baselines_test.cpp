@@ -310,21 +310,12 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
       1 << 30;
   const Compared a = render(capture, none), b = render(capture, all);
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
-    // Ours read records by lines of the L2, in which records begin and end anywhere; what they read for the pixel shader
-    // is in both, and less with an L2.
-    const bool ours =
-        s == static_cast<std::size_t>(Scheme::kPreTessellation) || s == static_cast<std::size_t>(Scheme::kPatchWhole);
-    const auto bytes = static_cast<double>(a.baselines->schemes[s].dram_bytes),
-               uncached = static_cast<double>(a.baselines->schemes[s].dram_bytes_uncached);
-    EXPECT_NEAR(bytes, uncached, ours ? 0.03 * uncached : 0.0) << baselines::kSchemeNames[s];
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes_uncached)
+        << baselines::kSchemeNames[s];
     EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
         << baselines::kSchemeNames[s];
-    if (ours) {
-      EXPECT_GT(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached);
-    } else {
-      EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
-          << baselines::kSchemeNames[s];
-    }
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
+        << baselines::kSchemeNames[s];
     EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << baselines::kSchemeNames[s];
   }
   const BaselineCounters& immediate = scheme(b, Scheme::kImmediate);

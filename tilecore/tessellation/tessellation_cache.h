@@ -37,7 +37,6 @@ struct SubPatchName {
 // A sub-patch that a tile asked the tessellator for.
 struct TessellationRequest : SubPatchName {
   std::uint32_t vertices = 0, triangles = 0;
-  std::uint64_t patch_bytes = 0;  // bursts fetched to tessellate it
   bool moving = false;
   bool deforming = false;  // the vertices themselves differ between the motion keys
   // Effects that the kernels of this sub-patch were compiled for.

@@ -45,14 +45,6 @@ void build_cluster_cells(const scene::MeshClusters& clusters, const scene::Clust
   }
 }
 
-std::uint64_t fetched_bytes(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
-                            const scene::CellRange& range, bool displaced, std::vector<std::uint32_t>& others) {
-  fetched_neighbours(frame, patch, range, displaced, others);
-  std::uint64_t bytes = frontend::patch_record_bytes(frame, patch) + frontend::instance_record_bytes(drawable);
-  for (const std::uint32_t other : others) bytes += frontend::patch_record_bytes(frame, other);
-  return bytes;
-}
-
 }  // namespace
 
 void fetched_neighbours(const FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range, bool displaced,
@@ -222,7 +214,7 @@ Tessellator::Work Tessellator::tessellate(const FrameGeometry& frame, std::uint3
   build_cells(mesh, {moving, lens, frame.projection.orthographic, static_cast<float>(frame.projection.inverse_focus),
                      lens ? static_cast<float>(frame.projection.lens_scale) : 0.0f, box_bits_,
                      lens ? frontend::sharp_factor(frame.projection) : 0.0f});
-  return {vertices, mesh.triangle_count, fetched_bytes(frame, drawable, patch, range, displaces, others_)};
+  return {vertices, mesh.triangle_count};
 }
 
 }  // namespace tessera::tilecore

@@ -26,7 +26,6 @@ class Tessellator {
   struct Work {
     std::uint64_t domain_evaluations = 0;  // vertices shaded (both motion keys count once)
     std::uint64_t triangles = 0;
-    std::uint64_t patch_bytes = 0;  // records fetched: the patch, and owners of its shared displaced edges
   };
 
   // Fills key 1 and moving boxes when `effects` has motion (which a sub-patch that moves requires), and leaves room for
@@ -58,7 +57,6 @@ class Tessellator {
   std::array<Points, 2> object_;
   Points normal_;
   std::vector<float> u_, v_, offset_, margin_, texture_u_, texture_v_;
-  std::vector<std::uint32_t> others_;
 };
 
 }  // namespace tessera::tilecore

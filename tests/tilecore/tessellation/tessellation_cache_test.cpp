@@ -50,7 +50,6 @@ TessellationRequest request(std::uint32_t patch, std::vector<VertexGroup> groups
   r.range = {0, 0, 1, 1};
   for (const VertexGroup& g : groups) r.vertices += static_cast<std::uint32_t>(std::popcount(g.vertices));
   r.triangles = 1;
-  r.patch_bytes = 64;
   r.uses = uses;
   r.groups = std::make_shared<const std::vector<VertexGroup>>(std::move(groups));
   return r;

@@ -170,7 +170,24 @@ TEST(Tessellator, CountsItsWork) {
   EXPECT_EQ(work.domain_evaluations, 5u * 4u);
   EXPECT_LE(work.triangles, 2u * 4u * 3u);
   EXPECT_GT(work.triangles, 0u);
-  EXPECT_GE(work.patch_bytes, 16u * 12u);
+}
+
+TEST(Tessellator, FetchesTheOwnersOfDisplacedEdges) {
+  Random random(6);
+  const TestFrame test = closed_surface(0.3f, false, random);
+  const auto patch = static_cast<std::uint32_t>(test.assembly->patch_count() -
+                                                1);  // the first patch owns all of its edges, the last none
+  const scene::TessellationPattern& pattern = test.frame->pattern_of(patch);
+  ASSERT_GT(pattern.nu, 2);
+  std::vector<std::uint32_t> others;
+  fetched_neighbours(*test.frame, patch, {0, 0, pattern.nu, pattern.nv}, true, others);
+  EXPECT_FALSE(others.empty());
+  for (const std::uint32_t other : others) EXPECT_NE(other, patch);
+  // Neither an edge without displacement nor the middle of the grid needs anybody.
+  fetched_neighbours(*test.frame, patch, {0, 0, pattern.nu, pattern.nv}, false, others);
+  EXPECT_TRUE(others.empty());
+  fetched_neighbours(*test.frame, patch, {1, 1, 2, 2}, true, others);
+  EXPECT_TRUE(others.empty());
 }
 
 TEST(Tessellator, StitchedCellsDropTheirDegenerateTriangles) {
