@@ -19,6 +19,7 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
   entry.base_patch = sub_patch.base_patch;
   entry.segment = sub_patch.segment;
   entry.range = sub_patch.range;
+  entry.whole = sub_patch.range == scene::patch_cells(frame, sub_patch.base_patch);
   entry.near_depth = sub_patch.bounds.near_z;
   entry.flags = 0;
   const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
@@ -94,9 +95,12 @@ bool Binner::run(const scene::FrameGeometry& frame, std::span<const frontend::Bo
   return true;
 }
 
-std::vector<QueueEntry> Binner::read_tile(TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read) const {
+std::vector<QueueEntry> Binner::read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
+                                          std::uint64_t& bytes_read) const {
   std::vector<QueueEntry> entries;
   hierarchy_.for_each_queue_of(tile, [&](QueueIndex queue) { buffer_.read_queue(queue, entries, ledger, bytes_read); });
+  for (QueueEntry& entry : entries)
+    if (entry.whole) entry.range = scene::patch_cells(frame.segment(entry.segment), entry.base_patch);
   return entries;
 }
 

@@ -33,8 +33,10 @@ class Binner {
   [[nodiscard]] bool run(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                          Cursor& cursor);
 
-  // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue.
-  std::vector<QueueEntry> read_tile(TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read) const;
+  // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue. How many
+  // cells a whole patch has, its own record says.
+  std::vector<QueueEntry> read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
+                                    std::uint64_t& bytes_read) const;
 
   // After a partial render: empty queues, same counters.
   void reset() { buffer_.reset(); }

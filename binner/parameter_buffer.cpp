@@ -27,7 +27,7 @@ ParameterBuffer::ParameterBuffer(const BinnerSpec& spec, QueueIndex list_count)
       lists_({list_count, static_cast<std::uint64_t>(spec.parameter_buffer.first_chunk_bytes),
               static_cast<std::uint64_t>(spec.parameter_buffer.chunk_bytes), burst_bytes_},
              memory_, combiner_) {
-  if (bytes_with(1, 1) > capacity_)
+  if (bytes_with(1, kRecordBytes) > capacity_)
     throw UsageError(fmt::format(
         "parameter_buffer.bytes: {} bytes cannot hold the first chunks of {} lists ({} bytes), one chunk of "
         "{} bytes and a burst of sub-patches",
@@ -35,9 +35,8 @@ ParameterBuffer::ParameterBuffer(const BinnerSpec& spec, QueueIndex list_count)
   reset();
 }
 
-std::uint64_t ParameterBuffer::bytes_with(std::uint64_t chunks, std::uint64_t records) const {
-  return layout().end() + round_up(chunks * layout().chunk_bytes, burst_bytes_) +
-         round_up(records * kRecordBytes, burst_bytes_);
+std::uint64_t ParameterBuffer::bytes_with(std::uint64_t chunks, std::uint64_t table_bytes) const {
+  return layout().end() + round_up(chunks * layout().chunk_bytes, burst_bytes_) + round_up(table_bytes, burst_bytes_);
 }
 
 void ParameterBuffer::reset() {
@@ -72,31 +71,36 @@ std::uint64_t ParameterBuffer::add_chunk() {
   return address;
 }
 
-void ParameterBuffer::write_record(std::uint32_t number, std::span<const std::uint8_t> bytes, std::size_t at) {
-  const std::uint64_t offset = std::uint64_t{number} * kRecordBytes + at;
+std::uint32_t ParameterBuffer::number_of_next(const PackedRecord& record) const {
+  return static_cast<std::uint32_t>(round_up(table_.size(), record.size) / kSlotBytes);
+}
+
+void ParameterBuffer::write_record(std::uint32_t number, std::span<const std::uint8_t> bytes) {
+  const std::uint64_t offset = number * std::uint64_t{kSlotBytes};
   std::memcpy(&table_[offset], bytes.data(), bytes.size());
   combiner_.write(table_address_ + offset, bytes.size());
   if (offset >= records_spilled_from_) counters_.spilled_bytes += bytes.size();
 }
 
-// `new_record_of`: lists that the record, which this entry is the first to need, shall name; 0: it is there.
-bool ParameterBuffer::append_entry(const QueueEntry& sub_patch, const QueueHierarchy::Placement& placement,
-                                   std::uint64_t new_record_of) {
-  const std::uint32_t number = new_record_of > 0 ? records() : records() - 1;
+bool ParameterBuffer::append_entry(const QueueHierarchy::Placement& placement, const PackedRecord* record) {
+  const std::uint32_t number = record != nullptr ? number_of_next(*record) : last_record_;
   TESSERA_CHECK(number < (std::uint32_t{1} << TileLists::kNoteBits) - 1, "numbers of records fit a list's cursor");
   code_.clear();
   encode_entry({number, placement.times}, lists_.note(placement.queue), code_);
   const std::uint64_t chunks = chunks_ + lists_.chunks_needed(placement.queue, code_.size());
-  if (bytes_with(chunks, number + std::uint64_t{1}) > capacity_) {
+  const std::uint64_t table_bytes =
+      record != nullptr ? number * std::uint64_t{kSlotBytes} + record->size : table_.size();
+  if (bytes_with(chunks, table_bytes) > capacity_) {
     if (!spill_) return false;
     // What is in the buffer stays there; the rest of a burst of records is.
     spilled_from_ = std::min(spilled_from_, layout().end() + chunks_ * layout().chunk_bytes);
     records_spilled_from_ = std::min(records_spilled_from_, round_up(table_.size(), burst_bytes_));
   }
-  if (new_record_of > 0) {
-    grow(table_, table_.size() + kRecordBytes);
-    write_record(number, pack_record(sub_patch, new_record_of), 0);
-    table_bytes_written_ += kRecordBytes;
+  if (record != nullptr) {
+    grow(table_, table_bytes);
+    write_record(number, record->used());
+    last_record_ = number;
+    table_bytes_written_ += record->size;
     ++counters_.table_records;
   }
   lists_.append(
@@ -111,10 +115,18 @@ bool ParameterBuffer::append_entry(const QueueEntry& sub_patch, const QueueHiera
 
 bool ParameterBuffer::append(const QueueEntry& sub_patch, std::span<const QueueHierarchy::Placement> placements,
                              std::uint32_t& next) {
-  for (const std::uint32_t first = next; next < placements.size(); ++next) {
-    if (append_entry(sub_patch, placements[next], next == first ? placements.size() - first : 0)) continue;
-    // The record said that all would take it.
-    if (next > first) write_record(records() - 1, pack_lists(next - first), kRecordListsAt);
+  constexpr std::size_t kMost = std::numeric_limits<std::uint16_t>::max();
+  const std::uint32_t first = next;
+  QueueEntry named = sub_patch;
+  named.lists = static_cast<std::uint16_t>(std::min(placements.size() - first, kMost));
+  PackedRecord record = pack_record(named);
+  for (; next < placements.size(); ++next) {
+    if (append_entry(placements[next], next == first ? &record : nullptr)) continue;
+    if (next > first) {  // the record said that all would take it
+      lower_lists(std::span(record.bytes).first(record.size),
+                  static_cast<std::uint16_t>(std::min<std::size_t>(next - first, kMost)));
+      write_record(last_record_, record.used());
+    }
     return false;
   }
   return true;
@@ -134,8 +146,8 @@ void ParameterBuffer::read_queue(QueueIndex list, std::vector<QueueEntry>& entri
   std::uint32_t before = 0;
   for (std::size_t at = 0; at < bytes.size();) {
     const ListEntry code = decode_entry(bytes, before, at);
-    QueueEntry& entry = entries.emplace_back(unpack_record(
-        std::span<const std::uint8_t, kRecordBytes>(&table_[std::size_t{code.record} * kRecordBytes], kRecordBytes)));
+    QueueEntry& entry =
+        entries.emplace_back(unpack_record(std::span(table_).subspan(std::size_t{code.record} * kSlotBytes)));
     entry.record = code.record;
     entry.t0 = static_cast<std::uint8_t>(code.times.first);
     entry.t1 = static_cast<std::uint8_t>(code.times.last);

@@ -39,7 +39,8 @@ struct BinnerCounters {
 // no more than parameter_buffer.bytes. The bytes are really there: what a tile core reads is decoded from them.
 //
 //   lists    entries as in list_code.h
-//   table    a record of 16 bytes for each sub-patch that is in a list, in the order of binning, as in queue_entry.h
+//   table    a record for each sub-patch that is in a list, in the order of binning, as in queue_entry.h; a record's
+//            number is its address over kSlotBytes
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes.
 // Invariants (cited by the tests):
@@ -74,8 +75,9 @@ class ParameterBuffer {
   void reset();
 
   // First chunks, further ones, and records in whole bursts.
-  std::uint64_t bytes_in_use() const { return bytes_with(chunks_, records()); }
-  std::uint32_t records() const { return static_cast<std::uint32_t>(table_.size() / kRecordBytes); }
+  std::uint64_t bytes_in_use() const { return bytes_with(chunks_, table_.size()); }
+  // Above the numbers of all records.
+  std::uint32_t end_of_records() const { return static_cast<std::uint32_t>(table_.size() / kSlotBytes); }
   std::span<const std::uint8_t> table() const { return table_; }
   std::span<const std::uint8_t> lists_memory() const { return memory_; }
   const TileLists::Layout& layout() const { return lists_.layout(); }
@@ -88,10 +90,11 @@ class ParameterBuffer {
   void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
 
  private:
-  std::uint64_t bytes_with(std::uint64_t chunks, std::uint64_t records) const;
-  bool append_entry(const QueueEntry& sub_patch, const QueueHierarchy::Placement& placement,
-                    std::uint64_t new_record_of);
-  void write_record(std::uint32_t number, std::span<const std::uint8_t> bytes, std::size_t at);
+  std::uint64_t bytes_with(std::uint64_t chunks, std::uint64_t table_bytes) const;
+  // `record`: of a sub-patch that has none yet; otherwise null.
+  bool append_entry(const QueueHierarchy::Placement& placement, const PackedRecord* record);
+  std::uint32_t number_of_next(const PackedRecord& record) const;
+  void write_record(std::uint32_t number, std::span<const std::uint8_t> bytes);
   void grow(std::vector<std::uint8_t>& memory, std::uint64_t bytes);
   std::uint64_t add_chunk();
   void count_content();
@@ -102,6 +105,7 @@ class ParameterBuffer {
   scene::MemoryBudget* budget_ = nullptr;
   std::uint64_t chunks_ = 0;
   std::uint64_t spilled_from_ = 0, records_spilled_from_ = 0;  // addresses from which on the overflow area is used
+  std::uint32_t last_record_ = 0;
   std::vector<std::uint8_t> code_;
   std::uint64_t table_bytes_written_ = 0;
   BinnerCounters counters_;

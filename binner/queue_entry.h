@@ -24,15 +24,29 @@ struct QueueEntry {
 
   std::uint32_t base_patch = 0;
   scene::CellRange range;
+  bool whole = false;  // all cells of the patch: its record leaves the range out where its fields fit
   float near_depth = 0;
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;
   std::uint8_t segment = 0;  // FrameGeometry::segment()
-  std::uint32_t record = 0;  // number in the sub-patch table
+  std::uint16_t lists = 0;   // that hold it; 65535 stands for as many and more
+  std::uint32_t record = 0;  // number in the sub-patch table: its address there over kSlotBytes
+
+  bool operator==(const QueueEntry&) const = default;
 };
 
-// A record of the sub-patch table. 16 bytes in memory, little endian, as binner/README.md has them in a table, which a
-// test reads:
+// A record of the sub-patch table, little endian, as binner/README.md has both forms in tables, which a test reads. Of a
+// whole patch: 64 bits, where its fields fit.
+//
+//   bits    field        form
+//   0..27   base_patch
+//   28..43  near_depth   upper half of the float without its sign: 8 bits of exponent, 8 of mantissa, rounded nearer
+//   44..51  lists
+//   52..56  segment
+//   57..62  flags
+//   63      1
+//
+// Of anything else: 16 bytes, aligned to 16.
 //
 //   bytes   field        form
 //   0..3    base_patch   u32
@@ -41,14 +55,20 @@ struct QueueEntry {
 //   12      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
 //   13      segment      of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
 //   14..15  lists        that it was put into: 65535 stands for as many and more
-inline constexpr std::size_t kRecordBytes = 16, kRecordListsAt = 14;
-using RecordBytes = std::array<std::uint8_t, kRecordBytes>;
+inline constexpr std::size_t kSlotBytes = 8, kRecordBytes = 16;
+
+struct PackedRecord {
+  std::array<std::uint8_t, kRecordBytes> bytes{};
+  std::size_t size = 0;  // kSlotBytes or kRecordBytes
+
+  std::span<const std::uint8_t> used() const { return std::span(bytes).first(size); }
+};
 
 // Times and number are not in the record. A range beyond 7 bits is a broken invariant.
-RecordBytes pack_record(const QueueEntry& sub_patch, std::uint64_t lists);
-QueueEntry unpack_record(std::span<const std::uint8_t, kRecordBytes> bytes);
-// Lists that a record of the table says it was put into.
-std::uint16_t lists_of_record(std::span<const std::uint8_t, kRecordBytes> bytes);
-std::array<std::uint8_t, 2> pack_lists(std::uint64_t lists);
+PackedRecord pack_record(const QueueEntry& sub_patch);
+// Of the record that begins there: all of it is in `bytes`.
+QueueEntry unpack_record(std::span<const std::uint8_t> bytes);
+// Makes a record say that fewer lists hold it: it keeps its form.
+void lower_lists(std::span<std::uint8_t> record, std::uint16_t lists);
 
 }  // namespace tessera::binner

@@ -21,7 +21,7 @@ class RecordCache {
 
   // A tile core reads a record: no record is longer than a burst, nor in two. Bytes fetched; `log` may be null.
   std::uint64_t read(std::uint32_t record, memory::AccessLog* log) {
-    const std::uint64_t burst = std::uint64_t{record} * kRecordBytes / burst_bytes_;
+    const std::uint64_t burst = record * std::uint64_t{kSlotBytes} / burst_bytes_;
     if (cache_.use(static_cast<std::uint32_t>(burst), burst_bytes_)) return 0;
     ledger_.record_into(log);
     ledger_.read_at(memory::Unit::kTilecore, memory::Purpose::kTileQueue, table_address_ + burst * burst_bytes_,

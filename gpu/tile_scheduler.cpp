@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
 #include "base/check.h"
@@ -60,7 +59,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   WorkRecorder::Tile work = round.work.tile(t, core);
   memory::Ledger ledger;
   ledger.record_into(work.log());
-  std::vector<binner::QueueEntry> entries = binner_.read_tile(tile, ledger, counts.queue_bytes_read);
+  std::vector<binner::QueueEntry> entries = binner_.read_tile(*job.frame, tile, ledger, counts.queue_bytes_read);
   core.charge(ledger);
   SharedUse& shared = round.shared[t];
   for (const binner::QueueEntry& entry : entries) shared.records.push_back(entry.record);
@@ -86,19 +85,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   count_work(work.end(job, round.last), counts);
 }
 
-void TileScheduler::count_uses(Round& round) {
-  std::unordered_map<tilecore::SubPatchName, std::uint32_t, tilecore::SubPatchName::Hash> uses;
-  for (const SharedUse& use : round.shared) {
-    for (const tilecore::TessellationRequest& request : use.tessellations) ++uses[request];
-    for (const tilecore::SubPatchName& name : use.hidden) ++uses[name];
-  }
-  for (SharedUse& use : round.shared)
-    for (tilecore::TessellationRequest& request : use.tessellations)
-      request.uses = static_cast<std::uint16_t>(std::min<std::uint32_t>(uses[request], 0xFFFF));
-}
-
 void TileScheduler::share(Round& round) {
-  if (cache_.eviction() != tilecore::CacheEviction::kLru) count_uses(round);
   binner::RecordCache records(run_.gpu.binner_spec());
   for (const binner::TileIndex t : order_.tiles()) {
     const SharedUse& use = round.shared[t];
@@ -149,7 +136,7 @@ void TileScheduler::render(std::span<const frontend::BoundedSubPatch> sub_patche
 }
 
 void TileScheduler::empty_lists() {
-  records_before_ += binner_.buffer().records();
+  records_before_ += binner_.buffer().end_of_records();
   binner_.reset();
 }
 

@@ -54,8 +54,6 @@ class TileScheduler {
  private:
   struct Round;
   void render_tile(Round& round, std::size_t tile, bool& first_of_group);
-  // How many lists hold each sub-patch that the tiles ask for.
-  static void count_uses(Round& round);
   // What the tiles share, in emulated order.
   void share(Round& round);
 

@@ -239,7 +239,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
                             effects.ray.lens,
                             effects.alpha_tested,
                             drawable.material->alpha_mode == AlphaMode::kBlend,
-                            0,
+                            entry.lists,
                             item.groups(frame, entry.base_patch, entry.range, lens_scale)});
   ++counts_of(job, entry).sub_patches;
   counts_of(job, entry).triangles += work.triangles;

@@ -150,7 +150,7 @@ TEST(QueueHierarchy, OneTileHasAQueueOfItsOwnAtEveryLevelAndUsesTheFinest) {
 // of the last lines in front.
 struct TrafficOracle {
   std::uint64_t burst, lines, first_chunk_bytes, chunk_bytes, table;
-  std::uint64_t lists, chunks = 0, records = 0;
+  std::uint64_t lists, chunks = 0, table_end = 0, record_bytes = 0;
   std::uint64_t read = 0, written = 0;
   struct List {
     std::vector<std::pair<std::uint64_t, std::uint64_t>> chunks;  // address, bytes used
@@ -184,8 +184,11 @@ struct TrafficOracle {
     return (list.chunks.size() == 1 ? first_chunk_bytes : chunk_bytes) - 4 - list.chunks.back().second;
   }
   void begin() { access(0, (lists + 7) / 8, true); }
-  void append(QueueIndex number) {
-    access(table + 16 * records, 16, true);
+  void append(QueueIndex number, std::uint64_t bytes_of_record) {
+    const std::uint64_t record = round_up(table_end, bytes_of_record);
+    access(table + record, bytes_of_record, true);
+    table_end = record + bytes_of_record;
+    record_bytes += bytes_of_record;
     List& list = queues[number];
     access(number / 8, 1, false);
     const std::uint64_t cursor = cursors_at() + 8 * number;
@@ -195,8 +198,8 @@ struct TrafficOracle {
     } else {
       access(cursor, 8, false);
     }
-    const std::uint64_t distance = ++records - list.before;
-    list.before = records;
+    const std::uint64_t distance = record / 8 + 1 - list.before;
+    list.before = record / 8 + 1;
     list.bytes += distance < 64 ? 1 : 2;
     for (std::uint64_t left = distance < 64 ? 1 : 2; left > 0;) {
       if (room(list) == 0) {
@@ -232,7 +235,7 @@ struct TrafficOracle {
     return sum;
   }
   std::uint64_t content() {
-    std::uint64_t sum = (lists + 7) / 8 + 16 * records;
+    std::uint64_t sum = (lists + 7) / 8 + record_bytes;
     for (const auto& [number, list] : queues) sum += 8 + list_bytes(number);
     return sum;
   }
@@ -261,8 +264,10 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
     const auto queue = static_cast<QueueIndex>(random.coin() ? random.integer(0, kQueues - 2) : random.integer(3, 5));
     const std::vector<QueueHierarchy::Placement> one = {{queue, {}}};
     std::uint32_t next = 0;
-    EXPECT_TRUE(buffer.append({}, one, next));
-    oracle.append(queue);
+    QueueEntry sub_patch;  // whole, or a part of a patch
+    sub_patch.whole = random.coin();
+    EXPECT_TRUE(buffer.append(sub_patch, one, next));
+    oracle.append(queue, sub_patch.whole ? 8 : 16);
   }
   buffer.finish();
   oracle.finish();
@@ -310,7 +315,7 @@ std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObje
     for (TileIndex t = 0; t < binner.grid().tile_count(); ++t) {
       memory::Ledger ledger;
       std::uint64_t payload = 0;
-      for (const QueueEntry& e : binner.read_tile(t, ledger, payload)) tiles[t].insert(e.range.i0);
+      for (const QueueEntry& e : binner.read_tile(*scene.frame, t, ledger, payload)) tiles[t].insert(e.range.i0);
     }
     binner.reset();
   }
@@ -365,7 +370,7 @@ TEST(HardCases, APatchInEveryTileOfMoreThan65535) {
     EXPECT_EQ(binner.buffer().counters().interval_codes, 256u * entries);
     memory::Ledger ledger;
     std::uint64_t payload = 0;
-    EXPECT_EQ(binner.read_tile(70000, ledger, payload).size(), 1u);
+    EXPECT_EQ(binner.read_tile(*scene.frame, 70000, ledger, payload).size(), 1u);
     EXPECT_EQ(payload, 1u + 1u) << "an entry, and the end of its list";
   }
 }

@@ -185,7 +185,7 @@ TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
     for (binner::TileIndex t = 0; t < grid.tile_count(); ++t) {
       memory::Ledger ledger;
       std::uint64_t bytes = 0;
-      std::vector<binner::QueueEntry> entries = binner.read_tile(t, ledger, bytes);
+      std::vector<binner::QueueEntry> entries = binner.read_tile(*frame, t, ledger, bytes);
       for (binner::QueueEntry& e : entries)
         if (cleared) e.flags &= static_cast<std::uint8_t>(~binner::QueueEntry::kMoving);
       tilecore::TileState state;

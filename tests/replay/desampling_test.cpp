@@ -223,7 +223,7 @@ TEST(Desampling, PartialRendersAndRevivedTilesChangeNothing) {
   const Capture capture = shipped("serpent");
   const auto expected = Machine().frames(capture, 12, 15);
   Machine tiny, culling;
-  tiny.gpu.parameter_buffer.bytes = 4096;
+  tiny.gpu.parameter_buffer.bytes = 3072;
   culling.gpu.frontend.previous_depth_culling = true;
   const auto small = tiny.frames(capture, 12, 15), second_pass = culling.frames(capture, 12, 15);
   EXPECT_GT(small[1].counters.binner.partial_renders, 0u);
