@@ -52,8 +52,8 @@ TEST(StillFrames, PL1AreThoseOfAFreshDevice) { expect_frames_of_a_fresh_device({
 
 TEST(StillFrames, PL1HoldsWithPartialRenders) {
   GpuConfiguration gpu;
-  gpu.memory.burst_bytes = 32;
-  gpu.parameter_buffer.bytes = 512;  // one chunk and four records
+  gpu.tessellator.sub_patch_cells = 4;
+  gpu.parameter_buffer.bytes = 640;
   gpu.parameter_buffer.chunk_bytes = 64;
   const scene::Capture capture = spheres();
   ASSERT_GT(Device(capture, gpu, {}, request()).render(0).counters.binner.partial_renders, 0u);
