@@ -55,9 +55,9 @@ struct CostEstimate {
 // that the boxes of halves are tighter than half a box; vertices that the tessellator's cache loses.
 //
 // Invariants (cited by the tests):
-//   SC1  expected_bins() is the mean over all places of the bins that a zonotope touches.
-//   SC2  gain() is the difference of the costs of both ways.
-//   SC3  Where bins have nothing to build, nothing is worth a split; so where all is free.
+//   SPC1  expected_bins() is the mean over all places of the bins that a zonotope touches.
+//   SPC2  gain() is the difference of the costs of both ways.
+//   SPC3  Where bins have nothing to build, nothing is worth a split; so where all is free.
 class SplitCost {
  public:
   explicit SplitCost(const SplitPrices& prices) : prices_(prices) {}
