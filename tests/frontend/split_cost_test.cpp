@@ -243,18 +243,18 @@ TEST(SplitByCost, LeavesNothingThatIsWorthASplit) {
   EXPECT_GT(pieces, 200u);
 }
 
-TEST(SplitByCost, FreeBoxesSplitNothingAndDearOnesUpToTheBudget) {
+TEST(SplitByCost, FreeBoxesSplitNothingAndCostlyOnesUpToTheBudget) {
   Random random(7);
   const Scene scene(Hard::kNoMotion, random);
   FrontEndSpec spec = by_cost(0);
-  FrontendCounters free, dear;
+  FrontendCounters free, costly;
   split_by(scene, spec, free);
   EXPECT_EQ(free.splits, 0u);
   spec = by_cost(1000);
   spec.split_budget = 7;
   std::map<std::uint32_t, int> count;
-  for (const BoundedSubPatch& piece : split_by(scene, spec, dear)) ++count[piece.base_patch];
-  EXPECT_EQ(dear.splits, 2 * 6u);
+  for (const BoundedSubPatch& piece : split_by(scene, spec, costly)) ++count[piece.base_patch];
+  EXPECT_EQ(costly.splits, 2 * 6u);
   for (const auto& [patch, pieces] : count) EXPECT_EQ(pieces, 7);
 }
 
