@@ -107,6 +107,18 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> =
          ""},
         {"frontend.alpha_test_elided", &frontend::FrontendCounters::alpha_test_elided, Combine::kSum, "sub-patches",
          "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
+        {"frontend.estimated_entries", &frontend::FrontendCounters::estimated_entries, Combine::kSum, "entries",
+         "Entries of lists that frontend.split_criterion=cost expects of the sub-patches sent to the binner; of flat "
+         "lists binner.entries says how many there were.",
+         ""},
+        {"frontend.estimated_list_bytes", &frontend::FrontendCounters::estimated_list_bytes, Combine::kSum, "bytes",
+         "Bytes that it expects of their entries and records, written and read once; what empty lists take apart. "
+         "Compare with binner.queue_bytes_written and binner.queue_bytes_read.",
+         ""},
+        {"frontend.estimated_boxes", &frontend::FrontendCounters::estimated_boxes, Combine::kSum, "boxes",
+         "Boxes of cells and leaves that it expects tiles to build, hidden sub-patches included. Compare with "
+         "tilecore.boxes_built.",
+         ""},
     });
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 

@@ -84,6 +84,10 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, const MovingCorners
   const int width = piece.range.i1 - piece.range.i0, height = piece.range.j1 - piece.range.j0;
   if (std::max(width, height) > settings_.max_cells) return kMandatory;
   if (depth >= settings_.split_depth || std::max(width, height) < 2 * kSmallestSide) return 0;
+  if (settings_.split_criterion == SplitCriterion::kCost) {
+    const std::array<double, 2> gains = split_gains(piece, corners);
+    return std::max({gains[0], gains[1], 0.0});
+  }
   const ScreenBounds& b = piece.bounds;
   const double extent =
       std::min(extent_in_frame(b, frame_.request.width, frame_.request.height), extent_at_keys(corners));
@@ -109,13 +113,43 @@ double PatchSplitter::priority(const BoundedSubPatch& piece, const MovingCorners
     }
     case SplitCriterion::kSurfaceArea:
       return box_area(piece.box, bounder_.drawable().to_world);
+    case SplitCriterion::kCost:
+      break;
   }
   return 0;
+}
+
+std::array<double, 2> PatchSplitter::split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const {
+  const ScreenShape shape = screen_shape(corners, piece.bounds, frame_.request.width, frame_.request.height);
+  const bool moving = (piece.effects & kEffectMotion) != 0;
+  const double bytes = bounds_ > 0 ? static_cast<double>(bound_bytes_) / static_cast<double>(bounds_) : 0;
+  const std::array<int, 2> sides = {piece.range.i1 - piece.range.i0, piece.range.j1 - piece.range.j0};
+  std::array<double, 2> gains;
+  for (std::size_t side = 0; side < 2; ++side)
+    gains[side] = sides[side] < 2 * kSmallestSide
+                      ? -std::numeric_limits<double>::infinity()
+                      : cost_.gain(shape, static_cast<double>(cell_count(piece.range)), moving, side, bytes);
+  return gains;
+}
+
+bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
+  const scene::CellRange& r = node.piece.range;
+  const int width = r.i1 - r.i0, height = r.j1 - r.j0;
+  if (std::min(width, height) < 2 * kSmallestSide) return width > height;
+  // Where only one side is too long for a tile core, that one.
+  if (mandatory && std::min(width, height) <= settings_.max_cells) return width > height;
+  if (settings_.split_criterion == SplitCriterion::kCost) {
+    const std::array<double, 2> gains = split_gains(node.piece, node.corners);
+    return gains[0] >= gains[1];
+  }
+  return side_length2(node.corners, 1) >= side_length2(node.corners, 2);
 }
 
 std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range, int depth,
                                                         std::vector<BoundedSubPatch>* deferred,
                                                         FrontendCounters& counters) {
+  const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
+  const std::uint64_t before = pending();
   const SubPatchBody body = bounder_.body(range);
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
   if (!bounds || outside_frame(*bounds, frame_.request.width, frame_.request.height)) {
@@ -125,6 +159,8 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   }
   const Facing facing =
       settings_.backface_culling ? back_face_.facing(bounder_, pyramids_, range, body.corners) : Facing::kTowards;
+  ++bounds_;
+  bound_bytes_ += pending() - before;
   if (facing == Facing::kAway) {
     ++counters.culled_backface;
     counters.cells_culled_backface += cell_count(range);
@@ -195,7 +231,7 @@ void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, 
   kept_.clear(), dropped_.clear();
   if (node.facing != Facing::kPerhaps || settings_.backface_cells == 0 ||
       cut_for_back_faces(node.piece.range, counters) == 0) {
-    out.push_back(node.piece);
+    emit(node, out, counters);
     return;
   }
   counters.splits += kept_.size() + dropped_.size() - 1;
@@ -203,7 +239,18 @@ void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, 
   for (const scene::CellRange& range : dropped_) counters.cells_culled_backface += cell_count(range);
   for (const scene::CellRange& range : kept_)
     if (const auto part = visit(node.piece.base_patch, range, node.depth, deferred, counters))
-      out.push_back(part->piece);
+      emit(*part, out, counters);
+}
+
+void PatchSplitter::emit(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+  const BoundedSubPatch& piece = node.piece;
+  out.push_back(piece);
+  const CostEstimate estimate =
+      cost_.cost(screen_shape(node.corners, piece.bounds, frame_.request.width, frame_.request.height),
+                 static_cast<double>(cell_count(piece.range)), (piece.effects & kEffectMotion) != 0);
+  counters.estimated_entries += entries_.add(estimate.entries);
+  counters.estimated_list_bytes += list_bytes_.add(estimate.list_bytes);
+  counters.estimated_boxes += boxes_.add(estimate.boxes);
 }
 
 void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
@@ -242,12 +289,8 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
     }
     ++counters.splits;
     const scene::CellRange& r = node.piece.range;
-    const int width = r.i1 - r.i0, height = r.j1 - r.j0;
-    // Where only one side is too long for a tile core, that one; else the longer on screen.
-    bool along_u = side_length2(node.corners, 1) >= side_length2(node.corners, 2);
-    if (mandatory && std::min(width, height) <= settings_.max_cells) along_u = width > height;
-    if (std::min(width, height) < 2 * kSmallestSide) along_u = width > height;
-    for (const scene::CellRange& half : halves(r, along_u)) keep(half, mandatory ? node.depth : node.depth + 1);
+    for (const scene::CellRange& half : halves(r, splits_along_u(node, mandatory)))
+      keep(half, mandatory ? node.depth : node.depth + 1);
   }
   counters.sub_patches += out.size() - first;
   for (std::size_t k = first; k < out.size(); ++k) count_effects(out[k].effects, counters);

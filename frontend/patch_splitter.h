@@ -10,6 +10,7 @@
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 #include "frontend/settings.h"
+#include "frontend/split_cost.h"
 #include "frontend/sub_patch_effects.h"
 
 namespace tessera::frontend {
@@ -37,6 +38,9 @@ struct FrontendCounters {
   std::uint64_t defocus_elided = 0;
   std::uint64_t displacement_elided = 0;
   std::uint64_t alpha_test_elided = 0;
+  std::uint64_t estimated_entries = 0;
+  std::uint64_t estimated_list_bytes = 0;
+  std::uint64_t estimated_boxes = 0;
 };
 
 // A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
@@ -57,8 +61,8 @@ struct BoundedSubPatch {
 };
 
 // Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
-// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself never
-// changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance
+// split, bounded or binned again. A split halves the cells, at the longer side on screen or, with kCost, at the one that
+// saves more; the tessellation itself never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance
 // per thread.
 class PatchSplitter {
  public:
@@ -72,7 +76,9 @@ class PatchSplitter {
         guess_(guess),
         bounder_(frame, pyramids, settings.bound_method, fetches),
         back_face_(frame, fetches),
-        effects_(frame, pyramids) {}
+        effects_(frame, pyramids),
+        fetches_(fetches),
+        cost_(settings.prices) {}
 
   // Appends the sub-patches of one base patch, and to `deferred` what the guess hides.
   void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& deferred,
@@ -101,6 +107,10 @@ class PatchSplitter {
   void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
               FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
+  // Cycles that halving along u, along v saves; negative infinity where the cells are too few.
+  std::array<double, 2> split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const;
+  bool splits_along_u(const Node& node, bool mandatory) const;
+  void emit(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
   void count_effects(std::uint8_t effects, FrontendCounters& counters) const;
 
   const scene::FrameGeometry& frame_;
@@ -113,6 +123,11 @@ class PatchSplitter {
   std::vector<Node> heap_;
   std::vector<scene::CellRange> kept_, dropped_;
   std::uint32_t visited_ = 0;
+  TableFetches* fetches_;
+  SplitCost cost_;
+  std::uint64_t bounds_ = 0,
+                bound_bytes_ = 0;  // so far, and what they fetched: the next ones are expected to do likewise
+  WholeSum entries_, list_bytes_, boxes_;
 };
 
 // Area of a moving box's faces in the world, the larger of both keys.

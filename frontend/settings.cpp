@@ -12,7 +12,8 @@ Keys<Settings> settings_keys() {
       {"frontend.split_criterion", &Settings::split_criterion, "Which sub-patches are split further, and which first.",
        "[assumed]"},
       {"frontend.split_pixels", &Settings::split_pixels, "pixels", 1, 65536,
-       "Sub-patches no wider than this on screen, at shutter open and close, are not split further.",
+       "Sub-patches no wider than this on screen, at shutter open and close, are not split further; no limit with "
+       "frontend.split_criterion=cost.",
        "[measured] docs/bounding.md: four tiles"},
       {"frontend.split_depth", &Settings::split_depth, "splits", 0, 12,
        "Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do "
@@ -20,6 +21,10 @@ Keys<Settings> settings_keys() {
        "[assumed]"},
       {"frontend.split_budget", &Settings::split_budget, "sub-patches", 1, 4096,
        "Most sub-patches that the criterion may make of one base patch.", "[assumed]"},
+      {"frontend.split_core_share", &Settings::split_core_share, "", 0, 1,
+       "Part of a tile core's work on entries and boxes that the frame waits for, as frontend.split_criterion=cost "
+       "prices it; the rest hides behind busier units.",
+       "[measured] docs/bounding.md"},
       {"frontend.backface_culling", &Settings::backface_culling,
        "Whether sub-patches that face away are dropped before binning.",
        "[spec] every GPU culls back faces; before tessellation: Hasselgren et al. 2009"},

@@ -10,6 +10,8 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/whole_file.h"
+#include "binner/queue_entry.h"
+#include "tilecore/tessellation/micro_mesh.h"
 
 namespace tessera::gpu {
 namespace {
@@ -156,6 +158,24 @@ void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, s
 }
 
 }  // namespace
+
+frontend::SplitPrices GpuConfiguration::split_prices() const {
+  frontend::SplitPrices prices;
+  prices.bin_width = tile.width;
+  prices.bin_height = tile.height;
+  prices.rectangles = binner.coverage == binner::CoverageMethod::kRectangle;
+  // The front end and the binner exist once, and the cores wait for them; the cores share what follows.
+  const double core = frontend.split_core_share / static_cast<double>(cores.count);
+  prices.bound = 1 / rates.bounds_per_clk;
+  prices.byte = 1 / (memory.bytes_per_clk * memory.gpu_share);
+  prices.entry = 1 / rates.binned_entries_per_clk + core / rates.fetched_entries_per_clk;
+  prices.entry_bytes = 1;
+  prices.entry_time_bytes = 2;
+  prices.record_bytes = static_cast<double>(binner::kRecordBytes);
+  prices.box = core / rates.boxes_per_clk;
+  prices.boxes_per_cell = 1 + 1.0 / static_cast<double>(tilecore::kLeafCells);
+  return prices;
+}
 
 const KeyTable<GpuConfiguration>& gpu_keys() {
   static const KeyTable<Gpu> table(Keys<Gpu>()

@@ -38,8 +38,9 @@ struct GpuConfiguration : hardware::Machine {
   tilecore::ShadingCacheSettings shading_cache;
   tilecore::FrameBufferSettings frame_buffer;
 
+  frontend::SplitPrices split_prices() const;
   frontend::FrontEndSpec front_end_spec() const {
-    return {frontend, tessellator.sub_patch_cells, static_cast<std::uint64_t>(memory.burst_bytes)};
+    return {frontend, tessellator.sub_patch_cells, static_cast<std::uint64_t>(memory.burst_bytes), split_prices()};
   }
   binner::BinnerSpec binner_spec() const { return {binner, parameter_buffer, memory.burst_bytes}; }
 };

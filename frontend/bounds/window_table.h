@@ -47,6 +47,8 @@ class TableFetches {
   // One that is read on its way anyway.
   void pass_record(std::uint32_t record) { (void)records_.use(record); }
 
+  // Bytes that are not taken yet.
+  std::uint64_t pending_bytes() const { return table_bytes_ + record_bytes_; }
   // Bytes fetched since the last call.
   std::uint64_t take_table_bytes() { return std::exchange(table_bytes_, 0); }
   std::uint64_t take_record_bytes() { return std::exchange(record_bytes_, 0); }

@@ -20,10 +20,11 @@ Eye = Literal["left", "right"]
 
 class GpuKeys(TypedDict, total=False):
     frontend__bound_method: Literal["aabb", "obb", "tpatch", "npatch", "interval"]  # How sub-patches are boxed: object axes or the patch's own, displaced in every direction (aabb, obb) or along bounded normals (tpatch, npatch), or by interval arithmetic.
-    frontend__split_criterion: Literal["screen_extent", "frustum", "nearest", "normal_spread", "surface_area"]  # Which sub-patches are split further, and which first.
-    frontend__split_pixels: float  # 1 to 65536 pixels. Sub-patches no wider than this on screen, at shutter open and close, are not split further.
+    frontend__split_criterion: Literal["screen_extent", "frustum", "nearest", "normal_spread", "surface_area", "cost"]  # Which sub-patches are split further, and which first.
+    frontend__split_pixels: float  # 1 to 65536 pixels. Sub-patches no wider than this on screen, at shutter open and close, are not split further; no limit with frontend.split_criterion=cost.
     frontend__split_depth: int  # 0 to 12 splits. Most splits by the criterion between a base patch and a sub-patch; splits for tessellator.sub_patch_cells do not count.
     frontend__split_budget: int  # 1 to 4096 sub-patches. Most sub-patches that the criterion may make of one base patch.
+    frontend__split_core_share: float  # 0 to 1. Part of a tile core's work on entries and boxes that the frame waits for, as frontend.split_criterion=cost prices it; the rest hides behind busier units.
     frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
     frontend__backface_cells: int  # 0 to 256 cells. Sub-patches are cut further where parts that face away can be dropped: so many cells of them for each sub-patch more. 0: never.
     frontend__previous_depth_culling: bool  # Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles are done, and rendered in a second pass where they were visible after all.
