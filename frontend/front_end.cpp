@@ -68,8 +68,26 @@ TableFetches make_fetches(const FrontEndSpec& spec) {
   return TableFetches({kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
 }
 
-void charge(TableFetches& fetches, memory::Ledger& ledger) {
-  ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, fetches.take_table_bytes());
+// The L2 as the front end has it: empty at first, and to itself, for tiles begin when all is binned. What blocks of
+// patches miss in their own caches goes through it in order.
+class TableL2 {
+ public:
+  explicit TableL2(const FrontEndSpec& spec)
+      : burst_bytes_(spec.burst_bytes), cache_(spec.l2_bytes, spec.l2_ways, static_cast<std::int64_t>(burst_bytes_)) {}
+
+  void read(std::span<const std::uint32_t> lines, memory::Ledger& ledger) {
+    std::uint64_t missed = 0;
+    for (const std::uint32_t line : lines) missed += cache_.use(line) ? 0 : 1;
+    ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, missed * burst_bytes_);
+  }
+
+ private:
+  std::uint64_t burst_bytes_;
+  memory::LineCache cache_;
+};
+
+void charge_records(TableFetches& fetches, memory::Ledger& ledger) {
+  (void)fetches.take_table_bytes();
   ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
 }
 
@@ -77,7 +95,7 @@ void charge(TableFetches& fetches, memory::Ledger& ledger) {
 
 // What moves by one frame's poses: by those of the whole shutter or of a segment.
 FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
-                        const OcclusionGuess* guess, scene::MemoryBudget* budget) {
+                        const OcclusionGuess* guess, TableL2& l2, scene::MemoryBudget* budget) {
   InstanceCulling culling = cull_instances(frame, pyramids, spec);
   FrontEndResult all;
   all.instances = culling.counters;
@@ -95,6 +113,7 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
   // Blocks of patches in parallel, joined in order; not all at once, so that what is too much is noticed early.
   struct Pieces {
     std::vector<BoundedSubPatch> sub_patches, deferred;
+    std::vector<std::uint32_t> table_lines;
   };
   SubPatchStore sub_patches, deferred;
   for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
@@ -108,13 +127,15 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
                         memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
         fetches.pass_record(frame.assembly->record_of(patch));
         splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
-        charge(fetches, own.ledger);
+        charge_records(fetches, own.ledger);
       }
+      pieces[b].table_lines = fetches.take_missed_lines();
     });
     const std::size_t before = sub_patches.size() + deferred.size();
     for (const Pieces& of_block : pieces) {
       sub_patches.add(of_block.sub_patches);
       deferred.add(of_block.deferred);
+      l2.read(of_block.table_lines, all.ledger);
     }
     if (budget != nullptr)
       budget->charge(sub_patches.size() + deferred.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
@@ -130,10 +151,11 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
 
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                              const FrontEndSpec& spec, const OcclusionGuess* guess, scene::MemoryBudget* budget) {
-  FrontEndResult all = run_part(frame, pyramids, spec, guess, budget);
+  TableL2 l2(spec);
+  FrontEndResult all = run_part(frame, pyramids, spec, guess, l2, budget);
   const auto append = [](auto& to, auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   for (std::size_t s = 0; s < frame.segments.size(); ++s) {
-    FrontEndResult part = run_part(*frame.segments[s], pyramids, spec, guess, budget);
+    FrontEndResult part = run_part(*frame.segments[s], pyramids, spec, guess, l2, budget);
     for (auto* pieces : {&part.sub_patches, &part.deferred})
       for (BoundedSubPatch& piece : *pieces) piece.segment = static_cast<std::uint8_t>(s + 1);
     append(all.sub_patches, part.sub_patches);
@@ -152,6 +174,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                                                  FrontEndResult& front_end) {
   std::vector<BoundedSubPatch> visible;
   TableFetches fetches = make_fetches(spec);
+  TableL2 l2(spec);
   std::vector<PatchSplitter> splitters;
   for (std::size_t s = 0; s <= frame.segments.size(); ++s)
     splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec, nullptr, &fetches);
@@ -163,7 +186,8 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
                               instance_record_bytes(posed.drawable_of(piece.base_patch)));
     const std::size_t before = visible.size();
     splitters[piece.segment].split_deferred(piece, visible, front_end.counters);
-    charge(fetches, front_end.ledger);
+    charge_records(fetches, front_end.ledger);
+    l2.read(fetches.take_missed_lines(), front_end.ledger);
     for (std::size_t k = before; k < visible.size(); ++k) visible[k].segment = piece.segment;
   }
   return visible;

@@ -40,7 +40,12 @@ struct GpuConfiguration : hardware::Machine {
 
   frontend::SplitPrices split_prices() const;
   frontend::FrontEndSpec front_end_spec() const {
-    return {frontend, tessellator.sub_patch_cells, static_cast<std::uint64_t>(memory.burst_bytes), split_prices()};
+    return {frontend,
+            tessellator.sub_patch_cells,
+            static_cast<std::uint64_t>(memory.burst_bytes),
+            split_prices(),
+            caches.l2_bytes,
+            caches.l2_ways};
   }
   binner::BinnerSpec binner_spec() const { return {binner, parameter_buffer, memory.burst_bytes}; }
 };

@@ -22,7 +22,7 @@ struct ValueRange {
 };
 
 // What bounding fetches besides the base patch itself, each through an on-chip cache: entries of tables and texels by
-// lines, records of neighbouring base patches whole. Counts the bytes that come from memory.
+// lines, records of neighbouring base patches whole. Counts the bytes that it misses, and keeps the lines among them.
 //
 // Invariants (cited by the tests):
 //   BFT1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
@@ -39,7 +39,10 @@ class TableFetches {
         line_bytes_(static_cast<std::uint64_t>(caches.line_bytes)) {}
 
   void fetch(std::uint64_t address) {
-    if (!lines_.use(static_cast<std::uint32_t>(address / line_bytes_))) table_bytes_ += line_bytes_;
+    const auto line = static_cast<std::uint32_t>(address / line_bytes_);
+    if (lines_.use(line)) return;
+    table_bytes_ += line_bytes_;
+    missed_.push_back(line);
   }
   void fetch_record(std::uint32_t record, std::uint64_t bytes) {
     if (!records_.use(record)) record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
@@ -47,6 +50,8 @@ class TableFetches {
   // One that is read on its way anyway.
   void pass_record(std::uint32_t record) { (void)records_.use(record); }
 
+  // Lines missed since the last call, in order.
+  std::vector<std::uint32_t> take_missed_lines() { return std::exchange(missed_, {}); }
   // Bytes that are not taken yet.
   std::uint64_t pending_bytes() const { return table_bytes_ + record_bytes_; }
   // Bytes fetched since the last call.
@@ -56,6 +61,7 @@ class TableFetches {
  private:
   memory::LineCache lines_, records_;
   std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0;
+  std::vector<std::uint32_t> missed_;
 };
 
 // Smallest and largest value over any rectangle of a grid: a sparse table of square windows whose sides are powers of

@@ -169,7 +169,7 @@ TEST(FrontEnd, IsTheSameForAnyNumberOfThreadsAndRefusesUnknownNames) {
 
 // Displaced patches in a row, apart from each other but for the last, which may touch the first: more than
 // kCachedRecords lie between.
-memory::Ledger bounding_traffic(bool displaced, bool touches) {
+memory::Ledger bounding_traffic(bool displaced, bool touches, const FrontEndSpec& spec = {}) {
   constexpr int kPatches = 2 + 2 * static_cast<int>(kCachedRecords);
   scene::Capture capture;
   scene::Material material;
@@ -189,7 +189,7 @@ memory::Ledger bounding_traffic(bool displaced, bool touches) {
   request.width = 320;
   request.height = 240;
   const auto frame = pose_frame(assembly, choose_camera(capture, 320, 240), request);
-  const FrontEndResult result = run_front_end(*frame, pyramids, {});
+  const FrontEndResult result = run_front_end(*frame, pyramids, spec);
   EXPECT_EQ(result.counters.base_patches, static_cast<std::uint64_t>(kPatches));
   return result.ledger;
 }
@@ -205,6 +205,21 @@ TEST(FrontEndTraffic, ANeighbourMoreIsARecordMore) {
   // Without displacement nobody else's vertices matter.
   EXPECT_EQ(front_end_reads(bounding_traffic(false, true), Purpose::kPatchData),
             front_end_reads(bounding_traffic(false, false), Purpose::kPatchData));
+}
+
+TEST(FrontEndTraffic, TheL2KeepsHeightsFromOneBlockOfPatchesToTheNext) {
+  using memory::Purpose;
+  FrontEndSpec with, without;
+  without.l2_bytes = 0;
+  // The patches share a map of 64 heights: nothing leaves an L2 that holds its tables, and blocks begin with empty
+  // caches of their own.
+  const std::uint64_t once = front_end_reads(bounding_traffic(true, false, with), Purpose::kTexture),
+                      again = front_end_reads(bounding_traffic(true, false, without), Purpose::kTexture);
+  EXPECT_LE(once, 64u * 3 * WindowTable::kEntryBytes * 4) << "three entries to a height, a pyramid of them";
+  EXPECT_GE(again, once);
+  FrontEndSpec wide = with;
+  wide.l2_bytes = 16 << 20;
+  EXPECT_EQ(front_end_reads(bounding_traffic(true, false, wide), Purpose::kTexture), once);
 }
 
 TEST(FrontEndTraffic, HeightsThatBoundDisplacementAreFetched) {
