@@ -20,6 +20,7 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
   entry.segment = sub_patch.segment;
   entry.range = sub_patch.range;
   entry.near_depth = sub_patch.bounds.near_z;
+  entry.blocks = BlockRange::of(sub_patch.bounds);
   entry.flags = 0;
   const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
   flag(moves(frame, sub_patch), QueueEntry::kMoving);

@@ -114,7 +114,7 @@ bool ParameterBuffer::append(const QueueEntry& sub_patch, std::span<const QueueH
   for (const std::uint32_t first = next; next < placements.size(); ++next) {
     if (append_entry(sub_patch, placements[next], next == first ? placements.size() - first : 0)) continue;
     // The record said that all would take it.
-    if (next > first) write_record(records() - 1, pack_lists(next - first), kRecordListsAt);
+    if (next > first) write_record(records() - 1, pack_lists(sub_patch, next - first), kRecordListsAt);
     return false;
   }
   return true;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "binner/block_range.h"
 #include "scene/tessellation_pattern.h"
 
 namespace tessera::binner {
@@ -28,6 +29,7 @@ struct QueueEntry {
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;
   std::uint8_t segment = 0;  // FrameGeometry::segment()
+  BlockRange blocks;         // that it may touch
   std::uint32_t record = 0;  // number in the sub-patch table
 };
 
@@ -36,19 +38,23 @@ struct QueueEntry {
 //
 //   bytes   field        form
 //   0..3    base_patch   u32
-//   4..7    range        i0, j0, i1, j1: 7 bits each from bit 0 on, then 4 zero bits
+//   4..7    range        i0, j0, i1, j1: 7 bits each from bit 0 on, then 4 bits: first column of blocks
 //   8..11   near_depth   float; 0 for what is not positive
-//   12      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
-//   13      segment      of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
-//   14..15  lists        that it was put into: 65535 stands for as many and more
+//   12..13  flags        kMoving ...: 6 bits, the effects that the sub-patch's kernels need, and what bounds found; then
+//                        blocks: first row 4 bits, more columns 3 bits, more rows 3 bits
+//   14..15  segment      5 bits, of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
+//           blocks       1 bit: they are wide
+//           lists        10 bits, that it was put into: 1023 stands for as many and more
 inline constexpr std::size_t kRecordBytes = 16, kRecordListsAt = 14;
+inline constexpr std::uint16_t kManyLists = 1023;
 using RecordBytes = std::array<std::uint8_t, kRecordBytes>;
 
-// Times and number are not in the record. A range beyond 7 bits is a broken invariant.
+// Times and number are not in the record. A field that does not fit is a broken invariant.
 RecordBytes pack_record(const QueueEntry& sub_patch, std::uint64_t lists);
 QueueEntry unpack_record(std::span<const std::uint8_t, kRecordBytes> bytes);
 // Lists that a record of the table says it was put into.
 std::uint16_t lists_of_record(std::span<const std::uint8_t, kRecordBytes> bytes);
-std::array<std::uint8_t, 2> pack_lists(std::uint64_t lists);
+// The bytes from kRecordListsAt on.
+std::array<std::uint8_t, 2> pack_lists(const QueueEntry& sub_patch, std::uint64_t lists);
 
 }  // namespace tessera::binner

@@ -94,7 +94,7 @@ void TileScheduler::count_uses(Round& round) {
   }
   for (SharedUse& use : round.shared)
     for (tilecore::TessellationRequest& request : use.tessellations)
-      request.uses = static_cast<std::uint16_t>(std::min<std::uint32_t>(uses[request], 0xFFFF));
+      request.uses = static_cast<std::uint16_t>(std::min<std::uint32_t>(uses[request], binner::kManyLists));
 }
 
 void TileScheduler::share(Round& round) {
