@@ -99,14 +99,17 @@ RC_GTEST_PROP(QueueEntry, ARecordUnpacksToItself, ()) {
   e.near_depth = static_cast<float>(*rc::gen::inRange(0, 1 << 30)) * 1e-4f;
   e.segment = *rc::gen::inRange<std::uint8_t>(0, 17);
   e.flags = *rc::gen::inRange<std::uint8_t>(0, 64);
-  const auto lists = *rc::gen::inRange<std::uint64_t>(1, 1 << 17);
+  const auto bits = [](int count) { return *rc::gen::inRange<std::uint8_t>(0, static_cast<std::uint8_t>(1 << count)); };
+  e.blocks = {bits(4), bits(4), bits(3), bits(3), bits(1) != 0};
+  const auto lists = *rc::gen::inRange<std::uint64_t>(1, 1 << 12);
   const RecordBytes bytes = pack_record(e, lists);
   const QueueEntry back = unpack_record(bytes);
   RC_ASSERT(back.base_patch == e.base_patch);
   RC_ASSERT(back.range == e.range);
   RC_ASSERT(back.segment == e.segment && back.flags == e.flags);
   RC_ASSERT(back.near_depth == e.near_depth);
-  RC_ASSERT(lists_of_record(bytes) == std::min<std::uint64_t>(lists, 65535));
+  RC_ASSERT(back.blocks == e.blocks);
+  RC_ASSERT(lists_of_record(bytes) == std::min<std::uint64_t>(lists, 1023));
 }
 
 TEST(QueueEntry, ExtremeDepthsStayOrdered) {
@@ -126,6 +129,15 @@ TEST(QueueEntry, ARangeThatDoesNotFitIsABrokenInvariantNotAWrap) {
   QueueEntry e;
   e.range.i1 = 128;
   EXPECT_DEATH(pack_record(e, 1), "7 bits");
+  e = {};
+  e.flags = 64;
+  EXPECT_DEATH(pack_record(e, 1), "6 bits");
+  e = {};
+  e.segment = 32;
+  EXPECT_DEATH(pack_record(e, 1), "5 bits");
+  e = {};
+  e.blocks.row = 16;
+  EXPECT_DEATH(pack_record(e, 1), "4 and 3 bits");
 }
 
 // ---- Parameter buffer -------------------------------------------------------------------------------------------

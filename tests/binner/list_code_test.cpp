@@ -71,14 +71,17 @@ RC_GTEST_PROP(SubPatchTable, ARecordHasTheBytesOfTheDocument, ()) {
   e.near_depth = static_cast<float>(*rc::gen::inRange(0, 1 << 30)) * 1e-4f;
   e.flags = *rc::gen::inRange<std::uint8_t>(0, 64);
   e.segment = *rc::gen::inRange<std::uint8_t>(0, 17);
-  const auto lists = *rc::gen::inRange<std::uint64_t>(1, 1 << 17);
+  const auto bits = [](int count) { return *rc::gen::inRange<std::uint8_t>(0, static_cast<std::uint8_t>(1 << count)); };
+  e.blocks = {bits(4), bits(4), bits(3), bits(3), bits(1) != 0};
+  const auto lists = *rc::gen::inRange<std::uint64_t>(1, 1 << 12);
   const std::vector<std::uint8_t> expected = record_by_hand(
       {{"base patch", e.base_patch},
-       {"range of its grid", e.range.i0 + e.range.j0 * 0x80u + e.range.i1 * 0x4000u + e.range.j1 * 0x200000u},
+       {"range of its grid", e.range.i0 + e.range.j0 * 0x80u + e.range.i1 * 0x4000u + e.range.j1 * 0x200000u +
+                                 e.blocks.column * 0x10000000u},
        {"nearest depth", std::bit_cast<std::uint32_t>(e.near_depth)},
-       {"flags", e.flags},
-       {"motion segment", e.segment},
-       {"lists", std::min<std::uint64_t>(lists, 65535)}});
+       {"flags", e.flags + e.blocks.row * 0x40u + e.blocks.more_columns * 0x400u + e.blocks.more_rows * 0x2000u},
+       {"motion segment and lists",
+        e.segment + (e.blocks.wide ? 0x20u : 0u) + std::min<std::uint64_t>(lists, 1023) * 0x40u}});
   const RecordBytes bytes = pack_record(e, lists);
   RC_ASSERT(std::vector<std::uint8_t>(bytes.begin(), bytes.end()) == expected);
 }
@@ -363,7 +366,7 @@ TEST(ParameterBufferTwin, PB5ARecordThatCountsTheListsItDidNotGetIsCaught) {
   EXPECT_EQ(uses(buffer, 8), (std::map<std::uint32_t, int>{{0, 2}, {1, 1}}));
 }
 
-TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond65535IsThat) {
+TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond1023IsThat) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.bytes = 64 << 20;
   ParameterBuffer buffer(gpu.binner_spec(), 70000);
@@ -371,7 +374,7 @@ TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond65535IsThat) {
   for (QueueIndex list = 0; list < 70000; ++list) all.push_back({list, {}});
   std::uint32_t next = 0;
   ASSERT_TRUE(buffer.append({}, all, next));
-  EXPECT_EQ(lists_of(buffer, 0), 65535);
+  EXPECT_EQ(lists_of(buffer, 0), 1023);
   EXPECT_EQ(buffer.counters().entries, 70000u);
 }
 
