@@ -21,10 +21,10 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
   entry.range = sub_patch.range;
   entry.whole = sub_patch.range == scene::patch_cells(frame, sub_patch.base_patch);
   entry.near_depth = sub_patch.bounds.near_z;
+  entry.blocks = BlockRange::of(sub_patch.bounds);
   entry.flags = 0;
   const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
   flag(moves(frame, sub_patch), QueueEntry::kMoving);
-  flag(sub_patch.bounds.crosses_near, QueueEntry::kCrossesNear);
   flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, QueueEntry::kDefocused);
   flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(),
        QueueEntry::kDisplaced);

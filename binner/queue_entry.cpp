@@ -1,5 +1,6 @@
 #include "binner/queue_entry.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "base/check.h"
@@ -18,81 +19,114 @@ void put32(std::uint8_t* at, std::uint32_t value) {
 }
 std::uint32_t get32(const std::uint8_t* at) { return get16(at) | (std::uint32_t{get16(at + 2)} << 16); }
 
-// The 64 bits of the short form, from the lowest on.
-struct ShortField {
-  int at, width;
-
-  std::uint64_t most() const { return (std::uint64_t{1} << width) - 1; }
-  std::uint64_t of(std::uint64_t word) const { return word >> at & most(); }
-  std::uint64_t put(std::uint64_t value) const { return value << at; }
-};
-constexpr ShortField kPatch{0, 28}, kDepth{28, 16}, kLists{44, 8}, kSegment{52, 5}, kFlags{57, 6}, kShort{63, 1};
-constexpr int kDepthBitsLeftOut = 15;
-constexpr std::size_t kListsAt = 14;
-
 std::uint64_t get64(const std::uint8_t* at) { return get32(at) | (std::uint64_t{get32(at + 4)} << 32); }
 void put64(std::uint8_t* at, std::uint64_t value) {
   put32(at, static_cast<std::uint32_t>(value & 0xFFFFFFFF));
   put32(at + 4, static_cast<std::uint32_t>(value >> 32));
 }
 
+// A field of a word, from the lowest bit on.
+struct Field {
+  int at, width;
+
+  std::uint64_t most() const { return (std::uint64_t{1} << width) - 1; }
+  std::uint8_t byte_of(std::uint64_t word) const { return static_cast<std::uint8_t>(of(word)); }
+  std::uint64_t of(std::uint64_t word) const { return word >> at & most(); }
+  std::uint64_t put(std::uint64_t value) const { return value << at; }
+};
+constexpr int kDepthBitsLeftOut = 15;
+
+// The only word of the short form.
+namespace whole {
+constexpr Field kPatch{0, 24}, kDepth{24, 16}, kLists{40, 4}, kFlags{44, 5}, kColumn{49, 4}, kRow{53, 4},
+    kMoreColumns{57, 3}, kMoreRows{60, 3}, kForm{63, 1};
+}  // namespace whole
+
+// The two words of the long form.
+namespace part {
+constexpr Field kPatch{0, 32}, kI0{32, 7}, kJ0{39, 7}, kI1{46, 7}, kJ1{53, 7}, kMoreRows{60, 3};
+constexpr Field kDepth{0, 32}, kFlags{32, 5}, kColumn{37, 4}, kRow{41, 4}, kMoreColumns{45, 3}, kSegment{48, 5},
+    kWide{53, 1}, kLists{54, 10};
+}  // namespace part
+
 bool fits_short(const QueueEntry& e) {
-  return e.whole && e.base_patch <= kPatch.most() && e.lists <= kLists.most() && e.segment <= kSegment.most() &&
-         e.flags <= kFlags.most();
+  return e.whole && e.base_patch <= whole::kPatch.most() && e.lists <= whole::kLists.most() && e.segment == 0 &&
+         !e.blocks.wide;
+}
+
+std::uint64_t pack_short(const QueueEntry& e, std::uint32_t depth) {
+  using namespace whole;
+  return kPatch.put(e.base_patch) | kDepth.put(depth >> kDepthBitsLeftOut) | kLists.put(e.lists) | kFlags.put(e.flags) |
+         kColumn.put(e.blocks.column) | kRow.put(e.blocks.row) | kMoreColumns.put(e.blocks.more_columns) |
+         kMoreRows.put(e.blocks.more_rows) | kForm.put(1);
+}
+
+QueueEntry unpack_short(std::uint64_t word) {
+  using namespace whole;
+  QueueEntry e;
+  e.whole = true;
+  e.base_patch = static_cast<std::uint32_t>(kPatch.of(word));
+  e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(kDepth.of(word)) << kDepthBitsLeftOut);
+  e.lists = static_cast<std::uint16_t>(kLists.of(word));
+  e.flags = kFlags.byte_of(word);
+  e.blocks = {kColumn.byte_of(word), kRow.byte_of(word), kMoreColumns.byte_of(word), kMoreRows.byte_of(word), false};
+  return e;
 }
 
 }  // namespace
 
 PackedRecord pack_record(const QueueEntry& e) {
+  TESSERA_CHECK(e.range.i0 < 128 && e.range.i1 < 128 && e.range.j0 < 128 && e.range.j1 < 128,
+                "a cell range fits 7 bits");
+  TESSERA_CHECK(e.flags <= part::kFlags.most() && e.segment <= part::kSegment.most(),
+                "flags and a segment of motion fit 5 bits");
+  const BlockRange& blocks = e.blocks;
+  TESSERA_CHECK(blocks.column < BlockRange::kPeriod && blocks.row < BlockRange::kPeriod &&
+                    blocks.more_columns <= BlockRange::kAny && blocks.more_rows <= BlockRange::kAny,
+                "a range of blocks fits 4 and 3 bits");
   PackedRecord out;
   const auto depth = std::bit_cast<std::uint32_t>(e.near_depth > 0 ? e.near_depth : 0.0f);
   if (fits_short(e)) {
     out.size = kSlotBytes;
-    put64(&out.bytes[0], kPatch.put(e.base_patch) | kDepth.put(depth >> kDepthBitsLeftOut) | kLists.put(e.lists) |
-                             kSegment.put(e.segment) | kFlags.put(e.flags) | kShort.put(1));
+    put64(&out.bytes[0], pack_short(e, depth));
     return out;
   }
-  TESSERA_CHECK(e.range.i0 < 128 && e.range.i1 < 128 && e.range.j0 < 128 && e.range.j1 < 128,
-                "a cell range fits 7 bits");
+  using namespace part;
   out.size = kRecordBytes;
-  put32(&out.bytes[0], e.base_patch);
-  put32(&out.bytes[4], std::uint32_t{e.range.i0} | std::uint32_t{e.range.j0} << 7 | std::uint32_t{e.range.i1} << 14 |
-                           std::uint32_t{e.range.j1} << 21);
-  put32(&out.bytes[8], depth);
-  out.bytes[12] = e.flags;
-  out.bytes[13] = e.segment;
-  put16(&out.bytes[kListsAt], e.lists);
+  put64(&out.bytes[0], kPatch.put(e.base_patch) | kI0.put(e.range.i0) | kJ0.put(e.range.j0) | kI1.put(e.range.i1) |
+                           kJ1.put(e.range.j1) | kMoreRows.put(blocks.more_rows));
+  put64(&out.bytes[kSlotBytes], kDepth.put(depth) | kFlags.put(e.flags) | kColumn.put(blocks.column) |
+                                    kRow.put(blocks.row) | kMoreColumns.put(blocks.more_columns) |
+                                    kSegment.put(e.segment) | kWide.put(blocks.wide ? 1 : 0) |
+                                    kLists.put(std::min(e.lists, kManyLists)));
   return out;
 }
 
 QueueEntry unpack_record(std::span<const std::uint8_t> bytes) {
+  const std::uint64_t first = get64(&bytes[0]);
+  if (whole::kForm.of(first) != 0) return unpack_short(first);
+  using namespace part;
+  const std::uint64_t second = get64(&bytes[kSlotBytes]);
   QueueEntry e;
-  const std::uint64_t word = get64(&bytes[0]);
-  if (kShort.of(word) != 0) {
-    e.whole = true;
-    e.base_patch = static_cast<std::uint32_t>(kPatch.of(word));
-    e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(kDepth.of(word)) << kDepthBitsLeftOut);
-    e.lists = static_cast<std::uint16_t>(kLists.of(word));
-    e.segment = static_cast<std::uint8_t>(kSegment.of(word));
-    e.flags = static_cast<std::uint8_t>(kFlags.of(word));
-    return e;
-  }
-  e.base_patch = get32(&bytes[0]);
-  const std::uint32_t range = get32(&bytes[4]);
-  e.range = {static_cast<std::uint8_t>(range & 127), static_cast<std::uint8_t>(range >> 7 & 127),
-             static_cast<std::uint8_t>(range >> 14 & 127), static_cast<std::uint8_t>(range >> 21 & 127)};
-  e.near_depth = std::bit_cast<float>(get32(&bytes[8]));
-  e.flags = bytes[12];
-  e.segment = bytes[13];
-  e.lists = get16(&bytes[kListsAt]);
+  e.base_patch = static_cast<std::uint32_t>(kPatch.of(first));
+  e.range = {kI0.byte_of(first), kJ0.byte_of(first), kI1.byte_of(first), kJ1.byte_of(first)};
+  e.near_depth = std::bit_cast<float>(static_cast<std::uint32_t>(kDepth.of(second)));
+  e.flags = kFlags.byte_of(second);
+  e.segment = kSegment.byte_of(second);
+  e.blocks = {kColumn.byte_of(second), kRow.byte_of(second), kMoreColumns.byte_of(second), kMoreRows.byte_of(first),
+              kWide.of(second) != 0};
+  e.lists = static_cast<std::uint16_t>(kLists.of(second));
   return e;
 }
 
 void lower_lists(std::span<std::uint8_t> record, std::uint16_t lists) {
-  const std::uint64_t word = get64(&record[0]);
-  if (kShort.of(word) == 0) return put16(&record[kListsAt], lists);
-  TESSERA_CHECK(lists <= kLists.of(word), "fewer lists fit where more did");
-  put64(&record[0], (word & ~kLists.put(kLists.most())) | kLists.put(lists));
+  const bool is_whole = whole::kForm.of(get64(&record[0])) != 0;
+  std::uint8_t* at = &record[is_whole ? 0 : kSlotBytes];
+  const Field field = is_whole ? whole::kLists : part::kLists;
+  const std::uint64_t word = get64(at);
+  const std::uint64_t fewer = std::min(lists, kManyLists);
+  TESSERA_CHECK(fewer <= field.of(word), "fewer lists fit where more did");
+  put64(at, (word & ~field.put(field.most())) | field.put(fewer));
 }
 
 }  // namespace tessera::binner

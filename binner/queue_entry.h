@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "binner/block_range.h"
 #include "scene/tessellation_pattern.h"
 
 namespace tessera::binner {
@@ -11,14 +12,7 @@ namespace tessera::binner {
 // What a tile core needs to fetch, order and cull a sub-patch without touching the patch: the sub-patch's record in the
 // table, and from the tile's list when it may touch the tile.
 struct QueueEntry {
-  enum Flag : std::uint8_t {
-    kMoving = 1,
-    kCrossesNear = 2,
-    kAlphaMask = 4,
-    kBlended = 8,
-    kDefocused = 16,
-    kDisplaced = 32
-  };
+  enum Flag : std::uint8_t { kMoving = 1, kAlphaMask = 2, kBlended = 4, kDefocused = 8, kDisplaced = 16 };
   // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
 
@@ -29,33 +23,38 @@ struct QueueEntry {
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;
   std::uint8_t segment = 0;  // FrameGeometry::segment()
-  std::uint16_t lists = 0;   // that hold it; 65535 stands for as many and more
+  std::uint16_t lists = 0;   // that hold it; kManyLists stands for as many and more
+  BlockRange blocks;         // that it may touch
   std::uint32_t record = 0;  // number in the sub-patch table: its address there over kSlotBytes
 
   bool operator==(const QueueEntry&) const = default;
 };
 
 // A record of the sub-patch table, little endian, as binner/README.md has both forms in tables, which a test reads. Of a
-// whole patch: 64 bits, where its fields fit.
+// whole patch: 64 bits, where its fields fit, and which moves by the whole shutter's frame.
 //
-//   bits    field        form
-//   0..27   base_patch
-//   28..43  near_depth   upper half of the float without its sign: 8 bits of exponent, 8 of mantissa, rounded nearer
-//   44..51  lists
-//   52..56  segment
-//   57..62  flags
+//   bits    field         form
+//   0..23   base_patch
+//   24..39  near_depth    upper half of the float without its sign: 8 bits of exponent, 8 of mantissa, rounded nearer
+//   40..43  lists
+//   44..48  flags
+//   49..62  blocks        first column and row, 4 bits each; more columns and rows, 3 each; they are not wide
 //   63      1
 //
 // Of anything else: 16 bytes, aligned to 16.
 //
-//   bytes   field        form
-//   0..3    base_patch   u32
-//   4..7    range        i0, j0, i1, j1: 7 bits each from bit 0 on, then 4 zero bits
-//   8..11   near_depth   float; 0 for what is not positive
-//   12      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
-//   13      segment      of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
-//   14..15  lists        that it was put into: 65535 stands for as many and more
+//   bytes   field         form
+//   0..3    base_patch    u32
+//   4..7    range         i0, j0, i1, j1: 7 bits each from bit 0 on
+//           more rows     3 bits, of blocks; then a bit 0
+//   8..11   near_depth    float; 0 for what is not positive
+//   12..13  flags         5 bits, kMoving ...: the effects that the sub-patch's kernels need
+//           blocks        first column and row, 4 bits each; more columns, 3
+//   14..15  segment       5 bits, of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
+//           wide          1 bit, of blocks
+//           lists         10 bits, that it was put into: kManyLists stands for as many and more
 inline constexpr std::size_t kSlotBytes = 8, kRecordBytes = 16;
+inline constexpr std::uint16_t kManyLists = 1023;
 
 struct PackedRecord {
   std::array<std::uint8_t, kRecordBytes> bytes{};
@@ -64,7 +63,7 @@ struct PackedRecord {
   std::span<const std::uint8_t> used() const { return std::span(bytes).first(size); }
 };
 
-// Times and number are not in the record. A range beyond 7 bits is a broken invariant.
+// Times and number are not in the record. A field that does not fit is a broken invariant.
 PackedRecord pack_record(const QueueEntry& sub_patch);
 // Of the record that begins there: all of it is in `bytes`.
 QueueEntry unpack_record(std::span<const std::uint8_t> bytes);

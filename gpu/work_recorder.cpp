@@ -149,7 +149,7 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
   work.triangle_tests = counted.tilecore.triangle_tests + counted.sampling.footprint_tests;
   work.hits = counted.tilecore.sample_hits;
   work.alpha_tests = counted.tilecore.alpha_tests;
-  work.depth_blocks = counted.tilecore.depth_blocks_updated;
+  work.depth_blocks = counted.tilecore.depth_blocks_updated + counted.tilecore.depth_tests;
   work.compacted_samples = counted.shading.samples_visible + counted.shading.blended_layers;
   work.surface_evaluations = counted.shading.surface_evaluations;
   work.surface_lanes = counted.shading.surface_warps * job.warp_lanes;

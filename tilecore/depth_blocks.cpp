@@ -7,6 +7,11 @@
 #include "base/check.h"
 
 namespace tessera::tilecore {
+namespace {
+
+constexpr float kNothing = std::numeric_limits<float>::infinity();
+
+}  // namespace
 
 void DepthBlocks::start(std::size_t samples, int width, int spp) {
   TESSERA_CHECK(width > 0 && spp > 0 && samples <= (std::size_t{1} << 22), "tiles have at most 256x256 pixels");
@@ -15,11 +20,12 @@ void DepthBlocks::start(std::size_t samples, int width, int spp) {
   const auto over = [](std::size_t divisor) { return ((std::uint64_t{1} << 32) + divisor - 1) / divisor; };
   per_pixel_ = over(spp_), per_row_ = over(width_);
   columns_ = (width_ + kSide - 1) / kSide;
-  const std::size_t blocks = columns_ * ((height_ + kSide - 1) / kSide);
-  far_.assign(blocks, std::numeric_limits<float>::infinity());
-  touched_.assign(blocks, 0);
-  any_touched_ = false;
-  farthest_ = std::numeric_limits<float>::infinity();
+  blocks_.assign(columns_ * ((height_ + kSide - 1) / kSide), {kNothing, 0, false});
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const std::size_t x = b % columns_ * kSide, y = b / columns_ * kSide;
+    blocks_[b].uncovered = static_cast<std::uint32_t>(std::min<std::size_t>(width_ - x, kSide) *
+                                                      std::min<std::size_t>(height_ - y, kSide) * spp_);
+  }
 }
 
 float DepthBlocks::look_at(std::size_t block, std::span<const float> z) const {
@@ -37,15 +43,23 @@ float DepthBlocks::look_at(std::size_t block, std::span<const float> z) const {
   return *std::max_element(most.begin(), most.end());
 }
 
-float DepthBlocks::farthest(std::span<const float> z) {
-  if (!any_touched_) return farthest_;
-  any_touched_ = false;
-  for (std::size_t block = 0; block < touched_.size(); ++block)
-    if (std::exchange(touched_[block], std::uint8_t{0}) != 0) {
-      far_[block] = look_at(block, z);
-      ++updates_;
+float DepthBlocks::farthest(std::span<const float> z, const IntRect& pixels) {
+  const auto block_of = [](int pixel) { return static_cast<std::size_t>(pixel) / kSide; };
+  const std::size_t x0 = block_of(pixels.x0), x1 = block_of(pixels.x1 - 1), y0 = block_of(pixels.y0),
+                    y1 = block_of(pixels.y1 - 1);
+  for (std::size_t y = y0; y <= y1; ++y)
+    for (std::size_t x = x0; x <= x1; ++x)
+      if (blocks_[y * columns_ + x].uncovered > 0) return kNothing;
+  float farthest = 0;
+  for (std::size_t y = y0; y <= y1; ++y)
+    for (std::size_t b = y * columns_ + x0; b <= y * columns_ + x1; ++b) {
+      if (std::exchange(blocks_[b].touched, false)) {
+        blocks_[b].far = look_at(b, z);
+        ++updates_;
+      }
+      farthest = std::max(farthest, blocks_[b].far);
     }
-  return farthest_ = *std::max_element(far_.begin(), far_.end());
+  return farthest;
 }
 
 }  // namespace tessera::tilecore

@@ -6,14 +6,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/rect.h"
+
 namespace tessera::tilecore {
 
 // Hierarchical depth of a tile: the farthest depth of each block of 8x8 pixels. Samples only come nearer, so a block is
 // looked at again when one of its samples did.
 //
 // Invariants (cited by the tests):
-//   HZ1  farthest() is the farthest depth of all samples; infinity while one sees nothing.
-//   HZ2  Each time, only blocks that were touched since the last are looked at, and counted, once each.
+//   HZ1  farthest() is the farthest depth of all samples of the blocks asked for; infinity while one sees nothing.
+//   HZ2  Only blocks that are asked for, all of whose samples see something, and that were touched since they were looked
+//        at last are looked at, and counted, once each.
 class DepthBlocks {
  public:
   static constexpr int kSide = 8;  // pixels
@@ -21,15 +24,19 @@ class DepthBlocks {
   // All samples see nothing. `width` of the tile in pixels; `samples` are `spp` for each of its pixels, row by row.
   void start(std::size_t samples, int width, int spp);
 
-  // Sample number `sample` came nearer.
-  void touch(std::size_t sample) {
+  // Sample number `sample` came nearer. `first`: it saw nothing before.
+  void touch(std::size_t sample, bool first) {
     const std::uint64_t pixel = sample * per_pixel_ >> 32, row = pixel * per_row_ >> 32;
-    touched_[row / kSide * columns_ + (pixel - row * width_) / kSide] = 1;
-    any_touched_ = true;
+    Block& block = blocks_[row / kSide * columns_ + (pixel - row * width_) / kSide];
+    block.touched = true;
+    if (first) --block.uncovered;
   }
 
-  // `z`: the depths of all samples.
-  float farthest(std::span<const float> z);
+  // `z`: the depths of all samples. Of the tile, or of the blocks that some pixels are in, counted from its corner.
+  float farthest(std::span<const float> z) {
+    return farthest(z, {0, 0, static_cast<int>(width_), static_cast<int>(height_)});
+  }
+  float farthest(std::span<const float> z, const IntRect& pixels);
 
   // Blocks looked at since the last call.
   std::uint64_t take_updates() { return std::exchange(updates_, 0); }
@@ -39,10 +46,12 @@ class DepthBlocks {
 
   std::uint64_t per_pixel_ = 0, per_row_ = 0;  // 2^32 over spp and over width, rounded up: exact for 2^22 samples
   std::size_t width_ = 0, height_ = 0, spp_ = 1, columns_ = 0;
-  std::vector<float> far_;
-  std::vector<std::uint8_t> touched_;
-  bool any_touched_ = false;
-  float farthest_ = 0;
+  struct Block {
+    float far;
+    std::uint32_t uncovered;  // samples that see nothing
+    bool touched;
+  };
+  std::vector<Block> blocks_;
   std::uint64_t updates_ = 0;
 };
 

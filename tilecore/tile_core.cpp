@@ -204,13 +204,20 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     return std::tie(a.near_depth, a.base_patch, a.segment, a.range.j0, a.range.i0) <
            std::tie(b.near_depth, b.base_patch, b.segment, b.range.j0, b.range.i0);
   });
+  const auto name_hidden = [&](const binner::QueueEntry& entry) {
+    hidden_.push_back({entry.base_patch, entry.segment, entry.range});
+  };
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
   for (std::size_t e = 0; e < entries.size(); ++e) {
     if (job.cull_occlusion && entries[e].near_depth > state.farthest()) {
       counters_.culled_occlusion += entries.size() - e;
-      for (; e < entries.size(); ++e) hidden_.push_back({entries[e].base_patch, entries[e].segment, entries[e].range});
+      std::for_each(entries.begin() + static_cast<std::ptrdiff_t>(e), entries.end(), name_hidden);
       break;
+    }
+    if (job.cull_occlusion && hidden(entries[e], state)) {
+      name_hidden(entries[e]);
+      continue;
     }
     current_work_place().base_patch = entries[e].base_patch;
     render_sub_patch(job, entries[e], state);
@@ -220,6 +227,20 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   if (!state.layers.empty())
     layer_bytes_ = std::max(layer_bytes_, state.layer_bytes(static_cast<std::size_t>(job.blend_layers)));
   leave_segment(job);
+}
+
+float TileCore::farthest_behind(const binner::QueueEntry& entry, TileState& state) const {
+  const IntRect& tile = samples_.pixels;
+  const IntRect pixels = entry.blocks.pixels(tile);
+  return state.farthest({pixels.x0 - tile.x0, pixels.y0 - tile.y0, pixels.x1 - tile.x0, pixels.y1 - tile.y0});
+}
+
+bool TileCore::hidden(const binner::QueueEntry& entry, TileState& state) {
+  ++counters_.depth_tests;
+  if (!(entry.near_depth > farthest_behind(entry, state))) return false;
+  ++counters_.culled_occlusion;
+  ++counters_.culled_blocks;
+  return true;
 }
 
 void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state) {
@@ -245,8 +266,9 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::QueueEntry& en
   counts_of(job, entry).triangles += work.triangles;
 
   const bool rays = effects.ray.motion || effects.ray.lens;
-  const VisibilitySettings settings = visibility_settings(
-      job, frame, drawable, state.z.data(), rays ? state.farthest() : std::numeric_limits<float>::infinity());
+  const VisibilitySettings settings =
+      visibility_settings(job, frame, drawable, state.z.data(),
+                          rays ? farthest_behind(entry, state) : std::numeric_limits<float>::infinity());
   const auto run = [&](HitSink&& sink) {
     test_mesh(job, entry, item, effects.ray, settings, sink);
     sink.flush();

@@ -31,6 +31,8 @@ struct TileCoreCounters {
   std::uint64_t entries_fetched = 0;
   std::uint64_t sort_steps = 0;
   std::uint64_t culled_occlusion = 0;
+  std::uint64_t culled_blocks = 0;
+  std::uint64_t depth_tests = 0;
   std::uint64_t depth_blocks_updated = 0;
   std::uint64_t boxes_built = 0;
   std::uint64_t box_tests = 0;
@@ -146,6 +148,10 @@ class TileCore {
   static EntryEffects effects_of(const TileJob& job, const binner::QueueEntry& entry);
   // `lens`: also through which point of it the samples look.
   void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
+  // Whether all samples that the entry may touch see something nearer than it begins; counts it.
+  bool hidden(const binner::QueueEntry& entry, TileState& state);
+  // The farthest depth of the blocks that it may touch.
+  float farthest_behind(const binner::QueueEntry& entry, TileState& state) const;
   void render_sub_patch(const TileJob& job, const binner::QueueEntry& entry, TileState& state);
   // Tests the mesh of `entry`; samples outside the entry's times are not tested.
   void test_mesh(const TileJob& job, const binner::QueueEntry& entry, const MeshStore::Item& item, RayEffects effects,
@@ -173,41 +179,49 @@ class TileCore {
 namespace tessera {
 
 template <>
-inline constexpr auto kCounterFields<tilecore::TileCoreCounters> =
-    std::to_array<CounterField<tilecore::TileCoreCounters>>({
-        {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
-         "Entries of tile lists read by tile cores.",
-         "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
-        {"tilecore.sort_steps", &tilecore::TileCoreCounters::sort_steps, Combine::kSum, "steps",
-         "Entries that pass through a stage of the merge sorter that orders a tile's list by nearest depth: n entries "
-         "take ceil(log2 n) stages.",
-         ""},
-        {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
-         "Entries dropped before tessellation because every sample of the tile sees something nearer.",
-         "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
-        {"tilecore.depth_blocks_updated", &tilecore::TileCoreCounters::depth_blocks_updated, Combine::kSum, "blocks",
-         "Blocks of 8x8 pixels whose farthest depth was found again because a sub-patch came nearer there.",
-         "MaliFragFPKBuffer (another unit); V3D: hierarchical depth updates"},
-        {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
-         "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both motion keys; "
-         "those "
-         "that several tiles need count once for each.",
-         ""},
-        {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
-         "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
-        {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
-         "Samples tested against triangles.", "MaliRTUTri"},
-        {"tilecore.box_lanes", &tilecore::TileCoreCounters::box_lanes, Combine::kSum, "lanes",
-         "Lanes that box tests took, 16 at a time, idle ones and samples tested against a leaf's own box included.",
-         ""},
-        {"tilecore.triangle_lanes", &tilecore::TileCoreCounters::triangle_lanes, Combine::kSum, "lanes",
-         "Lanes that triangle tests took, 16 at a time, idle ones included.", ""},
-        {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
-         "Triangle tests whose sample is inside, facing and depth range included.",
-         "MaliFragRastQd (times the samples of a quad)"},
-        {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
-         "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
-    });
+inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array<
+    CounterField<tilecore::TileCoreCounters>>({
+    {"tilecore.entries_fetched", &tilecore::TileCoreCounters::entries_fetched, Combine::kSum, "entries",
+     "Entries of tile lists read by tile cores.",
+     "MaliFragRdPrim (FRAG_PRIMITIVES_OUT); V3D FEP-valid-primitives-rendered-pixels"},
+    {"tilecore.sort_steps", &tilecore::TileCoreCounters::sort_steps, Combine::kSum, "steps",
+     "Entries that pass through a stage of the merge sorter that orders a tile's list by nearest depth: n entries "
+     "take ceil(log2 n) stages.",
+     ""},
+    {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
+     "Entries dropped before tessellation because every sample of the tile that they may touch sees something "
+     "nearer.",
+     "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
+    {"tilecore.culled_blocks", &tilecore::TileCoreCounters::culled_blocks, Combine::kSum, "entries",
+     "Those of tilecore.culled_occlusion that begin nearer than what the tile sees elsewhere: only the blocks of 8x8 "
+     "pixels in their records hide them.",
+     "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
+    {"tilecore.depth_tests", &tilecore::TileCoreCounters::depth_tests, Combine::kSum, "tests",
+     "Entries compared with the farthest depths of the blocks of 8x8 pixels that they may touch; each takes the "
+     "time of one such block.",
+     ""},
+    {"tilecore.depth_blocks_updated", &tilecore::TileCoreCounters::depth_blocks_updated, Combine::kSum, "blocks",
+     "Blocks of 8x8 pixels whose farthest depth was found again because a sub-patch came nearer there.",
+     "MaliFragFPKBuffer (another unit); V3D: hierarchical depth updates"},
+    {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
+     "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both motion keys; "
+     "those "
+     "that several tiles need count once for each.",
+     ""},
+    {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
+     "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
+    {"tilecore.triangle_tests", &tilecore::TileCoreCounters::triangle_tests, Combine::kSum, "tests",
+     "Samples tested against triangles.", "MaliRTUTri"},
+    {"tilecore.box_lanes", &tilecore::TileCoreCounters::box_lanes, Combine::kSum, "lanes",
+     "Lanes that box tests took, 16 at a time, idle ones and samples tested against a leaf's own box included.", ""},
+    {"tilecore.triangle_lanes", &tilecore::TileCoreCounters::triangle_lanes, Combine::kSum, "lanes",
+     "Lanes that triangle tests took, 16 at a time, idle ones included.", ""},
+    {"tilecore.sample_hits", &tilecore::TileCoreCounters::sample_hits, Combine::kSum, "samples",
+     "Triangle tests whose sample is inside, facing and depth range included.",
+     "MaliFragRastQd (times the samples of a quad)"},
+    {"tilecore.alpha_tests", &tilecore::TileCoreCounters::alpha_tests, Combine::kSum, "tests",
+     "Hits whose alpha was looked up because the material masks.", "MaliFragLZSTestTd"},
+});
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
 
 }  // namespace tessera

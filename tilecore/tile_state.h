@@ -41,9 +41,10 @@ struct TileState {
 
   // An opaque surface came nearer at sample s: writes its depth.
   void take_depth(std::size_t s, float depth) {
-    if (patch[s] == kNoPatch) --uncovered;
+    const bool first = patch[s] == kNoPatch;
+    if (first) --uncovered;
     z[s] = depth;
-    depth_blocks_.touch(s);
+    depth_blocks_.touch(s, first);
   }
 
   // Keeps a layer, unless it is hidden already. Throws LimitError when more than max_layers are in front of what is
@@ -58,6 +59,8 @@ struct TileState {
 
   // The tile's far plane: infinity while a sample sees nothing.
   float farthest() { return uncovered > 0 ? kNothing : depth_blocks_.farthest(z); }
+  // The same of the blocks of 8x8 pixels that some pixels are in, counted from the tile's corner.
+  float farthest(const IntRect& pixels) { return depth_blocks_.farthest(z, pixels); }
   // Blocks of 8x8 pixels whose farthest depth that took to look at, since the last call.
   std::uint64_t take_depth_updates() { return depth_blocks_.take_updates(); }
 

@@ -48,7 +48,7 @@ struct TileWork {
   std::uint64_t triangle_lanes = 0;       // of them, idle ones included
   std::uint64_t hits = 0;
   std::uint64_t alpha_tests = 0;
-  std::uint64_t depth_blocks = 0;       // whose farthest depth was found again
+  std::uint64_t depth_blocks = 0;       // whose farthest depth was found again, and entries compared with some
   std::uint64_t compacted_samples = 0;  // packed into warps, and layers
   std::uint64_t shader_invocations = 0;
   std::uint64_t shader_lanes = 0;         // of their warps, idle ones included

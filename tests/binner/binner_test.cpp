@@ -98,17 +98,20 @@ RC_GTEST_PROP(QueueEntry, ARecordUnpacksToItself, ()) {
   e.whole = *rc::gen::arbitrary<bool>();
   e.range = {cell(), cell(), cell(), cell()};
   e.near_depth = static_cast<float>(*rc::gen::inRange(0, 1 << 30)) * 1e-4f;
-  e.segment = *rc::gen::inRange<std::uint8_t>(0, 17);
-  e.flags = *rc::gen::inRange<std::uint8_t>(0, 64);
-  e.lists = static_cast<std::uint16_t>(*rc::gen::inRange(1, 1 << 16) >> *rc::gen::inRange(0, 16));
+  e.segment = *rc::gen::arbitrary<bool>() ? *rc::gen::inRange<std::uint8_t>(1, 17) : std::uint8_t{0};
+  e.flags = *rc::gen::inRange<std::uint8_t>(0, 32);
+  const auto bits = [](int count) { return *rc::gen::inRange<std::uint8_t>(0, static_cast<std::uint8_t>(1 << count)); };
+  e.blocks = {bits(4), bits(4), bits(3), bits(3), bits(1) != 0};
+  e.lists = static_cast<std::uint16_t>(*rc::gen::inRange(1, 1 << 10) >> *rc::gen::inRange(0, 10));
   PackedRecord record = pack_record(e);
   const bool is_short = record.size == kSlotBytes;
-  RC_ASSERT(is_short == (e.whole && e.base_patch < 1u << 28 && e.lists < 256));
+  RC_ASSERT(is_short == (e.whole && e.base_patch < 1u << 24 && e.lists < 16 && e.segment == 0 && !e.blocks.wide));
   const QueueEntry back = unpack_record(record.used());
   RC_ASSERT(back.base_patch == e.base_patch);
   RC_ASSERT(back.whole == is_short);
   RC_ASSERT(back.range == (is_short ? scene::CellRange{} : e.range));
   RC_ASSERT(back.segment == e.segment && back.flags == e.flags && back.lists == e.lists);
+  RC_ASSERT(back.blocks == e.blocks);
   // Nearer, by less than one part of 256: nothing is culled that a float would keep.
   RC_ASSERT(back.near_depth <= e.near_depth && back.near_depth >= e.near_depth * (is_short ? 255.0f / 256 : 1.0f));
   const auto fewer = static_cast<std::uint16_t>(e.lists / 2);
@@ -135,6 +138,15 @@ TEST(QueueEntry, ARangeThatDoesNotFitIsABrokenInvariantNotAWrap) {
   QueueEntry e;
   e.range.i1 = 128;
   EXPECT_DEATH(pack_record(e), "7 bits");
+  e = {};
+  e.flags = 32;
+  EXPECT_DEATH(pack_record(e), "5 bits");
+  e = {};
+  e.segment = 32;
+  EXPECT_DEATH(pack_record(e), "5 bits");
+  e = {};
+  e.blocks.row = 16;
+  EXPECT_DEATH(pack_record(e), "4 and 3 bits");
 }
 
 // ---- Parameter buffer -------------------------------------------------------------------------------------------

@@ -66,8 +66,9 @@ std::vector<std::uint8_t> record_by_hand(const std::map<std::string, std::uint64
 QueueEntry any_sub_patch() {
   QueueEntry e;
   e.near_depth = static_cast<float>(*rc::gen::inRange(0, 1 << 30)) * 1e-4f;
-  e.flags = *rc::gen::inRange<std::uint8_t>(0, 64);
-  e.segment = *rc::gen::inRange<std::uint8_t>(0, 17);
+  e.flags = *rc::gen::inRange<std::uint8_t>(0, 32);
+  const auto bits = [](int count) { return *rc::gen::inRange<std::uint8_t>(0, static_cast<std::uint8_t>(1 << count)); };
+  e.blocks = {bits(4), bits(4), bits(3), bits(3), false};
   return e;
 }
 
@@ -76,14 +77,17 @@ RC_GTEST_PROP(SubPatchTable, ARecordHasTheBytesOfTheDocument, ()) {
   e.base_patch = *rc::gen::arbitrary<std::uint32_t>();
   const auto cell = [] { return *rc::gen::inRange<std::uint8_t>(0, 128); };
   e.range = {cell(), cell(), cell(), cell()};
-  e.lists = static_cast<std::uint16_t>(*rc::gen::inRange(1, 1 << 16));
+  e.segment = *rc::gen::inRange<std::uint8_t>(0, 17);
+  e.blocks.wide = *rc::gen::arbitrary<bool>();
+  e.lists = static_cast<std::uint16_t>(*rc::gen::inRange(1, 1 << 12));
   const std::vector<std::uint8_t> expected = record_by_hand(
       {{"base patch", e.base_patch},
-       {"range of its grid", e.range.i0 + e.range.j0 * 0x80u + e.range.i1 * 0x4000u + e.range.j1 * 0x200000u},
+       {"range of its grid", e.range.i0 + e.range.j0 * 0x80u + e.range.i1 * 0x4000u + e.range.j1 * 0x200000u +
+                                 e.blocks.more_rows * 0x10000000u},
        {"nearest depth", std::bit_cast<std::uint32_t>(e.near_depth)},
-       {"flags", e.flags},
-       {"motion segment", e.segment},
-       {"lists", e.lists}});
+       {"flags", e.flags + e.blocks.column * 0x20u + e.blocks.row * 0x200u + e.blocks.more_columns * 0x2000u},
+       {"motion segment and lists",
+        e.segment + (e.blocks.wide ? 0x20u : 0u) + std::min<unsigned>(e.lists, 1023) * 0x40u}});
   const PackedRecord record = pack_record(e);
   RC_ASSERT(std::vector<std::uint8_t>(record.used().begin(), record.used().end()) == expected);
 }
@@ -91,12 +95,18 @@ RC_GTEST_PROP(SubPatchTable, ARecordHasTheBytesOfTheDocument, ()) {
 RC_GTEST_PROP(SubPatchTable, TheRecordOfAWholePatchHasTheBitsOfTheDocument, ()) {
   QueueEntry e = any_sub_patch();
   e.whole = true;
-  e.base_patch = *rc::gen::inRange<std::uint32_t>(0, 1u << 28);
-  e.lists = *rc::gen::inRange<std::uint8_t>(1, 255);
+  e.base_patch = *rc::gen::inRange<std::uint32_t>(0, 1u << 24);
+  e.lists = *rc::gen::inRange<std::uint8_t>(1, 16);
   const std::map<std::string, std::uint64_t> fields = {
-      {"base patch", e.base_patch}, {"nearest depth", std::bit_cast<std::uint32_t>(e.near_depth) >> 15},
-      {"lists", e.lists},           {"motion segment", e.segment},
-      {"flags", e.flags},           {"whole", 1}};
+      {"base patch", e.base_patch},
+      {"nearest depth", std::bit_cast<std::uint32_t>(e.near_depth) >> 15},
+      {"lists", e.lists},
+      {"flags", e.flags},
+      {"first column", e.blocks.column},
+      {"first row", e.blocks.row},
+      {"more columns", e.blocks.more_columns},
+      {"more rows", e.blocks.more_rows},
+      {"whole", 1}};
   std::uint64_t expected = 0;
   std::size_t next = 0;
   for (const auto& row : table_of("bits")) {
@@ -395,7 +405,7 @@ TEST(ParameterBufferTwin, PB5ARecordThatCountsTheListsItDidNotGetIsCaught) {
   EXPECT_EQ(uses(buffer, 8), (std::map<std::uint32_t, int>{{0, 2}, {2, 1}}));
 }
 
-TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond65535IsThat) {
+TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond1023IsThat) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.bytes = 64 << 20;
   ParameterBuffer buffer(gpu.binner_spec(), 70000);
@@ -403,7 +413,7 @@ TEST(ParameterBuffer, PB5AnyNumberOfListsBeyond65535IsThat) {
   for (QueueIndex list = 0; list < 70000; ++list) all.push_back({list, {}});
   std::uint32_t next = 0;
   ASSERT_TRUE(buffer.append({}, all, next));
-  EXPECT_EQ(lists_of(buffer, 0), 65535);
+  EXPECT_EQ(lists_of(buffer, 0), 1023);
   EXPECT_EQ(buffer.counters().entries, 70000u);
 }
 

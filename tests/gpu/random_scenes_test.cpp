@@ -87,7 +87,7 @@ void expect_equal_images(std::uint32_t first, std::uint32_t count) {
                                          "tile.width=8",
                                          "effects.motion=on",
                                          "tilecore.occlusion_culling=false"};
-  std::uint64_t covered = 0, cut = 0;
+  std::uint64_t covered = 0, cut = 0, hidden = 0;
   for (std::uint32_t trial = first; trial < first + count; ++trial) {
     Random random(trial);
     const Capture capture = random_scene(random);
@@ -97,6 +97,7 @@ void expect_equal_images(std::uint32_t first, std::uint32_t count) {
         "tilecore.blend_layers=32"};
     const FrameResult plain = render(capture, common);
     covered += plain.counters.tilecore.sample_hits > 0 ? 1 : 0;
+    hidden += plain.counters.tilecore.culled_blocks > 0 ? 1 : 0;
     cut += plain.effect_reasons.at("motion").find("segments") != std::string::npos ? 1 : 0;
     const auto expect_same = [&](const FrameResult& a, const FrameResult& b, const std::string& name) {
       EXPECT_TRUE(a.targets.color.values == b.targets.color.values &&
@@ -116,6 +117,7 @@ void expect_equal_images(std::uint32_t first, std::uint32_t count) {
   }
   EXPECT_GT(covered, count * 9 / 10);
   EXPECT_GT(cut, count / 5) << "scenes with motion segments";
+  EXPECT_GT(hidden, 0u) << "scenes with entries that only some blocks hide";
 }
 
 TEST(RandomScenes, AHundredOfThemAreTheSameByEveryMethod) { expect_equal_images(1, 100); }
