@@ -23,7 +23,6 @@ QueueEntry make_entry(const scene::FrameGeometry& frame, const frontend::Bounded
   entry.flags = 0;
   const auto flag = [&](bool on, QueueEntry::Flag which) { entry.flags |= on ? which : 0; };
   flag(moves(frame, sub_patch), QueueEntry::kMoving);
-  flag(sub_patch.bounds.crosses_near, QueueEntry::kCrossesNear);
   flag((sub_patch.effects & frontend::kEffectDefocus) != 0 && frame.projection.lens_scale != 0, QueueEntry::kDefocused);
   flag((sub_patch.effects & frontend::kEffectDisplacement) != 0 && drawable.material->displacement.has_value(),
        QueueEntry::kDisplaced);

@@ -13,11 +13,10 @@ namespace tessera::binner {
 struct QueueEntry {
   enum Flag : std::uint8_t {
     kMoving = 1,
-    kCrossesNear = 2,
-    kAlphaMask = 4,
-    kBlended = 8,
-    kDefocused = 16,
-    kDisplaced = 32
+    kAlphaMask = 2,
+    kBlended = 4,
+    kDefocused = 8,
+    kDisplaced = 16
   };
   // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
@@ -38,7 +37,7 @@ struct QueueEntry {
 //   0..3    base_patch   u32
 //   4..7    range        i0, j0, i1, j1: 7 bits each from bit 0 on, then 4 zero bits
 //   8..11   near_depth   float; 0 for what is not positive
-//   12      flags        kMoving ...: the effects that the sub-patch's kernels need, and what bounds found
+//   12      flags        kMoving ...: the effects that the sub-patch's kernels need
 //   13      segment      of motion by which it moves, times being 1/256 of that; 0: of the whole shutter
 //   14..15  lists        that it was put into: 65535 stands for as many and more
 inline constexpr std::size_t kRecordBytes = 16, kRecordListsAt = 14;

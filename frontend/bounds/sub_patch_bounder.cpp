@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "frontend/bounds/cluster_facing.h"
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
 #include "frontend/patch_record.h"
@@ -287,6 +288,8 @@ void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, Movi
 }
 
 MovingBox SubPatchBounder::cluster_box() const {
+  if (const scene::ClusterBound* bound = resting_bound(frame_, patch_))
+    if (method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval) return resting_box(*bound);
   const scene::MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
   const scene::Cluster& cluster = clusters.clusters[patch_ - drawable_->drawable->first_patch];
   return point_box(drawable_->positions[0], drawable_->positions[1],
