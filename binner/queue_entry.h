@@ -11,13 +11,7 @@ namespace tessera::binner {
 // What a tile core needs to fetch, order and cull a sub-patch without touching the patch: the sub-patch's record in the
 // table, and from the tile's list when it may touch the tile.
 struct QueueEntry {
-  enum Flag : std::uint8_t {
-    kMoving = 1,
-    kAlphaMask = 2,
-    kBlended = 4,
-    kDefocused = 8,
-    kDisplaced = 16
-  };
+  enum Flag : std::uint8_t { kMoving = 1, kAlphaMask = 2, kBlended = 4, kDefocused = 8, kDisplaced = 16 };
   // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
 

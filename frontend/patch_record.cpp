@@ -62,9 +62,10 @@ const scene::ClusterBound* resting_bound(const scene::FrameGeometry& frame, std:
 }
 
 std::uint64_t bound_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
-  if (resting_bound(frame, patch) == nullptr) return patch_record_bytes(frame, patch);
+  const scene::ClusterBound* bound = resting_bound(frame, patch);
+  if (bound == nullptr) return patch_record_bytes(frame, patch);
   const bool masked = frame.drawable_of(patch).material->alpha_mode == scene::AlphaMode::kMask;
-  return kClusterBoundBytes + (masked ? kClusterMaskBytes : 0);
+  return kClusterBoundBytes + (bound->turned() ? kTurnedBoxBytes : 0) + (masked ? kClusterMaskBytes : 0);
 }
 
 std::uint64_t vertex_attribute_bytes(const Primitive& primitive, const scene::Material& material) {

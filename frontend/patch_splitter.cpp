@@ -117,6 +117,7 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
                                                         std::vector<BoundedSubPatch>* deferred,
                                                         FrontendCounters& counters) {
   const SubPatchBody body = bounder_.body(range);
+  if (bounder_.bounded_twice()) ++counters.bounds_computed;
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
   if (!bounds || outside_frame(*bounds, frame_.request.width, frame_.request.height)) {
     ++counters.culled_frustum;

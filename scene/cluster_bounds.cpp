@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <span>
 
@@ -112,7 +113,7 @@ double half_surface(const ClusterBound& b) {
 // none fits much better. The one with the least surface, as that is what screens see of a box.
 void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> triangles, ClusterBound& out) {
   set_box(points, out);
-  std::vector<DVec3> along;
+  out.aligned_low = out.low, out.aligned_high = out.high;
   std::vector<const ClusterTriangle*> longest;
   DVec3 mean(0.0);
   for (const ClusterTriangle& t : triangles) longest.push_back(&t), mean += t.normal;
@@ -144,7 +145,7 @@ void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> tr
 }  // namespace
 
 std::array<DVec3, 3> ClusterBound::frame() const {
-  if (rotation == ClusterBound{}.rotation) return {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
+  if (!turned()) return {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
   const DMat3 axes = glm::mat3_cast(glm::normalize(DQuat(rotation[3], rotation[0], rotation[1], rotation[2])));
   return {axes[0], axes[1], axes[2]};
 }

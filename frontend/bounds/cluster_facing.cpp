@@ -23,7 +23,7 @@ DMat3 to_camera(const Mat4& to_raster, const scene::Projection& p) {
 DMat3 cofactors(const DMat3& m) { return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])}; }
 
 // No less than the factor by which a matrix lengthens any vector.
-double most_stretch(const DMat3& m) {
+double largest_factor(const DMat3& m) {
   const DMat3 square = glm::transpose(m) * m;
   double largest = 0;
   for (int r = 0; r < 3; ++r)
@@ -48,16 +48,22 @@ double vertex_error(const scene::FrameGeometry& frame, const scene::PosedDrawabl
   return (2 * in_plane + margin.depth) / 12;
 }
 
-}  // namespace
-
-MovingBox resting_box(const scene::ClusterBound& bound) {
-  MovingBox box = empty_box(bound.frame());
+MovingBox still_box(const std::array<DVec3, 3>& axes, const std::array<float, 3>& low,
+                    const std::array<float, 3>& high) {
+  MovingBox box = empty_box(axes);
   for (std::size_t key = 0; key < 2; ++key)
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.low[key][axis] = static_cast<double>(bound.low[axis]);
-      box.high[key][axis] = static_cast<double>(bound.high[axis]);
+      box.low[key][axis] = static_cast<double>(low[axis]);
+      box.high[key][axis] = static_cast<double>(high[axis]);
     }
   return box;
+}
+
+}  // namespace
+
+MovingBox resting_box(const scene::ClusterBound& bound) { return still_box(bound.frame(), bound.low, bound.high); }
+MovingBox aligned_box(const scene::ClusterBound& bound) {
+  return still_box(scene::ClusterBound{}.frame(), bound.aligned_low, bound.aligned_high);
 }
 
 bool cluster_faces_away(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
@@ -69,7 +75,7 @@ bool cluster_faces_away(const scene::FrameGeometry& frame, const scene::PosedDra
   double stretch = 0;
   for (std::size_t key = 0; key < keys; ++key) {
     linear[key] = to_camera(drawable.to_raster[key], p);
-    stretch = std::max(stretch, most_stretch(linear[key]));
+    stretch = std::max(stretch, largest_factor(linear[key]));
   }
   std::array<DMat3, 3> turns;
   turns[0] = cofactors(linear[0]);
@@ -98,7 +104,7 @@ bool cluster_faces_away(const scene::FrameGeometry& frame, const scene::PosedDra
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine)) + 1e-12;
   double least = 1e300;
   for (std::size_t turn = 0; turn < (keys == 2 ? 3u : 1u); ++turn) {
-    const double shift = most_stretch(turns[turn]) * (aperture + off + 1e-10 * longest);
+    const double shift = largest_factor(turns[turn]) * (aperture + off + 1e-10 * longest);
     const DMat3 back = glm::transpose(turns[turn]);
     for (std::size_t k = 0; k < 8 * keys; ++k)
       least = std::min(least, least_product(back * at[k], axis, cosine, sine) - shift);

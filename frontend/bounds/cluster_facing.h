@@ -9,11 +9,12 @@
 
 namespace tessera::frontend {
 
-// The box of a cluster that rests, in its own frame.
+// The box of a cluster that rests, in its own frame, and the aligned one.
 MovingBox resting_box(const scene::ClusterBound& bound);
+MovingBox aligned_box(const scene::ClusterBound& bound);
 
 // Proves that no triangle of a cluster can face the camera, whatever the time, the lens point and the rounding of its
-// vertices. `corners`: of its resting_box(); the drawable is single-sided and does not deform.
+// vertices. `corners`: of a box that holds its vertices; the drawable is single-sided and does not deform.
 //
 // A triangle that a matrix moves has the cross product of its edges moved by the matrix of cofactors, and at time t, as
 // its vertices move linearly in camera space, by (1 - t)^2 K0 + 2 t (1 - t) Km + t^2 K1: the cofactors at both keys and

@@ -88,11 +88,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"TinyTriangles", {.moving = true, .target_pixels = 0.5}, 0.05},
         Case{"CoarseTriangles", {.moving = true, .target_pixels = 12}, 0.02},
         Case{"Orthographic", {.moving = true, .aperture = 0.05f, .orthographic = true}, 0.25},
-        Case{"Clusters", {.mesh = true}, 0.15}, Case{"ClustersMoving", {.moving = true, .mesh = true}, 0.1},
-        Case{"ClustersMirrored", {.moving = true, .mirrored = true, .mesh = true}, 0.1},
-        Case{"ClustersDefocused", {.moving = true, .aperture = 0.1f, .mesh = true}, 0.1},
+        Case{"Clusters", {.mesh = true}, 0.08}, Case{"ClustersMoving", {.moving = true, .mesh = true}, 0.05},
+        Case{"ClustersMirrored", {.moving = true, .mirrored = true, .mesh = true}, 0.05},
+        Case{"ClustersDefocused", {.moving = true, .aperture = 0.1f, .mesh = true}, 0.05},
         Case{"ClustersDeforming", {.moving = true, .deforming = true, .mesh = true}, 0.0},
-        Case{"ClustersOrthographic", {.moving = true, .aperture = 0.05f, .orthographic = true, .mesh = true}, 0.1}),
+        Case{"ClustersOrthographic", {.moving = true, .aperture = 0.05f, .orthographic = true, .mesh = true}, 0.05}),
     case_name);
 
 TEST(BackFaceCullingTwin, BelievingTheMiddleOfASubPatchIsCaught) {

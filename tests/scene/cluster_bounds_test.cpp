@@ -62,7 +62,12 @@ void check_bounds(const Primitive& primitive, const MeshClusters& clusters, cons
     }
     const auto surface = [](const DVec3& side) { return side.x * side.y + side.y * side.z + side.z * side.x; };
     ++out.clusters;
-    if (bound.rotation != ClusterBound{}.rotation) {
+    for (int a = 0; a < 3; ++a) {
+      const auto k = static_cast<std::size_t>(a);
+      if (low[a] < static_cast<double>(bound.aligned_low[k]) || high[a] > static_cast<double>(bound.aligned_high[k]))
+        ++out.outside;
+    }
+    if (bound.turned()) {
       ++out.turned;
       DVec3 side;
       for (std::size_t a = 0; a < 3; ++a)
