@@ -125,7 +125,13 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
   counters.patch_bytes = front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes +
                          front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kTexture).read_bytes;
   std::vector<std::uint8_t> kept(frame.assembly->patch_count(), 0);
-  for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) kept[piece.base_patch] = 1;
+  for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) {
+    // Vertices are behind the records by which clusters are culled.
+    if (kept[piece.base_patch] == 0 && frontend::resting_bound(frame, piece.base_patch) != nullptr)
+      counters.patch_bytes +=
+          memory::burst_bytes(0, frontend::patch_record_bytes(frame, piece.base_patch), job.burst_bytes);
+    kept[piece.base_patch] = 1;
+  }
   // Procedures that the replay samples without patches are tessellated here, all of them.
   if (!frame.request.sample_procedures || !frame.request.procedures) return kept;
   for (const scene::PosedDrawable& drawable : frame.drawables) {

@@ -124,7 +124,7 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
       PatchSplitter splitter(frame, pyramids, spec, guess, &fetches);
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
         own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                        memory::burst_bytes(0, patch_record_bytes(frame, patch), spec.burst_bytes));
+                        memory::burst_bytes(0, bound_record_bytes(frame, patch), spec.burst_bytes));
         fetches.pass_record(frame.assembly->record_of(patch));
         splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
         charge_records(fetches, own.ledger);
@@ -182,7 +182,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
     if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
     const scene::FrameGeometry& posed = frame.segment(piece.segment);
     front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                          memory::burst_bytes(0, patch_record_bytes(posed, piece.base_patch), spec.burst_bytes) +
+                          memory::burst_bytes(0, bound_record_bytes(posed, piece.base_patch), spec.burst_bytes) +
                               instance_record_bytes(posed.drawable_of(piece.base_patch)));
     const std::size_t before = visible.size();
     splitters[piece.segment].split_deferred(piece, visible, front_end.counters);

@@ -54,6 +54,20 @@ std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_
   return patch_record_bytes(*frame.assembly, patch, frame.drawable_of(patch).deforming);
 }
 
+const scene::ClusterBound* resting_bound(const scene::FrameGeometry& frame, std::uint32_t patch) {
+  const scene::Drawable& drawable = frame.assembly->drawable_of(patch);
+  if (drawable.kind != Primitive::Kind::kTriangles) return nullptr;
+  const std::vector<scene::ClusterBound>& bounds = frame.assembly->cluster_bounds[drawable.geometry];
+  return bounds.empty() ? nullptr : &bounds[patch - drawable.first_patch];
+}
+
+std::uint64_t bound_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch) {
+  const scene::ClusterBound* bound = resting_bound(frame, patch);
+  if (bound == nullptr) return patch_record_bytes(frame, patch);
+  const bool masked = frame.drawable_of(patch).material->alpha_mode == scene::AlphaMode::kMask;
+  return kClusterBoundBytes + (bound->turned() ? kTurnedBoxBytes : 0) + (masked ? kClusterMaskBytes : 0);
+}
+
 std::uint64_t vertex_attribute_bytes(const Primitive& primitive, const scene::Material& material) {
   return kFrameVectorBytes + (material.normal_texture.texture != nullptr ? kFrameVectorBytes : 0) +
          plain_bytes(primitive, material, false);

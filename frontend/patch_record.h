@@ -17,6 +17,16 @@ inline constexpr std::uint64_t kPatchHeaderBytes = 32;
 std::uint64_t patch_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
 std::uint64_t patch_record_bytes(const scene::Assembly& assembly, std::uint32_t patch, bool deforming);
 
+// What the front end reads of a base patch to bound and cull it. Clusters whose vertices rest always have a record of its
+// own for that, one behind the other: their record proper is for units that need vertices. [assumed] 56 bytes: the aligned
+// box (24), the cone (16), least height and edges of triangles (8), and material, state and sizes (8); 32 more for a box
+// that is turned, and of masked materials 24, the box of texture coordinates and the least alpha. Of everything else the
+// record proper.
+inline constexpr std::uint64_t kClusterBoundBytes = 56, kTurnedBoxBytes = 32, kClusterMaskBytes = 24;
+std::uint64_t bound_record_bytes(const scene::FrameGeometry& frame, std::uint32_t patch);
+// Of a cluster whose vertices rest always; else null.
+const scene::ClusterBound* resting_bound(const scene::FrameGeometry& frame, std::uint32_t patch);
+
 // What the pixel shader reads of a vertex: a tangent frame (4: the normal; 4 more with a normal map), 8 for each set of
 // texture coordinates that its material reads, 4 with vertex colours. [assumed] packed like that.
 std::uint64_t vertex_attribute_bytes(const scene::Primitive& primitive, const scene::Material& material);

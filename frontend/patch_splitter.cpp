@@ -151,6 +151,7 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
   const std::uint64_t before = pending();
   const SubPatchBody body = bounder_.body(range);
+  if (bounder_.bounded_twice()) ++counters.bounds_computed;
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
   if (!bounds || outside_frame(*bounds, frame_.request.width, frame_.request.height)) {
     ++counters.culled_frustum;

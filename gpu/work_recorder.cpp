@@ -39,7 +39,7 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
     for (std::uint32_t p = 0; p < frame.assembly->patch_count(); ++p)
       if (frame.assembly->record_of(p) + 1 == record_offsets_.size())  // the first instance that has it
         record_offsets_.push_back(record_offsets_.back() +
-                                  memory::burst_bytes(0, frontend::patch_record_bytes(frame, p),
+                                  memory::burst_bytes(0, frontend::bound_record_bytes(frame, p),
                                                       static_cast<std::uint64_t>(gpu_.memory.burst_bytes)));
   }
   const std::uint64_t bytes = since(result.ledger, front_end_traffic_);

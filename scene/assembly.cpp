@@ -155,6 +155,12 @@ class MaterialVariants {
   std::map<std::pair<std::size_t, unsigned>, int> variants_;
 };
 
+// Whether a mesh's vertices are the capture's own at all times.
+bool rests_always(const Primitive& primitive) {
+  return primitive.kind == Primitive::Kind::kTriangles && primitive.wire == Primitive::Wire::kSurface &&
+         primitive.vertices.influences.empty() && primitive.vertices.morph_targets.empty();
+}
+
 // The geometry of every primitive that is drawn, once, and its number by mesh and primitive.
 using GeometryNumbers = std::map<std::pair<int, int>, std::uint32_t>;
 GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembly& assembly) {
@@ -174,6 +180,7 @@ GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembl
   assembly.clusters.resize(meshes.size());
   assembly.bezier_groups.resize(bezier.size());
   assembly.cluster_groups.resize(meshes.size());
+  assembly.cluster_bounds.resize(meshes.size());
   parallel_for(bezier.size(), [&](std::size_t i) {
     assembly.neighbours[i] = find_neighbours(bezier[i]->vertices);
     assembly.bezier_groups[i] = group_bezier_patches(bezier[i]->vertices);
@@ -181,6 +188,7 @@ GeometryNumbers build_geometry(const Capture& capture, const Pose& rest, Assembl
   parallel_for(meshes.size(), [&](std::size_t i) {
     assembly.clusters[i] = build_clusters(*meshes[i]);
     assembly.cluster_groups[i] = group_clusters(*meshes[i], assembly.clusters[i]);
+    if (rests_always(*meshes[i])) assembly.cluster_bounds[i] = bound_clusters(*meshes[i], assembly.clusters[i]);
   });
   return numbers;
 }

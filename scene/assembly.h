@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scene/capture.h"
+#include "scene/cluster_bounds.h"
 #include "scene/clusters.h"
 #include "scene/patch_groups.h"
 
@@ -80,6 +81,8 @@ struct Assembly {
   std::vector<MeshClusters> clusters;                      // shared by all nodes that draw the mesh
   std::vector<std::vector<PatchNeighbours>> neighbours;    // per Bezier primitive and patch
   std::vector<PatchGroups> cluster_groups, bezier_groups;  // as clusters, as neighbours
+  // As clusters, then one for each of a primitive's; none for primitives whose vertices may move.
+  std::vector<std::vector<ClusterBound>> cluster_bounds;
   std::vector<Drawable> drawables;
   std::vector<DrawnPrimitive> drawn;
   std::vector<InstancedNode> instanced_nodes;

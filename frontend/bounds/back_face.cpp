@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "base/real.h"
+#include "frontend/bounds/cluster_facing.h"
 #include "frontend/bounds/interval.h"
+#include "frontend/patch_record.h"
 
 namespace tessera::frontend {
 namespace {
@@ -189,6 +191,7 @@ struct BackFaceTest::Corners {
 void BackFaceTest::begin(std::uint32_t patch) {
   patch_ = patch;
   const scene::PosedDrawable& drawable = frame_.drawable_of(patch);
+  cluster_ = drawable.material->double_sided ? nullptr : resting_bound(frame_, patch);
   applies_ = drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches && !drawable.material->double_sided;
   if (!applies_) return;
   for (std::size_t key = 0; key < 2; ++key)
@@ -337,6 +340,9 @@ std::optional<BackFaceTest::Chords> BackFaceTest::chords(const SubPatchBounder& 
 
 Facing BackFaceTest::facing(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
                             const scene::CellRange& cells, const MovingCorners& corners) const {
+  if (cluster_ != nullptr)
+    return cluster_faces_away(frame_, frame_.drawable_of(patch_), *cluster_, corners) ? Facing::kAway
+                                                                                      : Facing::kTowards;
   if (!applies_) return Facing::kTowards;
   const Corners camera = look(corners);
   if (!camera.in_front || !faces_away_at_middle(bounder, camera)) return Facing::kTowards;

@@ -22,8 +22,10 @@ enum class Facing : std::uint8_t {
 // see the back from the whole lens, at every corner of the moving box and hence everywhere in it, steeply enough that
 // snapping vertices to the sub-pixel grid cannot turn a triangle over.
 //
-// Not decided, and so kept: double-sided materials, clusters, boxes that cross the near plane, and displaced sub-patches
-// that touch a collapsed edge or vertices of patches with other normals or texture coordinates.
+// Of a cluster that rests, cluster_faces_away() decides, as a whole.
+//
+// Not decided, and so kept: double-sided materials, clusters that deform, boxes that cross the near plane, and displaced
+// sub-patches that touch a collapsed edge or vertices of patches with other normals or texture coordinates.
 class BackFaceTest {
  public:
   // `fetches`, unless null, gets every entry of a table that is read.
@@ -56,6 +58,7 @@ class BackFaceTest {
   TableFetches* fetches_;
   std::uint32_t patch_ = 0;
   bool applies_ = false;
+  const scene::ClusterBound* cluster_ = nullptr;  // where the patch is a cluster that may be culled
   std::array<DMat4, 2> to_camera_;
   double stretch_ = 1;  // largest factor by which to_camera_ lengthens a vector
 };

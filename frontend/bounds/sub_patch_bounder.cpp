@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "frontend/bounds/cluster_facing.h"
+#include "frontend/bounds/drawable_box.h"
 #include "frontend/bounds/enclosure.h"
 #include "frontend/bounds/procedure_bounds.h"
 #include "frontend/patch_record.h"
@@ -287,6 +289,8 @@ void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, Movi
 }
 
 MovingBox SubPatchBounder::cluster_box() const {
+  const scene::ClusterBound* bound = resting_bound(frame_, patch_);
+  if (bound != nullptr) return oriented() ? resting_box(*bound) : aligned_box(*bound);
   const scene::MeshClusters& clusters = frame_.assembly->clusters[drawable_->drawable->geometry];
   const scene::Cluster& cluster = clusters.clusters[patch_ - drawable_->drawable->first_patch];
   return point_box(drawable_->positions[0], drawable_->positions[1],
@@ -335,8 +339,7 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   range_ = parameter_range(frame_.pattern_of(patch_), cells);
   for (std::size_t key = 0; key < keys_; ++key) nets_[key] = restrict_net(base_[key], range_);
   begin_inner(cells);
-  const bool oriented = method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval;
-  const CornerFrame frame = oriented ? corner_frame(nets()) : CornerFrame{};
+  const CornerFrame frame = oriented() ? corner_frame(nets()) : CornerFrame{};
   MovingBox box = empty_box(frame.axes);
   if (method_ == BoundMethod::kInterval)
     bound_interval(box);
@@ -350,8 +353,7 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
   return box;
 }
 
-SubPatchBody SubPatchBounder::body(const scene::CellRange& cells) {
-  const MovingBox box = this->box(cells);
+SubPatchBody SubPatchBounder::body_of(const MovingBox& box) const {
   const auto subpixels = static_cast<double>(frame_.request.subpixels());
   SubPatchBody body{box_corners(box, drawable_->to_raster),
                     vertex_rounding_margin(box, largest_, drawable_->to_raster, subpixels),
@@ -363,6 +365,17 @@ SubPatchBody SubPatchBounder::body(const scene::CellRange& cells) {
   const Mat4 way = drawable_->to_raster[1] - drawable_->to_raster[0];
   body.way_margin = vertex_rounding_margin(box, largest_, {way, way}, subpixels);
   return body;
+}
+
+SubPatchBody SubPatchBounder::body(const scene::CellRange& cells) {
+  const scene::ClusterBound* bound = resting_bound(frame_, patch_);
+  bounded_twice_ = false;
+  if (bound != nullptr && bound->turned() && oriented()) {
+    const SubPatchBody aligned = body_of(aligned_box(*bound));
+    if (outside_view(aligned, frame_)) return aligned;
+    bounded_twice_ = true;
+  }
+  return body_of(box(cells));
 }
 
 }  // namespace tessera::frontend

@@ -67,7 +67,11 @@ class SubPatchBounder {
 
   // Box of the cells in object space. A deforming drawable moves between its keys; a rigid one has the same at both.
   MovingBox box(const scene::CellRange& cells);
+  // A cluster that is out of view by its aligned box has that one: what holds a group or an instance of clusters holds the
+  // aligned boxes, but not what sticks out of them when they are turned.
   SubPatchBody body(const scene::CellRange& cells);
+  // Whether the last body() took a box besides its own.
+  bool bounded_twice() const { return bounded_twice_; }
 
   // About the box() made last, for culling: the parameters, the restricted nets, and what displaces them.
   const scene::ParameterRange& range() const { return range_; }
@@ -123,6 +127,8 @@ class SubPatchBounder {
                                      std::span<const TangentCones> tangents) const;
   ForeignError corner_error(std::size_t corner) const;
   MovingBox cluster_box() const;
+  SubPatchBody body_of(const MovingBox& box) const;
+  bool oriented() const { return method_ != BoundMethod::kAabb && method_ != BoundMethod::kInterval; }
 
   const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
@@ -131,7 +137,7 @@ class SubPatchBounder {
 
   std::uint32_t patch_ = 0;
   const scene::PosedDrawable* drawable_ = nullptr;
-  bool bezier_ = false, displaced_ = false, foreign_boundary_ = false;
+  bool bezier_ = false, displaced_ = false, foreign_boundary_ = false, bounded_twice_ = false;
   std::size_t keys_ = 1;
   double largest_ = 0;   // coordinate of any control point used
   double rounding_ = 0;  // of a float derivative

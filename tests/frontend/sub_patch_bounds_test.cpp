@@ -5,8 +5,7 @@
 
 #include "base/real.h"
 #include "frontend/bounds/enclosure.h"
-#include "scene/subpixel.h"
-#include "tests/frontend/bound_scenes.h"
+#include "tests/frontend/bound_checks.h"
 
 namespace tessera::frontend {
 namespace {
@@ -234,100 +233,6 @@ TEST(Interval, HoldsEveryResultAndWhatHasNoValueIsEverything) {
 
 // ---- Whole sub-patches ------------------------------------------------------------------------------------------
 
-enum class Twin { kHonest, kNoDisplacement, kNoForeignVertices, kNoMotion };
-
-struct Outcome {
-  std::int64_t points = 0, violations = 0;
-  void add(bool held) {
-    ++points;
-    violations += held ? 0 : 1;
-  }
-};
-
-// What a bound that makes a typical mistake would be.
-SubPatchBody twin_body(Twin twin, SubPatchBounder& bounder, const scene::CellRange& cells) {
-  SubPatchBody body = bounder.body(cells);
-  const auto& to_raster = bounder.drawable().to_raster;
-  if (twin == Twin::kNoMotion)
-    for (std::size_t k = 0; k < 8; ++k) body.corners[8 + k] = body.corners[k];
-  if (twin != Twin::kNoDisplacement && twin != Twin::kNoForeignVertices) return body;
-  const CornerFrame frame = corner_frame(bounder.nets());
-  MovingBox box = empty_box(frame.axes);
-  for (std::size_t key = 0; key < 2; ++key) {
-    const PatchNet& net = bounder.nets()[std::min(key, bounder.nets().size() - 1)];
-    const Extents e = measure_extents(net, frame.axes);
-    NormalRange normals;
-    const NetMeasure m = measure_net(net, frame.axes, frame.tangent_u, frame.tangent_v);
-    if (const auto cones = tangent_cones(m, frame)) normals = normal_range(tpatch_cone(*cones, {0, 1, 1}));
-    const double reach = twin == Twin::kNoDisplacement ? 0 : 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [low, high] = std::minmax({static_cast<double>(bounder.offsets().low) * normals.low[axis],
-                                            static_cast<double>(bounder.offsets().low) * normals.high[axis],
-                                            static_cast<double>(bounder.offsets().high) * normals.low[axis],
-                                            static_cast<double>(bounder.offsets().high) * normals.high[axis]});
-      box.low[key][axis] = e.low[axis] + reach * low;
-      box.high[key][axis] = e.high[axis] + reach * high;
-    }
-  }
-  return {box_corners(box, to_raster),
-          vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(scene::kSubpixels))};
-}
-
-// Random cell ranges of a scene, and points of theirs at random times and lens points: points of the surface in double
-// precision, and the vertices that the machine computes, those that other patches evaluate included.
-Outcome check_scene(const Scene& scene, Random& random, BoundMethod method, Twin twin, int ranges) {
-  Outcome outcome;
-  const scene::FrameGeometry& frame = *scene.frame;
-  SubPatchBounder bounder(frame, *scene.pyramids, method);
-  const auto add = [&](const std::optional<ScreenBounds>& bounds, const DVec4& open, const DVec4& close, int times) {
-    for (int s = 0; s < times; ++s) {
-      const double t = s < 2 ? s : static_cast<double>(random.uniform(0, 1));
-      const double angle = static_cast<double>(random.uniform(0, 6.2831f)),
-                   radius = s < 4 ? 1.0 : static_cast<double>(random.uniform(0, 1));
-      const SampledPoint seen =
-          see(open * (1 - t) + close * t, frame.projection, radius * std::cos(angle), radius * std::sin(angle));
-      if (seen.drawn) outcome.add(bounds && inside(*bounds, seen));
-    }
-  };
-  for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-    bounder.begin(patch);
-    const scene::PosedDrawable& drawable = frame.drawable_of(patch);
-    const scene::TessellationPattern& pattern = frame.pattern_of(patch);
-    const scene::PatchNeighbours& neighbours = frame.assembly->neighbours[0][patch];
-    for (int trial = 0; trial < ranges; ++trial) {
-      scene::CellRange cells;
-      cells.i0 = static_cast<std::uint8_t>(random.coin() ? 0 : random.integer(0, pattern.nu - 1));
-      cells.j0 = static_cast<std::uint8_t>(random.coin() ? 0 : random.integer(0, pattern.nv - 1));
-      cells.i1 = static_cast<std::uint8_t>(std::min<int>(pattern.nu, cells.i0 + random.integer(1, 16)));
-      cells.j1 = static_cast<std::uint8_t>(std::min<int>(pattern.nv, cells.j0 + random.integer(1, 16)));
-      const SubPatchBody body =
-          twin == Twin::kHonest ? bounder.body(cells) : (bounder.body(cells), twin_body(twin, bounder, cells));
-      const auto bounds = screen_bounds(body.corners, frame.projection, body.margin);
-      // Of the surface, the part that is this patch's own; beyond it there is nothing but the others' vertices.
-      const scene::ParameterRange& range = bounder.inner_range();
-      for (int k = 0; k < 30; ++k) {
-        const float u = k < 4 ? (k & 1 ? range.u1 : range.u0) : random.uniform(range.u0, range.u1);
-        const float v = k < 4 ? (k & 2 ? range.v1 : range.v0) : random.uniform(range.v0, range.v1);
-        add(bounds, displaced_point(frame, patch, u, v, 0), displaced_point(frame, patch, u, v, 1), 8);
-      }
-      for (int k = 0; k < 24; ++k) {
-        // Vertices, most of them on the boundary of the cells.
-        int i = random.integer(cells.i0, cells.i1), j = random.integer(cells.j0, cells.j1);
-        if (k % 3 == 0) i = random.coin() ? cells.i0 : cells.i1;
-        if (k % 3 == 1) j = random.coin() ? cells.j0 : cells.j1;
-        scene::OwnedVertex vertex{patch, pattern.u(i, j), pattern.v(i, j)};
-        if (i == 0 || j == 0 || i == pattern.nu || j == pattern.nv) vertex = boundary_vertex(pattern, neighbours, i, j);
-        std::array<DVec4, 2> r;
-        for (std::size_t key = 0; key < 2; ++key)
-          r[key] = DVec4(drawable.to_raster[key] *
-                         Vec4(domain_point(frame, drawable, vertex.patch, vertex.u, vertex.v, key), 1.0f));
-        add(bounds, r[0], r[1], 8);
-      }
-    }
-  }
-  return outcome;
-}
-
 class SubPatchBounds : public testing::TestWithParam<std::tuple<int, int>> {};
 
 // Together the instances make more than ten million checks.
@@ -335,7 +240,7 @@ TEST_P(SubPatchBounds, HoldEveryPointOfTheDisplacedMovingDefocusedPatch) {  // M
   const auto kind = static_cast<Hard>(std::get<0>(GetParam()));
   const auto method = static_cast<BoundMethod>(std::get<1>(GetParam()));
   Random random(100 + static_cast<std::uint32_t>(std::get<0>(GetParam())));
-  Outcome total;
+  BoundOutcome total;
 #ifdef TESSERA_SANITIZED
   constexpr int kScenes = 8;
 #else
@@ -343,7 +248,7 @@ TEST_P(SubPatchBounds, HoldEveryPointOfTheDisplacedMovingDefocusedPatch) {  // M
 #endif
   for (int trial = 0; trial < kScenes; ++trial) {
     const Scene scene(kind, random);
-    const Outcome outcome = check_scene(scene, random, method, Twin::kHonest, 6);
+    const BoundOutcome outcome = check_scene(scene, random, method, BoundTwin::kHonest, 6);
     total.points += outcome.points;
     total.violations += outcome.violations;
   }
@@ -361,7 +266,7 @@ INSTANTIATE_TEST_SUITE_P(HardCase, SubPatchBounds,
                                           testing::Range(0, static_cast<int>(kEnumWords<BoundMethod>.size()))),
                          case_name);
 
-std::int64_t twin_violations(Hard kind, Twin twin) {
+std::int64_t twin_violations(Hard kind, BoundTwin twin) {
   Random random(7);
   std::int64_t violations = 0;
   for (int trial = 0; trial < 20; ++trial)
@@ -370,15 +275,19 @@ std::int64_t twin_violations(Hard kind, Twin twin) {
 }
 
 TEST(SubPatchBoundsTwin, ABoundThatForgetsDisplacementIsCaught) {
-  EXPECT_GT(twin_violations(Hard::kBigDisplacement, Twin::kNoDisplacement), 0);
+  EXPECT_GT(twin_violations(Hard::kBigDisplacement, BoundTwin::kNoDisplacement), 0);
 }
 
 TEST(SubPatchBoundsTwin, ABoundThatForgetsVerticesOfOtherPatchesIsCaught) {
-  EXPECT_GT(twin_violations(Hard::kRandom, Twin::kNoForeignVertices), 0);
+  EXPECT_GT(twin_violations(Hard::kRandom, BoundTwin::kNoForeignVertices), 0);
 }
 
 TEST(SubPatchBoundsTwin, ABoundThatForgetsMotionIsCaught) {
-  EXPECT_GT(twin_violations(Hard::kRandom, Twin::kNoMotion), 0);
+  EXPECT_GT(twin_violations(Hard::kRandom, BoundTwin::kNoMotion), 0);
+}
+
+TEST(SubPatchBoundsTwin, ABoundThatIsAFiftiethTooSmallIsCaught) {
+  EXPECT_GT(twin_violations(Hard::kFlatTexture, BoundTwin::kShrunk), 0);
 }
 
 TEST(BoundMethods, AreOrderedByTightness) {
