@@ -38,14 +38,14 @@ Pixels within(const Blocks& blocks, int side, int low, int high) {
 }  // namespace
 
 BlockRange BlockRange::of(const frontend::ScreenBounds& bounds) {
-  const auto with = [&](bool wide) {
-    const int side = BlockRange{.wide = wide}.side();
+  const auto with = [&](bool sixteen) {
+    const int side = BlockRange{.wide = sixteen}.side();
     const Blocks x = blocks_of(bounds.x0, bounds.x1, side), y = blocks_of(bounds.y0, bounds.y1, side);
-    return BlockRange{x.first, y.first, x.more, y.more, wide};
+    return BlockRange{x.first, y.first, x.more, y.more, sixteen};
   };
   const auto limits = [](const BlockRange& range) { return (range.more_columns != kAny) + (range.more_rows != kAny); };
-  const BlockRange fine = with(false), wide = with(true);
-  return limits(wide) > limits(fine) ? wide : fine;
+  const BlockRange fine = with(false), coarse = with(true);
+  return limits(coarse) > limits(fine) ? coarse : fine;
 }
 
 IntRect BlockRange::pixels(const IntRect& tile) const {

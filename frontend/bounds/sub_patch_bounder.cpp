@@ -15,8 +15,6 @@
 namespace tessera::frontend {
 namespace {
 
-const Frame kObjectAxes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
-
 // Grows the box at a key by [low, high] along an axis. Negated comparisons: NaN enters and makes the box unusable
 // rather than vanish.
 void extend(MovingBox& box, std::size_t key, std::size_t axis, double low, double high) {
