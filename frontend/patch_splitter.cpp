@@ -264,6 +264,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
   back_face_.begin(patch);
   effects_.begin(patch);
   visited_ = 0;
+  entries_ = list_bytes_ = boxes_ = {};  // of each patch alone: whatever stands before it in its block
   heap_.clear();
   const std::size_t first = out.size();
   const auto keep = [&](const scene::CellRange& part, int depth) {

@@ -72,7 +72,7 @@ class SplitCost {
   SplitPrices prices_;
 };
 
-// A sum of estimates as a counter, which is whole: add() returns by how much it grows. Off by less than one.
+// A sum of estimates as a counter, which is whole: add() returns by how much it grows. Off by no more than a half.
 class WholeSum {
  public:
   std::uint64_t add(double value) {
@@ -83,7 +83,7 @@ class WholeSum {
   }
 
  private:
-  double sum_ = 0;
+  double sum_ = 0.5;
 };
 
 }  // namespace tessera::frontend

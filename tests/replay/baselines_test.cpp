@@ -94,11 +94,24 @@ TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
   EXPECT_LE(pre.domain_evaluations_cached, pre.domain_evaluations);
 }
 
+std::uint64_t clusters_of(const scene::Capture& capture) {
+  const scene::Assembly assembly = scene::assemble(capture);
+  std::uint64_t count = 0;
+  for (const scene::Drawable& drawable : assembly.drawables)
+    if (drawable.kind == scene::Primitive::Kind::kTriangles) count += drawable.patch_count;
+  return count;
+}
+std::uint64_t table_bytes(const Compared& compared) {
+  return compared.counters.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kTexture).read_bytes;
+}
+
 TEST_P(Baselines, PatchWholeHasOnePrimitivePerPatchAndNoMore) {
   const Compared r = render(capture, {});
   const BaselineCounters &whole = scheme(r, Scheme::kPatchWhole), &pre = scheme(r, Scheme::kPreTessellation);
   EXPECT_EQ(whole.primitives + whole.culled_frustum + whole.culled_backface, r.counters.frontend.base_patches);
-  EXPECT_EQ(whole.bounding_operations, r.counters.frontend.base_patches);
+  // A cluster in a turned box that may be in view is asked again by its aligned one.
+  EXPECT_GE(whole.bounding_operations, r.counters.frontend.base_patches);
+  EXPECT_LE(whole.bounding_operations, r.counters.frontend.base_patches + clusters_of(capture));
   EXPECT_LE(whole.primitives, pre.primitives);
   EXPECT_GE(whole.domain_evaluations, pre.domain_evaluations_cached);
 }
@@ -314,7 +327,9 @@ TEST_P(Baselines, WithoutCachesNothingIsSavedAndUnlimitedOnesLeaveEachOnce) {
         << baselines::kSchemeNames[s];
     EXPECT_EQ(a.baselines->schemes[s].domain_evaluations, a.baselines->schemes[s].domain_evaluations_cached)
         << baselines::kSchemeNames[s];
-    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached, b.baselines->schemes[s].dram_bytes_uncached)
+    // The L2 stays in front of the tables of heights, which all machines bound with.
+    EXPECT_EQ(a.baselines->schemes[s].dram_bytes_uncached - table_bytes(a),
+              b.baselines->schemes[s].dram_bytes_uncached - table_bytes(b))
         << baselines::kSchemeNames[s];
     EXPECT_LT(b.baselines->schemes[s].dram_bytes, a.baselines->schemes[s].dram_bytes) << baselines::kSchemeNames[s];
   }
