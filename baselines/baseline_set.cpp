@@ -27,7 +27,7 @@ void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, B
   out.bounding_operations = geometry.bounding_operations;
   out.tile_overlaps = geometry.tile_overlaps;
   out.patch_bytes += geometry.patch_bytes + attributes;
-  out.patch_bytes_cached += geometry.patch_bytes + attributes;
+  out.patch_bytes_cached += geometry.patch_bytes_cached + attributes;
 }
 
 // The machines whose lists hold triangles, and the grid of bins that one of them has.
@@ -83,7 +83,7 @@ BaselineCounters list_machine(const Machine& machine, const BaselineCounters& ge
   take_geometry(geometry, attributes, out);
   out.pixel_shader_invocations = invocations;
   out.frame_bytes_written = frame_bytes;
-  out.dram_bytes = machine.dram_bytes() + geometry.patch_bytes + attributes + frame_bytes;
+  out.dram_bytes = machine.dram_bytes() + geometry.patch_bytes_cached + attributes + frame_bytes;
   out.dram_bytes_uncached = machine.dram_bytes_uncached() + geometry.patch_bytes + attributes + frame_bytes;
   return out;
 }
@@ -103,8 +103,9 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                         textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
   memory::Traffic all = ledger.total();
   all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
-  const std::uint64_t front_end = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes +
-                                  ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes;
+  const std::uint64_t bound_records = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes,
+                      tables = ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
+                      tables_uncached = counters.frontend.table_lines * job.burst_bytes;
   const std::uint64_t tiles = ledger.traffic(Unit::kTilecore, Purpose::kPatchData).read_bytes;
   const std::uint64_t shading = ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;
   // Without the caches every request is a tessellation, and every line is read.
@@ -133,12 +134,12 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.domain_evaluations = evaluations_uncached;
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
   out.compulsory_evaluations = counters.tessellation.compulsory_evaluations;
-  out.patch_bytes = front_end + uncached;
-  out.patch_bytes_cached = front_end + tiles + shading;
+  out.patch_bytes = bound_records + tables_uncached + uncached;
+  out.patch_bytes_cached = bound_records + tables + tiles + shading;
   out.frame_bytes_read = state.read_bytes;
   out.frame_bytes_written = state.written_bytes + frame.written_bytes;
   out.dram_bytes = all.read_bytes + all.written_bytes;
-  out.dram_bytes_uncached = out.dram_bytes - tiles - shading + uncached;
+  out.dram_bytes_uncached = out.dram_bytes - tables - tiles - shading + tables_uncached + uncached;
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
   set_pressure(queue_pressure(
                    record, gpu,
@@ -189,7 +190,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::MachineR
   const std::uint64_t finished = samples > 1 ? frame_bytes : 0;  // else the colour surface is the frame
   immediate.frame_bytes_read = drawn.traffic.bytes_read;
   immediate.frame_bytes_written = drawn.traffic.bytes_written + finished;
-  immediate.dram_bytes = drawn.traffic.bytes_read + immediate.frame_bytes_written + immediate.patch_bytes;
+  immediate.dram_bytes = drawn.traffic.bytes_read + immediate.frame_bytes_written + immediate.patch_bytes_cached;
   immediate.dram_bytes_uncached = drawn.traffic.bytes_uncached + finished + immediate.patch_bytes;
 }
 

@@ -122,14 +122,21 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
   counters.bounding_operations =
       front_end.counters.bounds_computed + front_end.instances.groups_tested + front_end.instances.instances_tested;
   // Records, and the tables of heights by which whole patches are bounded.
-  counters.patch_bytes = front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kPatchData).read_bytes +
-                         front_end.ledger.traffic(memory::Unit::kFrontend, memory::Purpose::kTexture).read_bytes;
+  const auto read = [&](memory::Purpose purpose) {
+    return front_end.ledger.traffic(memory::Unit::kFrontend, purpose).read_bytes;
+  };
+  const auto add_record = [&](std::uint32_t patch) {
+    const std::uint64_t bytes = memory::burst_bytes(0, frontend::patch_record_bytes(frame, patch), job.burst_bytes);
+    counters.patch_bytes += bytes;
+    counters.patch_bytes_cached += bytes;
+  };
+  counters.patch_bytes = read(memory::Purpose::kPatchData) + front_end.counters.table_lines * job.burst_bytes;
+  counters.patch_bytes_cached = read(memory::Purpose::kPatchData) + read(memory::Purpose::kTexture);
   std::vector<std::uint8_t> kept(frame.assembly->patch_count(), 0);
   for (const frontend::BoundedSubPatch& piece : front_end.sub_patches) {
     // Vertices are behind the records by which clusters are culled.
     if (kept[piece.base_patch] == 0 && frontend::resting_bound(frame, piece.base_patch) != nullptr)
-      counters.patch_bytes +=
-          memory::burst_bytes(0, frontend::patch_record_bytes(frame, piece.base_patch), job.burst_bytes);
+      add_record(piece.base_patch);
     kept[piece.base_patch] = 1;
   }
   // Procedures that the replay samples without patches are tessellated here, all of them.
@@ -139,7 +146,7 @@ std::vector<std::uint8_t> run_hull_stage(const tilecore::TileJob& job, const fro
     for (std::uint32_t p = 0; p < drawable.drawable->patch_count; ++p) {
       const std::uint32_t patch = drawable.drawable->first_patch + p;
       kept[patch] = 1;
-      counters.patch_bytes += memory::burst_bytes(0, frontend::patch_record_bytes(frame, patch), job.burst_bytes);
+      add_record(patch);
     }
   }
   return kept;

@@ -75,10 +75,11 @@ class TableL2 {
   explicit TableL2(const FrontEndSpec& spec)
       : burst_bytes_(spec.burst_bytes), cache_(spec.l2_bytes, spec.l2_ways, static_cast<std::int64_t>(burst_bytes_)) {}
 
-  void read(std::span<const std::uint32_t> lines, memory::Ledger& ledger) {
+  void read(std::span<const std::uint32_t> lines, FrontEndResult& front_end) {
     std::uint64_t missed = 0;
     for (const std::uint32_t line : lines) missed += cache_.use(line) ? 0 : 1;
-    ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, missed * burst_bytes_);
+    front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kTexture, missed * burst_bytes_);
+    front_end.counters.table_lines += lines.size();
   }
 
  private:
@@ -135,7 +136,7 @@ FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary&
     for (const Pieces& of_block : pieces) {
       sub_patches.add(of_block.sub_patches);
       deferred.add(of_block.deferred);
-      l2.read(of_block.table_lines, all.ledger);
+      l2.read(of_block.table_lines, all);
     }
     if (budget != nullptr)
       budget->charge(sub_patches.size() + deferred.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
@@ -187,7 +188,7 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
     const std::size_t before = visible.size();
     splitters[piece.segment].split_deferred(piece, visible, front_end.counters);
     charge_records(fetches, front_end.ledger);
-    l2.read(fetches.take_missed_lines(), front_end.ledger);
+    l2.read(fetches.take_missed_lines(), front_end);
     for (std::size_t k = before; k < visible.size(); ++k) visible[k].segment = piece.segment;
   }
   return visible;

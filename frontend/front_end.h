@@ -107,6 +107,8 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> =
          ""},
         {"frontend.alpha_test_elided", &frontend::FrontendCounters::alpha_test_elided, Combine::kSum, "sub-patches",
          "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
+        {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
+         "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
         {"frontend.estimated_entries", &frontend::FrontendCounters::estimated_entries, Combine::kSum, "entries",
          "Entries of lists that frontend.split_criterion=cost expects of the sub-patches sent to the binner; of flat "
          "lists binner.entries says how many there were.",

@@ -38,6 +38,7 @@ struct FrontendCounters {
   std::uint64_t defocus_elided = 0;
   std::uint64_t displacement_elided = 0;
   std::uint64_t alpha_test_elided = 0;
+  std::uint64_t table_lines = 0;
   std::uint64_t estimated_entries = 0;
   std::uint64_t estimated_list_bytes = 0;
   std::uint64_t estimated_boxes = 0;
