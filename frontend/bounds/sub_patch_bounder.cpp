@@ -10,6 +10,7 @@
 #include "frontend/bounds/procedure_bounds.h"
 #include "frontend/patch_record.h"
 #include "scene/domain_shader.h"
+#include "scene/limits.h"
 #include "scene/subpixel.h"
 
 namespace tessera::frontend {
@@ -90,9 +91,36 @@ double largest_of_net(const PatchNet& net) {
   return largest;
 }
 
+// Refuses tables that do not fit into what reading the capture left: one of values for each texture, one of slopes along
+// each coordinate and one of differences of levels where a single-sided material uses it.
+void check_tables(const scene::Assembly& assembly) {
+  const scene::Capture& capture = *assembly.capture;
+  scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
+                             std::min(capture.charged_bytes, capture.max_bytes));
+  std::map<const void*, std::uint64_t> tables;
+  const auto charge = [&](const void* texture, int width, int height, std::uint64_t wanted, const char* what) {
+    std::uint64_t& have = tables[texture];
+    if (wanted <= have) return;
+    // All levels of detail together have a third more texels than the first.
+    const std::uint64_t texels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * 4 / 3 + 1;
+    budget.charge(texels * (wanted - have), WindowTable::kMaxBytesPerTexel, what);
+    have = wanted;
+  };
+  for (const scene::Material& material : assembly.materials) {
+    if (material.displacement) {
+      const shaders::ScalarTexture::Level& heights = material.displacement->texture->levels().front();
+      charge(&heights, heights.width, heights.height, material.double_sided ? 1 : 4, "a table of heights");
+    }
+    const auto& color = material.base_color_texture.texture;
+    if (material.alpha_mode == scene::AlphaMode::kMask && color != nullptr && !color->opaque())
+      charge(color.get(), color->width(), color->height(), 1, "a table of alpha");
+  }
+}
+
 }  // namespace
 
 PyramidLibrary::PyramidLibrary(const scene::Assembly& assembly) {
+  check_tables(assembly);
   std::uint64_t address = 0;
   for (const scene::Material& material : assembly.materials) {
     if (!material.displacement) continue;

@@ -78,6 +78,7 @@ class WindowTable {
  public:
   static constexpr int kWindowsPerSide = 4;
   static constexpr std::uint64_t kEntryBytes = sizeof(ValueRange);
+  static constexpr std::uint64_t kMaxBytesPerTexel = 3 * kEntryBytes;
 
   // `value` of texel (x, y), asked from many threads.
   WindowTable(int width, int height, const std::function<ValueRange(int, int)>& value);

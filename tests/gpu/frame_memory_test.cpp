@@ -3,6 +3,8 @@
 
 #include "base/error.h"
 #include "gpu/device.h"
+#include "scene/assembly.h"
+#include "scene/capture_reader.h"
 #include "tests/support/captures.h"
 #include "tests/support/instances.h"
 
@@ -41,6 +43,24 @@ TEST(FrameMemory, SubPatchesThatDoNotFitAreRefusedBeforeTheyAreAllMade) {
     capture.max_bytes = needed / share;
     EXPECT_THROW(draw(capture), LimitError) << share;
   }
+}
+
+// Tables of heights take six times the bytes of the heights themselves, once for a displacement map, four times where
+// slopes cull back faces.
+TEST(FrameMemory, TablesOfHeightsAreRefusedBeforeTheyAreMade) {
+  scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"));
+  const scene::Assembly assembly = scene::assemble(capture);
+  std::uint64_t texels = 0;
+  for (const scene::Material& material : assembly.materials)
+    if (material.displacement) {
+      const auto& heights = material.displacement->texture->levels().front();
+      texels = std::max(texels, static_cast<std::uint64_t>(heights.width) * static_cast<std::uint64_t>(heights.height));
+    }
+  ASSERT_GT(texels, 0u);
+  capture.max_bytes = capture.charged_bytes + 24 * texels;
+  EXPECT_THROW(draw(capture), LimitError);
+  capture.max_bytes = capture.charged_bytes + (256u << 20);
+  EXPECT_NO_THROW(draw(capture));
 }
 
 TEST(FrameMemory, TileListsThatSpillAreRefusedToo) {
