@@ -114,6 +114,7 @@ json describe_key(const KeyInfo& key, const KeyValue& default_value) {
   }
   if (!key.choices.empty()) row["choices"] = key.choices;
   if (!key.source.empty()) row["source"] = key.source;
+  if (key.timing) row["timing"] = true;
   return row;
 }
 

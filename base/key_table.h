@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +35,7 @@ struct KeyInfo {
   double min = 0;            // numbers: inclusive range
   double max = 0;
   std::vector<std::string_view> choices;  // texts: the allowed words
+  bool timing = false;  // read only by what times a record of the machine's work: the record does not hang on it
 };
 
 // The decimal number of the fewest digits that means this float: 0.02 for 0.02f.
@@ -119,6 +121,13 @@ class Keys {
   template <class Unit>
   Keys& add(Unit S::*part, const Keys<Unit>& more) {
     for (const Key<Unit>& key : more) rows_.emplace_back(part, key);
+    return *this;
+  }
+
+  // Marks all rows so far but those of these names as KeyInfo::timing.
+  Keys& mark_timing_but(std::initializer_list<std::string_view> functional) {
+    for (Key<S>& row : rows_)
+      row.timing = std::find(functional.begin(), functional.end(), row.name) == functional.end();
     return *this;
   }
 

@@ -15,15 +15,6 @@ namespace {
 // be the same.
 constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 
-MachineModel model_machine(const GpuConfiguration& gpu, FrameRecord record) {
-  MachineModel model;
-  model.record = std::move(record);
-  model.schedule = timing::schedule_frame(gpu, model.record.work);
-  model.timing = timing::time_frame(gpu, model.record.work, model.schedule);
-  model.energy = hardware::frame_energy(gpu, timing::energy_events(model.record.work), model.timing.cycles);
-  return model;
-}
-
 // The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
 tilecore::ResolveSettings resolve_settings(const RunSettings& settings) {
   tilecore::ResolveSettings resolve = settings.resolve;
@@ -167,7 +158,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
   WorkRecorder recorder(gpu_, record_memory_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
-                        request_.record_accesses);
+                        request_.record_accesses,
+                        request_.record_items || gpu_.queues.model == hardware::TimingModel::kEvents);
   pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
@@ -201,7 +193,8 @@ void Device::render_right_eye(int frame, const scene::FrameGeometry& left, Frame
     result.model->timing.accumulate(right.model->timing);
     result.model->energy.accumulate(right.model->energy);
   }
-  result.right = RightEye{std::move(right.targets), right.counters};
+  result.right = RightEye{std::move(right.targets), right.counters, {}};
+  if (right.model) result.right->work = std::move(right.model->record.work);
 }
 
 FrameResult Device::render(int frame) {

@@ -25,6 +25,7 @@ struct RenderRequest {
   IntRect region;  // pixels; whole frame by default
   bool auxiliary = false;
   bool record_accesses = false;    // keep every transfer over the memory interface, for traces
+  bool record_items = false;       // keep every sub-patch and warp, for records; machine.timing=events does as well
   bool resolve_auxiliary = false;  // images of what the resolve unit did; with desampling only
   bool error = false;              // and of its error: renders every frame fully as well
 };

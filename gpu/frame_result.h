@@ -9,26 +9,18 @@
 #include "gpu/drawable_costs.h"
 #include "gpu/effect_report.h"
 #include "gpu/frame_counters.h"
+#include "gpu/machine_model.h"
 #include "gpu/tile_maps.h"
-#include "gpu/work_recorder.h"
-#include "hardware/energy.h"
 #include "tilecore/frame_targets.h"
-#include "timing/timing_model.h"
 
 namespace tessera::gpu {
 
-// Cycles and energy of a frame on the described machine, and how they came about.
-struct MachineModel {
-  FrameRecord record;
-  timing::Schedule schedule;
-  timing::FrameTiming timing;
-  hardware::FrameEnergy energy;
-};
-
-// The right eye's image; its counters are in those of the frame, too.
+// The right eye's image; its counters are in those of the frame, too, its cycles and energies in those of the frame's
+// model.
 struct RightEye {
   tilecore::FrameTargets targets;
   FrameCounters counters;
+  std::optional<timing::FrameWork> work;  // with output.machine_model
 };
 
 // What a device gives back of one frame.

@@ -16,11 +16,12 @@ constexpr std::size_t kVisibility = static_cast<std::size_t>(Phase::kVisibility)
 }  // namespace
 
 WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
-                           bool record_accesses)
+                           bool record_accesses, bool keep_items)
     : gpu_(gpu),
       records_(records),
       heights_(heights),
       record_accesses_(record_accesses),
+      keep_items_(keep_items),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {}
 
 std::uint64_t WorkRecorder::since(const memory::Ledger& ledger, memory::Traffic& seen) {
@@ -109,7 +110,9 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   };
   geometry_.tiles_tested = tested(now) - tested(binner_);
   geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
+  const std::uint64_t written = binner_traffic_.written_bytes;
   geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
+  geometry_.written_bytes = binner_traffic_.written_bytes - written;
   geometry_.queue_bytes = binner.buffer().bytes_in_use();
   binner_ = now;
   slots_.resize(binner.grid().tile_count());
@@ -122,6 +125,7 @@ WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::Til
   slot_.used = true;
   slot_.work.tile = static_cast<std::uint32_t>(tile);
   if (recorder.record_accesses_) core.record_accesses(&slot_.log);
+  core.keep_items(recorder.keep_items_);
 }
 
 void WorkRecorder::Tile::begin_shading() {
@@ -165,10 +169,30 @@ tilecore::CoreCounters WorkRecorder::Tile::end(const tilecore::TileJob& job, boo
     work.pixels = static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
   }
   work.dram_bytes = timing::phase_bytes(ledger);
+  if (recorder_.keep_items_) take_items(ledger);
 
   tilecore::merge(sums.core, counted);
   sums.ledger += ledger;
   return counted;
+}
+
+void WorkRecorder::Tile::take_items(const memory::Ledger& ledger) {
+  timing::TileItems& items = slot_.items;
+  items.sub_patches = core_.take_sub_patch_items();
+  items.warps = core_.take_warp_items();
+  items.texel_lines = core_.textures().take_requests();
+  for (std::size_t unit = 0; unit < memory::kUnitCount; ++unit)
+    items.list_bytes += ledger.traffic(static_cast<Unit>(unit), Purpose::kTileQueue).read_bytes;
+  const memory::Traffic all = ledger.total();
+  items.load_bytes = slot_.work.dram_bytes[kVisibility] - items.list_bytes;
+  items.resolve_bytes = all.read_bytes - items.list_bytes - items.load_bytes;
+  items.written_bytes = all.written_bytes;
+  // Depths that are found again when the last sub-patch is done.
+  if (!items.sub_patches.empty()) {
+    std::uint64_t counted = 0;
+    for (const timing::SubPatchItem& item : items.sub_patches) counted += item.depth_blocks;
+    items.sub_patches.back().depth_blocks += static_cast<std::uint32_t>(slot_.work.depth_blocks - counted);
+  }
 }
 
 std::uint64_t WorkRecorder::share_records(Slot& slot, std::span<const std::uint32_t> records,
@@ -186,7 +210,12 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   tilecore::TessellationCache& cache = caches.tessellations;
   const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
   slot.work.sub_patches += requests.size();
+  slot.items.record_bytes += table_bytes;
+  // A tile's procedures are an item before those of its list.
+  timing::SubPatchItem* item =
+      slot.items.sub_patches.empty() ? nullptr : &slot.items.sub_patches.back() - (requests.size() - 1);
   for (const tilecore::TessellationRequest& r : requests) {
+    const std::size_t lines = slot.items.lines.size();
     const tilecore::TessellationCounters before = cache.counters();
     cache.use(tile, std::span(&r, 1));
     const tilecore::TessellationCounters& now = cache.counters();
@@ -195,6 +224,12 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
     slot.work.box_tests += now.group_tests - before.group_tests;
     slot.work.box_lanes += now.group_tests - before.group_tests;
     if (now.sub_patches != before.sub_patches) share_tessellation(slot, r);
+    if (item == nullptr) continue;
+    item->vertices = static_cast<std::uint32_t>(now.domain_evaluations - before.domain_evaluations);
+    item->transforms = static_cast<std::uint32_t>(now.vertex_transforms - before.vertex_transforms);
+    item->box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
+    item->lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
+    ++item;
   }
   cache.use(tile, {}, use.hidden);
   share_shading(slot);
@@ -203,11 +238,19 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
 
 void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
   records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
-  for (const RecordMemory::Lines& lines : record_lines_)
+  for (const RecordMemory::Lines& lines : record_lines_) {
     share_lines(slot, lines, Phase::kVisibility, Purpose::kPatchData);
+    keep_lines(slot, lines);
+  }
   if (heights_ == nullptr || !request.displaced) return;
   heights_->lines_of(*frame_, request.patch, request.range, height_lines_);
   for (const std::uint32_t line : height_lines_) share_line(slot, line, Phase::kVisibility);
+  if (keep_items_) slot.items.lines.insert(slot.items.lines.end(), height_lines_.begin(), height_lines_.end());
+}
+
+void WorkRecorder::keep_lines(Slot& slot, const RecordMemory::Lines& lines) {
+  if (!keep_items_) return;
+  for (std::uint32_t line = lines.first; line < lines.end; ++line) slot.items.lines.push_back(line);
 }
 
 void WorkRecorder::share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, Purpose purpose) {
@@ -218,10 +261,13 @@ void WorkRecorder::share_shading(Slot& slot) {
   std::size_t next = 0;
   for (; next < std::min(slot.shading_lines, slot.lines.size()); ++next)
     share_line(slot, slot.lines[next], Phase::kVisibility);
-  for (const std::uint32_t patch : slot.patches) {
-    share_lines(slot, records_.of_shading(*frame_, patch), Phase::kShading, Purpose::kAttributes);
-    share_lines(slot, records_.of_instance(patch), Phase::kShading, Purpose::kAttributes);
-  }
+  const std::size_t lines = slot.items.lines.size();
+  for (const std::uint32_t patch : slot.patches)
+    for (const RecordMemory::Lines& read : {records_.of_shading(*frame_, patch), records_.of_instance(patch)}) {
+      share_lines(slot, read, Phase::kShading, Purpose::kAttributes);
+      keep_lines(slot, read);
+    }
+  slot.items.shading_lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
   for (; next < slot.lines.size(); ++next) share_line(slot, slot.lines[next], Phase::kShading);
   slot.lines.clear();
   slot.patches.clear();
@@ -238,12 +284,13 @@ void WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
 }
 
 void WorkRecorder::end_round() {
-  timing::WorkRound round{std::exchange(geometry_, {}), {}};
+  timing::WorkRound round{std::exchange(geometry_, {}), {}, {}};
   FrameRecord::RoundAccesses accesses{std::exchange(geometry_log_, {}).accesses(), {}};
   for (const binner::TileIndex tile : order_->tiles()) {
     Slot& slot = slots_[tile];
     if (!slot.used) continue;
     round.tiles.push_back(slot.work);
+    if (keep_items_) round.items.push_back(std::move(slot.items));
     if (record_accesses_) accesses.tiles.push_back(std::move(slot.log.accesses()));
     slot = {};
   }
@@ -279,6 +326,7 @@ FrameRecord WorkRecorder::finish(const tilecore::TileJob& job, const memory::Led
   const memory::Traffic all = ledger.total();
   record_.other = {all.read_bytes - rounds_.read_bytes, all.written_bytes - rounds_.written_bytes};
   record_.work.other_bytes = record_.other.read_bytes + record_.other.written_bytes;
+  record_.work.other_written_bytes = record_.other.written_bytes;
   return std::move(record_);
 }
 

@@ -51,9 +51,10 @@ class WorkRecorder {
   class Round;
   class Tile;
 
-  // `heights`: null where textures are not modelled. Both must outlive the recorder.
+  // `heights`: null where textures are not modelled. Both must outlive the recorder. `keep_items`: of every sub-patch and
+  // warp, for machine.timing=events.
   WorkRecorder(const GpuConfiguration& gpu, const RecordMemory& records, const DisplacementMemory* heights,
-               bool record_accesses);
+               bool record_accesses, bool keep_items = false);
 
   // Events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
@@ -84,6 +85,7 @@ class WorkRecorder {
     std::vector<std::uint32_t> lines;     // that the core's texture cache missed
     std::size_t shading_lines = 0;        // position of the first that shading asked for
     std::uint64_t visibility_texels = 0;  // before shading
+    timing::TileItems items;              // when items are kept
     std::vector<std::uint32_t> patches;   // whose attributes were read
     memory::AccessLog log;
   };
@@ -99,6 +101,8 @@ class WorkRecorder {
   void share_shading(Slot& slot);
   void share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
+  // What an item of a tile that tessellates or reads asks of the L2.
+  void keep_lines(Slot& slot, const RecordMemory::Lines& lines);
   void end_round();
   // Adds what a ledger moved since `seen` to rounds_; bytes of it.
   std::uint64_t since(const memory::Ledger& ledger, memory::Traffic& seen);
@@ -109,7 +113,7 @@ class WorkRecorder {
   const scene::FrameGeometry* frame_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<RecordMemory::Lines> record_lines_;
-  bool record_accesses_;
+  bool record_accesses_, keep_items_;
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
@@ -144,6 +148,7 @@ class WorkRecorder::Tile {
  private:
   friend class Round;
   Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core);
+  void take_items(const memory::Ledger& ledger);
 
   WorkRecorder& recorder_;
   Slot& slot_;

@@ -137,6 +137,38 @@ Keys<Machine> memory_keys() {
   return keys;
 }
 
+Keys<QueueSizes> queue_keys() {
+  return {
+      {"machine.timing", &QueueSizes::model,
+       "How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and "
+       "cache line by itself through queues of these sizes."},
+      {"tilecore.queue_items", &QueueSizes::items, "sub-patches", 1, 1024,
+       "Sub-patches that may wait between one unit of a core and the next.", "[assumed]"},
+      {"tilecore.fetched_lines", &QueueSizes::fetched_lines, "lines", 1, 65536,
+       "Lines of records and heights that a core has asked for and not yet got.", "[assumed]"},
+      {"resolve.store_bytes", &QueueSizes::store_bytes, "bytes", 64, 1048576,
+       "Written bytes of a core that wait for the memory before its resolve unit does.", "[assumed]"},
+      {"texture.requests", &QueueSizes::texture_requests, "lines", 1, 4096,
+       "Lines that a core's texture cache has asked the L2 for and not yet got.", "[assumed]"},
+      {"texture.latency_clk", &QueueSizes::texture_latency_clk, "clk", 0, 10000,
+       "Time of a lookup that hits the texture cache.", "[assumed] filtering and two pipelines on the way"},
+      {"l2.banks", &QueueSizes::l2_banks, "banks", 1, 64, "Banks of the L2, by the number of the line.", "[assumed]"},
+      {"l2.lines_per_clk", &QueueSizes::l2_lines_per_clk, "lines/clk", kLeast, 64, "Lines that a bank gives or takes.",
+       "[assumed]"},
+      {"l2.latency_clk", &QueueSizes::l2_latency_clk, "clk", 0, 10000, "Time of a request that hits the L2.",
+       "[assumed]"},
+      {"l2.requests", &QueueSizes::l2_requests, "lines", 1, 65536,
+       "Lines that the L2 has asked the memory for and not yet got.", "[assumed]"},
+      {"shader.max_warps", &QueueSizes::max_warps, "warps", 1, 4096, "Warps that a core keeps apart.",
+       "[spec] 16 wave32 per SIMD on RDNA2"},
+      {"shader.register_bytes", &QueueSizes::register_bytes, "bytes", 1024, 67108864, "Registers of a core.",
+       "[spec] 128 KiB per SIMD on RDNA2"},
+      {"shader.registers", &QueueSizes::registers, "registers", 1, 1024,
+       "Registers of 4 bytes that an invocation takes; with shader.register_bytes they limit the warps in flight.",
+       "[assumed]"},
+  };
+}
+
 // 45 nm (Horowitz): addition 0.9 pJ, multiplication 3.7 pJ, 8 bytes from an 8 KiB cache 10 pJ. A quarter of that at 7
 // nm is assumed: 1.15 pJ a fused operation, 2.5 pJ for 8 bytes on chip.
 Keys<GeometryPrices> geometry_energy_keys() {
@@ -209,8 +241,12 @@ Keys<Machine> burst_keys() {
 Keys<Machine> machine_keys() {
   return speed_keys()
       .add(memory_keys())
+      .add(&Machine::queues, queue_keys())
       .add(&Machine::geometry_energy, geometry_energy_keys())
-      .add(&Machine::energy, energy_keys());
+      .add(&Machine::energy, energy_keys())
+      // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
+      .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",
+                        "l2.bytes", "l2.ways"});
 }
 
 }  // namespace tessera::hardware

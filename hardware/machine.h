@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "base/key_table.h"
 
@@ -65,6 +67,26 @@ struct MemoryInterface {
   double pj_per_bit = 12.5;
 };
 
+// How work is timed: phases of tiles as whole pipelines (docs/timing_model.md), or every item of every unit as an event.
+enum class TimingModel : std::uint8_t { kPhases, kEvents };
+
+// Queues, latencies and bounds of what is under way, for TimingModel::kEvents.
+struct QueueSizes {
+  TimingModel model = TimingModel::kPhases;
+  std::int64_t items = 4;
+  std::int64_t fetched_lines = 32;
+  std::int64_t store_bytes = 4096;
+  std::int64_t texture_requests = 32;
+  double texture_latency_clk = 24;
+  std::int64_t l2_banks = 4;
+  double l2_lines_per_clk = 1;
+  double l2_latency_clk = 40;
+  std::int64_t l2_requests = 128;
+  std::int64_t max_warps = 16;
+  std::int64_t register_bytes = 128 << 10;
+  std::int64_t registers = 64;
+};
+
 // What one event of each unit costs, up to what samples see.
 struct GeometryPrices {
   double bound_pj = 1000;
@@ -102,6 +124,7 @@ struct Machine {
   PixelShader shader;
   Caches caches;
   MemoryInterface memory;
+  QueueSizes queues;
   GeometryPrices geometry_energy;
   EnergyPrices energy;
 
@@ -113,3 +136,10 @@ Keys<Machine> burst_keys();    // memory.burst_bytes, which units read, too
 Keys<Machine> machine_keys();  // the others
 
 }  // namespace tessera::hardware
+
+namespace tessera {
+
+template <>
+inline constexpr auto kEnumWords<hardware::TimingModel> = std::to_array<std::string_view>({"phases", "events"});
+
+}  // namespace tessera

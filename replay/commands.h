@@ -20,6 +20,7 @@ class Command {
 void add_strict_flag(CLI::App& app, bool& strict);
 
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
+std::unique_ptr<Command> make_time_command(CLI::App& app);
 std::unique_ptr<Command> make_inspect_command(CLI::App& app);
 std::unique_ptr<Command> make_pack_command(CLI::App& app);
 std::unique_ptr<Command> make_compare_command(CLI::App& app);

@@ -67,7 +67,9 @@ const std::vector<Topic>& topics() {
        "`middle`. In a file the dots nest:\n"
        "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, "
        "[measured] our own\n"
-       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. What "
+       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. Keys of "
+       "pass "
+       "`timing` time a record (`tessera time`), those of `function` make another. What "
        "cycles and energies follow\n"
        "from these numbers, and how, is in [timing_model.md](timing_model.md).",
        {{"key", "key"},
@@ -76,6 +78,7 @@ const std::vector<Topic>& topics() {
         {"default", "default"},
         {"other_presets", "other presets"},
         {"range", "range"},
+        {"pass", "pass"},
         {"meaning", "meaning"},
         {"source", "source"}}},
       {"extensions",
@@ -151,6 +154,7 @@ json describe_gpu() {
       for (const auto& [preset, value] : row["presets"].items())
         text += fmt::format("{}{} {}", text.empty() ? "" : ", ", preset, value.dump());
     row["other_presets"] = text;
+    row["pass"] = row.contains("timing") ? "timing" : "function";
   }
   return rows;
 }

@@ -36,10 +36,24 @@ std::vector<std::string> energy_names() {
 json timing_json(const timing::FrameTiming& timing) {
   json units = json::object();
   for (const auto& [unit, busy] : gpu::busy_cycles(timing)) units[std::string(unit)] = unit_json(busy, timing.cycles);
-  return {{"cycles", whole(timing.cycles)},
-          {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""},
-          {"bound_by_cycles", whole(timing.bound_cycles)},
-          {"units", units}};
+  json out = {{"cycles", whole(timing.cycles)},
+              {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""},
+              {"bound_by_cycles", whole(timing.bound_cycles)},
+              {"units", units}};
+  if (!timing.events) return out;
+  const timing::EventCounts& events = *timing.events;
+  json stalls = json::object();
+  for (std::size_t s = 0; s < timing::kStallCount; ++s)
+    stalls[std::string(name(static_cast<timing::Stall>(s)))] = whole(events.stalls[s]);
+  out["events"] = {{"texture_requests", events.texture_requests},
+                   {"texture_misses", events.texture_misses},
+                   {"l2_requests", events.memory.l2_requests},
+                   {"l2_misses", events.memory.l2_misses},
+                   {"dram_read_bytes", events.memory.read_bytes},
+                   {"dram_written_bytes", events.memory.written_bytes},
+                   {"shader_stalls", stalls},
+                   {"simulated", events.events}};
+  return out;
 }
 
 json energy_json(const hardware::FrameEnergy& energy) {

@@ -13,7 +13,10 @@ namespace tessera::replay {
 //   {"cycles", "bound_by", "bound_by_cycles", "units": {unit: {"busy_cycles", "utilisation"}}}
 // cycles and busy cycles are rounded up to whole ones. Units that exist once in each core give the mean over the cores;
 // "tilecores" is the time in which a core had a tile in work. bound_by is "" where nothing was done; bound_by_cycles is
-// what the frame would be shorter if that unit took no time.
+// what the frame would be shorter if that unit took no time. With machine.timing=events also
+//   "events": {"texture_requests", "texture_misses", "l2_requests", "l2_misses", "dram_read_bytes", "dram_written_bytes",
+//              "shader_stalls": {reason: cycles}, "simulated"}
+// as they came in time; the counters beside them are those of the emulated order.
 nlohmann::json timing_json(const timing::FrameTiming& timing);
 
 // The member "energy": {"total_nj", "by_unit": {unit: nanojoules}}. The units add up to the total, in the order of

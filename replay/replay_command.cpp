@@ -20,6 +20,7 @@
 #include "gpu/dram_bursts.h"
 #include "gpu/frame_stream.h"
 #include "gpu/image_bytes.h"
+#include "gpu/record_file.h"
 #include "gpu/timeline.h"
 #include "replay/commands.h"
 #include "replay/frame_files.h"
@@ -96,6 +97,9 @@ class ReplayCommand final : public Command {
            "--dram-trace", dram_trace_,
            "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")
         ->type_name("FILE");
+    app.add_option("--record", record_,
+                   "Write what the units did in each frame, to be timed on other machines: tessera time FILE")
+        ->type_name("FILE");
     app.add_flag("--baselines", baselines_,
                  "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles "
                  "with vertices, positions or references, no bins at all");
@@ -105,7 +109,8 @@ class ReplayCommand final : public Command {
         "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
         "stats.csv (one row per frame), report.html (all of it on one page; needs Vega 5);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
-        "--trace, --dram-trace and --save-history write a FIFO, a device or /dev/fd/N through as bytes come; a file\n"
+        "--trace, --dram-trace, --record and --save-history write a FIFO, a device or /dev/fd/N through as bytes come; "
+        "a file\n"
         "appears whole, in a folder that must be there.\n"
         "Ctrl-C finishes the frame in hand and writes the statistics of what was done.\n\n"
         "Examples:\n"
@@ -114,7 +119,7 @@ class ReplayCommand final : public Command {
   }
 
   void run() override {
-    for (const std::string& file : {trace_, dram_trace_, save_history_})
+    for (const std::string& file : {trace_, dram_trace_, record_, save_history_})
       if (!file.empty()) check_output_file(file, out_);
     gpu::RunSettings settings;
     gpu::GpuConfiguration gpu = gpu::load_gpu(gpu_);
@@ -187,7 +192,7 @@ class ReplayCommand final : public Command {
       std::fprintf(stderr, "stopped after %zu of %d frames\n", statistics.frame_count(), last - first);
     make_report(statistics);
     if (quiet_) return;
-    std::FILE* const words = beside_outputs({trace_, dram_trace_, save_history_});
+    std::FILE* const words = beside_outputs({trace_, dram_trace_, record_, save_history_});
     if (baselines_) fmt::print(words, "{}", baselines_table(statistics.baselines().total()));
     fmt::print(words, "{} frame{} and statistics are in {}\n", statistics.frame_count(),
                statistics.frame_count() == 1 ? "" : "s", out_);
@@ -210,8 +215,8 @@ class ReplayCommand final : public Command {
    public:
     NamedFiles(const ReplayCommand& command, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
                const gpu::RenderRequest& request, const gpu::Device& renderer) {
-      if (!settings.output.machine_model && !(command.trace_.empty() && command.dram_trace_.empty()))
-        throw UsageError("--trace and --dram-trace need output.machine_model=true");
+      if (!settings.output.machine_model && !(command.trace_ + command.dram_trace_ + command.record_).empty())
+        throw UsageError("--trace, --dram-trace and --record need output.machine_model=true");
       if (!command.trace_frames_.empty()) frames_ = parse_frames("--trace-frames", command.trace_frames_);
       gpu::Timeline::Limits tiles;
       if (!command.trace_tiles_.empty()) {
@@ -219,14 +224,23 @@ class ReplayCommand final : public Command {
         tiles = {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
       }
       // They may lie in it.
-      if (!(command.trace_ + command.dram_trace_ + command.save_history_).empty()) make_folder(command.out_);
+      if (!(command.trace_ + command.dram_trace_ + command.record_ + command.save_history_).empty())
+        make_folder(command.out_);
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
       if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_);
+      if (!command.record_.empty())
+        record_.emplace(command.record_, gpu::record_head(fs::path(command.capture_).filename().string(), gpu, settings,
+                                                          request.region.width(), request.region.height()));
       map_ = address_map(renderer, gpu, settings, request);
       burst_bytes_ = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
       if (!command.save_history_.empty()) history_.emplace(command.save_history_);
     }
     void add(const gpu::FrameResult& result) {
+      if (record_) {
+        std::vector<const timing::FrameWork*> views = {&result.model->record.work};
+        if (result.right) views.push_back(&*result.right->work);
+        record_->add(result.frame, views);
+      }
       if (result.frame < frames_.first || result.frame >= frames_.last) return;
       if (timeline_) timeline_->add(result.frame, *result.model);
       if (dram_) dram_->add(frame_bursts(*result.model, map_, burst_bytes_), result.model->schedule.cycles);
@@ -234,6 +248,7 @@ class ReplayCommand final : public Command {
     void commit(const gpu::Device& renderer) {
       if (timeline_) timeline_->commit();
       if (dram_) dram_->commit();
+      if (record_) record_->commit();
       if (!history_) return;
       history_->write(renderer.history().bytes());
       history_->commit();
@@ -243,6 +258,7 @@ class ReplayCommand final : public Command {
     FrameRange frames_{0, std::numeric_limits<int>::max()};
     std::optional<gpu::Timeline> timeline_;
     std::optional<memory::DramTrace> dram_;
+    std::optional<gpu::RecordWriter> record_;
     std::optional<OutputFile> history_;
     memory::AddressMap map_{{}};
     std::uint64_t burst_bytes_ = 0;
@@ -269,6 +285,7 @@ class ReplayCommand final : public Command {
     }
     request.auxiliary = !aux_.empty();
     request.record_accesses = !dram_trace_.empty();
+    request.record_items = !record_.empty();
     request.resolve_auxiliary = std::any_of(aux_.begin(), aux_.end(), is_resolve_layer);
     request.error = std::find(aux_.begin(), aux_.end(), "error") != aux_.end();
     if (request.resolve_auxiliary && settings.resolve.desampling == tilecore::Desampling::kOff)
@@ -328,7 +345,7 @@ class ReplayCommand final : public Command {
   }
 
   std::string capture_, frames_, size_, gpu_ = "middle", region_, out_ = "out";
-  std::string trace_, trace_frames_, trace_tiles_, dram_trace_;
+  std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_;
   std::string history_, save_history_;

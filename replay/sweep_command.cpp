@@ -106,8 +106,9 @@ class SweepCommand final : public Command {
 
   void say_outcome(const SweepOutcome& outcome, const std::vector<SweepPoint>& points) const {
     const double worked = outcome.seconds * static_cast<double>(outcome.workers);
-    fmt::print("{} points: {} were there, {} rendered in {:.1f} s, {} at a time", outcome.mine, outcome.found,
-               outcome.rendered, outcome.seconds, outcome.workers);
+    fmt::print("{} points: {} were there, {} rendered and {} timed from their records in {:.1f} s, {} at a time",
+               outcome.mine, outcome.found, outcome.rendered - outcome.timed_again, outcome.timed_again,
+               outcome.seconds, outcome.workers);
     if (outcome.rendered > 0)
       fmt::print("; {:.1f} % of it rendering, {:.2f} s reading captures", 100 * outcome.render_seconds / worked,
                  outcome.load_seconds);

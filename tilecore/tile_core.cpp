@@ -154,6 +154,30 @@ memory::Ledger TileCore::take_ledger() {
   return std::exchange(ledger_, {});
 }
 
+timing::SubPatchItem TileCore::counted() const {
+  // The sums of a tile fit into 32 bits or wrap around; differences of them do not.
+  const auto low = [](std::uint64_t count) { return static_cast<std::uint32_t>(count); };
+  timing::SubPatchItem item;
+  item.boxes = low(counters_.boxes_built);
+  item.box_lanes = low(counters_.box_lanes);
+  item.stencil_tests = low(visibility_.stencil_counters().tests);
+  item.sampling_operations = low(sampler_.counters().operations);
+  item.triangle_lanes = low(counters_.triangle_lanes + sampler_.counters().footprint_tests);
+  item.alpha_tests = low(counters_.alpha_tests);
+  item.depth_blocks = low(counters_.depth_tests);
+  item.texel_lines = low(shader_.textures().request_count());
+  return item;
+}
+
+void TileCore::keep_item(const timing::SubPatchItem& before) {
+  timing::SubPatchItem item = counted();
+  item.boxes -= before.boxes, item.box_lanes -= before.box_lanes, item.stencil_tests -= before.stencil_tests;
+  item.sampling_operations -= before.sampling_operations, item.triangle_lanes -= before.triangle_lanes;
+  item.alpha_tests -= before.alpha_tests, item.depth_blocks -= before.depth_blocks;
+  item.texel_lines -= before.texel_lines;
+  items_.push_back(item);
+}
+
 TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::QueueEntry& entry) {
   using Flag = binner::QueueEntry::Flag;
   const scene::FrameGeometry& frame = job.frame->segment(entry.segment);
@@ -197,7 +221,11 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
     sampler_.count_drawables(drawables_);
-    if (job.procedures != nullptr) sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
+    if (job.procedures != nullptr) {
+      const timing::SubPatchItem before = counted();
+      sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
+      if (keep_items_) keep_item(before);
+    }
   }
   counters_.sort_steps += sort_steps(entries.size());
   std::sort(entries.begin(), entries.end(), [](const binner::QueueEntry& a, const binner::QueueEntry& b) {
@@ -209,6 +237,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
   };
   // Nearest first: once an entry begins behind everything that the tile sees, so do all that follow. An entry's near
   // depth is no farther than any of its vertices, rounding included; one that begins at the same depth may still win.
+  timing::SubPatchItem before = keep_items_ ? counted() : timing::SubPatchItem();
   for (std::size_t e = 0; e < entries.size(); ++e) {
     if (job.cull_occlusion && entries[e].near_depth > state.farthest()) {
       counters_.culled_occlusion += entries.size() - e;
@@ -221,6 +250,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     }
     current_work_place().base_patch = entries[e].base_patch;
     render_sub_patch(job, entries[e], state);
+    if (keep_items_) keep_item(std::exchange(before, counted()));
   }
   current_work_place().base_patch = -1;
   counters_.depth_blocks_updated += state.take_depth_updates();

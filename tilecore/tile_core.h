@@ -119,6 +119,15 @@ class TileCore {
   // By the number of the drawable; as long as the longest list of drawables since the last call.
   std::vector<DrawableCounts> take_drawables() { return std::exchange(drawables_, {}); }
   TextureUnit& textures() { return shader_.textures(); }
+  // From now on, what units do for each sub-patch and warp is kept. False: no more.
+  void keep_items(bool keep) {
+    keep_items_ = keep;
+    items_.clear();
+    shader_.keep_items(keep);
+  }
+  // Since the last call; what the tessellation cache and shared memories decide is left open.
+  std::vector<timing::SubPatchItem> take_sub_patch_items() { return std::exchange(items_, {}); }
+  std::vector<timing::WarpItem> take_warp_items() { return shader_.take_warp_items(); }
   // Processor time of the resolve unit, but for the plain multisample resolve.
   double take_resolve_seconds() { return std::exchange(resolve_seconds_, 0.0); }
   memory::Ledger take_ledger();
@@ -137,6 +146,10 @@ class TileCore {
     if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
   }
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
+  // What is counted of items, so far.
+  timing::SubPatchItem counted() const;
+  // Keeps what was counted since `before` as an item.
+  void keep_item(const timing::SubPatchItem& before);
   // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.
   struct EntryEffects {
     RayEffects ray;
@@ -172,6 +185,8 @@ class TileCore {
   std::vector<SubPatchName> hidden_;
   std::vector<DrawableCounts> drawables_;
   std::vector<TimeRange> leaf_times_;
+  bool keep_items_ = false;
+  std::vector<timing::SubPatchItem> items_;
 };
 
 }  // namespace tessera::tilecore

@@ -131,10 +131,7 @@ class FrameSimulation {
         fast_(infinitely_fast),
         time_(memory_rate(gpu)),
         cores_(static_cast<std::size_t>(gpu.cores.count)) {
-    const auto memory_bytes = static_cast<std::uint64_t>(gpu.cores.memory_bytes);
-    in_flight_ = work.tile_state_bytes == 0
-                     ? 1
-                     : std::clamp<std::uint64_t>(memory_bytes / work.tile_state_bytes, 1, kMaxInFlight);
+    in_flight_ = tiles_in_flight(gpu, work);
   }
 
   Schedule run() {
@@ -279,19 +276,13 @@ class FrameSimulation {
   Schedule schedule_;
 };
 
-// Cycles in which a core had a tile in work, all cores together.
-double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
-  std::vector<double> until(static_cast<std::size_t>(gpu.cores.count), 0.0);
-  double busy = 0;
-  for (const TileSchedule& tile : schedule.tiles) {
-    const double begin = std::max(until[tile.core], tile.phases.front().begin), end = tile.phases.back().end;
-    if (end > begin) busy += end - begin;
-    until[tile.core] = std::max(until[tile.core], end);
-  }
-  return busy;
-}
-
 }  // namespace
+
+std::uint64_t tiles_in_flight(const hardware::Machine& gpu, const FrameWork& work) {
+  if (work.tile_state_bytes == 0) return 1;
+  return std::clamp<std::uint64_t>(static_cast<std::uint64_t>(gpu.cores.memory_bytes) / work.tile_state_bytes, 1,
+                                   kMaxInFlight);
+}
 
 std::span<const Stage> geometry_stages() { return kGeometryStages; }
 
@@ -337,6 +328,17 @@ Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work, std
   return FrameSimulation(gpu, work, infinitely_fast).run();
 }
 
+double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
+  std::vector<double> until(static_cast<std::size_t>(gpu.cores.count), 0.0);
+  double busy = 0;
+  for (const TileSchedule& tile : schedule.tiles) {
+    const double begin = std::max(until[tile.core], tile.phases.front().begin), end = tile.phases.back().end;
+    if (end > begin) busy += end - begin;
+    until[tile.core] = std::max(until[tile.core], end);
+  }
+  return busy / static_cast<double>(gpu.cores.count);
+}
+
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule) {
   FrameTiming timing;
   timing.cycles = schedule.cycles;
@@ -355,13 +357,18 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   for (std::size_t p = 0; p < kPhaseCount; ++p)
     for (const Stage stage : phase_stages(static_cast<Phase>(p))) timing.busy[static_cast<std::size_t>(stage)] /= cores;
   timing.busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
-  timing.cores_busy = cores_busy(gpu, schedule) / cores;
+  timing.cores_busy = cores_busy(gpu, schedule);
 
+  find_bound(timing, [&](Stage stage) { return schedule_frame(gpu, work, stage).cycles; });
+  return timing;
+}
+
+void find_bound(FrameTiming& timing, const std::function<double(Stage)>& without) {
   // The frame again without each unit that is busy for long enough to matter.
   std::array<double, kStageCount> saved{};
   parallel_for(kStageCount, [&](std::size_t s) {
     if (timing.busy[s] * 10 >= timing.cycles && timing.cycles > 0)
-      saved[s] = std::max(0.0, timing.cycles - schedule_frame(gpu, work, static_cast<Stage>(s)).cycles);
+      saved[s] = std::max(0.0, timing.cycles - without(static_cast<Stage>(s)));
   });
   for (std::size_t s = 0; s < kStageCount; ++s) {
     // Where all save the same (nothing, at worst) the busiest.
@@ -371,7 +378,6 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
     if (timing.busy[s] > 0 && better) timing.bound_by = static_cast<Stage>(s), timing.bound_cycles = saved[s];
   }
   if (timing.bound_by) timing.bound_total[static_cast<std::size_t>(*timing.bound_by)] = timing.bound_cycles;
-  return timing;
 }
 
 void FrameTiming::accumulate(const FrameTiming& frame) {
@@ -385,6 +391,9 @@ void FrameTiming::accumulate(const FrameTiming& frame) {
   }
   if (!bound_by) bound_by = frame.bound_by;
   bound_cycles = bound_by ? bound_total[static_cast<std::size_t>(*bound_by)] : 0;
+  if (!frame.events) return;
+  if (!events) events.emplace();
+  events->accumulate(*frame.events);
 }
 
 }  // namespace tessera::timing

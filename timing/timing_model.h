@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "timing/events/event_counts.h"
 #include "timing/work.h"
 
 namespace tessera::timing {
@@ -53,6 +55,9 @@ Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work,
 // that never keeps them waiting: n equal items in a pipeline. The last element is the length of the phase.
 std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items);
 
+// Tiles that a core works on at once: as many as its memory holds, 1 to 8.
+std::uint64_t tiles_in_flight(const hardware::Machine& gpu, const FrameWork& work);
+
 // Units of each phase, in order; and of the geometry.
 std::span<const Stage> phase_stages(Phase phase);
 std::span<const Stage> geometry_stages();
@@ -77,8 +82,14 @@ struct FrameTiming {
   // Joins a further frame; bound_by becomes the unit that bounds the frames with most cycles to save.
   void accumulate(const FrameTiming& frame);
 
-  StageCycles bound_total{};  // bound_cycles by unit, over frames
+  StageCycles bound_total{};          // bound_cycles by unit, over frames
+  std::optional<EventCounts> events;  // of TimingModel::kEvents
 };
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule);
+
+// Mean over the cores of the cycles in which a tile was in work.
+double cores_busy(const hardware::Machine& gpu, const Schedule& schedule);
+// Fills bound_by and bound_cycles. `without`: cycles of the frame if a unit took no time, asked of several threads.
+void find_bound(FrameTiming& timing, const std::function<double(Stage)>& without);
 
 }  // namespace tessera::timing

@@ -9,6 +9,7 @@
 #include "hardware/machine.h"
 #include "hardware/stage.h"
 #include "memory/ledger.h"
+#include "timing/items.h"
 
 namespace tessera::timing {
 
@@ -27,7 +28,8 @@ struct GeometryWork {
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile
   std::uint64_t dram_bytes = 0;
-  std::uint64_t queue_bytes = 0;  // of the parameter buffer in use at the end
+  std::uint64_t written_bytes = 0;  // of these
+  std::uint64_t queue_bytes = 0;    // of the parameter buffer in use at the end
 };
 
 // Events of one tile (or of one partial render of it). Filled where the tile is rendered, whatever thread does; then in
@@ -65,13 +67,15 @@ struct TileWork {
 // A binner's run and the tiles that it led to; one a frame but for partial renders and second passes.
 struct WorkRound {
   GeometryWork geometry;
-  std::vector<TileWork> tiles;  // in the order of the tile scheduler
+  std::vector<TileWork> tiles;   // in the order of the tile scheduler
+  std::vector<TileItems> items;  // of each, or none at all
 };
 
 struct FrameWork {
   std::vector<WorkRound> rounds;
-  std::uint64_t tile_state_bytes = 0;  // what all samples of a tile see, in its core's memory
-  std::uint64_t other_bytes = 0;       // of the ledger, by what is no part of the rounds; moved after them
+  std::uint64_t tile_state_bytes = 0;     // what all samples of a tile see, in its core's memory
+  std::uint64_t other_bytes = 0;          // of the ledger, by what is no part of the rounds; moved after them
+  std::uint64_t other_written_bytes = 0;  // of these
 
   std::uint64_t dram_bytes() const;
 };

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -20,8 +21,11 @@
 #include "base/image_codec.h"
 #include "base/json_text.h"
 #include "base/text.h"
+#include "base/whole_file.h"
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
+#include "gpu/record_file.h"
+#include "replay/machine_report.h"
 #include "replay/progress.h"
 #include "replay/statistics.h"
 #include "replay/sweep/capture_library.h"
@@ -79,8 +83,9 @@ class Run {
                      escape_control(folder.point_file(points[p].hash).string()).c_str());
       todo_.push_back(p);
     }
+    group_points();
     outcome_.workers =
-        std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(todo_.size(), 1));
+        std::clamp<std::size_t>(std::min(options.jobs, options.threads), 1, std::max<std::size_t>(groups_.size(), 1));
     threads_each_ = static_cast<int>(std::max<std::size_t>(1, options.threads / outcome_.workers));
     progress_.emplace(todo_.size(), options.quiet || todo_.empty());
   }
@@ -98,6 +103,22 @@ class Run {
   }
 
  private:
+  // Points that differ in what times them only, in their order: one of them is rendered, its record is timed for all.
+  void group_points() {
+    std::map<std::string, std::size_t> group_of;
+    for (const std::size_t p : todo_) {
+      const SweepPoint& point = points_[p];
+      const PointConfiguration configuration = configure_point(study_, point.steps);
+      json function = {point.capture, gpu::functional_json(configuration.gpu, configuration.settings)};
+      if (configuration.size) function.push_back({configuration.size->width, configuration.size->height});
+      // What is no machine has nothing to render.
+      if (!point.fault.empty()) function.push_back(point.hash);
+      const auto [at, fresh] = group_of.try_emplace(json_text(function), groups_.size());
+      if (fresh) groups_.emplace_back();
+      groups_[at->second].push_back(p);
+    }
+  }
+
   // Each worker's loops run on its own few threads: they never take up another worker's point while they wait.
   void work() {
     tbb::task_arena arena(threads_each_);
@@ -105,8 +126,8 @@ class Run {
       try {
         while (!stop_requested() && !failed_) {
           const std::size_t next = next_.fetch_add(1);
-          if (next >= todo_.size()) return;
-          run_point(points_[todo_[next]]);
+          if (next >= groups_.size()) return;
+          run_group(groups_[next]);
         }
       } catch (...) {
         const std::lock_guard lock(mutex_);
@@ -116,33 +137,79 @@ class Run {
     });
   }
 
-  void run_point(const SweepPoint& point) {
-    const Clock::time_point start = Clock::now();
-    json result = {{"schema", kPointSchema}};
-    double rendering = 0;
-    if (point.fault.empty()) {
-      struct Lease {
-        CaptureLibrary& library;
-        ~Lease() { library.release(); }
-      };
-      CaptureLibrary::Loaded capture = library_.get(point.capture);
-      const Lease lease{library_};
-      try {
-        result["frames"] = render(point, std::exchange(capture, {}), rendering);
-      } catch (const UsageError& error) {
-        result["fault"] = error.what();
-      }
-    } else {
-      result["fault"] = point.fault;
+  // What a rendered point leaves for those that are timed from it.
+  struct Rendered {
+    json frames;  // null where the values do not fit each other
+    std::string fault;
+    std::vector<std::vector<timing::FrameWork>> work;  // by frame and view
+  };
+
+  void run_group(const std::vector<std::size_t>& group) {
+    Rendered rendered;
+    for (const std::size_t p : group) {
+      const Clock::time_point start = Clock::now();
+      const SweepPoint& point = points_[p];
+      double rendering = 0;
+      if (p == group.front())
+        rendered = run_point(point, times_events(group), rendering);
+      else if (rendered.fault.empty())
+        time_again(group.front(), point, rendered);
+      json result = {{"schema", kPointSchema}};
+      if (rendered.fault.empty())
+        result["frames"] = rendered.frames;
+      else
+        result["fault"] = rendered.fault;
+      write_file_atomically(folder_.point_file(point.hash), json_text(result, 1) + "\n");
+      const std::lock_guard lock(mutex_);
+      outcome_.render_seconds += rendering;
+      ++outcome_.rendered;
+      outcome_.timed_again += p == group.front() ? 0 : 1;
+      progress_->update(outcome_.rendered,
+                        fmt::format("{}: {:.2f} s", point_label(study_, point), seconds_since(start)));
     }
-    write_file_atomically(folder_.point_file(point.hash), json_text(result, 1) + "\n");
-    const std::lock_guard lock(mutex_);
-    outcome_.render_seconds += rendering;
-    ++outcome_.rendered;
-    progress_->update(outcome_.rendered, fmt::format("{}: {:.2f} s", point_label(study_, point), seconds_since(start)));
   }
 
-  json render(const SweepPoint& point, const CaptureLibrary::Loaded& capture, double& seconds) {
+  bool times_events(const std::vector<std::size_t>& group) const {
+    return std::any_of(group.begin(), group.end(), [&](std::size_t p) {
+      return configure_point(study_, points_[p].steps).gpu.queues.model == hardware::TimingModel::kEvents;
+    });
+  }
+
+  // `items`: some point of the group is timed by events.
+  Rendered run_point(const SweepPoint& point, bool items, double& rendering) {
+    if (!point.fault.empty()) return {nullptr, point.fault, {}};
+    struct Lease {
+      CaptureLibrary& library;
+      ~Lease() { library.release(); }
+    };
+    CaptureLibrary::Loaded capture = library_.get(point.capture);
+    const Lease lease{library_};
+    try {
+      return render(point, std::exchange(capture, {}), items, rendering);
+    } catch (const UsageError& error) {
+      return {nullptr, error.what(), {}};
+    }
+  }
+
+  // Replaces cycles and energies of `rendered` by those of the point's machine; images are those of `first`.
+  void time_again(std::size_t first, const SweepPoint& point, Rendered& rendered) {
+    const PointConfiguration configuration = configure_point(study_, point.steps);
+    for (std::size_t f = 0; f < rendered.work.size(); ++f) {
+      json& frame = rendered.frames[f];
+      if (!rendered.work[f].empty()) {
+        const gpu::FrameCost cost = gpu::frame_cost(configuration.gpu, rendered.work[f]);
+        frame["timing"] = timing_json(cost.timing);
+        frame["energy"] = energy_json(cost.energy);
+      }
+      if (!study_.images) continue;
+      const int number = frame["frame"].get<int>();
+      for (const auto& file : {&SweepFolder::image_file, &SweepFolder::tiles_file})
+        write_file_atomically((folder_.*file)(point.hash, number),
+                              read_whole_text((folder_.*file)(points_[first].hash, number)));
+    }
+  }
+
+  Rendered render(const SweepPoint& point, const CaptureLibrary::Loaded& capture, bool items, double& seconds) {
     const PointConfiguration configuration = configure_point(study_, point.steps);
     const scene::CaptureSettings& own = capture.capture->settings;
     gpu::RenderRequest request;
@@ -159,16 +226,20 @@ class Run {
                                 (study_.baselines ? 64 : 32);
     memory_.take(bytes);
     const Reserved reserved{memory_, bytes};
+    request.record_items = items;
     gpu::Device device(capture.prepared, configuration.gpu, configuration.settings, request);
     baselines::BaselineObserver schemes;
     if (study_.baselines) device.set_observer(&schemes);
     const FrameRange range = study_.frames.value_or(FrameRange{own.first_frame, own.first_frame + own.frame_count});
-    json frames = json::array();
+    Rendered out{json::array(), "", {}};
     for (int frame = range.first; frame < range.last; ++frame) {
       const Clock::time_point start = Clock::now();
-      const gpu::FrameResult result = device.render(frame);
+      gpu::FrameResult result = device.render(frame);
       seconds += seconds_since(start);
-      frames.push_back(frame_json(result, study_.baselines ? &schemes.last() : nullptr));
+      out.frames.push_back(frame_json(result, study_.baselines ? &schemes.last() : nullptr));
+      std::vector<timing::FrameWork>& work = out.work.emplace_back();
+      if (result.model) work.push_back(std::move(result.model->record.work));
+      if (result.right && result.right->work) work.push_back(std::move(*result.right->work));
       if (!study_.images) continue;
       const float exposure = configuration.settings.output.exposure > 0
                                  ? static_cast<float>(configuration.settings.output.exposure)
@@ -176,7 +247,7 @@ class Run {
       write_png(folder_.image_file(point.hash, frame), shaders::to_display(result.targets.color, exposure));
       write_file_atomically(folder_.tiles_file(point.hash, frame), tile_maps_json(frame, result.maps));
     }
-    return frames;
+    return out;
   }
 
   const Study& study_;
@@ -185,6 +256,7 @@ class Run {
   CaptureLibrary library_;
   ImageMemory memory_;
   std::vector<std::size_t> todo_;
+  std::vector<std::vector<std::size_t>> groups_;  // of todo_
   int threads_each_ = 1;
   std::atomic<std::size_t> next_{0};
   std::atomic<bool> failed_{false};

@@ -22,7 +22,8 @@ struct SweepOptions {
 // What a run of a sweep did. Host times, for people.
 struct SweepOutcome {
   std::size_t mine = 0, found = 0,
-              rendered = 0;  // points of this shard: all, those that were there before, those made now
+              rendered = 0;     // points of this shard: all, those that were there before, those made now
+  std::size_t timed_again = 0;  // of those made now: from the record of another that differs in timing keys only
   std::size_t workers = 0;
   double seconds = 0;         // wall clock, from the first capture to the last result
   double render_seconds = 0;  // of all workers together: inside the machine

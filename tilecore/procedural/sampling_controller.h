@@ -44,6 +44,7 @@ class SamplingController {
   // Until the next call, samples are also counted for the drawable they are taken of; empty: they are not.
   void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
 
+  const SamplingCounters& counters() const { return counters_; }
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
   memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
   // Until take_ledger(), every transfer also goes to `log`.

@@ -87,8 +87,12 @@ class DeferredShader {
   std::vector<std::uint32_t> take_patches_read();
 
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
+  // From now on, warps and lines that they ask for are kept. False: no more.
+  void keep_items(bool keep) { pixel_shader_.keep_warps(keep), textures_.keep_requests(keep); }
+  std::vector<timing::WarpItem> take_warp_items() { return pixel_shader_.take_warp_items(); }
   // What shading fetches; its begin_tile() is called before a tile's first entries.
   TextureUnit& textures() { return textures_; }
+  const TextureUnit& textures() const { return textures_; }
 
  private:
   // Layers of one pixel that share an invocation: of one triangle (and pixel of the resting image where things move).

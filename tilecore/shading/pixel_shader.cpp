@@ -174,6 +174,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   if (has_grid(drawable)) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
   if (drawable.procedure != nullptr) {
     for (const std::uint32_t i : order) points[i] = shade_point(shutter, lighting, invocations[i]);
+    finish_warps(0, warp_ends_.size(), 0, has_grid(drawable), LookupArrays(), textures);
     return;
   }
 
@@ -226,12 +227,27 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       point.normal = {output_[3][lane], output_[4][lane], output_[5][lane]};
       point.alpha = output_[6][lane];
     }
-    if (textures != nullptr)
-      for (std::size_t w = first_warp, begin = 0; w < warp; begin = warp_ends_[w++] - first)
-        for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
-          if (lookups.layout[slot] != nullptr)
-            textures->fetch_warp(lookups.line[slot], begin, warp_ends_[w] - first - begin);
+    finish_warps(first_warp, warp, first, has_grid(drawable), lookups, textures);
     first += count;
+  }
+}
+
+void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, bool evaluates,
+                               const LookupArrays& lookups, TextureUnit* textures) {
+  for (std::size_t w = first_warp, begin = first; w < end; begin = warp_ends_[w++]) {
+    const std::size_t lines = textures != nullptr ? textures->request_count() : 0;
+    const std::uint64_t texels = textures != nullptr ? textures->counters().texels : 0;
+    if (textures != nullptr)
+      for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
+        if (lookups.layout[slot] != nullptr)
+          textures->fetch_warp(lookups.line[slot], begin - first, warp_ends_[w] - begin);
+    if (!keep_warps_) continue;
+    timing::WarpItem& item = warp_items_.emplace_back();
+    item.lanes = static_cast<std::uint32_t>(warp_ends_[w] - begin);
+    item.evaluates = evaluates ? 1 : 0;
+    if (textures == nullptr) continue;
+    item.texels = static_cast<std::uint32_t>(textures->counters().texels - texels);
+    item.texel_lines = static_cast<std::uint32_t>(textures->request_count() - lines);
   }
 }
 

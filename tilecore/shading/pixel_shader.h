@@ -12,6 +12,7 @@
 #include "tilecore/shading/draw_inputs.h"
 #include "tilecore/shading/surface.h"
 #include "tilecore/shading/texture_unit.h"
+#include "timing/items.h"
 
 namespace tessera::tilecore {
 
@@ -63,6 +64,10 @@ class PixelShader {
   void shade(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
              std::span<ShadedPoint> points, TextureUnit* textures = nullptr, std::size_t warp_lanes = 32);
 
+  // From now on, what each warp does is kept. False: no more.
+  void keep_warps(bool keep) { keep_warps_ = keep, warp_items_.clear(); }
+  std::vector<timing::WarpItem> take_warp_items() { return std::exchange(warp_items_, {}); }
+
   // Warps that shade() took since the last call.
   std::uint64_t take_warps() { return std::exchange(warps_, 0); }
   // Of these, warps whose invocations evaluate a patch again, and those invocations.
@@ -86,6 +91,10 @@ class PixelShader {
   void shade_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                      std::span<const Invocation> invocations, std::span<std::uint32_t> order,
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
+  // Tells `textures` of the lookups of warps [first_warp, end) and keeps what they do; invocation `first` of the draw is
+  // lane 0 of `lookups`.
+  void finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, bool evaluates,
+                    const LookupArrays& lookups, TextureUnit* textures);
 
   std::vector<Bucket> buckets_;
   std::vector<std::uint32_t> table_;          // of bucket numbers, by patch; a power of two of them
@@ -98,6 +107,8 @@ class PixelShader {
   std::array<std::array<std::array<std::int32_t, kBatch>, kLookupLines>, kTextureSlots> lines_;
   std::uint64_t warps_ = 0;
   SurfaceWork surface_work_;
+  bool keep_warps_ = false;
+  std::vector<timing::WarpItem> warp_items_;
 };
 
 // Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex

@@ -84,6 +84,17 @@ class TextureUnit {
   // Null: the unit counts nothing.
   const TextureMemory* memory() const { return settings_.memory; }
 
+  // From now on, lines that lookups ask for are kept, but those that the last four different ones hold: a line buffer
+  // stands in front of the cache. False: no more.
+  void keep_requests(bool keep) {
+    keep_requests_ = keep;
+    line_buffer_.fill(kNoLine);
+    requests_.clear();
+  }
+  bool keeps_requests() const { return keep_requests_; }
+  std::vector<std::uint32_t> take_requests() { return std::exchange(requests_, {}); }
+  std::size_t request_count() const { return requests_.size(); }
+
   // Lines that missed since begin_tile(), in order.
   const std::vector<std::uint32_t>& misses() const { return misses_; }
   std::vector<std::uint32_t> take_misses() { return std::exchange(misses_, {}); }
@@ -96,10 +107,18 @@ class TextureUnit {
     const TextureLayoutView* layout = nullptr;
   };
   const TextureLayoutView& layout_of(const shaders::Texture& texture);
+  void keep_request(std::uint32_t line) {
+    std::size_t at = 0;
+    while (at + 1 < line_buffer_.size() && line_buffer_[at] != line) ++at;
+    if (line_buffer_[at] != line) requests_.push_back(line);
+    for (; at > 0; --at) line_buffer_[at] = line_buffer_[at - 1];
+    line_buffer_[0] = line;
+  }
   // False: the lookup in hand asked for the line before.
   bool ask_once(std::int32_t line);
   void need_line(std::uint32_t line) {
     ++counters_.cache_requests;
+    if (keep_requests_) keep_request(line);
     if (cache_.use(line)) return;
     ++counters_.cache_misses;
     misses_.push_back(line);
@@ -119,6 +138,11 @@ class TextureUnit {
   std::uint64_t lookup_ = 0;
   std::vector<std::int32_t> asked_;
   std::vector<std::uint32_t> misses_;
+  // Newest first.
+  static constexpr std::uint32_t kNoLine = 0xFFFFFFFFu;
+  std::array<std::uint32_t, 4> line_buffer_{kNoLine, kNoLine, kNoLine, kNoLine};
+  std::vector<std::uint32_t> requests_;
+  bool keep_requests_ = false;
   TextureCounters counters_;
 };
 

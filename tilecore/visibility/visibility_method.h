@@ -30,6 +30,7 @@ class MeshVisibility {
  public:
   void test(const MeshInTile& in, const VisibilityMethodSettings& method, HitSink& sink, VisibilityWork& work);
 
+  const StencilCounters& stencil_counters() const { return stencil_.counters(); }
   StencilCounters take_stencil_counters() { return stencil_.take_counters(); }
   RayCounters take_ray_counters() { return bvh_.take_counters(); }
 

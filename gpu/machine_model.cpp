@@ -1,0 +1,55 @@
+#include "gpu/machine_model.h"
+
+#include <utility>
+
+#include "timing/events/event_model.h"
+
+namespace tessera::gpu {
+
+namespace {
+
+struct Timed {
+  timing::Schedule schedule;
+  timing::FrameTiming timing;
+  hardware::FrameEnergy energy;
+};
+
+Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work) {
+  Timed timed;
+  hardware::EnergyEvents energy = timing::energy_events(work);
+  if (gpu.queues.model == hardware::TimingModel::kEvents) {
+    timing::EventSchedule events = timing::simulate_events(gpu, work);
+    timed.timing = timing::time_events(gpu, work, events);
+    timed.schedule = std::move(events.schedule);
+    // What the caches held in time.
+    energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
+    energy.l2_lines = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
+  } else {
+    timed.schedule = timing::schedule_frame(gpu, work);
+    timed.timing = timing::time_frame(gpu, work, timed.schedule);
+  }
+  timed.energy = hardware::frame_energy(gpu, energy, timed.timing.cycles);
+  return timed;
+}
+
+}  // namespace
+
+MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record) {
+  Timed timed = time_work(gpu, record.work);
+  return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy)};
+}
+
+FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views) {
+  FrameCost cost;
+  for (std::size_t view = 0; view < views.size(); ++view) {
+    const Timed timed = time_work(gpu, views[view]);
+    if (view == 0)
+      cost.timing = timed.timing;
+    else
+      cost.timing.accumulate(timed.timing);
+    cost.energy.accumulate(timed.energy);
+  }
+  return cost;
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,185 @@
+#include "gpu/record_file.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/json_text.h"
+#include "base/text.h"
+#include "base/zstd_bytes.h"
+#include "timing/work_code.h"
+
+namespace tessera::gpu {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kMagic = "tessera.record/1\n";
+constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
+constexpr std::uint64_t kMaxViews = 2;
+// Decoded work takes no more than so many times its bytes.
+constexpr std::uint64_t kExpansion = 16;
+
+// Keys of SplitPrices.
+bool prices_splits(std::string_view key) {
+  constexpr std::array<std::string_view, 7> kKeys = {
+      "frontend.bounds_per_clk", "binner.entries_per_clk", "tilecore.entries_per_clk", "tilecore.boxes_per_clk",
+      "tilecore.count",          "memory.bytes_per_clk",   "memory.gpu_share"};
+  return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
+}
+
+// Sizes of the caches that events simulate in time, from what is asked of them.
+bool is_of_caches(std::string_view key) {
+  constexpr std::array<std::string_view, 4> kKeys = {"texture.cache_bytes", "texture.cache_ways", "l2.bytes",
+                                                     "l2.ways"};
+  return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
+}
+
+}  // namespace
+
+RecordWriter::RecordWriter(const std::filesystem::path& file, const json& head) : file_(file) {
+  file_.write(kMagic);
+  const std::string text = json_text(head, 1) + "\n";
+  number(text.size());
+  file_.write(text);
+}
+
+void RecordWriter::number(std::uint64_t value) {
+  std::array<char, 8> bytes;
+  for (char& byte : bytes) byte = static_cast<char>(value & 0xFF), value >>= 8;
+  file_.write({bytes.data(), bytes.size()});
+}
+
+void RecordWriter::add(int frame, const std::vector<const timing::FrameWork*>& views) {
+  file_.write("F");
+  number(static_cast<std::uint64_t>(frame));
+  number(views.size());
+  for (const timing::FrameWork* work : views) {
+    const std::string plain = timing::encode(*work), packed = zstd_compress(plain);
+    number(plain.size());
+    number(packed.size());
+    file_.write(packed);
+  }
+}
+
+void RecordWriter::commit() {
+  file_.write("E");
+  file_.commit();
+}
+
+RecordReader::RecordReader(const std::filesystem::path& file, std::uint64_t max_bytes)
+    : name_(file), file_(file, std::ios::binary), max_bytes_(max_bytes) {
+  std::error_code ignored;
+  if (!file_ || std::filesystem::is_directory(file, ignored)) throw InputError(name_.string(), "", "cannot be read");
+  if (bytes(kMagic.size()) != kMagic) refuse("is not a record (replay --record)");
+  const std::uint64_t length = number();
+  if (length > kMaxHeadBytes) refuse("has a head of more than 16 MiB");
+  head_ = parse_unique_json(bytes(length), name_.string());
+  if (!head_.is_object()) refuse("has a head that is no JSON object");
+}
+
+void RecordReader::refuse(const std::string& reason) const {
+  throw InputError(name_.string(), fmt::format("byte {}", at_), reason);
+}
+
+std::string RecordReader::bytes(std::uint64_t count) {
+  // Grows with what is there, not with what a damaged length says.
+  constexpr std::uint64_t kAtOnce = 1u << 20;
+  std::string out;
+  while (out.size() < count) {
+    const std::size_t before = out.size(), step = static_cast<std::size_t>(std::min(kAtOnce, count - before));
+    out.resize(before + step);
+    file_.read(out.data() + before, static_cast<std::streamsize>(step));
+    if (static_cast<std::size_t>(file_.gcount()) != step) refuse("ends too early");
+  }
+  at_ += count;
+  return out;
+}
+
+std::uint64_t RecordReader::number() {
+  const std::string text = bytes(8);
+  std::uint64_t value = 0;
+  for (std::size_t k = 8; k-- > 0;) value = value << 8 | static_cast<unsigned char>(text[k]);
+  return value;
+}
+
+std::uint64_t RecordReader::size(const char* of) {
+  const std::uint64_t count = number();
+  if (count > max_bytes_ / kExpansion)
+    throw LimitError(fmt::format("{}: byte {}: {} of {} bytes; frames of a record may take {} in memory",
+                                 escape_control(name_.string()), at_, of, count, max_bytes_));
+  return count;
+}
+
+std::optional<RecordedFrame> RecordReader::next() {
+  const std::string kind = bytes(1);
+  if (kind == "E") return std::nullopt;
+  if (kind != "F") refuse("neither a frame nor the end");
+  RecordedFrame frame;
+  const std::uint64_t number_of = number(), views = number();
+  if (number_of > std::uint64_t{1} << 30) refuse("a frame number that is too large");
+  if (views < 1 || views > kMaxViews) refuse("a frame has one view or two");
+  frame.frame = static_cast<int>(number_of);
+  for (std::uint64_t view = 0; view < views; ++view) {
+    const std::uint64_t plain = size("the work of a frame"), packed = size("the packed work of a frame");
+    try {
+      frame.views.push_back(timing::decode(zstd_expand(bytes(packed), plain)));
+    } catch (const BadZstd&) {
+      refuse("is damaged: it does not unpack");
+    } catch (const timing::BadWork& bad) {
+      refuse(fmt::format("is damaged: {}", bad.reason));
+    }
+  }
+  return frame;
+}
+
+json record_head(const std::string& capture, const GpuConfiguration& gpu, const RunSettings& settings, int width,
+                 int height) {
+  return {{"schema", "tessera.record/1"},
+          {"capture", capture},
+          {"width", width},
+          {"height", height},
+          {"gpu", gpu_json(gpu)},
+          {"settings", settings_json(settings)},
+          {"function", functional_json(gpu, settings)}};
+}
+
+RecordedMachine recorded_machine(const json& head, const std::string& file) {
+  RecordedMachine machine;
+  machine.gpu = parse_gpu(json_text(head.value("gpu", json::object())), file);
+  const json function = head.value("function", json::object());
+  for (const auto& key : settings_keys().keys()) {
+    const auto found = function.find(std::string(key.name));
+    try {
+      if (found != function.end()) settings_keys().set(machine.settings, key, *found);
+    } catch (const UsageError& error) {
+      throw InputError(file, "/function", error.what());
+    }
+  }
+  return machine;
+}
+
+json functional_json(const GpuConfiguration& gpu, const RunSettings& settings) {
+  json keys;
+  const bool by_cost = gpu.frontend.split_criterion == frontend::SplitCriterion::kCost;
+  for (const auto& key : gpu_keys().keys())
+    if (!key.timing || (by_cost && prices_splits(key.name)))
+      keys[std::string(key.name)] = key_value_json(gpu_keys().value(gpu, key));
+  for (const auto& key : settings_keys().keys())
+    keys[std::string(key.name)] = key_value_json(settings_keys().value(settings, key));
+  return keys;
+}
+
+void check_same_function(const json& head, const GpuConfiguration& gpu, const RunSettings& settings) {
+  const json now = functional_json(gpu, settings), then = head.value("function", json::object());
+  const bool events = gpu.queues.model == hardware::TimingModel::kEvents;
+  for (const auto& [key, value] : now.items())
+    if (!(events && is_of_caches(key)) && then.value(key, json()) != value)
+      throw UsageError(
+          fmt::format("{}: the record was made with {}, not {}; what the units do depends on it: replay again", key,
+                      then.value(key, json()).dump(), value.dump()));
+}
+
+}  // namespace tessera::gpu

@@ -1,0 +1,107 @@
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "base/json_text.h"
+#include "base/output_file.h"
+#include "base/parallel.h"
+#include "gpu/machine_model.h"
+#include "gpu/record_file.h"
+#include "replay/commands.h"
+#include "replay/machine_report.h"
+#include "replay/option_numbers.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+class TimeCommand final : public Command {
+ public:
+  explicit TimeCommand(CLI::App& app) {
+    app.add_option("RECORD", record_, "What a replay wrote with --record")->required()->type_name("FILE");
+    app.add_option("--gpu", gpu_,
+                   fmt::format("The described machine: {} or a JSON file (default: the record's own)",
+                               fmt::join(gpu::preset_names(), ", ")))
+        ->type_name("PRESET|FILE");
+    app.add_option("--set", sets_, "Change a number of the machine; repeatable")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    app.add_option("--json", json_, "Write cycles, units and energy of each frame and of all")->type_name("FILE");
+    app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
+        ->type_name("N");
+    app.add_option("--max-memory", max_memory_gib_, "Most memory that a frame of the record may take, in GiB")
+        ->type_name("GIB")
+        ->capture_default_str();
+    app.footer(
+        "Times the work of a replay again, on a machine that differs in speeds, sizes, memory and energies: in the "
+        "keys\n"
+        "that `tessera describe gpu` calls timing. Others change what the units do, so that the frame must be "
+        "rendered\n"
+        "again; they are refused.\n\n"
+        "Example:\n"
+        "  tessera replay captures/eggs.glb --record eggs.record --out out\n"
+        "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600");
+  }
+
+  void run() override {
+    if (!json_.empty()) check_output_file(json_);
+    gpu::RecordReader record(
+        record_, static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30));
+    gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);
+    if (!gpu_.empty()) machine.gpu = gpu::load_gpu(gpu_);
+    for (const std::string& text : sets_) gpu::apply_setting(text, machine.settings, machine.gpu);
+    gpu::check_gpu(machine.gpu);
+    gpu::check_same_function(record.head(), machine.gpu, machine.settings);
+    const ThreadLimit threads(static_cast<std::size_t>(threads_));
+
+    std::FILE* const words = beside_outputs({json_});
+    fmt::print(words, "{:>6} {:>14} {:>10}  {:<14} {:>12}\n", "frame", "cycles", "ms", "bound by", "energy mJ");
+    json frames = json::array();
+    gpu::FrameCost total;
+    while (std::optional<gpu::RecordedFrame> frame = record.next()) {
+      const gpu::FrameCost cost = gpu::frame_cost(machine.gpu, frame->views);
+      frames.push_back(
+          {{"frame", frame->frame}, {"timing", timing_json(cost.timing)}, {"energy", energy_json(cost.energy)}});
+      total.timing.accumulate(cost.timing);
+      total.energy.accumulate(cost.energy);
+      print_row(words, std::to_string(frame->frame), cost, machine.gpu);
+    }
+    if (frames.size() != 1) print_row(words, "all", total, machine.gpu);
+    if (json_.empty()) return;
+    OutputFile file(json_);
+    file.write(json_text({{"schema", "tessera.time/1"},
+                          {"record", {{"capture", record.head().value("capture", json())}}},
+                          {"gpu", gpu::gpu_json(machine.gpu)},
+                          {"frames", frames},
+                          {"total", {{"timing", timing_json(total.timing)}, {"energy", energy_json(total.energy)}}}},
+                         1) +
+               "\n");
+    file.commit();
+  }
+
+ private:
+  static void print_row(std::FILE* words, const std::string& frame, const gpu::FrameCost& cost,
+                        const gpu::GpuConfiguration& gpu) {
+    fmt::print(words, "{:>6} {:>14.0f} {:>10.3f}  {:<14} {:>12.3f}\n", frame, std::ceil(cost.timing.cycles),
+               cost.timing.cycles / gpu.clock_mhz * 1e-3, cost.timing.bound_by ? name(*cost.timing.bound_by) : "-",
+               cost.energy.total_nj() * 1e-6);
+  }
+
+  std::string record_, gpu_, json_;
+  std::vector<std::string> sets_;
+  unsigned threads_ = 0;
+  double max_memory_gib_ = 1;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_time_command(CLI::App& app) { return std::make_unique<TimeCommand>(app); }
+
+}  // namespace tessera::replay

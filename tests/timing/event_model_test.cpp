@@ -1,0 +1,331 @@
+// Frames simulated item by item: machines whose time is known by hand, and laws that hold for all.
+#include "timing/events/event_model.h"
+
+#include <gtest/gtest.h>
+
+#include <rapidcheck/gtest.h>
+
+#include "tests/support/captures.h"
+
+namespace tessera::timing {
+namespace {
+
+using hardware::Machine;
+
+// Nothing takes time.
+Machine endless() {
+  Machine gpu;
+  gpu.cores.count = 1;
+  hardware::Throughputs& rates = gpu.rates;
+  for (double* rate :
+       {&rates.bounds_per_clk, &rates.binned_entries_per_clk, &rates.binned_tiles_per_clk,
+        &rates.fetched_entries_per_clk, &rates.sort_steps_per_clk, &rates.vertices_per_clk, &rates.transforms_per_clk,
+        &rates.boxes_per_clk, &rates.box_tests_per_clk, &rates.stencil_tests_per_clk,
+        &rates.sampling_operations_per_clk, &rates.triangle_tests_per_clk, &rates.alpha_tests_per_clk,
+        &rates.depth_blocks_per_clk, &rates.compacted_samples_per_clk, &rates.texels_per_clk, &rates.blends_per_clk,
+        &rates.resolved_pixels_per_clk, &rates.resolve_operations_per_clk})
+    *rate = 1e30;
+  gpu.shader.operations = gpu.shader.surface_operations = 0;
+  gpu.memory.bytes_per_clk = 1e30;
+  gpu.memory.gpu_share = 1;
+  gpu.memory.latency_clk = 0;
+  gpu.queues.texture_latency_clk = gpu.queues.l2_latency_clk = 0;
+  gpu.queues.l2_lines_per_clk = 1e30;
+  return gpu;
+}
+
+// A frame of one tile, which a test fills.
+struct OneTile {
+  OneTile() { work.rounds.push_back({{}, {TileWork{}}, {TileItems{}}}); }
+  TileWork& tile() { return work.rounds[0].tiles[0]; }
+  TileItems& items() { return work.rounds[0].items[0]; }
+  double cycles(const Machine& gpu) const { return simulate_events(gpu, work).schedule.cycles; }
+
+  FrameWork work;
+};
+
+OneTile sub_patches(const std::vector<SubPatchItem>& items) {
+  OneTile one;
+  one.items().sub_patches = items;
+  for (const SubPatchItem& item : items) {
+    one.tile().vertices += item.vertices, one.tile().boxes += item.boxes, one.tile().box_lanes += item.box_lanes;
+    one.tile().stencil_tests += item.stencil_tests, one.tile().triangle_lanes += item.triangle_lanes;
+    one.tile().alpha_tests += item.alpha_tests, one.tile().depth_blocks += item.depth_blocks;
+    for (std::uint32_t k = 0; k < item.lines; ++k)
+      one.items().lines.push_back(1000 + static_cast<std::uint32_t>(one.items().lines.size()));
+  }
+  return one;
+}
+
+TEST(EventModel, OneUnitThatTakesTimeTakesExactlyIts) {  // EM3
+  const OneTile one = sub_patches({{.vertices = 30}, {.vertices = 12}, {.vertices = 7}});
+  Machine gpu = endless();
+  gpu.rates.vertices_per_clk = 0.5;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 2 * 49.0);
+}
+
+TEST(EventModel, UnitsOfASubPatchArePipelined) {
+  std::vector<SubPatchItem> items(10, {.vertices = 4, .boxes = 6, .triangle_lanes = 2});
+  Machine gpu = endless();
+  gpu.rates.vertices_per_clk = gpu.rates.boxes_per_clk = gpu.rates.triangle_tests_per_clk = 1;
+  // The first item through all three, then one for each time that the slowest takes.
+  EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 4 + 6 + 2 + 9 * 6.0);
+}
+
+// Three units, the last slow for the first item: those before it fill their queues and wait.
+TEST(EventModel, ASlowUnitHoldsUpThoseBeforeIt) {
+  std::vector<SubPatchItem> items(6, {.vertices = 1, .boxes = 1, .box_lanes = 1});
+  items[0].box_lanes = 100;
+  items[5].vertices = 50;
+  Machine gpu = endless();
+  gpu.rates.vertices_per_clk = gpu.rates.boxes_per_clk = gpu.rates.box_tests_per_clk = 1;
+  // With room for all, the last item's 50 vertices are evaluated while the first is tested: it ends at 1 + 1 + 100,
+  // then come the tests of four more, and the last is there by then.
+  gpu.queues.items = 64;
+  EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 102 + 5.0);
+  // With room for one between units: item 1 waits for the box tests, 2 stays in the boxes' unit, 3 waits for it, 4 stays
+  // in the tessellator. At 102 the tests take 1, the boxes give 2 and take 3, the tessellator gives 4 and takes the last:
+  // 50 vertices, one box, one test.
+  gpu.queues.items = 1;
+  EXPECT_DOUBLE_EQ(sub_patches(items).cycles(gpu), 102 + 52.0);
+}
+
+TEST(EventModel, OneRequestOfTheL2AtATime) {
+  OneTile one = sub_patches({{.lines = 5}});
+  Machine gpu = endless();
+  gpu.memory.latency_clk = 100;
+  gpu.queues.l2_latency_clk = 10;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 110.0);  // side by side
+  gpu.queues.l2_requests = 1;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 5 * 110.0);
+  // The same line five times is one request.
+  one.items().lines.assign(5, 77);
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 110.0);
+}
+
+TEST(EventModel, OneBankOfTheL2) {
+  OneTile one = sub_patches({{.lines = 8}});
+  Machine gpu = endless();
+  gpu.queues.l2_lines_per_clk = 0.25;
+  gpu.queues.l2_banks = 4;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 4.0);  // the second line of each bank waits for the first
+  gpu.queues.l2_banks = 1;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 7 * 4.0);
+}
+
+TEST(EventModel, TheMemoryMovesOneByteAfterTheOther) {
+  OneTile one = sub_patches({{.lines = 4}});
+  one.items().list_bytes = 128;
+  one.items().record_bytes = 64;
+  one.items().written_bytes = 640;
+  Machine gpu = endless();
+  gpu.memory.bytes_per_clk = 2;
+  gpu.memory.latency_clk = 50;
+  // The list, then its records, then four lines of 64 bytes, then what is written.
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), (64 + 50) + (32 + 50) + (4 * 32 + 50) + 320.0);
+}
+
+OneTile warps(std::uint32_t count, std::uint32_t lines_each, bool same_lines) {
+  OneTile one;
+  for (std::uint32_t w = 0; w < count; ++w) {
+    one.items().warps.push_back({.lanes = 32, .texels = 32 * (lines_each > 0 ? 1u : 0u), .texel_lines = lines_each});
+    for (std::uint32_t k = 0; k < lines_each; ++k)
+      one.items().texel_lines.push_back(same_lines ? k : 64 * one.items().warps.size() + k);
+  }
+  one.tile().shader_invocations = one.tile().shader_lanes = 32 * count;
+  return one;
+}
+
+TEST(EventModel, WarpsWithoutLookupsFillTheLanes) {  // EM3
+  Machine gpu = endless();
+  gpu.shader.operations = 100;
+  gpu.shader.lanes = 16;
+  EXPECT_DOUBLE_EQ(warps(7, 0, true).cycles(gpu), 7 * 100 * 2.0);
+}
+
+TEST(EventModel, OneWarpWaitsForItsTexels) {
+  Machine gpu = endless();
+  gpu.shader.operations = 100;
+  gpu.shader.lanes = 32;
+  gpu.queues.max_warps = 1;
+  gpu.queues.texture_latency_clk = 20;
+  gpu.memory.latency_clk = 300;
+  // The first warp misses, the others hit; a line takes the texture unit a clock.
+  EXPECT_DOUBLE_EQ(warps(5, 1, true).cycles(gpu), 5 * 100 + 300 + 4 * (20 + 1.0));
+  // Every warp misses.
+  EXPECT_DOUBLE_EQ(warps(5, 1, false).cycles(gpu), 5 * (100 + 300.0));
+  // Two warps: while one waits the other computes, but both wait for most of the 300.
+  gpu.queues.max_warps = 2;
+  const double two = warps(5, 1, false).cycles(gpu);
+  EXPECT_LT(two, 5 * (100 + 300.0) - 600);
+  // Enough of them hide all waits but one.
+  gpu.queues.max_warps = 16;
+  EXPECT_GE(warps(50, 1, false).cycles(gpu), 50 * 100.0);
+  EXPECT_LE(warps(50, 1, false).cycles(gpu), 50 * 100.0 + 300);
+}
+
+TEST(EventModel, RegistersLimitTheWarpsInFlight) {
+  Machine gpu = endless();
+  gpu.shader.operations = 100;
+  gpu.shader.lanes = 32;
+  gpu.memory.latency_clk = 300;
+  const auto cycles = [&](std::int64_t registers) {
+    gpu.queues.registers = registers;
+    return warps(20, 1, false).cycles(gpu);
+  };
+  gpu.queues.register_bytes = 64 * 4 * 32 * 4;  // four warps of 64 registers
+  const double four = cycles(64), one = cycles(256);
+  EXPECT_DOUBLE_EQ(one, 20 * 400.0);
+  EXPECT_LT(four, 0.5 * one);
+  gpu.queues.max_warps = 4;
+  EXPECT_DOUBLE_EQ(cycles(16), four);
+}
+
+TEST(EventModel, ASmallTextureCacheAsksAgain) {
+  OneTile one = warps(64, 16, true);
+  Machine gpu = endless();
+  gpu.caches.texture_bytes = 16 << 10;
+  EXPECT_EQ(simulate_events(gpu, one.work).counts.texture_misses, 16u);
+  gpu.caches.texture_bytes = 256;  // four lines: the sixteen of each warp push each other out
+  EXPECT_EQ(simulate_events(gpu, one.work).counts.texture_misses, 64u * 16u);
+}
+
+// The texture cache belongs to a core and stays warm: as many cores, as many times each line.
+TEST(EventModel, EachCoreReadsItsOwnTexels) {
+  OneTile one = warps(4, 16, true);
+  for (int t = 1; t < 8; ++t) {
+    one.work.rounds[0].tiles.push_back(one.tile());
+    one.work.rounds[0].items.push_back(one.items());
+  }
+  Machine gpu = endless();
+  gpu.shader.operations = 10;
+  for (const std::int64_t cores : {1, 2, 4}) {
+    gpu.cores.count = cores;
+    const EventCounts counts = simulate_events(gpu, one.work).counts;
+    EXPECT_EQ(counts.texture_misses, static_cast<std::uint64_t>(16 * cores));
+    EXPECT_EQ(counts.memory.l2_misses, 16u);
+  }
+}
+
+TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
+  OneTile one;
+  one.tile().pixels = 1024;  // 16 blocks
+  one.items().written_bytes = 16 * 512;
+  Machine gpu = endless();
+  gpu.rates.resolved_pixels_per_clk = 1;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 1024.0);
+  gpu.memory.bytes_per_clk = 4;  // 128 clocks for what is resolved in 64
+  gpu.queues.store_bytes = 64;
+  const double cycles = one.cycles(gpu);
+  EXPECT_GE(cycles, 64 + 15 * 128.0 - 16);
+  EXPECT_LE(cycles, 64 + 16 * 128.0);
+}
+
+// A frame of everything, at random.
+FrameWork random_frame(test::Random& random) {
+  FrameWork work;
+  const auto upto = [&](int most) { return static_cast<std::uint32_t>(random.integer(0, most)); };
+  for (int r = random.integer(1, 2); r > 0; --r) {
+    WorkRound& round = work.rounds.emplace_back();
+    round.geometry = {upto(300), upto(900), 0, upto(2000), upto(4000), 64 * upto(400), 0, 0};
+    if (round.geometry.patches == 0) round.geometry = {};
+    round.geometry.written_bytes = round.geometry.dram_bytes / 128 * 64;
+    for (int t = random.integer(0, 12); t > 0; --t) {
+      TileWork& tile = round.tiles.emplace_back();
+      TileItems& items = round.items.emplace_back();
+      tile.entries = upto(40), tile.sort_steps = upto(200);
+      for (std::uint32_t n = upto(12); n > 0; --n) {
+        SubPatchItem item{upto(80), upto(40), upto(80), upto(900), upto(500), 0, upto(900), upto(40), upto(4), 0, 0};
+        item.lines = upto(6);
+        for (std::uint32_t k = 0; k < item.lines; ++k) items.lines.push_back(upto(3000));
+        if (random.coin()) item.texel_lines = upto(8);
+        for (std::uint32_t k = 0; k < item.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
+        tile.vertices += item.vertices, tile.transforms += item.transforms, tile.boxes += item.boxes;
+        tile.box_lanes += item.box_lanes, tile.stencil_tests += item.stencil_tests;
+        tile.triangle_lanes += item.triangle_lanes, tile.alpha_tests += item.alpha_tests;
+        tile.depth_blocks += item.depth_blocks;
+        items.sub_patches.push_back(item);
+      }
+      items.shading_lines = upto(10);
+      for (std::uint32_t k = 0; k < items.shading_lines; ++k) items.lines.push_back(upto(3000));
+      for (std::uint32_t n = upto(20); n > 0; --n) {
+        WarpItem warp{1 + upto(31), upto(1), 0, upto(12)};
+        warp.texels = warp.texel_lines > 0 ? 32 + upto(200) : 0;
+        for (std::uint32_t k = 0; k < warp.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
+        tile.shader_lanes += 32, tile.surface_lanes += warp.evaluates * 32, tile.texels += warp.texels;
+        items.warps.push_back(warp);
+      }
+      tile.pixels = upto(1024), tile.blended_layers = upto(300);
+      items.list_bytes = 64 * upto(6), items.record_bytes = 64 * upto(6), items.load_bytes = 64 * upto(2);
+      items.resolve_bytes = 64 * upto(2), items.written_bytes = 64 * upto(80);
+    }
+  }
+  work.tile_state_bytes = 40000;
+  work.other_bytes = 64 * upto(100);
+  work.other_written_bytes = work.other_bytes / 2;
+  return work;
+}
+
+Machine random_machine(test::Random& random) {
+  Machine gpu;
+  const auto pick = [&](std::initializer_list<std::int64_t> of) {
+    return of.begin()[random.integer(0, static_cast<int>(of.size()) - 1)];
+  };
+  gpu.cores.count = pick({1, 2, 5});
+  gpu.queues.items = pick({1, 2, 8});
+  gpu.queues.fetched_lines = pick({1, 4, 64});
+  gpu.queues.store_bytes = pick({64, 4096});
+  gpu.queues.texture_requests = pick({1, 3, 32});
+  gpu.queues.l2_requests = pick({1, 2, 64});
+  gpu.queues.l2_banks = pick({1, 3, 8});
+  gpu.queues.max_warps = pick({1, 2, 16});
+  gpu.caches.texture_bytes = pick({256, 4096});
+  gpu.caches.l2_bytes = pick({0, 4096, 262144});
+  gpu.memory.bytes_per_clk = static_cast<double>(pick({2, 40}));
+  gpu.cores.memory_bytes = pick({40000, 160000});
+  return gpu;
+}
+
+RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  // EM1 EM2
+  test::Random random(seed);
+  const FrameWork work = random_frame(random);
+  const Machine gpu = random_machine(random);
+  const EventSchedule out = simulate_events(gpu, work);
+  std::uint64_t past_l2 = work.other_bytes, texel_lines = 0, lines = 0;
+  std::size_t tiles = 0;
+  for (const WorkRound& round : work.rounds) {
+    past_l2 += round.geometry.dram_bytes;
+    tiles += round.tiles.size();
+    for (const TileItems& items : round.items) {
+      past_l2 += items.list_bytes + items.record_bytes + items.load_bytes + items.resolve_bytes + items.written_bytes;
+      texel_lines += items.texel_lines.size();
+      lines += items.lines.size();
+    }
+  }
+  const MemoryCounts& memory = out.counts.memory;
+  RC_ASSERT(memory.read_bytes + memory.written_bytes == past_l2 + memory.l2_misses * 64);
+  RC_ASSERT(out.counts.texture_requests == texel_lines);
+  RC_ASSERT(memory.l2_requests == lines + out.counts.texture_misses);
+  RC_ASSERT(memory.l2_misses <= memory.l2_requests);
+  for (const double busy : out.busy) RC_ASSERT(busy <= out.schedule.cycles * (1 + 1e-9) + 1e-6);
+  for (const double stall : out.counts.stalls) RC_ASSERT(stall <= out.schedule.cycles * (1 + 1e-9) + 1e-6);
+  RC_ASSERT(out.schedule.tiles.size() == tiles);
+  for (const TileSchedule& tile : out.schedule.tiles) {
+    double last = 0;
+    for (const TileSchedule::Span& span : tile.phases) {
+      RC_ASSERT(span.begin >= last);
+      RC_ASSERT(span.flow >= span.begin);
+      RC_ASSERT(span.end >= span.flow);
+      last = span.end;
+    }
+    RC_ASSERT(last <= out.schedule.cycles);
+    RC_ASSERT(tile.core < static_cast<std::uint32_t>(gpu.cores.count));
+  }
+  // The same again, bit by bit.
+  const EventSchedule again = simulate_events(gpu, work);
+  RC_ASSERT(again.schedule.cycles == out.schedule.cycles);
+  RC_ASSERT(again.counts.events == out.counts.events);
+}
+
+}  // namespace
+}  // namespace tessera::timing

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "hardware/machine.h"
+#include "timing/events/event_counts.h"
+#include "timing/events/event_queue.h"
+#include "timing/events/request_cache.h"
+
+namespace tessera::timing {
+
+// The L2 and the external memory, shared by all.
+//
+//   line ---> bank (l2.banks, a line per 1 / l2.lines_per_clk) ---> hit: after l2.latency_clk
+//                |                                             \--> miss: one of l2.requests, or waits for one
+//   what bypasses the L2 -----------------------------------------> memory: bytes one after the other at the GPU's
+//                                                                   rate, reads after memory.latency_clk
+//
+// Who reads opens a group, asks for lines on its behalf, and closes it; the group's event comes when all of them are
+// there.
+class MemoryPath {
+ public:
+  MemoryPath(const hardware::Machine& gpu, EventQueue& events, bool infinitely_fast);
+
+  std::uint32_t open_group(EventKind kind, std::uint32_t who, std::uint32_t what);
+  void close_group(std::uint32_t group, double not_before);
+  // The line also waits for something that somebody else settles with settle().
+  void add_wait(std::uint32_t group) { ++groups_[group].waits; }
+  void settle(std::uint32_t group, double time);
+
+  void read_line(std::uint32_t line, std::uint32_t group, double now);
+  // The same on behalf of a texture cache, whose event comes when the line is there.
+  void read_line(std::uint32_t line, std::uint32_t core, std::uint32_t texture_request, double now);
+  void read_bytes(std::uint64_t bytes, std::uint32_t group, double now);
+  // When the memory has given or taken them, nobody waiting for it.
+  double take_bytes(std::uint64_t bytes, double now) {
+    counts_.read_bytes += bytes;
+    return bytes == 0 ? now : move(bytes, now);
+  }
+  double write_bytes(std::uint64_t bytes, double now);
+
+  void memory_has_read(std::uint32_t request, double now);
+
+  // When the memory has moved all that it was given.
+  double free_at() const { return memory_free_; }
+  const MemoryCounts& counts() const { return counts_; }
+
+ private:
+  // Who waits for a line: a group, or a request of a core's texture cache.
+  struct Waiter {
+    std::uint32_t next, core, what;
+  };
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  static constexpr std::uint32_t kGroup = 0xFFFFFFFEu;  // in place of a core
+  struct Group {
+    std::uint32_t waits = 0;
+    bool closed = false;
+    double ready = 0;
+    EventKind kind{};
+    std::uint32_t who = 0, what = 0;
+  };
+  struct Request {
+    std::uint32_t line = 0, waiters = kNone;
+  };
+  struct Stalled {
+    std::uint32_t line;
+    Waiter waiter;
+  };
+
+  void read(std::uint32_t line, const Waiter& waiter, double now);
+  void answer(const Waiter& waiter, double time);
+  void add_waiter(std::uint32_t request, const Waiter& waiter);
+  void ask_memory(std::uint32_t line, const Waiter& waiter, double now);
+  // When so many bytes have passed the interface.
+  double move(std::uint64_t bytes, double now);
+
+  EventQueue& events_;
+  double bytes_per_clk_, latency_, bank_clk_, l2_latency_;
+  std::uint32_t line_bytes_;
+  bool fast_;
+  RequestCache l2_;
+  std::vector<double> bank_free_;
+  double memory_free_ = 0;
+  std::vector<Request> requests_;
+  std::vector<std::uint32_t> free_requests_;
+  std::deque<Stalled> stalled_;
+  std::vector<Waiter> waiters_;
+  std::uint32_t free_waiter_ = kNone;
+  std::vector<Group> groups_;
+  std::vector<std::uint32_t> free_groups_;
+  MemoryCounts counts_;
+};
+
+}  // namespace tessera::timing

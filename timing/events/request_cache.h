@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tessera::timing {
+
+// A set-associative LRU cache whose lines may still be under way: memory::LineCache with the number of the request that
+// fetches each line. 0 bytes: never hits, but a line under way is found as long as nothing took its place.
+class RequestCache {
+ public:
+  static constexpr std::uint32_t kThere = 0xFFFFFFFFu;  // no request: the line is there
+
+  RequestCache(std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes)
+      : ways_(static_cast<std::size_t>(ways)),
+        sets_(static_cast<std::size_t>(bytes / (ways * line_bytes))),
+        entries_(ways_ * sets_) {}
+
+  // Uses a line. Null: it is not there; take() gives it a place.
+  const std::uint32_t* use(std::uint32_t line) {
+    if (sets_ == 0) return nullptr;
+    Entry* set = set_of(line);
+    for (std::size_t way = 0; way < ways_; ++way) {
+      if (set[way].line != line) continue;
+      const Entry found = set[way];
+      for (; way > 0; --way) set[way] = set[way - 1];
+      set[0] = found;
+      return &set[0].request;
+    }
+    return nullptr;
+  }
+  // A line that is not there, fetched by `request`: the least recently used of its set goes.
+  void take(std::uint32_t line, std::uint32_t request) {
+    if (sets_ == 0) return;
+    Entry* set = set_of(line);
+    for (std::size_t way = ways_ - 1; way > 0; --way) set[way] = set[way - 1];
+    set[0] = {line, request};
+  }
+  // The line's request is answered.
+  void fill(std::uint32_t line, std::uint32_t request) {
+    if (sets_ == 0) return;
+    Entry* set = set_of(line);
+    for (std::size_t way = 0; way < ways_; ++way)
+      if (set[way].line == line && set[way].request == request) set[way].request = kThere;
+  }
+
+ private:
+  struct Entry {
+    std::uint32_t line = 0xFFFFFFFFu, request = kThere;
+  };
+  Entry* set_of(std::uint32_t line) { return &entries_[(line & (sets_ - 1)) * ways_]; }
+
+  std::size_t ways_, sets_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace tessera::timing

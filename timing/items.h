@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace tessera::timing {
+
+// One sub-patch that a tile works on, in the order of its list: what each unit of the core does for it. A tile's
+// procedures, which have no list, are one more before the first.
+struct SubPatchItem {
+  std::uint32_t vertices = 0;    // evaluated
+  std::uint32_t transforms = 0;  // of vertices that were there
+  std::uint32_t boxes = 0, box_lanes = 0;
+  std::uint32_t stencil_tests = 0;
+  std::uint32_t sampling_operations = 0;
+  std::uint32_t triangle_lanes = 0;
+  std::uint32_t alpha_tests = 0;
+  std::uint32_t depth_blocks = 0;
+  std::uint32_t lines = 0;        // TileItems::lines: records and heights
+  std::uint32_t texel_lines = 0;  // TileItems::texel_lines: of alpha tests
+};
+
+// One warp of the pixel shader, in the order in which they are packed.
+struct WarpItem {
+  std::uint32_t lanes = 0;        // with an invocation
+  std::uint32_t evaluates = 0;    // 1: its lanes evaluate their patch again
+  std::uint32_t texels = 0;       // bilinear lookups of all lanes
+  std::uint32_t texel_lines = 0;  // TileItems::texel_lines
+};
+
+// The work of one tile, item by item. Each takes the next so many of the lists of lines.
+struct TileItems {
+  std::vector<SubPatchItem> sub_patches;
+  std::vector<WarpItem> warps;
+  std::vector<std::uint32_t> lines;        // asked of the L2: those of sub-patches, then those that shading reads
+  std::vector<std::uint32_t> texel_lines;  // asked of the texture cache: those of alpha tests, then those of warps
+  std::uint32_t shading_lines = 0;         // of `lines`, behind those of sub-patches
+  // Bytes that bypass the L2: the tile list, then records of sub-patches, stored samples, what the resolve unit reads,
+  // and all that is written.
+  std::uint64_t list_bytes = 0, record_bytes = 0, load_bytes = 0, resolve_bytes = 0, written_bytes = 0;
+};
+
+}  // namespace tessera::timing

@@ -1,0 +1,186 @@
+#include "timing/work_code.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+namespace tessera::timing {
+namespace {
+
+// Calls visit(member) for every number of a record in order; `Work` may be const.
+template <class Work, class Visit>
+void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
+  auto& [patches, bounds, sampling_operations, entries, tiles_tested, dram_bytes, written_bytes, queue_bytes] = work;
+  visit(patches), visit(bounds), visit(sampling_operations), visit(entries), visit(tiles_tested), visit(dram_bytes);
+  visit(written_bytes), visit(queue_bytes);
+}
+
+template <class Work, class Visit>
+void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, TileWork> {
+  auto& [tile, entries, sort_steps, sub_patches, vertices, transforms, boxes, box_tests, box_lanes, stencil_tests,
+         sampling_operations, triangle_tests, triangle_lanes, hits, alpha_tests, depth_blocks, compacted_samples,
+         shader_invocations, shader_lanes, surface_evaluations, surface_lanes, texels, l2_lines, blended_layers, pixels,
+         resolve_operations, dram_bytes] = work;
+  visit(tile), visit(entries), visit(sort_steps), visit(sub_patches), visit(vertices), visit(transforms), visit(boxes);
+  visit(box_tests), visit(box_lanes), visit(stencil_tests), visit(sampling_operations), visit(triangle_tests);
+  visit(triangle_lanes), visit(hits), visit(alpha_tests), visit(depth_blocks), visit(compacted_samples);
+  visit(shader_invocations), visit(shader_lanes), visit(surface_evaluations), visit(surface_lanes), visit(texels);
+  visit(l2_lines), visit(blended_layers), visit(pixels), visit(resolve_operations);
+  for (auto& bytes : dram_bytes) visit(bytes);
+}
+
+template <class Item, class Visit>
+void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, SubPatchItem> {
+  auto& [vertices, transforms, boxes, box_lanes, stencil_tests, sampling_operations, triangle_lanes, alpha_tests,
+         depth_blocks, lines, texel_lines] = item;
+  visit(vertices), visit(transforms), visit(boxes), visit(box_lanes), visit(stencil_tests), visit(sampling_operations);
+  visit(triangle_lanes), visit(alpha_tests), visit(depth_blocks), visit(lines), visit(texel_lines);
+}
+
+template <class Item, class Visit>
+void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, WarpItem> {
+  auto& [lanes, evaluates, texels, texel_lines] = item;
+  visit(lanes), visit(evaluates), visit(texels), visit(texel_lines);
+}
+
+// Of a tile's items, but for its lists.
+template <class Items, class Visit>
+void each_number(Items& items, const Visit& visit) requires std::is_same_v<std::remove_const_t<Items>, TileItems> {
+  visit(items.shading_lines), visit(items.list_bytes), visit(items.record_bytes), visit(items.load_bytes);
+  visit(items.resolve_bytes), visit(items.written_bytes);
+}
+
+class Writer {
+ public:
+  void number(std::uint64_t value) {
+    for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<char>(0x80 | (value & 0x7F)));
+    bytes_.push_back(static_cast<char>(value));
+  }
+  void lines(const std::vector<std::uint32_t>& lines) {
+    number(lines.size());
+    std::uint32_t last = 0;
+    for (const std::uint32_t line : lines) {
+      const auto step = static_cast<std::int32_t>(line - std::exchange(last, line));
+      number(static_cast<std::uint32_t>(step) << 1 ^ static_cast<std::uint32_t>(step >> 31));
+    }
+  }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : bytes_(bytes) {}
+
+  std::uint64_t number() {
+    std::uint64_t value = 0;
+    for (unsigned shift = 0;; shift += 7) {
+      if (at_ == bytes_.size()) throw BadWork{"ends inside a number"};
+      const auto byte = static_cast<unsigned char>(bytes_[at_++]);
+      if (shift == 63 && byte > 1) throw BadWork{"a number of more than 64 bits"};
+      value |= static_cast<std::uint64_t>(byte & 0x7F) << shift;
+      if (byte < 0x80) {
+        if (byte == 0 && shift > 0) throw BadWork{"a number that is longer than it need be"};
+        return value;
+      }
+    }
+  }
+  template <class T>
+  void into(T& member) {
+    const std::uint64_t value = number();
+    if (value > std::uint64_t{T(-1)}) throw BadWork{"a number that is too large"};
+    member = static_cast<T>(value);
+  }
+  // Of things that take a byte at least.
+  std::size_t length() {
+    const std::uint64_t value = number();
+    if (value > bytes_.size() - at_) throw BadWork{"a list longer than the rest"};
+    return static_cast<std::size_t>(value);
+  }
+  void lines(std::vector<std::uint32_t>& lines) {
+    lines.resize(length());
+    std::uint32_t last = 0;
+    for (std::uint32_t& line : lines) {
+      std::uint32_t code = 0;
+      into(code);
+      line = last += code >> 1 ^ (~(code & 1) + 1);
+    }
+  }
+  void end() const {
+    if (at_ != bytes_.size()) throw BadWork{"goes on behind its end"};
+  }
+
+ private:
+  std::string_view bytes_;
+  std::size_t at_ = 0;
+};
+
+// Items take as many lines as there are.
+void check_lines(const TileItems& items) {
+  std::uint64_t lines = items.shading_lines, texel_lines = 0;
+  for (const SubPatchItem& item : items.sub_patches) lines += item.lines, texel_lines += item.texel_lines;
+  for (const WarpItem& item : items.warps) texel_lines += item.texel_lines;
+  if (lines != items.lines.size() || texel_lines != items.texel_lines.size())
+    throw BadWork{"items that ask for other lines than there are"};
+}
+
+}  // namespace
+
+std::string encode(const FrameWork& work) {
+  Writer out;
+  const auto write = [&](std::uint64_t value) { out.number(value); };
+  out.number(work.rounds.size());
+  for (const WorkRound& round : work.rounds) {
+    each_number(round.geometry, write);
+    out.number(round.tiles.size());
+    for (const TileWork& tile : round.tiles) each_number(tile, write);
+    out.number(round.items.size());
+    for (const TileItems& items : round.items) {
+      each_number(items, write);
+      out.number(items.sub_patches.size());
+      for (const SubPatchItem& item : items.sub_patches) each_number(item, write);
+      out.number(items.warps.size());
+      for (const WarpItem& item : items.warps) each_number(item, write);
+      out.lines(items.lines);
+      out.lines(items.texel_lines);
+    }
+  }
+  out.number(work.tile_state_bytes);
+  out.number(work.other_bytes);
+  out.number(work.other_written_bytes);
+  return out.take();
+}
+
+FrameWork decode(std::string_view bytes) {
+  Reader in(bytes);
+  const auto read = [&](auto& member) { in.into(member); };
+  FrameWork work;
+  const std::size_t rounds = in.length();
+  for (std::size_t r = 0; r < rounds; ++r) {
+    WorkRound& round = work.rounds.emplace_back();
+    each_number(round.geometry, read);
+    const std::size_t tiles = in.length();
+    for (std::size_t t = 0; t < tiles; ++t) each_number(round.tiles.emplace_back(), read);
+    const std::size_t item_lists = in.length();
+    if (item_lists != 0 && item_lists != tiles) throw BadWork{"items of some tiles only"};
+    for (std::size_t t = 0; t < item_lists; ++t) {
+      TileItems& items = round.items.emplace_back();
+      each_number(items, read);
+      for (std::size_t left = in.length(); left > 0; --left) each_number(items.sub_patches.emplace_back(), read);
+      for (std::size_t left = in.length(); left > 0; --left) each_number(items.warps.emplace_back(), read);
+      in.lines(items.lines);
+      in.lines(items.texel_lines);
+      check_lines(items);
+    }
+  }
+  in.into(work.tile_state_bytes);
+  in.into(work.other_bytes);
+  in.into(work.other_written_bytes);
+  in.end();
+  return work;
+}
+
+}  // namespace tessera::timing
