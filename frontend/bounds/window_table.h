@@ -39,11 +39,18 @@ class TableFetches {
         line_bytes_(static_cast<std::uint64_t>(caches.line_bytes)) {}
 
   void fetch(std::uint64_t address) {
+    if (postponed_ != nullptr) {
+      postponed_->push_back(address);
+      return;
+    }
     const auto line = static_cast<std::uint32_t>(address / line_bytes_);
     if (lines_.use(line)) return;
     table_bytes_ += line_bytes_;
     missed_.push_back(line);
   }
+  // From here on fetches of lines are appended to `addresses` instead, until null is given: of what is computed ahead,
+  // and may yet turn out not to be wanted.
+  void postpone(std::vector<std::uint64_t>* addresses) { postponed_ = addresses; }
   void fetch_record(std::uint32_t record, std::uint64_t bytes) {
     if (!records_.use(record)) record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
   }
@@ -62,6 +69,7 @@ class TableFetches {
   memory::LineCache lines_, records_;
   std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0;
   std::vector<std::uint32_t> missed_;
+  std::vector<std::uint64_t>* postponed_ = nullptr;
 };
 
 // Smallest and largest value over any rectangle of a grid: a sparse table of square windows whose sides are powers of
