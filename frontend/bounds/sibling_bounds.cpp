@@ -39,12 +39,25 @@ struct SubPatchBounder::SiblingScratch {
   std::array<SiblingEdge, 4> edges;
   std::array<SiblingCorner, 4> corners;
   std::array<bool, 4> edge_touched{}, corner_touched{};
+  // What is looked up for a lane: its own heights, then those of the edges that it touches.
+  static constexpr std::size_t kOwn = 4, kMostLookups = kSiblings * (1 + 4);
+  static_assert(2 * kMostLookups <= kMostPlaces);
+  std::array<HeightLookup, kMostLookups> lookups;
+  std::array<std::uint8_t, kMostLookups> lane_of, edge_of;
+  std::size_t lookup_count = 0;
+
+  void add(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range, std::size_t lane,
+           std::size_t edge, SiblingBound& out) {
+    const scene::PatchDisplacement::Footprint f = displacement.footprint(range);
+    lookups[lookup_count] = {f.low, f.high, displacement.lod, &out.fetched};
+    lane_of[lookup_count] = static_cast<std::uint8_t>(lane);
+    edge_of[lookup_count++] = static_cast<std::uint8_t>(edge);
+  }
 };
 
 // What other patches' heights displace, of an edge that lanes touch.
-bool SubPatchBounder::touch_edges(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
+void SubPatchBounder::touch_edges(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
   const std::array<bool, 4> touches = touched_edges(out.cells);
-  bool finite = true;
   for (std::size_t e = 0; e < 4; ++e) {
     const ForeignEdge& edge = edges_[e];
     if (!touches[e] || !edge.active) continue;
@@ -61,14 +74,11 @@ bool SubPatchBounder::touch_edges(SiblingBound& out, std::size_t lane, SiblingSc
       lanes.offsets.low.fill(0), lanes.offsets.high.fill(0);
     }
     const EdgePart part = edge_part(edge, e, out.range);
-    const ValueRange offsets = offset_range(edge.displacement, part.strip);
-    out.foreign_offsets = out.foreign_offsets.hull(offsets);
-    finite = set_lane(lanes.offsets, lane, offsets) && finite;
+    scratch.add(edge.displacement, part.strip, lane, e, out);
     lanes.first[lane] = static_cast<double>(part.first);
     lanes.last[lane] = static_cast<double>(part.last);
     lanes.touched[lane] = 1;
   }
-  return finite;
 }
 
 void SubPatchBounder::touch_corners(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
@@ -90,8 +100,8 @@ void SubPatchBounder::touch_corners(SiblingBound& out, std::size_t lane, Sibling
   }
 }
 
-// Ranges of a lane and what it looks up; false where that is not finite.
-bool SubPatchBounder::begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
+// Ranges of a lane and what it is to look up.
+void SubPatchBounder::begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
   const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
   const scene::CellRange inner = inner_cells(out.cells);
   out.range = out.inner_range = parameter_range(pattern, out.cells);
@@ -102,11 +112,30 @@ bool SubPatchBounder::begin_sibling(SiblingBound& out, std::size_t lane, Sibling
   set_lane(scratch.parts.inner, lane, out.inner_range);
   out.offsets = out.foreign_offsets = {0, 0};
   out.foreign_boundary = false;
-  if (!displaced_) return set_lane(scratch.parts.offsets, lane, out.offsets);
-  out.offsets = offset_range(displacement_, out.inner_range);
-  bool finite = set_lane(scratch.parts.offsets, lane, out.offsets);
-  finite = touch_edges(out, lane, scratch) && finite;
+  (void)set_lane(scratch.parts.offsets, lane, out.offsets);
+  if (!displaced_) return;
+  scratch.add(displacement_, out.inner_range, lane, SiblingScratch::kOwn, out);
+  touch_edges(out, lane, scratch);
   touch_corners(out, lane, scratch);
+}
+
+// Heights of all lanes; false where one is not finite.
+bool SubPatchBounder::look_up(std::span<SiblingBound* const> out, SiblingScratch& scratch) const {
+  if (scratch.lookup_count == 0) return true;
+  const std::span<HeightLookup> lookups(scratch.lookups.data(), scratch.lookup_count);
+  heights_->query(displacement_.material->sampler, lookups, fetches_);
+  bool finite = true;
+  for (std::size_t k = 0; k < scratch.lookup_count; ++k) {
+    const std::size_t lane = scratch.lane_of[k], e = scratch.edge_of[k];
+    const bool own = e == SiblingScratch::kOwn;
+    const ValueRange offsets = offsets_of(displacement_, scratch.lookups[k].heights);
+    SiblingBound& bound = *out[lane];
+    if (own)
+      bound.offsets = offsets;
+    else
+      bound.foreign_offsets = bound.foreign_offsets.hull(offsets);
+    finite = set_lane(own ? scratch.parts.offsets : scratch.edges[e].offsets, lane, offsets) && finite;
+  }
   return finite;
 }
 
@@ -133,13 +162,8 @@ void SubPatchBounder::bound(std::span<const scene::CellRange> cells, std::span<S
                   : method_ == BoundMethod::kNpatch ? NormalsBy::kNormals
                                                     : NormalsBy::kNothing;
   parts.rounding = rounding_;
-  bool finite = true;
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    if (fetches_ != nullptr) fetches_->postpone(&out[k]->fetched);
-    finite = begin_sibling(*out[k], k, scratch) && finite;
-  }
-  if (fetches_ != nullptr) fetches_->postpone(nullptr);
-  if (!finite) return;
+  for (std::size_t k = 0; k < cells.size(); ++k) begin_sibling(*out[k], k, scratch);
+  if (!look_up(out, scratch)) return;
   for (std::size_t k = cells.size(); k < kSiblings; ++k) {  // as the first, and not looked at
     set_lane(parts.whole, k, out[0]->range);
     set_lane(parts.inner, k, out[0]->inner_range);

@@ -197,7 +197,10 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
 
 ValueRange SubPatchBounder::offset_range(const scene::PatchDisplacement& d, const scene::ParameterRange& r) const {
   const scene::PatchDisplacement::Footprint f = d.footprint(r);
-  const ValueRange heights = heights_->query(d.material->sampler, f.low, f.high, d.lod, fetches_);
+  return offsets_of(d, heights_->query(d.material->sampler, f.low, f.high, d.lod, fetches_));
+}
+
+ValueRange SubPatchBounder::offsets_of(const scene::PatchDisplacement& d, const ValueRange& heights) {
   const float a = d.material->scale * heights.low + d.material->bias,
               b = d.material->scale * heights.high + d.material->bias;
   return {std::min(a, b), std::max(a, b)};
@@ -371,10 +374,8 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
 
 SubPatchBody SubPatchBounder::body_of(const MovingBox& box) const {
   const auto subpixels = static_cast<double>(frame_.request.subpixels());
-  SubPatchBody body{corners_of_box(box, to_raster_),
-                    vertex_rounding_margin(box, largest_, to_raster_, subpixels),
-                    {},
-                    box};
+  SubPatchBody body{
+      corners_of_box(box, to_raster_), vertex_rounding_margin(box, largest_, to_raster_, subpixels), {}, box};
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
   body.margin.pixels += static_cast<double>(scene::kStillPixels);

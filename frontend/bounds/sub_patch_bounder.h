@@ -145,9 +145,11 @@ class SubPatchBounder {
   };
   static EdgePart edge_part(const ForeignEdge& edge, std::size_t e, const scene::ParameterRange& range);
   struct SiblingScratch;
-  bool begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
-  bool touch_edges(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  void begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  void touch_edges(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  bool look_up(std::span<SiblingBound* const> out, SiblingScratch& scratch) const;
   void touch_corners(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  static ValueRange offsets_of(const scene::PatchDisplacement& displacement, const ValueRange& heights);
   ValueRange offset_range(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range) const;
   void bound_interior(const CornerFrame& frame, MovingBox& box);
   void bound_interval(MovingBox& box);

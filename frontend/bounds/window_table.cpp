@@ -87,14 +87,9 @@ ValueRange WindowTable::over(int x0, int y0, int x1, int y1, TableFetches* fetch
   const int k = std::max({log2_below(std::min(width, height)), log2_below((std::max(width, height) - 1) | 1) - 1, 1});
   const Step& step = steps_[static_cast<std::size_t>(std::min(k, static_cast<int>(steps_.size())) - 1)];
   const Span columns = span(step, step.columns, x0, x1), rows = span(step, step.rows, y0, y1);
-  if (fetches == nullptr && columns.last - columns.first <= columns.stride && rows.last - rows.first <= rows.stride) {
-    // Most: four windows, some of them the same, and none waits for another.
-    const auto across = static_cast<std::size_t>(step.columns);
-    const ValueRange* near = step.entries.data() + static_cast<std::size_t>(rows.first) * across;
-    const ValueRange* far = step.entries.data() + static_cast<std::size_t>(rows.last) * across;
-    const auto first = static_cast<std::size_t>(columns.first), last = static_cast<std::size_t>(columns.last);
-    return near[first].hull(near[last]).hull(far[first].hull(far[last]));
-  }
+  // Most take four windows, some of them the same, and none waits for another.
+  if (columns.last - columns.first <= columns.stride && rows.last - rows.first <= rows.stride)
+    return joined(step, columns.first, rows.first, columns.last, rows.last, fetches);
   const auto at = [&](int column, int row) {
     const std::size_t entry =
         static_cast<std::size_t>(row) * static_cast<std::size_t>(step.columns) + static_cast<std::size_t>(column);

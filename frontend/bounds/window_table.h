@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "frontend/bounds/window_places.h"
 #include "memory/ledger.h"
 #include "memory/line_cache.h"
 
@@ -92,6 +93,13 @@ class WindowTable {
 
   // Ends inclusive, inside the grid.
   ValueRange over(int x0, int y0, int x1, int y1, TableFetches* fetches) const;
+  // Of the windows that find_windows() found for a place of this table: as over() its texels.
+  ValueRange joined(const WindowPlaces& places, std::size_t place, TableFetches* fetches) const {
+    const Step& step = steps_[static_cast<std::size_t>(places.step[place])];
+    return joined(step, places.s.first[place], places.t.first[place], places.s.last[place], places.t.last[place],
+                  fetches);
+  }
+  int step_count() const { return static_cast<int>(steps_.size()); }
   ValueRange whole() const { return steps_.back().entries.front(); }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -111,6 +119,21 @@ class WindowTable {
   struct Span {
     int first, last, stride;
   };
+  // Of up to four windows.
+  static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches) {
+    const auto across = static_cast<std::size_t>(step.columns);
+    const std::size_t near = static_cast<std::size_t>(row0) * across, far = static_cast<std::size_t>(row1) * across;
+    const auto first = static_cast<std::size_t>(column0), last = static_cast<std::size_t>(column1);
+    if (fetches != nullptr) {
+      const auto fetch = [&](std::size_t entry) { fetches->fetch(step.address + entry * kEntryBytes); };
+      fetch(near + first);
+      if (first != last) fetch(near + last);
+      if (near != far) fetch(far + first);
+      if (near != far && first != last) fetch(far + last);
+    }
+    const ValueRange* entries = step.entries.data();
+    return entries[near + first].hull(entries[near + last]).hull(entries[far + first].hull(entries[far + last]));
+  }
   static Span span(const Step& step, int count, int low, int high);
 
   int width_, height_;
