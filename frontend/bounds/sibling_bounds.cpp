@@ -102,7 +102,7 @@ void SubPatchBounder::touch_corners(SiblingBound& out, std::size_t lane, Sibling
 
 // Ranges of a lane and what it is to look up.
 void SubPatchBounder::begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
-  const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
+  const scene::TessellationPattern& pattern = *pattern_;
   const scene::CellRange inner = inner_cells(out.cells);
   out.range = out.inner_range = parameter_range(pattern, out.cells);
   out.all_inner = inner == out.cells;

@@ -141,6 +141,7 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   offsets_ = foreign_offsets_ = {0, 0};
   if (drawable_->procedure != nullptr) procedure_patch_ = procedure_patch(frame_, patch);
   if (!bezier_) return;
+  pattern_ = &frame_.pattern_of(patch);
   for (std::size_t key = 0; key < keys_; ++key) {
     base_[key] = make_net(frame_.control_points(*drawable_, patch, static_cast<int>(key)));
     largest_ = std::max(largest_, largest_of_net(base_[key]));
@@ -261,7 +262,7 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
 }
 
 std::array<bool, 4> SubPatchBounder::touched_edges(const scene::CellRange& cells) const {
-  const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
+  const scene::TessellationPattern& pattern = *pattern_;
   return {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
 }
 
@@ -326,7 +327,7 @@ void SubPatchBounder::begin_inner(const scene::CellRange& cells) {
   inner_range_ = range_;
   all_inner_ = inner == cells;
   if (!all_inner_) {
-    inner_range_ = parameter_range(frame_.pattern_of(patch_), inner);
+    inner_range_ = parameter_range(*pattern_, inner);
     for (std::size_t key = 0; key < keys_; ++key) inner_nets_[key] = restrict_net(base_[key], inner_range_);
   }
   if (displaced_) offsets_ = offset_range(displacement_, inner_range_);
@@ -355,7 +356,7 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
     return box;
   }
   if (!bezier_) return cluster_box();
-  range_ = parameter_range(frame_.pattern_of(patch_), cells);
+  range_ = parameter_range(*pattern_, cells);
   nets_made_ = false;
   begin_inner(cells);
   const CornerFrame frame = oriented() ? corner_frame(nets()) : CornerFrame{};

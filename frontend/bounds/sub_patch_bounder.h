@@ -172,6 +172,7 @@ class SubPatchBounder {
 
   std::uint32_t patch_ = 0;
   const scene::PosedDrawable* drawable_ = nullptr;
+  const scene::TessellationPattern* pattern_ = nullptr;  // of a Bezier patch
   bool bezier_ = false, displaced_ = false, foreign_boundary_ = false, bounded_twice_ = false;
   std::size_t keys_ = 1;
   double largest_ = 0;                      // coordinate of any control point used

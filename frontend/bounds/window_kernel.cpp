@@ -54,7 +54,6 @@ HWY_INLINE VI Log2Below(VI n) {
 
 struct Windows {
   VI first, last;
-  hn::Mask<DI> two;  // no more than two windows
 };
 HWY_INLINE Windows Span(const Texels& texels, VI size, VI log2_side, VI log2_apart) {
   const VI zero = hn::Zero(kI), one = hn::Set(kI, 1), side = hn::Shl(one, log2_side), apart = hn::Shl(one, log2_apart);
@@ -63,7 +62,7 @@ HWY_INLINE Windows Span(const Texels& texels, VI size, VI log2_side, VI log2_apa
   const VI first = hn::Min(hn::Shr(texels.first, log2_apart), hn::IfThenElseZero(hn::Gt(rest, zero), beyond));
   const VI reach = hn::Sub(hn::Add(texels.last, apart), side);
   const VI last = hn::Max(first, hn::Shr(hn::Max(reach, zero), log2_apart));
-  return {first, last, hn::Not(hn::Gt(hn::Sub(last, first), hn::Shr(side, log2_apart)))};
+  return {first, last};
 }
 
 void FindWindows(WindowPlaces& places, std::size_t count) {
@@ -83,7 +82,7 @@ void FindWindows(WindowPlaces& places, std::size_t count) {
     hn::StoreU(rows.last, kI, places.t.last.data() + k);
     hn::StoreU(hn::Sub(log2_side, one), kI, places.step.data() + k);
     const VI inside = hn::DemoteTo(kI, hn::IfThenElseZero(hn::And(s.inside, t.inside), hn::Set(kD, 1.0)));
-    hn::StoreU(hn::IfThenElseZero(hn::And(columns.two, rows.two), inside), kI, places.found.data() + k);
+    hn::StoreU(inside, kI, places.found.data() + k);
   }
 }
 

@@ -6,7 +6,7 @@
 
 namespace tessera::frontend {
 
-// Lookups in window tables, one in each lane: which texels a box of texture coordinates reads, and which four windows
+// Lookups in window tables, one in each lane: which texels a box of texture coordinates reads, and which windows
 // cover them.
 inline constexpr std::size_t kMostPlaces = 48;
 template <class T>
@@ -22,7 +22,7 @@ struct WindowPlaces {
   PlaceAxis s, t;
   PlaceLanes<std::int32_t> steps;  // of the table
   PlaceLanes<std::int32_t> step;   // found
-  // Whether the texels lie inside the texture, in one piece, and four windows do; else nothing is found.
+  // Whether the texels lie inside the texture, in one piece; else nothing is found.
   PlaceLanes<std::int32_t> found;
 };
 

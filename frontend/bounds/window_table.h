@@ -115,25 +115,12 @@ class WindowTable {
     std::uint64_t address;
     std::vector<ValueRange> entries;
   };
-  // First and last window of a step that a span of texels needs, and how far apart those between may be.
+  // First and last window of a step that a span of texels needs.
   struct Span {
-    int first, last, stride;
+    int first, last;
   };
-  // Of up to four windows.
-  static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches) {
-    const auto across = static_cast<std::size_t>(step.columns);
-    const std::size_t near = static_cast<std::size_t>(row0) * across, far = static_cast<std::size_t>(row1) * across;
-    const auto first = static_cast<std::size_t>(column0), last = static_cast<std::size_t>(column1);
-    if (fetches != nullptr) {
-      const auto fetch = [&](std::size_t entry) { fetches->fetch(step.address + entry * kEntryBytes); };
-      fetch(near + first);
-      if (first != last) fetch(near + last);
-      if (near != far) fetch(far + first);
-      if (near != far && first != last) fetch(far + last);
-    }
-    const ValueRange* entries = step.entries.data();
-    return entries[near + first].hull(entries[near + last]).hull(entries[far + first].hull(entries[far + last]));
-  }
+  // Of the windows in [column0, column1] x [row0, row1], no more of them than overlap.
+  static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches);
   static Span span(const Step& step, int count, int low, int high);
 
   int width_, height_;
