@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tessera::frontend {
 namespace {
@@ -145,12 +146,13 @@ bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
   return side_length2(node.corners, 1) >= side_length2(node.corners, 2);
 }
 
-std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range, int depth,
+std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range,
+                                                        const SiblingBound* bound, int depth,
                                                         std::vector<BoundedSubPatch>* deferred,
                                                         FrontendCounters& counters) {
   const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
   const std::uint64_t before = pending();
-  const SubPatchBody body = bounder_.body(range);
+  const SubPatchBody body = bound != nullptr ? bounder_.use(*bound) : bounder_.body(range);
   if (bounder_.bounded_twice()) ++counters.bounds_computed;
   const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame_.projection, body.margin);
   if (!bounds || outside_frame(*bounds, frame_.request.width, frame_.request.height)) {
@@ -178,7 +180,8 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
             depth,
             {patch, range, *bounds, body.box, effects_.select(bounder_, body, *bounds)},
             body.corners,
-            facing};
+            facing,
+            nullptr};
   if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, node.corners, depth);
   return node;
 }
@@ -199,8 +202,36 @@ void PatchSplitter::split_deferred(const BoundedSubPatch& piece, std::vector<Bou
   split_range(piece.base_patch, piece.range, out, nullptr, counters);
 }
 
-std::uint64_t PatchSplitter::find_back_faces(const scene::CellRange& range, FrontendCounters& counters) {
-  const SubPatchBody body = bounder_.body(range);
+PatchSplitter::Halves* PatchSplitter::take_halves() {
+  if (spare_.empty()) return &halves_.emplace_back();
+  Halves* taken = spare_.back();
+  spare_.pop_back();
+  return taken;
+}
+
+PatchSplitter::Halves* PatchSplitter::bound_halves(Node& node, bool mandatory, bool next_as_well) {
+  const std::array<scene::CellRange, 2> ranges = halves(node.piece.range, splits_along_u(node, mandatory));
+  Halves* own = std::exchange(node.halves, nullptr);
+  if (own != nullptr && (*own)[0].cells == ranges[0]) return own;
+  if (own == nullptr) own = take_halves();
+  if (!next_as_well || heap_.empty() || heap_.front().halves != nullptr) {
+    bounder_.bound(ranges, *own);
+    return own;
+  }
+  Node& next = heap_.front();
+  const std::array<scene::CellRange, 2> others =
+      halves(next.piece.range, splits_along_u(next, next.priority == kMandatory));
+  const std::array<scene::CellRange, kSiblings> all = {ranges[0], ranges[1], others[0], others[1]};
+  next.halves = take_halves();
+  const std::array<SiblingBound*, kSiblings> to = {own->data(), own->data() + 1, next.halves->data(),
+                                                   next.halves->data() + 1};
+  bounder_.bound(all, to);
+  return own;
+}
+
+std::uint64_t PatchSplitter::find_back_faces(const SiblingBound& bound, FrontendCounters& counters) {
+  const scene::CellRange range = bound.cells;
+  const SubPatchBody body = bounder_.use(bound);
   ++counters.bounds_computed;
   const Facing facing = back_face_.facing(bounder_, pyramids_, range, body.corners);
   if (facing == Facing::kAway) {
@@ -217,7 +248,10 @@ std::uint64_t PatchSplitter::cut_for_back_faces(const scene::CellRange& range, F
   const int width = range.i1 - range.i0, height = range.j1 - range.j0;
   if (std::max(width, height) >= 2 * kSmallestSide) {
     std::uint64_t cells = 0;
-    for (const scene::CellRange& half : halves(range, width >= height)) cells += find_back_faces(half, counters);
+    Halves* both = take_halves();
+    bounder_.bound(halves(range, width >= height), *both);
+    for (const SiblingBound& half : *both) cells += find_back_faces(half, counters);
+    give_back(both);
     const std::size_t added = std::max<std::size_t>(kept_.size() - kept, 1) - 1;
     if (cells > 0 && cells >= added * static_cast<std::uint64_t>(settings_.backface_cells)) return cells;
   }
@@ -239,7 +273,7 @@ void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, 
   counters.culled_backface += dropped_.size();
   for (const scene::CellRange& range : dropped_) counters.cells_culled_backface += cell_count(range);
   for (const scene::CellRange& range : kept_)
-    if (const auto part = visit(node.piece.base_patch, range, node.depth, deferred, counters))
+    if (const auto part = visit(node.piece.base_patch, range, nullptr, node.depth, deferred, counters))
       emit(*part, out, counters);
 }
 
@@ -267,9 +301,9 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
   entries_ = list_bytes_ = boxes_ = {};  // of each patch alone: whatever stands before it in its block
   heap_.clear();
   const std::size_t first = out.size();
-  const auto keep = [&](const scene::CellRange& part, int depth) {
+  const auto keep = [&](const scene::CellRange& part, const SiblingBound* bound, int depth) {
     ++counters.bounds_computed;
-    std::optional<Node> node = visit(patch, part, depth, deferred, counters);
+    std::optional<Node> node = visit(patch, part, bound, depth, deferred, counters);
     if (!node) return;
     if (node->priority > 0) {
       heap_.push_back(std::move(*node));
@@ -278,21 +312,22 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
       finish(*node, out, deferred, counters);
     }
   };
-  keep(range, 0);
+  keep(range, nullptr, 0);
   while (!heap_.empty()) {
     std::pop_heap(heap_.begin(), heap_.end(), later);
-    const Node node = std::move(heap_.back());
+    Node node = std::move(heap_.back());
     heap_.pop_back();
     const std::size_t pieces = out.size() - first + heap_.size() + 1;
     const bool mandatory = node.priority == kMandatory;
     if (!mandatory && pieces >= static_cast<std::size_t>(settings_.split_budget)) {
+      if (node.halves != nullptr) give_back(std::exchange(node.halves, nullptr));
       finish(node, out, deferred, counters);
       continue;
     }
     ++counters.splits;
-    const scene::CellRange& r = node.piece.range;
-    for (const scene::CellRange& half : halves(r, splits_along_u(node, mandatory)))
-      keep(half, mandatory ? node.depth : node.depth + 1);
+    Halves* both = bound_halves(node, mandatory, pieces + 1 < static_cast<std::size_t>(settings_.split_budget));
+    for (const SiblingBound& half : *both) keep(half.cells, &half, mandatory ? node.depth : node.depth + 1);
+    give_back(both);
   }
   counters.sub_patches += out.size() - first;
   for (std::size_t k = first; k < out.size(); ++k) count_effects(out[k].effects, counters);

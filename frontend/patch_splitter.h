@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -80,6 +81,8 @@ class PatchSplitter {
         effects_(frame, pyramids),
         fetches_(fetches),
         cost_(settings.prices) {}
+  PatchSplitter(const PatchSplitter&) = delete;
+  PatchSplitter(PatchSplitter&&) = default;
 
   // Appends the sub-patches of one base patch, and to `deferred` what the guess hides.
   void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& deferred,
@@ -88,6 +91,7 @@ class PatchSplitter {
   void split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
 
  private:
+  using Halves = std::array<SiblingBound, 2>;
   struct Node {
     double priority;  // of splitting; <= 0: none
     std::uint32_t order;
@@ -95,14 +99,19 @@ class PatchSplitter {
     BoundedSubPatch piece;
     MovingCorners corners;
     Facing facing;
+    Halves* halves;  // null: not bounded yet
   };
-  // Bounds and tests; nothing when culled or deferred.
-  std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth,
+  // Bounds and tests; nothing when culled or deferred. `bound`, unless null, is what bounding found already.
+  std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, const SiblingBound* bound, int depth,
                             std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
+  // The halves of a node that is being split, bounded together with those of the node that is likely the next.
+  Halves* bound_halves(Node& node, bool mandatory, bool next_as_well);
+  Halves* take_halves();
+  void give_back(Halves* halves) { spare_.push_back(halves); }
   void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
                    std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
-  // Cells of a range that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
-  std::uint64_t find_back_faces(const scene::CellRange& range, FrontendCounters& counters);
+  // Cells that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
+  std::uint64_t find_back_faces(const SiblingBound& bound, FrontendCounters& counters);
   std::uint64_t cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters);
   // Appends a sub-patch that is not split further, without the parts of it that face away.
   void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
@@ -123,6 +132,8 @@ class PatchSplitter {
   EffectSelector effects_;
   std::vector<Node> heap_;
   std::vector<scene::CellRange> kept_, dropped_;
+  std::deque<Halves> halves_;  // all that there are
+  std::vector<Halves*> spare_;
   std::uint32_t visited_ = 0;
   TableFetches* fetches_;
   SplitCost cost_;

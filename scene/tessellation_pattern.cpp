@@ -27,19 +27,13 @@ ParameterRange parameter_range(const TessellationPattern& p, const CellRange& r)
     return {static_cast<float>(r.i0) / nu, static_cast<float>(r.j0) / nv, static_cast<float>(r.i1) / nu,
             static_cast<float>(r.j1) / nv};
   }
-  ParameterRange out{p.u(r.i0, r.j0), p.v(r.i0, r.j0), p.u(r.i1, r.j0), p.v(r.i0, r.j1)};
   // Inner rows and columns lie on the regular grid, the outermost ones where their edges put them; parameters are
   // monotone along each, so the ends suffice. The rows next to the boundary count when the range has any.
-  const auto add = [&](int i, int j) {
-    out.u0 = std::min(out.u0, p.u(i, j));
-    out.u1 = std::max(out.u1, p.u(i, j));
-    out.v0 = std::min(out.v0, p.v(i, j));
-    out.v1 = std::max(out.v1, p.v(i, j));
-  };
   const int middle_i = std::min<int>(r.i0 + 1, r.i1), middle_j = std::min<int>(r.j0 + 1, r.j1);
-  for (const int j : {int{r.j0}, middle_j, int{r.j1}})
-    for (const int i : {int{r.i0}, middle_i, int{r.i1}}) add(i, j);
-  return out;
+  return {std::min({p.u(r.i0, r.j0), p.u(r.i0, middle_j), p.u(r.i0, r.j1)}),
+          std::min({p.v(r.i0, r.j0), p.v(middle_i, r.j0), p.v(r.i1, r.j0)}),
+          std::max({p.u(r.i1, r.j0), p.u(r.i1, middle_j), p.u(r.i1, r.j1)}),
+          std::max({p.v(r.i0, r.j1), p.v(middle_i, r.j1), p.v(r.i1, r.j1)})};
 }
 
 int curve_factor(const std::array<std::array<Vec4, 4>, 2>& curve, float near_w, const TessellationSettings& settings,

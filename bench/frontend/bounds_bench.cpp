@@ -1,7 +1,9 @@
 // Cost of bounding one sub-patch by each method, and of one min-max query.
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "base/simd_targets.h"
@@ -85,6 +87,52 @@ void BoundSubPatch(benchmark::State& state) {
       static_cast<double>(bounds) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(BoundSubPatch)->ArgsProduct({{0, 1, 2, 3, 4}, {0, 1}})->Unit(benchmark::kMillisecond);
+
+// The same sub-patches, four of a base patch at once, their bounds on screen included as in body().
+void BoundSiblings(benchmark::State& state) {
+  const Scene& s = scene();
+  const auto method = static_cast<BoundMethod>(state.range(0));
+  const bool on_screen = state.range(1) != 0;
+  state.SetLabel(std::string(word(method)) + (on_screen ? ", on screen" : "") + ", " + simd_target_name());
+  SubPatchBounder bounder(*s.frame, s.pyramids, method);
+  std::vector<Work> work = split_work(s);
+  std::size_t bounds = 0;
+  for (Work& w : work) {
+    w.ranges.resize(w.ranges.size() / kSiblings * kSiblings);
+    bounds += w.ranges.size();
+  }
+  std::array<SiblingBound, kSiblings> siblings;
+  const auto each_four = [&](const Work& w, const auto& visit) {
+    bounder.begin(w.patch);
+    for (std::size_t k = 0; k < w.ranges.size(); k += kSiblings) {
+      bounder.bound(std::span(w.ranges).subspan(k, kSiblings), siblings);
+      for (const SiblingBound& sibling : siblings) visit(sibling);
+    }
+  };
+  // Verify: as one by one.
+  SubPatchBounder single(*s.frame, s.pyramids, method);
+  for (const Work& w : work) {
+    single.begin(w.patch);
+    each_four(w, [&](const SiblingBound& sibling) {
+      if (bounder.use(sibling).corners != single.body(sibling.cells).corners)
+        state.SkipWithError("a sub-patch has another body among siblings");
+    });
+  }
+  for (auto _ : state)
+    for (const Work& w : work)
+      each_four(w, [&](const SiblingBound& sibling) {
+        if (on_screen) {
+          const SubPatchBody body = bounder.use(sibling);
+          benchmark::DoNotOptimize(screen_bounds(body.corners, s.frame->projection, body.margin));
+        } else {
+          benchmark::DoNotOptimize(sibling.box);
+        }
+      });
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(bounds));
+  state.counters["ns_per_bound"] = benchmark::Counter(
+      static_cast<double>(bounds) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(BoundSiblings)->ArgsProduct({{0, 1, 2, 3}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 void MinMaxQuery(benchmark::State& state) {
   std::vector<float> heights(256 * 256);

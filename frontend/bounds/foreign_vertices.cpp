@@ -118,7 +118,7 @@ SubPatchBounder::ForeignError SubPatchBounder::corner_error(std::size_t corner) 
 std::optional<SubPatchBounder::ForeignError> SubPatchBounder::foreign_error(
     const scene::CellRange& cells, std::span<const TangentCones> tangents) const {
   ForeignError error;
-  const std::array<bool, 4> touches = touched_edges(cells), corners = touched_corners();
+  const std::array<bool, 4> touches = touched_edges(cells), corners = touched_corners(range_);
   const double reach = static_cast<double>(offsets().largest());
   for (std::size_t e = 0; e < 4; ++e) {
     if (!touches[e] || !edges_[e].active) continue;

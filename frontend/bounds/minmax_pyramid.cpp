@@ -181,7 +181,45 @@ ValueRange MinMaxPyramid::query(const shaders::Sampler& sampler, Vec2 low, Vec2 
   const auto [below, weight] = between_levels(lod, levels_.size());
   const ValueRange fine = lookups(levels_[below], sampler, low, high, fetches);
   if (weight == 0.0f) return widen(fine, kFilterSlack);
-  const ValueRange coarse = lookups(levels_[below + 1], sampler, low, high, fetches);
+  return between(fine, lookups(levels_[below + 1], sampler, low, high, fetches), weight);
+}
+
+void MinMaxPyramid::query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups_of,
+                          TableFetches* fetches) const {
+  WindowPlaces places;
+  places.s.repeats = sampler.wrap_s == shaders::Wrap::kRepeat;
+  places.t.repeats = sampler.wrap_t == shaders::Wrap::kRepeat;
+  // Two places each, for both levels; those of a vector that are left over look nothing up.
+  std::size_t count = 0;
+  const auto add = [&](const HeightLookup& lookup, const WindowTable& level) {
+    places.s.low[count] = lookup.low.x, places.s.high[count] = lookup.high.x;
+    places.t.low[count] = lookup.low.y, places.t.high[count] = lookup.high.y;
+    places.s.size[count] = level.width(), places.t.size[count] = level.height();
+    places.steps[count++] = level.step_count();
+  };
+  for (const HeightLookup& lookup : lookups_of) {
+    const auto [below, weight] = between_levels(lookup.lod, levels_.size());
+    add(lookup, levels_[below]);
+    add(lookup, levels_[below + (weight > 0.0f ? 1 : 0)]);
+  }
+  const std::size_t used = count;
+  while (count % 8 != 0) add({}, levels_.back());
+  find_windows(places, used);
+  for (std::size_t k = 0; k < lookups_of.size(); ++k) {
+    HeightLookup& lookup = lookups_of[k];
+    if (fetches != nullptr) fetches->postpone(lookup.fetched);
+    const auto [below, weight] = between_levels(lookup.lod, levels_.size());
+    const auto found = [&](std::size_t level, std::size_t place) {
+      if (places.found[place] != 0) return levels_[level].joined(places, place, fetches);
+      return lookups(levels_[level], sampler, lookup.low, lookup.high, fetches);
+    };
+    const ValueRange fine = found(below, 2 * k);
+    lookup.heights = weight == 0.0f ? widen(fine, kFilterSlack) : between(fine, found(below + 1, 2 * k + 1), weight);
+  }
+  if (fetches != nullptr) fetches->postpone(nullptr);
+}
+
+ValueRange MinMaxPyramid::between(const ValueRange& fine, const ValueRange& coarse, float weight) {
   const ValueRange mixed = {fine.low * (1.0f - weight) + coarse.low * weight,
                             fine.high * (1.0f - weight) + coarse.high * weight};
   // Slack by the largest value that enters: the mixed one may have cancelled.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -10,6 +11,14 @@ namespace tessera::frontend {
 
 // Tables over the mip levels of a scalar texture. Queries take a box of texture coordinates; one that is not finite
 // stands for the whole texture. `fetches`, unless null, gets every entry that is read.
+
+// One of several lookups; `fetched`, unless null, gets the addresses of the entries.
+struct HeightLookup {
+  Vec2 low{0.0f}, high{0.0f};
+  float lod = 0;
+  std::vector<std::uint64_t>* fetched = nullptr;
+  ValueRange heights{};
+};
 
 // Smallest and largest value over any footprint. Each mip level of the texture has a table of its own: one over level 0
 // would serve every level (coarser texels are means of finer ones), but what the coarser level averaged away would stay
@@ -22,6 +31,8 @@ class MinMaxPyramid {
   // rounding included: the box is widened by the filter's footprint, wrap modes respected.
   ValueRange query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
                    TableFetches* fetches = nullptr) const;
+  // The same of several at once, at most kMostPlaces / 2; `fetches` to postpone what they fetch.
+  void query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups, TableFetches* fetches) const;
   // The same at any lod.
   ValueRange query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const;
 
@@ -32,6 +43,9 @@ class MinMaxPyramid {
   std::uint64_t place(std::uint64_t address);
 
  private:
+  // Of a value that is mixed of one in each range.
+  static ValueRange between(const ValueRange& fine, const ValueRange& coarse, float weight);
+
   std::vector<WindowTable> levels_;
   std::vector<std::uint64_t> texels_;  // addresses of the levels
 };

@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "frontend/bounds/normal_slack.h"
+
 namespace tessera::frontend {
 namespace {
 
-// Double-precision cosines are off by a few 2^-53; this much is added to every squared sine and sine.
-constexpr double kSlack = 1e-13;
-// Tangents closer than this to parallel are left to the fallback: the domain shader's own test for irregular points
-// (an angle of 1e-5, in floats) then never triggers inside a part that has a cone.
-constexpr double kLeastSine = 0x1p-10;
-// A cone whose normals floats cannot place better than this is none.
-constexpr double kLargestError = 0x1p-6;
-
-double widened_sine(double cosine2) { return std::sqrt(std::max(0.0, 1 - cosine2) + kSlack); }
+double widened_sine(double cosine2) { return std::sqrt(std::max(0.0, 1 - cosine2) + kConeSlack); }
 
 // Error of each component of a float normal whose derivatives are at least this long and open by at least this sine:
 // the derivatives' errors turn the normal by their relative sizes over the sine; scaling, cross product and
@@ -25,8 +19,8 @@ double normal_error(double absolute, double length_u, double length_v, double si
 
 std::optional<NormalCone> checked(double sine, double error) {
   // Negated: NaN is no cone.
-  if (!(sine < 1 && error < kLargestError)) return std::nullopt;
-  return NormalCone{sine, std::sqrt(1 - sine * sine) * (1 - kSlack), error};
+  if (!(sine < 1 && error < kLargestNormalError)) return std::nullopt;
+  return NormalCone{sine, std::sqrt(1 - sine * sine) * (1 - kConeSlack), error};
 }
 
 }  // namespace
@@ -52,22 +46,22 @@ std::optional<TangentCones> tangent_cones(const NetMeasure& m, const CornerFrame
   out.cosine_between = std::abs(glm::dot(frame.tangent_u, frame.tangent_v));
   out.sine_between = frame.sine_between;
   // sin(beta' - (alpha_u + alpha_v)) with beta' = min(beta, pi - beta) <= 90 degrees and both alphas below 90.
-  const double cosine_u = std::sqrt(std::max(0.0, m.u.min_cosine2 - kSlack)),
-               cosine_v = std::sqrt(std::max(0.0, m.v.min_cosine2 - kSlack));
+  const double cosine_u = std::sqrt(std::max(0.0, m.u.min_cosine2 - kConeSlack)),
+               cosine_v = std::sqrt(std::max(0.0, m.v.min_cosine2 - kConeSlack));
   const double sine_sum = out.sine_u * cosine_v + cosine_u * out.sine_v,
                cosine_sum = cosine_u * cosine_v - out.sine_u * out.sine_v;
-  out.min_sine = out.sine_between * cosine_sum - out.cosine_between * sine_sum - kSlack;
+  out.min_sine = out.sine_between * cosine_sum - out.cosine_between * sine_sum - kConeSlack;
   if (!(out.min_sine > kLeastSine)) return std::nullopt;
-  out.min_length_u = m.u.min_dot * (1 - kSlack);
-  out.min_length_v = m.v.min_dot * (1 - kSlack);
-  out.max_length2_u = m.u.max_length2 * (1 + kSlack);
-  out.max_length2_v = m.v.max_length2 * (1 + kSlack);
+  out.min_length_u = m.u.min_dot * (1 - kConeSlack);
+  out.min_length_v = m.v.min_dot * (1 - kConeSlack);
+  out.max_length2_u = m.u.max_length2 * (1 + kConeSlack);
+  out.max_length2_v = m.v.max_length2 * (1 + kConeSlack);
   return out;
 }
 
 double tpatch_sine(const TangentCones& c) {
   const double sum = c.sine_u * c.sine_u + 2 * c.sine_u * c.sine_v * c.cosine_between + c.sine_v * c.sine_v;
-  return std::sqrt(sum) / c.sine_between * (1 + kSlack);
+  return std::sqrt(sum) / c.sine_between * (1 + kConeSlack);
 }
 
 std::optional<NormalCone> tpatch_cone(const TangentCones& c, const DerivativeError& error) {

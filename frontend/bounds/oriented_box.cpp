@@ -56,40 +56,23 @@ MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_ra
   return corners_of_box(box, {DMat4(to_raster[0]), DMat4(to_raster[1])});
 }
 
-MovingCorners corners_of_box(const MovingBox& box, const std::array<DMat4, 2>& to_raster) {
-  MovingCorners corners;
-  for (std::size_t key = 0; key < 2; ++key) {
-    const DMat4& m = to_raster[key];
-    // The box's sides in raster space; corners are sums of one end of each.
-    std::array<std::array<DVec4, 2>, 3> end;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const DVec3& a = box.axes[axis];
-      const DVec4 side = (m[0] * a.x + m[1] * a.y) + m[2] * a.z;
-      end[axis] = {side * box.low[key][axis], side * box.high[key][axis]};
-    }
-    for (DVec4& e : end[2]) e += m[3];
-    for (std::size_t i = 0; i < 8; ++i) corners[8 * key + i] = (end[0][i & 1] + end[1][i >> 1 & 1]) + end[2][i >> 2];
-  }
-  return corners;
-}
-
 RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
-                                      const std::array<Mat4, 2>& to_raster, double subpixels) {
+                                      const std::array<DMat4, 2>& to_raster, double subpixels) {
   constexpr double kUnit = 0x1p-24, kRoundings = 64 + 8;
   const double reach = std::max(largest_of_box(box), largest_control_point * std::sqrt(3.0));
-  std::array<double, 4> row{};  // largest sum of the terms of xh, yh, depth and w
-  for (const Mat4& m : to_raster)
-    for (int r = 0; r < 4; ++r) {
-      double sum = std::abs(static_cast<double>(m[3][r]));
-      for (int column = 0; column < 3; ++column) sum += std::abs(static_cast<double>(m[column][r])) * reach;
-      row[static_cast<std::size_t>(r)] = std::max(row[static_cast<std::size_t>(r)], sum);
-    }
+  const std::array<double, 4> row = largest_terms(to_raster, reach);
   RoundingMargin margin;
   margin.position = kRoundings * kUnit * std::max(row[0], row[1]);
   margin.depth = kRoundings * kUnit * row[2];
   margin.w = kRoundings * kUnit * row[3];
   margin.pixels = 1.0 / subpixels;
   return margin;
+}
+
+RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
+                                      const std::array<Mat4, 2>& to_raster, double subpixels) {
+  const std::array<DMat4, 2> exact = {DMat4(to_raster[0]), DMat4(to_raster[1])};
+  return vertex_rounding_margin(box, largest_control_point, exact, subpixels);
 }
 
 }  // namespace tessera::frontend

@@ -29,6 +29,11 @@ MovingCorners corners_of_box(const MovingBox& box, const std::array<DMat4, 2>& t
 // of the control points), its product with the matrix (4 terms), the perspective division, and the snap to the
 // sub-pixel grid, of `subpixels` steps a pixel.
 RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
+                                      const std::array<DMat4, 2>& to_raster, double subpixels);
+RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
                                       const std::array<Mat4, 2>& to_raster, double subpixels);
+// Largest sums of the terms of xh, yh, depth and w that a matrix makes of coordinates no larger than `reach`, of both
+// keys.
+std::array<double, 4> largest_terms(const std::array<DMat4, 2>& to_raster, double reach);
 
 }  // namespace tessera::frontend

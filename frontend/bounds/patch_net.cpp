@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "frontend/bounds/normal_slack.h"
+
 namespace tessera::frontend {
 namespace {
 
@@ -33,7 +35,7 @@ CornerFrame corner_frame(std::span<const PatchNet> keys) {
   const double t_inverse = 1 / glm::length(t), b_inverse = 1 / glm::length(b), n_length = glm::length(n);
   const double sine = n_length * t_inverse * b_inverse;
   // Also false for NaN, which zero and infinite lengths give.
-  if (!(sine > 1e-6 && n_length > 0 && std::isfinite(n_length))) return frame;
+  if (!(sine > kLeastFrameSine && n_length > 0 && std::isfinite(n_length))) return frame;
   const DVec3 tangent_u = t * t_inverse, z = n * (1 / n_length);
   return {{tangent_u, glm::cross(z, tangent_u), z}, tangent_u, b * b_inverse, sine, true};
 }

@@ -1,3 +1,4 @@
+#include "frontend/bounds/normal_slack.h"
 #include "frontend/bounds/patch_net.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -28,9 +29,6 @@ HWY_INLINE V dot(const Vectors& a, const Vectors& b) {
 }
 HWY_INLINE double lowest(V v) { return hn::GetLane(hn::MinOfLanes(kD, v)); }
 HWY_INLINE double highest(V v) { return hn::GetLane(hn::MaxOfLanes(kD, v)); }
-
-// Smallest length that is not taken for zero; squares of floats' differences are far above it.
-constexpr double kTiny = 1e-290;
 
 void RestrictNet(const PatchNet& net, const std::array<std::array<double, 4>, 4>& along_u,
                  const std::array<std::array<double, 4>, 4>& along_v, PatchNet& out) {
@@ -84,7 +82,7 @@ HWY_INLINE TangentSpread Spread(const double (&a)[3][12], const DVec3& axis) {
   for (std::size_t k = 0; k < 12; k += hn::Lanes(kD)) {
     const Vectors v = load(a[0], a[1], a[2], k);
     const V along = dot(v, direction), length2 = dot(v, v);
-    const V cosine2 = hn::Div(hn::Mul(along, along), hn::Max(length2, hn::Set(kD, kTiny)));
+    const V cosine2 = hn::Div(hn::Mul(along, along), hn::Max(length2, hn::Set(kD, kTinyLength2)));
     min_dot = k == 0 ? along : hn::Min(min_dot, along);
     min_cosine2 = k == 0 ? cosine2 : hn::Min(min_cosine2, cosine2);
     max_length2 = k == 0 ? length2 : hn::Max(max_length2, length2);
@@ -152,7 +150,7 @@ NormalSpread MeasureNormals(const PatchNet& net, const DVec3& z) {
       const Vectors n = {joined(0), joined(1), joined(2)};
       const V along = dot(n, direction), length2 = dot(n, n);
       min_dot = hn::Min(min_dot, hn::Div(along, hn::Mul(hn::LoadU(kD, kFive + at), hn::Set(kD, kFive[q]))));
-      min_cosine2 = hn::Min(min_cosine2, hn::Div(hn::Mul(along, along), hn::Max(length2, hn::Set(kD, kTiny))));
+      min_cosine2 = hn::Min(min_cosine2, hn::Div(hn::Mul(along, along), hn::Max(length2, hn::Set(kD, kTinyLength2))));
     }
   }
   return {lowest(min_dot), lowest(min_cosine2)};

@@ -1,39 +1,47 @@
 #include "frontend/bounds/screen_bounds.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace tessera::frontend {
 namespace {
 
-// Box of projected points that grows point by point.
-struct Hull {
-  static constexpr double kEmpty = std::numeric_limits<double>::infinity();
-  double x0 = kEmpty, y0 = kEmpty, x1 = -kEmpty, y1 = -kEmpty;
-  double near_z = kEmpty, far_z = -kEmpty, near_w = kEmpty;
-  bool unusable = false;  // a coordinate was NaN or infinite
-
-  void add(const DVec4& r) {
-    const double inverse = 1 / r.w, x = r.x * inverse, y = r.y * inverse;
-    // Zero unless something is NaN or infinite.
-    if (!((x - x) + (y - y) + (r.z - r.z) == 0)) unusable = true;
-    x0 = std::min(x0, x);
-    x1 = std::max(x1, x);
-    y0 = std::min(y0, y);
-    y1 = std::max(y1, y);
-    near_z = std::min(near_z, r.z);
-    far_z = std::max(far_z, r.z);
-    near_w = std::min(near_w, r.w);
-  }
-};
-
 // To the next float downwards or upwards.
 float round_down(double value) {
   const auto f = static_cast<float>(value);
-  return static_cast<double>(f) <= value ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
+  if (static_cast<double>(f) <= value || std::isnan(f)) return f;
+  // The float below, as std::nextafter() finds it.
+  const auto bits = std::bit_cast<std::uint32_t>(f);
+  return f == 0.0f ? -std::numeric_limits<float>::denorm_min() : std::bit_cast<float>(f > 0.0f ? bits - 1 : bits + 1);
 }
 float round_up(double value) { return -round_down(-value); }
+
+// Hull of the points that are no nearer than `near`, and of where the ways to the others are cut there.
+void cut_hull(std::span<const DVec4> points, const scene::Projection& projection, double near, ScreenHull& hull,
+              bool& crosses, bool& any_nan) {
+  const auto behind = [&](const DVec4& r) { return !(r.z >= near); };
+  for (const DVec4& r : points) {
+    any_nan = any_nan || !(((r.x - r.x) + (r.y - r.y)) + ((r.z - r.z) + (r.w - r.w)) == 0);
+    if (behind(r))
+      crosses = true;
+    else
+      hull.add(r);
+  }
+  if (!crosses || any_nan) return;
+  for (const DVec4& nearer : points)
+    for (const DVec4& farther : points) {
+      if (!behind(nearer) || behind(farther)) continue;
+      // Cut the way from one to the other where the depth is `near`.
+      const double s = (near - nearer.z) / (farther.z - nearer.z);
+      DVec4 cut = nearer + (farther - nearer) * s;
+      cut.z = near;
+      if (!projection.orthographic) cut.w = near;
+      hull.add(cut);
+    }
+}
 
 }  // namespace
 
@@ -46,30 +54,12 @@ double defocus_radius(const scene::Projection& projection, double depth) {
 
 std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const scene::Projection& projection,
                                           const RoundingMargin& margin) {
-  Hull hull;
+  ScreenHull hull;
   // What rounding might lift over the near plane counts as drawn; w stays positive.
   const double near = projection.orthographic ? projection.near - margin.depth
                                               : std::max(projection.near - margin.depth, 0.5 * projection.near);
-  const auto behind = [&](const DVec4& r) { return !(r.z >= near); };
   bool crosses = false, any_nan = false;
-  for (const DVec4& r : points) {
-    any_nan = any_nan || !(((r.x - r.x) + (r.y - r.y)) + ((r.z - r.z) + (r.w - r.w)) == 0);
-    if (behind(r))
-      crosses = true;
-    else
-      hull.add(r);
-  }
-  if (crosses && !any_nan)
-    for (const DVec4& nearer : points)
-      for (const DVec4& farther : points) {
-        if (!behind(nearer) || behind(farther)) continue;
-        // Cut the way from one to the other where the depth is `near`.
-        const double s = (near - nearer.z) / (farther.z - nearer.z);
-        DVec4 cut = nearer + (farther - nearer) * s;
-        cut.z = near;
-        if (!projection.orthographic) cut.w = near;
-        hull.add(cut);
-      }
+  if (!hull_in_front(points, near, hull)) cut_hull(points, projection, near, hull, crosses, any_nan);
   const double w_error = margin.w / hull.near_w;
   if (any_nan || hull.unusable || w_error > 0.25) {
     constexpr float kFar = std::numeric_limits<float>::max();

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -37,6 +39,30 @@ struct RoundingMargin {
 };
 std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const scene::Projection& projection,
                                           const RoundingMargin& margin);
+
+// Box of projected points that grows point by point.
+struct ScreenHull {
+  static constexpr double kEmpty = std::numeric_limits<double>::infinity();
+  double x0 = kEmpty, y0 = kEmpty, x1 = -kEmpty, y1 = -kEmpty;
+  double near_z = kEmpty, far_z = -kEmpty, near_w = kEmpty;
+  bool unusable = false;  // a coordinate was NaN or infinite
+
+  void add(const DVec4& r) {
+    const double inverse = 1 / r.w, x = r.x * inverse, y = r.y * inverse;
+    // Zero unless something is NaN or infinite.
+    if (!((x - x) + (y - y) + (r.z - r.z) == 0)) unusable = true;
+    x0 = std::min(x0, x);
+    x1 = std::max(x1, x);
+    y0 = std::min(y0, y);
+    y1 = std::max(y1, y);
+    near_z = std::min(near_z, r.z);
+    far_z = std::max(far_z, r.z);
+    near_w = std::min(near_w, r.w);
+  }
+};
+// The common case, several points at a time: of points that are all finite, projected too, and no nearer than `near`.
+// False, and `hull` as it was, where they are not or their number is no multiple of four.
+bool hull_in_front(std::span<const DVec4> points, double near, ScreenHull& hull);
 
 // Circle-of-confusion radius in pixels of a point at `depth` (> 0 unless orthographic).
 double defocus_radius(const scene::Projection& projection, double depth);

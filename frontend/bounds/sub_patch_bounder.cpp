@@ -163,10 +163,13 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   displaced_ = bezier_ && drawable_->material->displacement.has_value();
   foreign_boundary_ = false;
   keys_ = drawable_->deforming ? 2 : 1;
+  to_raster_ = {DMat4(drawable_->to_raster[0]), DMat4(drawable_->to_raster[1])};
+  way_.fill(DMat4(drawable_->to_raster[1] - drawable_->to_raster[0]));
   largest_ = rounding_ = 0;
   offsets_ = foreign_offsets_ = {0, 0};
   if (drawable_->procedure != nullptr) procedure_patch_ = procedure_patch(frame_, patch);
   if (!bezier_) return;
+  pattern_ = &frame_.pattern_of(patch);
   for (std::size_t key = 0; key < keys_; ++key) {
     base_[key] = make_net(frame_.control_points(*drawable_, patch, static_cast<int>(key)));
     largest_ = std::max(largest_, largest_of_net(base_[key]));
@@ -174,6 +177,7 @@ void SubPatchBounder::begin(std::uint32_t patch) {
   }
   if (!displaced_) return;
   displacement_ = patch_displacement(frame_, *drawable_, patch);
+  heights_ = &pyramids_.of(*displacement_.material->texture);
   begin_edges(patch);
 }
 
@@ -222,8 +226,10 @@ void SubPatchBounder::begin_edges(std::uint32_t patch) {
 
 ValueRange SubPatchBounder::offset_range(const scene::PatchDisplacement& d, const scene::ParameterRange& r) const {
   const scene::PatchDisplacement::Footprint f = d.footprint(r);
-  const ValueRange heights =
-      pyramids_.of(*d.material->texture).query(d.material->sampler, f.low, f.high, d.lod, fetches_);
+  return offsets_of(d, heights_->query(d.material->sampler, f.low, f.high, d.lod, fetches_));
+}
+
+ValueRange SubPatchBounder::offsets_of(const scene::PatchDisplacement& d, const ValueRange& heights) {
   const float a = d.material->scale * heights.low + d.material->bias,
               b = d.material->scale * heights.high + d.material->bias;
   return {std::min(a, b), std::max(a, b)};
@@ -235,7 +241,7 @@ void SubPatchBounder::bound_interior(const CornerFrame& frame, MovingBox& box) {
   const DerivativeError error{rounding_, static_cast<double>(r.u1) - static_cast<double>(r.u0),
                               static_cast<double>(r.v1) - static_cast<double>(r.v0)};
   for (std::size_t key = 0; key < keys_; ++key) {
-    const PatchNet& net = all_inner_ ? nets_[key] : inner_nets_[key];
+    const PatchNet& net = all_inner_ ? nets()[key] : inner_nets_[key];
     if (!cones) {
       extend_displaced(box, key, measure_extents(net, frame.axes), offsets_, {});
       continue;
@@ -253,18 +259,23 @@ void SubPatchBounder::bound_interval(MovingBox& box) {
     extend(box, key, domain_box(base_[key], inner_range_, displaced_, offsets_, rounding_));
 }
 
-void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box) {
+SubPatchBounder::EdgePart SubPatchBounder::edge_part(const ForeignEdge& edge, std::size_t e,
+                                                     const scene::ParameterRange& range) {
   const bool along_u = e < 2;
-  float a = along_u ? range_.u0 : range_.v0, b = along_u ? range_.u1 : range_.v1;
+  float a = along_u ? range.u0 : range.v0, b = along_u ? range.u1 : range.v1;
   if (edge.reversed) std::tie(a, b) = std::pair(1.0f - b, 1.0f - a);
   const float fixed = edge.owner_edge == 1 || edge.owner_edge == 3 ? 1.0f : 0.0f;
+  return {a, b,
+          edge.owner_edge < 2 ? scene::ParameterRange{a, fixed, b, fixed} : scene::ParameterRange{fixed, a, fixed, b}};
+}
+
+void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box) {
+  const EdgePart part = edge_part(edge, e, range_);
   const bool owner_along_u = edge.owner_edge < 2;
-  const scene::ParameterRange strip =
-      owner_along_u ? scene::ParameterRange{a, fixed, b, fixed} : scene::ParameterRange{fixed, a, fixed, b};
-  const ValueRange offset = offset_range(edge.displacement, strip);
+  const ValueRange offset = offset_range(edge.displacement, part.strip);
   foreign_offsets_ = foreign_offsets_.hull(offset);
-  const double scale = static_cast<double>(b) - static_cast<double>(a);
-  const auto rows = cubic_restriction(static_cast<double>(a), static_cast<double>(b));
+  const double a = static_cast<double>(part.first), b = static_cast<double>(part.last), scale = b - a;
+  const auto rows = cubic_restriction(a, b);
   const bool cones = method_ == BoundMethod::kTpatch || method_ == BoundMethod::kNpatch;
   for (std::size_t key = 0; key < keys_; ++key) {
     const std::array<DVec3, 4> points = restrict_cubic(edge.points[key], rows);
@@ -279,21 +290,21 @@ void SubPatchBounder::bound_foreign_edge(const ForeignEdge& edge, std::size_t e,
 }
 
 std::array<bool, 4> SubPatchBounder::touched_edges(const scene::CellRange& cells) const {
-  const scene::TessellationPattern& pattern = frame_.pattern_of(patch_);
+  const scene::TessellationPattern& pattern = *pattern_;
   return {cells.j0 == 0, cells.j1 == pattern.nv, cells.i0 == 0, cells.i1 == pattern.nu};
 }
 
-std::array<bool, 4> SubPatchBounder::touched_corners() const {
+std::array<bool, 4> SubPatchBounder::touched_corners(const scene::ParameterRange& range) {
   std::array<bool, 4> corner{};
   for (std::size_t c = 0; c < 4; ++c)
-    corner[c] = ((c & 1) != 0 ? range_.u1 >= 1.0f : range_.u0 <= 0.0f) &&
-                ((c & 2) != 0 ? range_.v1 >= 1.0f : range_.v0 <= 0.0f);
+    corner[c] =
+        ((c & 1) != 0 ? range.u1 >= 1.0f : range.u0 <= 0.0f) && ((c & 2) != 0 ? range.v1 >= 1.0f : range.v0 <= 0.0f);
   return corner;
 }
 
 void SubPatchBounder::bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box) {
   const std::array<bool, 4> touches = touched_edges(cells);
-  std::array<bool, 4> corner = touched_corners();
+  std::array<bool, 4> corner = touched_corners(range_);
   for (std::size_t e = 0; e < 4; ++e) {
     if (!touches[e] || !edges_[e].active) continue;
     foreign_boundary_ = true;
@@ -325,10 +336,8 @@ MovingBox SubPatchBounder::cluster_box() const {
 
 // Where an edge's vertices are another patch's, the patch's own net and heights only bound the vertices behind them: at
 // a pole, whose net has no normal, all but the pole itself.
-void SubPatchBounder::begin_inner(const scene::CellRange& cells) {
-  inner_range_ = range_;
-  all_inner_ = true;
-  if (!displaced_) return;
+scene::CellRange SubPatchBounder::inner_cells(const scene::CellRange& cells) const {
+  if (!displaced_) return cells;
   const std::array<bool, 4> touches = touched_edges(cells);
   scene::CellRange inner = cells;
   const auto shrink = [](bool foreign, std::uint8_t& low, std::uint8_t& high, bool at_low) {
@@ -338,12 +347,25 @@ void SubPatchBounder::begin_inner(const scene::CellRange& cells) {
   shrink(touches[1] && edges_[1].active, inner.j0, inner.j1, false);
   shrink(touches[2] && edges_[2].active, inner.i0, inner.i1, true);
   shrink(touches[3] && edges_[3].active, inner.i0, inner.i1, false);
+  return inner;
+}
+
+void SubPatchBounder::begin_inner(const scene::CellRange& cells) {
+  const scene::CellRange inner = inner_cells(cells);
+  inner_range_ = range_;
   all_inner_ = inner == cells;
   if (!all_inner_) {
-    inner_range_ = parameter_range(frame_.pattern_of(patch_), inner);
+    inner_range_ = parameter_range(*pattern_, inner);
     for (std::size_t key = 0; key < keys_; ++key) inner_nets_[key] = restrict_net(base_[key], inner_range_);
   }
-  offsets_ = offset_range(displacement_, inner_range_);
+  if (displaced_) offsets_ = offset_range(displacement_, inner_range_);
+}
+
+std::span<const PatchNet> SubPatchBounder::nets() const {
+  if (!nets_made_)
+    for (std::size_t key = 0; key < keys_; ++key) nets_[key] = restrict_net(base_[key], range_);
+  nets_made_ = true;
+  return {nets_.data(), keys_};
 }
 
 bool SubPatchBounder::offsets_vanish() const {
@@ -362,8 +384,8 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
     return box;
   }
   if (!bezier_) return cluster_box();
-  range_ = parameter_range(frame_.pattern_of(patch_), cells);
-  for (std::size_t key = 0; key < keys_; ++key) nets_[key] = restrict_net(base_[key], range_);
+  range_ = parameter_range(*pattern_, cells);
+  nets_made_ = false;
   begin_inner(cells);
   const CornerFrame frame = oriented() ? corner_frame(nets()) : CornerFrame{};
   MovingBox box = empty_box(frame.axes);
@@ -381,15 +403,12 @@ MovingBox SubPatchBounder::box(const scene::CellRange& cells) {
 
 SubPatchBody SubPatchBounder::body_of(const MovingBox& box) const {
   const auto subpixels = static_cast<double>(frame_.request.subpixels());
-  SubPatchBody body{box_corners(box, drawable_->to_raster),
-                    vertex_rounding_margin(box, largest_, drawable_->to_raster, subpixels),
-                    {},
-                    box};
+  SubPatchBody body{
+      corners_of_box(box, to_raster_), vertex_rounding_margin(box, largest_, to_raster_, subpixels), {}, box};
   if (!drawable_->moving) return body;
   // The vertex rule of kStillPixels leaves a vertex up to that far behind.
   body.margin.pixels += static_cast<double>(scene::kStillPixels);
-  const Mat4 way = drawable_->to_raster[1] - drawable_->to_raster[0];
-  body.way_margin = vertex_rounding_margin(box, largest_, {way, way}, subpixels);
+  body.way_margin = vertex_rounding_margin(box, largest_, way_, subpixels);
   return body;
 }
 

@@ -11,6 +11,7 @@
 #include "frontend/bounds/normal_bounds.h"
 #include "frontend/bounds/oriented_box.h"
 #include "frontend/bounds/patch_net.h"
+#include "frontend/bounds/sibling_boxes.h"
 #include "frontend/settings.h"
 #include "scene/frame_geometry.h"
 #include "scene/patch_displacement.h"
@@ -49,9 +50,24 @@ struct SubPatchBody {
   MovingBox box{};  // in object space
 };
 
+// What SubPatchBounder::bound() found of one of several ranges, for use().
+struct SiblingBound {
+  scene::CellRange cells;
+  bool bounded = false;  // else use() computes it
+  bool all_inner = true, foreign_boundary = false;
+  scene::ParameterRange range{}, inner_range{};
+  ValueRange offsets, foreign_offsets;
+  MovingBox box;
+  std::vector<std::uint64_t> fetched;
+};
+
 // Bounds the sub-patches of one base patch after another. A box holds every vertex that the machine computes for the
 // cells: those inside, those that stitching moves, and those on shared displaced edges and corners, which the patches
 // that own them evaluate with their own heights and normals.
+//
+// Invariants (cited by the tests):
+//   SB1  A range has the body that it has alone, to the bit, with whatever it is bounded together, on every SIMD target.
+//   SB2  It fetches what it fetches alone, when it is used and not before.
 //
 // For finite input raises neither the invalid nor the divide-by-zero flag (but kInterval, whose ends may be infinite).
 // Has scratch memory; one instance per thread.
@@ -70,12 +86,18 @@ class SubPatchBounder {
   // A cluster that is out of view by its aligned box has that one: what holds a group or an instance of clusters holds the
   // aligned boxes, but not what sticks out of them when they are turned.
   SubPatchBody body(const scene::CellRange& cells);
+  // Up to kSiblings ranges at once, each as body() bounds it, to the bit. Nothing is fetched, and nothing counts as made,
+  // before use(), which may leave some out; of the same base patch.
+  void bound(std::span<const scene::CellRange> cells, std::span<SiblingBound* const> out);
+  void bound(std::span<const scene::CellRange> cells, std::span<SiblingBound> out);
+  // As body() of its cells.
+  SubPatchBody use(const SiblingBound& bound);
   // Whether the last body() took a box besides its own.
   bool bounded_twice() const { return bounded_twice_; }
 
   // About the box() made last, for culling: the parameters, the restricted nets, and what displaces them.
   const scene::ParameterRange& range() const { return range_; }
-  std::span<const PatchNet> nets() const { return {nets_.data(), keys_}; }
+  std::span<const PatchNet> nets() const;
   bool displaced() const { return displaced_; }
   // Whether every offset that moves a vertex of the cells is exactly zero, those of other patches on the boundary
   // included.
@@ -115,13 +137,26 @@ class SubPatchBounder {
   void begin_edges(std::uint32_t patch);
   void fetch_owner(std::uint32_t owner) const;
   void begin_inner(const scene::CellRange& cells);
+  scene::CellRange inner_cells(const scene::CellRange& cells) const;
+  // Parameters of the part [first, last] of an owner's edge.
+  struct EdgePart {
+    float first, last;
+    scene::ParameterRange strip;
+  };
+  static EdgePart edge_part(const ForeignEdge& edge, std::size_t e, const scene::ParameterRange& range);
+  struct SiblingScratch;
+  void begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  void touch_edges(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  bool look_up(std::span<SiblingBound* const> out, SiblingScratch& scratch) const;
+  void touch_corners(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const;
+  static ValueRange offsets_of(const scene::PatchDisplacement& displacement, const ValueRange& heights);
   ValueRange offset_range(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range) const;
   void bound_interior(const CornerFrame& frame, MovingBox& box);
   void bound_interval(MovingBox& box);
   void bound_foreign_edge(const ForeignEdge& edge, std::size_t e, MovingBox& box);
   void bound_foreign_vertices(const scene::CellRange& cells, MovingBox& box);
   std::array<bool, 4> touched_edges(const scene::CellRange& cells) const;
-  std::array<bool, 4> touched_corners() const;
+  static std::array<bool, 4> touched_corners(const scene::ParameterRange& range);
   std::optional<double> height_error(const ForeignEdge& edge, std::size_t e) const;
   std::optional<double> normal_error(const ForeignEdge& edge, std::size_t e,
                                      std::span<const TangentCones> tangents) const;
@@ -137,11 +172,16 @@ class SubPatchBounder {
 
   std::uint32_t patch_ = 0;
   const scene::PosedDrawable* drawable_ = nullptr;
+  const scene::TessellationPattern* pattern_ = nullptr;  // of a Bezier patch
   bool bezier_ = false, displaced_ = false, foreign_boundary_ = false, bounded_twice_ = false;
   std::size_t keys_ = 1;
-  double largest_ = 0;   // coordinate of any control point used
-  double rounding_ = 0;  // of a float derivative
-  std::array<PatchNet, 2> base_, nets_;
+  double largest_ = 0;                      // coordinate of any control point used
+  double rounding_ = 0;                     // of a float derivative
+  std::array<DMat4, 2> to_raster_, way_;    // per key; what they differ by, for both
+  const MinMaxPyramid* heights_ = nullptr;  // of the material, which owners of edges share
+  std::array<PatchNet, 2> base_;
+  mutable std::array<PatchNet, 2> nets_;  // of range_, once something asks
+  mutable bool nets_made_ = false;
   scene::PatchDisplacement displacement_;
   scene::ProcedurePatch procedure_patch_;
   std::array<ForeignEdge, 4> edges_;

@@ -79,7 +79,36 @@ WindowTable::Span WindowTable::span(const Step& step, int count, int low, int hi
   const int apart = 1 << step.log2_apart, side = 1 << step.log2_side;
   const int first = std::min(low >> step.log2_apart, count - 1),
             last = std::max(high + 1 - side + apart - 1, 0) >> step.log2_apart;
-  return {first, std::max(first, last), side >> step.log2_apart};
+  return {first, std::max(first, last)};
+}
+
+ValueRange WindowTable::joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches) {
+  const int stride = (1 << step.log2_side) >> step.log2_apart;
+  if (fetches != nullptr)
+    for (int row = row0;; row = std::min(row + stride, row1)) {
+      for (int column = column0;; column = std::min(column + stride, column1)) {
+        fetches->fetch(step.address + (static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(step.columns) +
+                                       static_cast<std::uint64_t>(column)) *
+                                          kEntryBytes);
+        if (column == column1) break;
+      }
+      if (row == row1) break;
+    }
+  // The last windows, and those that as many strides as it takes reach before them. Most take four windows, some of
+  // them the same, and none waits for another.
+  const auto at = [&](int column, int row) {
+    return step.entries[static_cast<std::size_t>(row) * static_cast<std::size_t>(step.columns) +
+                        static_cast<std::size_t>(column)];
+  };
+  ValueRange range = at(column0, row0).hull(at(column1, row0)).hull(at(column0, row1).hull(at(column1, row1)));
+  for (int column = column0 + stride; column < column1; column += stride)
+    range = range.hull(at(column, row0).hull(at(column, row1)));
+  for (int row = row0 + stride; row < row1; row += stride)
+    for (int column = column0;; column = std::min(column + stride, column1)) {
+      range = range.hull(at(column, row));
+      if (column == column1) break;
+    }
+  return range;
 }
 
 ValueRange WindowTable::over(int x0, int y0, int x1, int y1, TableFetches* fetches) const {
@@ -87,20 +116,7 @@ ValueRange WindowTable::over(int x0, int y0, int x1, int y1, TableFetches* fetch
   const int k = std::max({log2_below(std::min(width, height)), log2_below((std::max(width, height) - 1) | 1) - 1, 1});
   const Step& step = steps_[static_cast<std::size_t>(std::min(k, static_cast<int>(steps_.size())) - 1)];
   const Span columns = span(step, step.columns, x0, x1), rows = span(step, step.rows, y0, y1);
-  const auto at = [&](int column, int row) {
-    const std::size_t entry =
-        static_cast<std::size_t>(row) * static_cast<std::size_t>(step.columns) + static_cast<std::size_t>(column);
-    if (fetches != nullptr) fetches->fetch(step.address + entry * kEntryBytes);
-    return step.entries[entry];
-  };
-  ValueRange range{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
-  for (int row = rows.first;; row = std::min(row + rows.stride, rows.last)) {
-    for (int column = columns.first;; column = std::min(column + columns.stride, columns.last)) {
-      range = range.hull(at(column, row));
-      if (column == columns.last) break;
-    }
-    if (row == rows.last) return range;
-  }
+  return joined(step, columns.first, rows.first, columns.last, rows.last, fetches);
 }
 
 }  // namespace tessera::frontend

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "frontend/bounds/window_places.h"
 #include "memory/ledger.h"
 #include "memory/line_cache.h"
 
@@ -39,11 +40,18 @@ class TableFetches {
         line_bytes_(static_cast<std::uint64_t>(caches.line_bytes)) {}
 
   void fetch(std::uint64_t address) {
+    if (postponed_ != nullptr) {
+      postponed_->push_back(address);
+      return;
+    }
     const auto line = static_cast<std::uint32_t>(address / line_bytes_);
     if (lines_.use(line)) return;
     table_bytes_ += line_bytes_;
     missed_.push_back(line);
   }
+  // From here on fetches of lines are appended to `addresses` instead, until null is given: of what is computed ahead,
+  // and may yet turn out not to be wanted.
+  void postpone(std::vector<std::uint64_t>* addresses) { postponed_ = addresses; }
   void fetch_record(std::uint32_t record, std::uint64_t bytes) {
     if (!records_.use(record)) record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
   }
@@ -62,6 +70,7 @@ class TableFetches {
   memory::LineCache lines_, records_;
   std::uint64_t line_bytes_, table_bytes_ = 0, record_bytes_ = 0;
   std::vector<std::uint32_t> missed_;
+  std::vector<std::uint64_t>* postponed_ = nullptr;
 };
 
 // Smallest and largest value over any rectangle of a grid: a sparse table of square windows whose sides are powers of
@@ -85,6 +94,13 @@ class WindowTable {
 
   // Ends inclusive, inside the grid.
   ValueRange over(int x0, int y0, int x1, int y1, TableFetches* fetches) const;
+  // Of the windows that find_windows() found for a place of this table: as over() its texels.
+  ValueRange joined(const WindowPlaces& places, std::size_t place, TableFetches* fetches) const {
+    const Step& step = steps_[static_cast<std::size_t>(places.step[place])];
+    return joined(step, places.s.first[place], places.t.first[place], places.s.last[place], places.t.last[place],
+                  fetches);
+  }
+  int step_count() const { return static_cast<int>(steps_.size()); }
   ValueRange whole() const { return steps_.back().entries.front(); }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -100,10 +116,12 @@ class WindowTable {
     std::uint64_t address;
     std::vector<ValueRange> entries;
   };
-  // First and last window of a step that a span of texels needs, and how far apart those between may be.
+  // First and last window of a step that a span of texels needs.
   struct Span {
-    int first, last, stride;
+    int first, last;
   };
+  // Of the windows in [column0, column1] x [row0, row1], no more of them than overlap.
+  static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, TableFetches* fetches);
   static Span span(const Step& step, int count, int low, int high);
 
   int width_, height_;

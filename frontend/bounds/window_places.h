@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::frontend {
+
+// Lookups in window tables, one in each lane: which texels a box of texture coordinates reads, and which windows
+// cover them.
+inline constexpr std::size_t kMostPlaces = 48;
+template <class T>
+using PlaceLanes = std::array<T, kMostPlaces>;
+
+struct PlaceAxis {
+  PlaceLanes<float> low, high;           // coordinates
+  PlaceLanes<std::int32_t> size;         // of the table, in texels
+  PlaceLanes<std::int32_t> first, last;  // found: windows
+  bool repeats = false;                  // whole periods do not count
+};
+struct WindowPlaces {
+  PlaceAxis s, t;
+  PlaceLanes<std::int32_t> steps;  // of the table
+  PlaceLanes<std::int32_t> step;   // found
+  // Whether the texels lie inside the texture, in one piece; else nothing is found.
+  PlaceLanes<std::int32_t> found;
+};
+
+void find_windows(WindowPlaces& places, std::size_t count);
+
+}  // namespace tessera::frontend
