@@ -11,6 +11,7 @@
 #include "base/json_text.h"
 #include "base/whole_file.h"
 #include "binner/queue_entry.h"
+#include "gpu/presets.h"
 #include "tilecore/tessellation/micro_mesh.h"
 
 namespace tessera::gpu {
@@ -18,71 +19,6 @@ namespace {
 
 using nlohmann::json;
 using Gpu = GpuConfiguration;
-
-// What a preset changes against the defaults of GpuConfiguration.
-struct Preset {
-  const char* name;
-  std::vector<std::pair<std::string_view, json>> values;
-};
-
-const std::vector<Preset>& presets() {
-  static const std::vector<Preset> kPresets = {
-      // [spec] Entry-level mobile parts bin 16x16 pixels; [spec] 2 MiB is where PowerVR's driver starts.
-      {"small",
-       {{"tile.width", 16},
-        {"tile.height", 16},
-        {"parameter_buffer.bytes", 2 << 20},
-        {"binner.combining_bursts", 64},
-        {"memory.burst_bytes", 32},
-        {"tessellator.sub_patch_cells", 8},
-        {"clock.mhz", 650},
-        {"tilecore.count", 1},
-        {"tilecore.memory_bytes", 40 << 10},
-        {"shader.lanes", 8},
-        {"texture.texels_per_clk", 1},
-        {"resolve.pixels_per_clk", 2},
-        {"texture.cache_bytes", 8 << 10},
-        {"l2.bytes", 32 << 10},
-        {"tessellator.cache_bytes", 32 << 10},
-        {"post_tessellation.cache_bytes", 32 << 10},
-        {"immediate.cache_bytes", 32 << 10},
-        {"visibility_stream.gmem_bytes", 132 << 10},
-        {"memory.bytes_per_clk", 19.7},
-        {"memory.latency_clk", 160},
-        {"energy.leakage_mw", 15}}},
-      {"middle", {}},
-      // [spec] The largest mobile parts render 64x64 pixels; [spec] 128 MiB is where Mali's tiler heap ends.
-      {"large",
-       {{"tile.width", 64},
-        {"tile.height", 64},
-        {"parameter_buffer.bytes", 128 << 20},
-        {"parameter_buffer.chunk_bytes", 256},
-        {"binner.combining_bursts", 1024},
-        {"clock.mhz", 900},
-        {"tilecore.count", 12},
-        {"tilecore.memory_bytes", 640 << 10},
-        {"frontend.bounds_per_clk", 1},
-        {"binner.entries_per_clk", 2},
-        {"binner.tiles_per_clk", 8},
-        {"shader.lanes", 128},
-        {"texture.texels_per_clk", 8},
-        {"tilecore.box_tests_per_clk", 32},
-        {"tilecore.triangle_tests_per_clk", 32},
-        {"resolve.pixels_per_clk", 8},
-        {"texture.cache_bytes", 32 << 10},
-        {"l2.bytes", 512 << 10},
-        {"l2.ways", 16},
-        {"tessellator.cache_bytes", 512 << 10},
-        {"post_tessellation.cache_bytes", 512 << 10},
-        {"immediate.cache_bytes", 512 << 10},
-        {"visibility_stream.gmem_bytes", 2 << 20},
-        {"memory.bytes_per_clk", 75.9},
-        {"memory.latency_clk", 224},
-        {"memory.pj_per_bit", 8},
-        {"energy.leakage_mw", 300}}},
-  };
-  return kPresets;
-}
 
 Keys<BaselineCaches> baseline_keys() {
   return {
@@ -108,29 +44,13 @@ std::vector<std::string> key_names() {
   return names;
 }
 
-Gpu preset(const std::string& name) {
-  for (const Preset& p : presets()) {
-    if (p.name != name) continue;
-    Gpu gpu;
-    gpu.preset = name;
-    for (const auto& [key, value] : p.values) gpu_keys().set(gpu, *gpu_keys().find(key), value);
-    return gpu;
-  }
-  throw UsageError(
-      fmt::format("unknown GPU preset '{}' and no such file; presets: {}", name, fmt::join(preset_names(), ", ")));
-}
-
-Gpu from_json(const std::string& file, const json& root) {
-  if (!root.is_object()) throw InputError(file, "", "a GPU configuration is a JSON object");
-  const auto base = root.find("preset");
-  if (base != root.end() && !base->is_string()) throw InputError(file, "/preset", "is not a text");
-  Gpu gpu = preset(base == root.end() ? "middle" : base->get<std::string>());
+// Sets what `root` names, nested by the dots of the keys.
+void set_values(const std::string& file, const json& root, Gpu& gpu) {
   const std::vector<std::string> names = key_names();
   std::function<void(const json&, const std::string&, const std::string&)> visit =
       [&](const json& object, const std::string& prefix, const std::string& pointer) {
         for (const auto& [name, value] : object.items()) {
           const std::string key = prefix.empty() ? name : prefix + "." + name, place = pointer + pointer_step(name);
-          if (key == "preset") continue;
           if (value.is_object()) {
             visit(value, key, place);
             continue;
@@ -145,6 +65,38 @@ Gpu from_json(const std::string& file, const json& root) {
         }
       };
   visit(root, "", "");
+}
+
+Gpu preset(const std::string& name) {
+  const Preset* found = find_preset(name);
+  if (found == nullptr)
+    throw UsageError(
+        fmt::format("unknown GPU preset '{}' and no such file; presets: {}", name, fmt::join(preset_names(), ", ")));
+  Gpu gpu;
+  gpu.preset = found->name;
+  set_values(found->name, found->values, gpu);
+  return gpu;
+}
+
+Gpu from_json(const std::string& file, json root) {
+  if (!root.is_object()) throw InputError(file, "", "a GPU configuration is a JSON object");
+  const auto text = [&](const char* member, const std::string& otherwise) {
+    const auto found = root.find(member);
+    if (found == root.end()) return otherwise;
+    if (!found->is_string()) throw InputError(file, std::string("/") + member, "is not a text");
+    std::string value = found->get<std::string>();
+    root.erase(found);
+    return value;
+  };
+  Gpu gpu = preset(text("preset", Gpu().preset));
+  gpu.name = text("name", "");
+  gpu.description = text("description", "");
+  // What a file says of its numbers is for people.
+  if (const auto sources = root.find("sources"); sources != root.end()) {
+    if (!sources->is_object()) throw InputError(file, "/sources", "is not an object of texts");
+    root.erase(sources);
+  }
+  set_values(file, root, gpu);
   return gpu;
 }
 
@@ -195,7 +147,7 @@ const KeyTable<GpuConfiguration>& gpu_keys() {
 
 std::vector<std::string> preset_names() {
   std::vector<std::string> names;
-  for (const Preset& p : presets()) names.emplace_back(p.name);
+  for (const Preset& p : presets()) names.push_back(p.name);
   return names;
 }
 
@@ -234,6 +186,8 @@ void check_gpu(const GpuConfiguration& gpu) {
 
 nlohmann::json gpu_json(const GpuConfiguration& gpu) {
   json root = {{"preset", gpu.preset}};
+  if (!gpu.name.empty()) root["name"] = gpu.name;
+  if (!gpu.description.empty()) root["description"] = gpu.description;
   for (const auto& key : gpu_keys().keys()) {
     const std::string_view name = key.name;
     const std::size_t dot = name.find('.');

@@ -25,9 +25,10 @@ struct BaselineCaches {
 };
 
 // The described machine: the settings of its units. Every number is a key of gpu_keys(), which gives unit, range,
-// meaning and source; the values here are those of the preset "middle".
+// meaning and source; the values here are those of the preset "mid-mobile".
 struct GpuConfiguration : hardware::Machine {
-  std::string preset = "middle";
+  std::string preset = "mid-mobile";
+  std::string name, description;  // of a file; what its writer calls the machine
   frontend::Settings frontend;
   binner::TileSize tile;
   binner::ParameterBufferSettings parameter_buffer;
@@ -56,7 +57,8 @@ const KeyTable<GpuConfiguration>& gpu_keys();
 std::vector<std::string> preset_names();
 
 // A preset by name, or a JSON file with the same keys nested by their dots ({"tile": {"width": 16}}); keys that the
-// file leaves out keep the value of its "preset" member (default "middle"). Throws UsageError for an unknown preset,
+// file leaves out keep the value of its "preset" member (default "mid-mobile"). "name", "description" and "sources" (texts
+// by key) are for people. Throws UsageError for an unknown preset,
 // InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);
 

@@ -163,7 +163,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
-    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger));
+    result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches_.of_frame(gpu_, frame));
   }
   if (guesses) {
     last_depth_ = pipeline_.coarse_depth(job, result);

@@ -106,6 +106,7 @@ class Device {
   std::optional<frontend::CoarseDepth> last_depth_;  // of frame last_frame_, where the next may use it
   int last_frame_ = 0;
   std::size_t memory_parts_ = 1;
+  CachesOfFrames caches_;
   WorkProgress progress_;
 };
 

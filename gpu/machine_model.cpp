@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "timing/events/event_model.h"
-
 namespace tessera::gpu {
 
 namespace {
@@ -14,12 +12,13 @@ struct Timed {
   hardware::FrameEnergy energy;
 };
 
-Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work) {
+Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, timing::WarmCaches* caches) {
   Timed timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
-    timing::EventSchedule events = timing::simulate_events(gpu, work);
-    timed.timing = timing::time_events(gpu, work, events);
+    const timing::WarmCaches before = caches != nullptr ? *caches : timing::WarmCaches();
+    timing::EventSchedule events = timing::simulate_events(gpu, work, std::nullopt, caches);
+    timed.timing = timing::time_events(gpu, work, events, before);
     timed.schedule = std::move(events.schedule);
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
@@ -34,15 +33,16 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work) {
 
 }  // namespace
 
-MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record) {
-  Timed timed = time_work(gpu, record.work);
+MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record, timing::WarmCaches* caches) {
+  Timed timed = time_work(gpu, record.work, caches);
   return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy)};
 }
 
-FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views) {
+FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
+                     timing::WarmCaches* caches) {
   FrameCost cost;
   for (std::size_t view = 0; view < views.size(); ++view) {
-    const Timed timed = time_work(gpu, views[view]);
+    const Timed timed = time_work(gpu, views[view], caches);
     if (view == 0)
       cost.timing = timed.timing;
     else

@@ -5,6 +5,7 @@
 #include "gpu/work_recorder.h"
 #include "hardware/energy.h"
 #include "hardware/machine.h"
+#include "timing/events/event_model.h"
 #include "timing/timing_model.h"
 
 namespace tessera::gpu {
@@ -17,14 +18,32 @@ struct MachineModel {
   hardware::FrameEnergy energy;
 };
 
-// What the machine needs for what was recorded of a frame.
-MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record);
+// What the machine needs for what was recorded of a frame. `caches`, unless null: of events, as the view before left
+// them.
+MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record, timing::WarmCaches* caches = nullptr);
 
 // The same of a frame's eyes, one after the other, without the schedule.
 struct FrameCost {
   timing::FrameTiming timing;
   hardware::FrameEnergy energy;
 };
-FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views);
+FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
+                     timing::WarmCaches* caches = nullptr);
+
+// Caches from frame to frame, as gpu.queues.caches says: frames that do not follow each other find them empty.
+class CachesOfFrames {
+ public:
+  // Of the frame's views, in their order; null where frames begin with empty caches.
+  timing::WarmCaches* of_frame(const hardware::Machine& gpu, int frame) {
+    if (gpu.queues.caches == hardware::FrameCaches::kEmpty) return nullptr;
+    if (frame != next_ && frame != next_ - 1) caches_ = {};
+    next_ = frame + 1;
+    return &caches_;
+  }
+
+ private:
+  timing::WarmCaches caches_;
+  int next_ = 0;
+};
 
 }  // namespace tessera::gpu

@@ -142,6 +142,9 @@ Keys<QueueSizes> queue_keys() {
       {"machine.timing", &QueueSizes::model,
        "How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and "
        "cache line by itself through queues of these sizes."},
+      {"machine.caches", &QueueSizes::caches,
+       "With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame "
+       "before left."},
       {"tilecore.queue_items", &QueueSizes::items, "sub-patches", 1, 1024,
        "Sub-patches that may wait between one unit of a core and the next.", "[assumed]"},
       {"tilecore.fetched_lines", &QueueSizes::fetched_lines, "lines", 1, 65536,

@@ -10,7 +10,7 @@
 namespace tessera::hardware {
 
 // Speeds, sizes and energies of the described machine: what the timing and the energy model read. Values are those of
-// the preset "middle". The front end and the binner exist once, the units of a tile core once in each core.
+// the preset "mid-mobile". The front end and the binner exist once, the units of a tile core once in each core.
 
 // How many there are, fed by one tile scheduler, and the tile memory of each.
 struct TileCores {
@@ -70,9 +70,13 @@ struct MemoryInterface {
 // How work is timed: phases of tiles as whole pipelines (docs/timing_model.md), or every item of every unit as an event.
 enum class TimingModel : std::uint8_t { kPhases, kEvents };
 
+// What the caches hold when a frame begins, for TimingModel::kEvents: nothing, or what the frame before left.
+enum class FrameCaches : std::uint8_t { kEmpty, kWarm };
+
 // Queues, latencies and bounds of what is under way, for TimingModel::kEvents.
 struct QueueSizes {
   TimingModel model = TimingModel::kPhases;
+  FrameCaches caches = FrameCaches::kEmpty;
   std::int64_t items = 4;
   std::int64_t fetched_lines = 32;
   std::int64_t store_bytes = 4096;
@@ -139,6 +143,8 @@ Keys<Machine> machine_keys();  // the others
 
 namespace tessera {
 
+template <>
+inline constexpr auto kEnumWords<hardware::FrameCaches> = std::to_array<std::string_view>({"empty", "warm"});
 template <>
 inline constexpr auto kEnumWords<hardware::TimingModel> = std::to_array<std::string_view>({"phases", "events"});
 

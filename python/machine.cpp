@@ -32,7 +32,7 @@ Gpu gpu_of(const py::object& described) {
   if (py::isinstance<Gpu>(described)) return described.cast<Gpu>();
   if (!py::isinstance<py::dict>(described)) return Gpu(py::str(described).cast<std::string>());
   const auto values = described.cast<py::dict>();
-  Gpu gpu(values.contains("preset") ? py::str(values["preset"]).cast<std::string>() : "middle");
+  Gpu gpu(values.contains("preset") ? py::str(values["preset"]).cast<std::string>() : "mid-mobile");
   set_all(gpu, values);
   return gpu;
 }
@@ -149,7 +149,7 @@ void add_gpu(py::module_& module) {
              set_all(gpu, keys);
              return gpu;
            }),
-           py::arg("machine") = "middle");
+           py::arg("machine") = "mid-mobile");
   type.def_static("from_json", &Gpu::from_json, py::arg("text"), "The same from JSON text.");
   type.def_static("presets", &Gpu::presets, "Names of the built-in machines.");
   add_keys(type);

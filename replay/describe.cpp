@@ -64,11 +64,11 @@ const std::vector<Topic>& topics() {
       {"gpu",
        "The described machine",
        "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset "
-       "`middle`. In a file the dots nest:\n"
-       "`{\"preset\": \"middle\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, "
+       "`mid-mobile`. In a file the dots nest:\n"
+       "`{\"preset\": \"mid-mobile\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, "
        "[measured] our own\n"
-       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. Keys of "
-       "pass "
+       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. Presets: "
+       "`hardware/presets/`, with the source of each of their numbers. Keys of pass "
        "`timing` time a record (`tessera time`), those of `function` make another. What "
        "cycles and energies follow\n"
        "from these numbers, and how, is in [timing_model.md](timing_model.md).",

@@ -344,7 +344,7 @@ class ReplayCommand final : public Command {
       std::fprintf(stderr, "note: the capture has no settings of its own; size, frames and shutter are the defaults\n");
   }
 
-  std::string capture_, frames_, size_, gpu_ = "middle", region_, out_ = "out";
+  std::string capture_, frames_, size_, gpu_ = "mid-mobile", region_, out_ = "out";
   std::string trace_, trace_frames_, trace_tiles_, dram_trace_, record_;
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_;

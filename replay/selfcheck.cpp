@@ -139,16 +139,16 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
     const gpu::GpuConfiguration gpu = gpu::load_gpu(preset);
     return gpu.memory.bytes_per_clk * gpu.clock_mhz * 1e-3;
   };
-  checks.push_back(near("peak memory rate of preset small", 12.8, rate("small"), 0.05, "GB/s", "LPDDR4-3200 x32"));
-  checks.push_back(near("peak memory rate of preset middle", 34.1, rate("middle"), 0.05, "GB/s", "LPDDR4X-4266 x64"));
-  checks.push_back(near("peak memory rate of preset large", 68.3, rate("large"), 0.05, "GB/s", "LPDDR5X-8533 x64"));
+  checks.push_back(near("peak memory rate of preset entry-mobile", 12.8, rate("entry-mobile"), 0.05, "GB/s", "LPDDR4-3200 x32"));
+  checks.push_back(near("peak memory rate of preset mid-mobile", 34.1, rate("mid-mobile"), 0.05, "GB/s", "LPDDR4X-4266 x64"));
+  checks.push_back(near("peak memory rate of preset high-mobile", 68.3, rate("high-mobile"), 0.05, "GB/s", "LPDDR5X-8533 x64"));
   // 1 GB moved within a second, with nothing else going on.
   timing::FrameWork work;
   work.other_bytes = 1000000000;
   const double nj =
-      hardware::frame_energy(gpu::load_gpu("middle"), timing::energy_events(work), 0).by_unit_nj.at("dram");
+      hardware::frame_energy(gpu::load_gpu("mid-mobile"), timing::energy_events(work), 0).by_unit_nj.at("dram");
   checks.push_back(
-      near("power of 1 GB/s of traffic, preset middle", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
+      near("power of 1 GB/s of traffic, preset mid-mobile", 100, nj * 1e-6, 1e-9, "mW", "Arm's rule of thumb"));
 }
 
 // What has to add up in one frame, whatever it shows.

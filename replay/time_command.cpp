@@ -65,8 +65,10 @@ class TimeCommand final : public Command {
     fmt::print(words, "{:>6} {:>14} {:>10}  {:<14} {:>12}\n", "frame", "cycles", "ms", "bound by", "energy mJ");
     json frames = json::array();
     gpu::FrameCost total;
+    gpu::CachesOfFrames caches;
     while (std::optional<gpu::RecordedFrame> frame = record.next()) {
-      const gpu::FrameCost cost = gpu::frame_cost(machine.gpu, frame->views);
+      const gpu::FrameCost cost =
+          gpu::frame_cost(machine.gpu, frame->views, caches.of_frame(machine.gpu, frame->frame));
       frames.push_back(
           {{"frame", frame->frame}, {"timing", timing_json(cost.timing)}, {"energy", energy_json(cost.energy)}});
       total.timing.accumulate(cost.timing);

@@ -203,7 +203,7 @@ class TradeoffCommand final : public Command {
                error.flip, error.psnr_db ? fmt::format("{:.2f} dB", *error.psnr_db) : "equal", setting.arguments);
   }
 
-  std::string capture_, out_, size_ = "640x360", gpu_ = "middle", knobs_, joint_, cost_ = "cycles";
+  std::string capture_, out_, size_ = "640x360", gpu_ = "mid-mobile", knobs_, joint_, cost_ = "cycles";
   std::vector<std::string> sets_;
   std::optional<double> frame_, max_flip_, min_psnr_;
   int run_ = 6, rounds_ = 3, samples_ = 1024, max_points_ = 400;

@@ -30,9 +30,9 @@ struct KeyDescription {
 // The described machine: every number and choice of docs/gpu.md, by its key. A value.
 class TESSERA_API Gpu {
  public:
-  // A preset ("small", "middle", "large"), or a JSON file of keys nested by their dots.
+  // A preset ("entry-mobile", "mid-mobile", "high-mobile", "v3d"), or a JSON file of keys nested by their dots.
   // Throws UsageError for an unknown preset, InputError for a file that is no such machine.
-  explicit Gpu(const std::string& preset_or_file = "middle");
+  explicit Gpu(const std::string& preset_or_file = "mid-mobile");
   // The same from JSON text: {"preset": "small", "tile": {"width": 16}}; what it leaves out is that of its preset.
   // Throws InputError.
   static Gpu from_json(std::string_view text);

@@ -27,7 +27,7 @@ def main():
     scene = tessera.Scene(sys.argv[1])
     frames = []
     for size in SIZES:
-        gpu = tessera.Gpu("middle", tile__width=size, tile__height=size)
+        gpu = tessera.Gpu("mid-mobile", tile__width=size, tile__height=size)
         frames.append(tessera.Device(scene, gpu, width=640, height=360).render(scene.frames[0]))
     figure, (image, work, plot) = pyplot.subplots(1, 3, figsize=(16, 3.6), layout="constrained")
     image.imshow(frames[2].display())

@@ -194,10 +194,12 @@ class Run {
   // Replaces cycles and energies of `rendered` by those of the point's machine; images are those of `first`.
   void time_again(std::size_t first, const SweepPoint& point, Rendered& rendered) {
     const PointConfiguration configuration = configure_point(study_, point.steps);
+    gpu::CachesOfFrames caches;
     for (std::size_t f = 0; f < rendered.work.size(); ++f) {
       json& frame = rendered.frames[f];
       if (!rendered.work[f].empty()) {
-        const gpu::FrameCost cost = gpu::frame_cost(configuration.gpu, rendered.work[f]);
+        const gpu::FrameCost cost = gpu::frame_cost(configuration.gpu, rendered.work[f],
+                                                    caches.of_frame(configuration.gpu, frame["frame"].get<int>()));
         frame["timing"] = timing_json(cost.timing);
         frame["energy"] = energy_json(cost.energy);
       }

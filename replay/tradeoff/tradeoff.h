@@ -16,7 +16,7 @@ struct TradeoffOptions {
   KeyValues base;             // what --set changed, for --set to print again
   gpu::RunSettings settings;  // base, applied
   gpu::GpuConfiguration gpu;
-  std::string gpu_name = "middle";
+  std::string gpu_name = "mid-mobile";
   int width = 640, height = 360;
   std::optional<int> frame;  // else the last of a run from the capture's first on
   int run = 6;               // frames that come to a history, the compared one included

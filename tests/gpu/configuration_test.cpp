@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "gpu/configuration.h"
+#include "gpu/presets.h"
 #include "tests/support/captures.h"
 #include "tests/support/temporary_folder.h"
 
@@ -18,6 +19,39 @@ TEST(Configuration, EveryPresetIsConsistentAndNamesItself) {
     EXPECT_NO_THROW(check_gpu(gpu));
   }
   EXPECT_THROW(load_gpu("enormous"), UsageError);
+}
+
+TEST(Configuration, PresetsHaveTheirFormerNames) {
+  EXPECT_EQ(gpu_json(load_gpu("small")), gpu_json(load_gpu("entry-mobile")));
+  EXPECT_EQ(gpu_json(load_gpu("middle")), gpu_json(GpuConfiguration()));
+  EXPECT_EQ(load_gpu("large").preset, "high-mobile");
+}
+
+// Every number of a preset has a source, and nothing else has.
+TEST(Configuration, EveryNumberOfAPresetHasASource) {
+  EXPECT_GE(presets().size(), 4u);
+  for (const Preset& preset : presets()) {
+    EXPECT_GT(preset.description.size(), 20u) << preset.name;
+    std::size_t values = 0;
+    for (const auto& [unit, keys] : preset.values.items())
+      for (const auto& [key, value] : keys.items()) {
+        ++values;
+        const std::string source = preset.sources.value(unit + "." + key, "");
+        EXPECT_TRUE(source.starts_with("[spec] ") || source.starts_with("[assumed]"))
+            << preset.name << " " << unit << "." << key;
+      }
+    EXPECT_EQ(values, preset.sources.size()) << preset.name;
+  }
+}
+
+TEST(Configuration, AFileHasANameADescriptionAndSources) {
+  const GpuConfiguration gpu = parse_gpu(
+      R"({"name": "mine", "description": "a test", "sources": {"clock.mhz": "a guess"}, "clock": {"mhz": 400}})", "x");
+  EXPECT_EQ(gpu.name, "mine");
+  EXPECT_EQ(gpu_json(gpu)["description"], "a test");
+  EXPECT_EQ(gpu.clock_mhz, 400);
+  EXPECT_THROW(parse_gpu(R"({"name": 3})", "x"), InputError);
+  EXPECT_THROW(parse_gpu(R"({"sources": 3})", "x"), InputError);
 }
 
 TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {

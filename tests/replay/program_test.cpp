@@ -55,7 +55,7 @@ TEST(ReplayCommand, WritesImagesAndStatisticsOfEveryFrame) {
   EXPECT_TRUE(stats["frames"][0]["effects"]["motion"].get<bool>());
   EXPECT_FALSE(stats["frames"][0]["effects"]["displacement"].get<bool>());
   EXPECT_EQ(stats["settings"]["width"], 64);
-  EXPECT_EQ(stats["gpu"]["preset"], "middle");
+  EXPECT_EQ(stats["gpu"]["preset"], "mid-mobile");
   std::uint64_t sum = 0, peak = 0;
   for (const json& frame : stats["frames"]) {
     sum += frame["counters"]["tilecore.triangles"].get<std::uint64_t>();

@@ -207,6 +207,21 @@ TEST(EventModel, EachCoreReadsItsOwnTexels) {
   }
 }
 
+// A frame again with caches that hold all of it asks the memory for nothing.
+TEST(EventModel, WarmCachesHoldTheFrameBefore) {
+  const OneTile one = warps(64, 16, false);
+  Machine gpu = endless();
+  gpu.caches.l2_bytes = 8 << 20;
+  gpu.caches.l2_ways = 16;
+  WarmCaches caches;
+  const EventCounts first = simulate_events(gpu, one.work, std::nullopt, &caches).counts,
+                    again = simulate_events(gpu, one.work, std::nullopt, &caches).counts;
+  EXPECT_EQ(first.memory.l2_misses, 64u * 16u);
+  EXPECT_GT(again.memory.l2_requests, 0u);
+  EXPECT_EQ(again.memory.l2_misses, 0u);
+  EXPECT_EQ(simulate_events(gpu, one.work).counts.memory.l2_misses, 64u * 16u);
+}
+
 TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   OneTile one;
   one.tile().pixels = 1024;  // 16 blocks

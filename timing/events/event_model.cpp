@@ -148,6 +148,18 @@ class EventSimulation {
     in_flight_ = tiles_in_flight(gpu, work);
   }
 
+  void warm(const WarmCaches& caches) {
+    if (caches.l2) memory_.l2() = *caches.l2;
+    for (std::size_t c = 0; c < std::min(cores_.size(), caches.textures.size()); ++c)
+      cores_[c]->textures.cache() = caches.textures[c];
+  }
+  // After run(), when nothing is under way.
+  void keep(WarmCaches& caches) {
+    caches.l2 = memory_.l2();
+    caches.textures.clear();
+    for (const auto& core : cores_) caches.textures.push_back(core->textures.cache());
+  }
+
   EventSchedule run() {
     for (round_ = 0; round_ < work_.rounds.size(); ++round_) {
       run_geometry();
@@ -379,19 +391,27 @@ bool has_items(const FrameWork& work) {
                      [](const WorkRound& round) { return round.items.size() == round.tiles.size(); });
 }
 
-EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work,
-                              std::optional<Stage> infinitely_fast) {
+EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast,
+                              WarmCaches* caches) {
   TESSERA_CHECK(has_items(work), "events are made of items");
-  return EventSimulation(gpu, work, infinitely_fast).run();
+  EventSimulation simulation(gpu, work, infinitely_fast);
+  if (caches != nullptr) simulation.warm(*caches);
+  EventSchedule out = simulation.run();
+  if (caches != nullptr) simulation.keep(*caches);
+  return out;
 }
 
-FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, const EventSchedule& schedule) {
+FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, const EventSchedule& schedule,
+                        const WarmCaches& before) {
   FrameTiming timing;
   timing.cycles = schedule.schedule.cycles;
   timing.busy = schedule.busy;
   timing.cores_busy = cores_busy(gpu, schedule.schedule);
   timing.events = schedule.counts;
-  find_bound(timing, [&](Stage stage) { return simulate_events(gpu, work, stage).schedule.cycles; });
+  find_bound(timing, [&](Stage stage) {
+    WarmCaches caches = before;
+    return simulate_events(gpu, work, stage, &caches).schedule.cycles;
+  });
   return timing;
 }
 

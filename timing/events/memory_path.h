@@ -43,6 +43,7 @@ class MemoryPath {
 
   void memory_has_read(std::uint32_t request, double now);
 
+  RequestCache& l2() { return l2_; }
   // When the memory has moved all that it was given.
   double free_at() const { return memory_free_; }
   const MemoryCounts& counts() const { return counts_; }

@@ -21,7 +21,7 @@ class TexturePath {
   void fill(std::uint32_t request, double now);
   void free_again(double now);
 
-  bool idle() const { return queue_.empty(); }
+  RequestCache& cache() { return cache_; }
   double busy() const { return busy_; }
   std::uint64_t requests() const { return requested_; }
   std::uint64_t misses() const { return misses_; }
