@@ -113,11 +113,11 @@ SubPatchBody group_body(const FrameGeometry& frame, const InstancedNode& node, c
   const MovingBox placed = placed_box(group, box);
   // Vertices are computed from matrices in single precision: one rounding more a term, and the margin has far more.
   const double object_reach = largest_coordinate(box) * std::sqrt(3.0);
-  SubPatchBody body{
-      corners_of_box(placed, to_raster),
-      vertex_rounding_margin(placed, placed_reach(group, object_reach), std::array<Mat4, 2>{Mat4(to_raster[0]), Mat4(to_raster[1])},
-                             static_cast<double>(frame.request.subpixels())),
-      {}};
+  SubPatchBody body{corners_of_box(placed, to_raster),
+                    vertex_rounding_margin(placed, placed_reach(group, object_reach),
+                                           std::array<Mat4, 2>{Mat4(to_raster[0]), Mat4(to_raster[1])},
+                                           static_cast<double>(frame.request.subpixels())),
+                    {}};
   body.margin.pixels += static_cast<double>(scene::kStillPixels);
   return body;
 }

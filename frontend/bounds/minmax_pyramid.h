@@ -31,7 +31,7 @@ class MinMaxPyramid {
   // rounding included: the box is widened by the filter's footprint, wrap modes respected.
   ValueRange query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
                    TableFetches* fetches = nullptr) const;
-  // The same of several at once, at most kMostPlaces / 2; `fetches` to postpone what they fetch.
+  // The same of several at once, at most kMaxPlaces / 2; `fetches` to postpone what they fetch.
   void query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups, TableFetches* fetches) const;
   // The same at any lod.
   ValueRange query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const;

@@ -103,9 +103,8 @@ std::array<double, 4> largest_terms(const std::array<DMat4, 2>& to_raster, doubl
 }
 
 bool hull_in_front(std::span<const DVec4> points, double near, ScreenHull& hull) {
-  constexpr std::size_t kMostLanes = 4;
-  return points.size() % kMostLanes == 0 &&
-         HWY_DYNAMIC_DISPATCH(HullInFront)(points.data(), points.size(), near, hull);
+  constexpr std::size_t kMaxLanes = 4;
+  return points.size() % kMaxLanes == 0 && HWY_DYNAMIC_DISPATCH(HullInFront)(points.data(), points.size(), near, hull);
 }
 
 }  // namespace tessera::frontend

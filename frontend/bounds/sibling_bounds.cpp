@@ -40,10 +40,10 @@ struct SubPatchBounder::SiblingScratch {
   std::array<SiblingCorner, 4> corners;
   std::array<bool, 4> edge_touched{}, corner_touched{};
   // What is looked up for a lane: its own heights, then those of the edges that it touches.
-  static constexpr std::size_t kOwn = 4, kMostLookups = kSiblings * (1 + 4);
-  static_assert(2 * kMostLookups <= kMostPlaces);
-  std::array<HeightLookup, kMostLookups> lookups;
-  std::array<std::uint8_t, kMostLookups> lane_of, edge_of;
+  static constexpr std::size_t kOwn = 4, kMaxLookups = kSiblings * (1 + 4);
+  static_assert(2 * kMaxLookups <= kMaxPlaces);
+  std::array<HeightLookup, kMaxLookups> lookups;
+  std::array<std::uint8_t, kMaxLookups> lane_of, edge_of;
   std::size_t lookup_count = 0;
 
   void add(const scene::PatchDisplacement& displacement, const scene::ParameterRange& range, std::size_t lane,

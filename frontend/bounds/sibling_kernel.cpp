@@ -192,8 +192,8 @@ HWY_INLINE Cones TangentCone(const Spreads& u, const Spreads& v, const CornerFra
           cosine_v = hn::Sqrt(hn::Max(zero, hn::Sub(v.min_cosine2, slack)));
   const V sine_sum = hn::Add(hn::Mul(sine_u, cosine_v), hn::Mul(cosine_u, sine_v)),
           cosine_sum = hn::Sub(hn::Mul(cosine_u, cosine_v), hn::Mul(sine_u, sine_v));
-  const V min_sine = hn::Sub(
-      hn::Sub(hn::Mul(frame.sine_between, cosine_sum), hn::Mul(cosine_between, sine_sum)), slack);
+  const V min_sine =
+      hn::Sub(hn::Sub(hn::Mul(frame.sine_between, cosine_sum), hn::Mul(cosine_between, sine_sum)), slack);
   any = hn::And(any, hn::Gt(min_sine, set(kLeastSine)));
   const V both = hn::Mul(hn::Mul(hn::Mul(set(2.0), sine_u), sine_v), cosine_between);
   const V sum = hn::Add(hn::Add(hn::Mul(sine_u, sine_u), both), hn::Mul(sine_v, sine_v));
@@ -228,8 +228,7 @@ HWY_NOINLINE NormalSpreads SpreadOfNormals(const Net& net, const Vectors& axis) 
       }
       const V along = dot(n, axis), length2 = dot(n, n);
       out.min_dot = hn::Min(out.min_dot, hn::Div(along, set(kFive[p] * kFive[q])));
-      out.min_cosine2 =
-          hn::Min(out.min_cosine2, hn::Div(hn::Mul(along, along), hn::Max(length2, set(kTinyLength2))));
+      out.min_cosine2 = hn::Min(out.min_cosine2, hn::Div(hn::Mul(along, along), hn::Max(length2, set(kTinyLength2))));
     }
   return out;
 }
@@ -246,8 +245,9 @@ HWY_INLINE Cones NormalsCone(const Net& net, const Spreads& u, const Spreads& v,
   const Cones own =
       Checked(any, WidenedSine(spread.min_cosine2), NormalError(any, rounding, length_u, length_v, least_sine));
   const M both = hn::And(own.any, tangents.any);
-  const auto joined = [&](V joint, V of_own, V of_tangents)
-                          HWY_ATTR { return hn::IfThenElse(both, joint, hn::IfThenElse(own.any, of_own, of_tangents)); };
+  const auto joined = [&](V joint, V of_own, V of_tangents) HWY_ATTR {
+    return hn::IfThenElse(both, joint, hn::IfThenElse(own.any, of_own, of_tangents));
+  };
   return {hn::Or(own.any, tangents.any), joined(hn::Min(own.sine, tangents.sine), own.sine, tangents.sine),
           joined(hn::Max(own.cosine, tangents.cosine), own.cosine, tangents.cosine),
           joined(hn::Min(own.error, tangents.error), own.error, tangents.error)};

@@ -8,9 +8,9 @@ namespace tessera::frontend {
 
 // Lookups in window tables, one in each lane: which texels a box of texture coordinates reads, and which windows
 // cover them.
-inline constexpr std::size_t kMostPlaces = 48;
+inline constexpr std::size_t kMaxPlaces = 48;
 template <class T>
-using PlaceLanes = std::array<T, kMostPlaces>;
+using PlaceLanes = std::array<T, kMaxPlaces>;
 
 struct PlaceAxis {
   PlaceLanes<float> low, high;           // coordinates
