@@ -24,8 +24,7 @@ class RequestStream {
   DramClock due() const { return due_; }
   void next() {
     address_ += transaction_;
-    // An address near the end of the numbers goes round with them.
-    if (address_ - bursts_[at_].address < options_.burst_bytes) return;
+    if (--left_ > 0) return;
     ++at_;
     start();
   }
@@ -33,7 +32,9 @@ class RequestStream {
  private:
   void start() {
     if (done()) return;
-    address_ = bursts_[at_].address;
+    const std::uint64_t offset = bursts_[at_].address & (transaction_ - 1);
+    address_ = bursts_[at_].address - offset;
+    left_ = (offset + options_.burst_bytes + transaction_ - 1) / transaction_;
     if (!options_.timed) return;
     const double clock = std::ceil(static_cast<double>(bursts_[at_].cycle) * options_.cycle_ns / tck_ns_ - 1e-9);
     constexpr double kMaxClock = 4503599627370496.0;
@@ -47,7 +48,7 @@ class RequestStream {
   std::uint64_t transaction_;
   double tck_ns_;
   std::size_t at_ = 0;
-  std::uint64_t address_ = 0;
+  std::uint64_t address_ = 0, left_ = 0;
   DramClock due_ = 0;
 };
 
