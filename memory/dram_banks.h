@@ -58,6 +58,11 @@ class DramBanks {
   // The next clock at which something may be seen from outside: a completion, or a place in a queue that a command has
   // left. Later than now(); kNoDramClock when nothing is under way.
   DramClock next_event();
+  // The same for a place in the queues of the address's channel alone: when to ask again what was refused.
+  DramClock next_place(std::uint64_t address) {
+    DramChannel& channel = channels_[map_.channel(address)];
+    return channel.idle() ? kNoDramClock : channel.next_clock() + 1;
+  }
   // Lets time pass: commands of clocks before `until` are issued; completions of clocks up to `until` are appended.
   // `until` is not before now().
   void advance(DramClock until, std::vector<DramCompletion>& completions);

@@ -104,8 +104,10 @@ DramReplayResult replay_bursts(DramBanks& dram, const std::vector<Burst>& bursts
       ++result.transactions;
       stream.next();
     }
-    DramClock next = dram.next_event();
-    if (!stream.done() && stream.due() > dram.now()) next = std::min(next, stream.due());
+    // Nothing else changes what comes next: the time of the next request, or a place for it.
+    const DramClock next = stream.done()               ? dram.next_event()
+                           : stream.due() > dram.now() ? stream.due()
+                                                       : dram.next_place(stream.address());
     if (next == kNoDramClock) break;
     completions.clear();
     dram.advance(next, completions);
