@@ -15,13 +15,14 @@
 namespace tessera::memory {
 namespace {
 
-// [assumed] Longer than the queues of any memory that the traces were played to keep a read.
-constexpr double kHoldNs = 4000, kMaxHoldNs = 64000;
-constexpr std::uint64_t kHoldTransactions = 512;
+// [assumed] Longer than the queues of the memories that traces were played to keep a read: DRAMsim3 serves none while
+// writes keep its queue of 32 full, so that only reads that follow push one through.
+constexpr double kHoldNs = 4000, kMaxHoldNs = 1e9;
+constexpr std::uint64_t kHoldReads = 512;
 
 ReadWriteOrder::Bound hold_bound(double clock_mhz) {
   const auto clocks = [&](double ns) { return static_cast<std::uint64_t>(std::ceil(ns * clock_mhz * 1e-3)); };
-  return {clocks(kHoldNs), kHoldTransactions, clocks(kMaxHoldNs)};
+  return {clocks(kHoldNs), kHoldReads, clocks(kMaxHoldNs)};
 }
 
 // "0xADDRESS READ|WRITE CYCLE" with any blanks between; false: it is not.
@@ -49,18 +50,18 @@ bool ReadWriteOrder::must_wait(const Address& address, const Burst& burst) const
   if (!burst.write || !address.read) return false;
   const std::uint64_t cycle = std::max(cycle_, burst.cycle);
   if (cycle >= address.read_cycle + bound_.max_cycles) return false;
-  return cycle < address.read_cycle + bound_.cycles || number_ - address.read_number < bound_.transactions;
+  return cycle < address.read_cycle + bound_.cycles || number_ - address.read_number < bound_.reads;
 }
 
 void ReadWriteOrder::hold_until_free(std::uint64_t address, const Address& state) {
-  releases_.push({state.read_number + bound_.transactions, state.read_cycle + bound_.cycles,
+  releases_.push({state.read_number + bound_.reads, state.read_cycle + bound_.cycles,
                   state.read_cycle + bound_.max_cycles, address});
 }
 
 void ReadWriteOrder::emit(Burst burst, Address& state) {
   burst.cycle = cycle_ = std::max(cycle_, burst.cycle);
-  ++number_;
   if (!burst.write) {
+    ++number_;
     state.read = true;
     state.read_cycle = burst.cycle;
     state.read_number = number_;
@@ -90,7 +91,7 @@ void ReadWriteOrder::release(std::uint64_t cycle, bool all) {
 
 // Reads that no write has to wait for any more.
 void ReadWriteOrder::forget(std::uint64_t cycle) {
-  while (!reads_.empty() && number_ - reads_.front().first >= bound_.transactions) {
+  while (!reads_.empty() && number_ - reads_.front().first >= bound_.reads) {
     const auto found = addresses_.find(reads_.front().second);
     if (found != addresses_.end() && found->second.read_number == reads_.front().first) {
       if (cycle < found->second.read_cycle + bound_.cycles) return;

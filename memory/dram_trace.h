@@ -23,7 +23,7 @@ struct Burst {
 
 // Keeps writes away from reads of the same address that may be outstanding: a memory that takes both at once may do them
 // in either order, and DRAMsim3 then waits without end. Bursts go through in the order in which they come; a write is
-// held until its address's last read lies `transactions` bursts and `cycles` back, or `max_cycles`, and what touches the
+// held until its address's last read lies `reads` reads and `cycles` back, or `max_cycles`, and what touches the
 // address after it waits behind it.
 //
 // Invariants (cited by the tests):
@@ -33,7 +33,7 @@ struct Burst {
 class ReadWriteOrder {
  public:
   struct Bound {
-    std::uint64_t cycles = 0, transactions = 0, max_cycles = 0;
+    std::uint64_t cycles = 0, reads = 0, max_cycles = 0;
   };
   ReadWriteOrder(const Bound& bound, std::function<void(const Burst&)> out) : bound_(bound), out_(std::move(out)) {}
 
@@ -75,7 +75,7 @@ struct DramTraceUnits {
 // `--dram-trace`: transactions as text, a line each: "0xADDRESS READ|WRITE CYCLE", the form of DRAMsim3 and of drivers of
 // Ramulator 2's External front end; where the file's name ends in .loadstore that of Ramulator 2's LoadStoreTrace, which
 // keeps no time: "LD|ST 0xADDRESS". Cycles are those of the memory's clock; frames follow each other without a gap.
-// Neighbouring bursts of one transaction are one line. ReadWriteOrder holds writes back by 512 lines and 4 us, 64 us at
+// Neighbouring bursts of one transaction are one line. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at
 // most. Throws WriteError.
 class DramTrace {
  public:
