@@ -27,9 +27,9 @@ struct Burst {
 // address after it waits behind it.
 //
 // Invariants (cited by the tests):
-//   DT3  A write comes no sooner after a read of its address than that, but at the end of the stream, where bursts to
+//   RW1  A write comes no sooner after a read of its address than that, but at the end of the stream, where bursts to
 //        put between them run out: there cycles alone part them.
-//   DT4  Bursts come out once each; those of one address in their order; cycles never fall.
+//   RW2  Bursts come out once each; those of one address in their order; cycles never fall.
 class ReadWriteOrder {
  public:
   struct Bound {

@@ -172,6 +172,7 @@ TEST(DramBanks, IdleTimeIsRefreshedAndCostsNoStepPerClock) {
   EXPECT_EQ(dram.next_event(), kNoDramClock);
 }
 
+// DB4
 TEST(DramBanks, AFullQueueRefusesAndSaysWhenToAskAgain) {
   const DramSpec spec = one_channel();
   DramBanks dram(spec);
@@ -230,7 +231,7 @@ std::vector<std::pair<DramClock, Request>> requests_of(const Stream& stream, std
 }
 
 Played play(const DramSpec& spec, const Stream& stream, std::size_t count, DramCounters* counters = nullptr,
-            DramClock most_step = kNoDramClock) {
+            DramClock max_step = kNoDramClock) {
   DramBanks dram(spec);
   Played run;
   dram.log_into(&run.log);
@@ -241,7 +242,7 @@ Played play(const DramSpec& spec, const Stream& stream, std::size_t count, DramC
       ++i;
     DramClock next = dram.next_event();
     if (i < requests.size() && requests[i].first > dram.now()) next = std::min(next, requests[i].first);
-    if (most_step != kNoDramClock) next = std::min(next, dram.now() + most_step);
+    if (max_step != kNoDramClock) next = std::min(next, dram.now() + max_step);
     dram.advance(next, run.completions);
   }
   if (counters != nullptr) *counters = dram.counters();
@@ -270,7 +271,7 @@ TEST(DramProtocol, EveryPairOfCommandsKeepsItsTiming) {
       EXPECT_EQ(test::ProtocolChecker(spec).check(play(spec, stream, 3000).log), "") << spec.type << stream.seed;
 }
 
-// DB1 needs each of its rules: a controller that believes one timing to be shorter is caught.
+// DB1: the checker needs each of its rules: a controller that believes one timing to be shorter is caught.
 TEST(DramProtocol, EachTimingThatIsBrokenIsCaught) {
   struct Twin {
     const char* rule;
