@@ -1,27 +1,193 @@
 #include "memory/dram_trace.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iterator>
+#include <string_view>
 
 #include <fmt/format.h>
 
-namespace tessera::memory {
+#include "base/error.h"
+#include "base/text.h"
+#include "base/whole_file.h"
 
-DramTrace::DramTrace(const std::filesystem::path& file) : file_(file), ramulator_(file.extension() == ".ramulator") {}
+namespace tessera::memory {
+namespace {
+
+// [assumed] Longer than the queues of the memories that traces were played to keep a read: DRAMsim3 serves none while
+// writes keep its queue of 32 full, so that only reads that follow push one through.
+constexpr double kHoldNs = 4000, kMaxHoldNs = 1e9;
+constexpr std::uint64_t kHoldReads = 512;
+
+ReadWriteOrder::Bound hold_bound(double clock_mhz) {
+  const auto clocks = [&](double ns) { return static_cast<std::uint64_t>(std::ceil(ns * clock_mhz * 1e-3)); };
+  return {clocks(kHoldNs), kHoldReads, clocks(kMaxHoldNs)};
+}
+
+// "0xADDRESS READ|WRITE CYCLE" with any blanks between; false: it is not.
+bool parse_burst(std::string_view line, Burst& burst) {
+  const auto word = [&line] {
+    constexpr std::string_view kBlanks = " \t\r";
+    line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+    const std::string_view found = line.substr(0, line.find_first_of(kBlanks));
+    line.remove_prefix(found.size());
+    return found;
+  };
+  const auto number = [](std::string_view text, int base, std::uint64_t& value) {
+    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+    return fault == std::errc{} && end == text.data() + text.size();
+  };
+  const std::string_view address = word(), kind = word(), cycle = word();
+  burst.write = kind == "WRITE";
+  return (address.starts_with("0x") || address.starts_with("0X")) && number(address.substr(2), 16, burst.address) &&
+         (burst.write || kind == "READ") && number(cycle, 10, burst.cycle) && word().empty();
+}
+
+}  // namespace
+
+bool ReadWriteOrder::must_wait(const Address& address, const Burst& burst) const {
+  if (!burst.write || !address.read) return false;
+  const std::uint64_t cycle = std::max(cycle_, burst.cycle);
+  if (cycle >= address.read_cycle + bound_.max_cycles) return false;
+  return cycle < address.read_cycle + bound_.cycles || number_ - address.read_number < bound_.reads;
+}
+
+void ReadWriteOrder::hold_until_free(std::uint64_t address, const Address& state) {
+  releases_.push({state.read_number + bound_.reads, state.read_cycle + bound_.cycles,
+                  state.read_cycle + bound_.max_cycles, address});
+}
+
+void ReadWriteOrder::emit(Burst burst, Address& state) {
+  burst.cycle = cycle_ = std::max(cycle_, burst.cycle);
+  if (!burst.write) {
+    ++number_;
+    state.read = true;
+    state.read_cycle = burst.cycle;
+    state.read_number = number_;
+    reads_.emplace_back(number_, burst.address);
+  }
+  out_(burst);
+}
+
+// What was held and may go at `cycle`.
+void ReadWriteOrder::release(std::uint64_t cycle, bool all) {
+  while (!releases_.empty()) {
+    const Release top = releases_.top();
+    const bool free = number_ >= top.number && cycle >= top.cycle;
+    if (!all && !free && cycle < top.late_cycle) return;
+    releases_.pop();
+    Address& state = addresses_[top.address];
+    // No later than the burst that is added; at the end, when the bound is kept.
+    cycle_ = std::max(cycle_, all ? top.cycle : cycle);
+    do {
+      const Burst burst = state.held.front();
+      state.held.pop_front();
+      emit(burst, state);
+    } while (!state.held.empty() && !must_wait(state, state.held.front()));
+    if (!state.held.empty()) hold_until_free(top.address, state);
+  }
+}
+
+// Reads that no write has to wait for any more.
+void ReadWriteOrder::forget(std::uint64_t cycle) {
+  while (!reads_.empty() && number_ - reads_.front().first >= bound_.reads) {
+    const auto found = addresses_.find(reads_.front().second);
+    if (found != addresses_.end() && found->second.read_number == reads_.front().first) {
+      if (cycle < found->second.read_cycle + bound_.cycles) return;
+      if (found->second.held.empty()) addresses_.erase(found);
+    }
+    reads_.pop_front();
+  }
+}
+
+void ReadWriteOrder::add(const Burst& burst) {
+  release(burst.cycle, false);
+  forget(burst.cycle);
+  const auto found = addresses_.find(burst.address);
+  if (found == addresses_.end() && burst.write) {
+    Address none;
+    emit(burst, none);
+    return;
+  }
+  Address& state = found == addresses_.end() ? addresses_[burst.address] : found->second;
+  if (!state.held.empty()) {
+    state.held.push_back(burst);
+  } else if (must_wait(state, burst)) {
+    state.held.push_back(burst);
+    hold_until_free(burst.address, state);
+  } else {
+    emit(burst, state);
+  }
+}
+
+void ReadWriteOrder::finish() { release(cycle_, true); }
+
+DramTrace::DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, double gpu_mhz,
+                     std::uint32_t burst_bytes)
+    : file_(file),
+      units_(units),
+      cycles_per_cycle_(units.clock_mhz / gpu_mhz),
+      burst_bytes_(burst_bytes),
+      load_store_(file.extension() == ".loadstore"),
+      order_(hold_bound(units.clock_mhz), [this](const Burst& transaction) { write(transaction); }) {}
+
+void DramTrace::write(const Burst& transaction) {
+  ++transactions_;
+  if (load_store_)
+    fmt::format_to(std::back_inserter(text_), "{} 0x{:x}\n", transaction.write ? "ST" : "LD", transaction.address);
+  else
+    fmt::format_to(std::back_inserter(text_), "0x{:x} {} {}\n", transaction.address,
+                   transaction.write ? "WRITE" : "READ", transaction.cycle);
+}
+
+void DramTrace::add_transaction(const Burst& transaction) {
+  const bool same = any_ && transaction.address == last_.address && transaction.write == last_.write;
+  last_ = transaction, any_ = true;
+  // Of a burst as large as a transaction each is a line.
+  if (!same || units_.transaction_bytes <= burst_bytes_) order_.add(transaction);
+}
 
 void DramTrace::add(std::span<const Burst> bursts, double frame_cycles) {
-  fmt::memory_buffer text;
   for (const Burst& burst : bursts) {
-    if (ramulator_)
-      fmt::format_to(std::back_inserter(text), "{} 0x{:x}\n", burst.write ? "ST" : "LD", burst.address);
-    else
-      fmt::format_to(std::back_inserter(text), "0x{:x} {} {}\n", burst.address, burst.write ? "WRITE" : "READ",
-                     start_ + burst.cycle);
+    const auto cycle = static_cast<std::uint64_t>(static_cast<double>(start_ + burst.cycle) * cycles_per_cycle_);
+    const std::uint64_t first = burst.address & ~std::uint64_t{units_.transaction_bytes - 1};
+    for (std::uint64_t at = first; at - first < burst_bytes_; at += units_.transaction_bytes)
+      add_transaction({cycle, at, burst.write});
   }
-  file_.write({text.data(), text.size()});
+  file_.write(text_);
+  text_.clear();
   start_ += static_cast<std::uint64_t>(std::ceil(frame_cycles));
 }
 
-void DramTrace::commit() { file_.commit(); }
+void DramTrace::commit() {
+  order_.finish();
+  file_.write(text_);
+  text_.clear();
+  file_.commit();
+}
+
+std::vector<Burst> read_dram_trace(const std::filesystem::path& file, std::uint64_t max_bytes) {
+  const std::string name = escape_control(file.string());
+  const std::vector<std::uint8_t> bytes = read_whole_file(file, max_bytes, name);
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  std::vector<Burst> bursts;
+  bursts.reserve(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1);
+  std::uint64_t last = 0;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    Burst burst;
+    if (!parse_burst(line, burst))
+      throw InputError(name, fmt::format("line {}", number),
+                       fmt::format("\"{}\": expected 0xADDRESS READ|WRITE CYCLE", escape_control(line, 60)));
+    if (burst.cycle < last)
+      throw InputError(name, fmt::format("line {}", number),
+                       fmt::format("cycle {} after cycle {}: cycles must not fall", burst.cycle, last));
+    last = burst.cycle;
+    bursts.push_back(burst);
+  }
+  return bursts;
+}
 
 }  // namespace tessera::memory

@@ -1,8 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <functional>
+#include <queue>
 #include <span>
+#include <unordered_map>
+#include <vector>
 
 #include "base/output_file.h"
 
@@ -12,23 +17,92 @@ namespace tessera::memory {
 struct Burst {
   std::uint64_t cycle = 0, address = 0;
   bool write = false;
+
+  bool operator==(const Burst&) const = default;
 };
 
-// `--dram-trace`: bursts as text, a line each. Form of DRAMsim3: "0xADDRESS READ|WRITE CYCLE"; where the file's name
-// ends in .ramulator that of Ramulator 2's LoadStoreTrace: "LD|ST 0xADDRESS". Cycles are those of the GPU's clock;
-// frames follow each other without a gap. Throws WriteError.
+// Keeps writes away from reads of the same address that may be outstanding: a memory that takes both at once may do them
+// in either order, and DRAMsim3 then waits without end. Bursts go through in the order in which they come; a write is
+// held until its address's last read lies `reads` reads and `cycles` back, or `max_cycles`, and what touches the
+// address after it waits behind it.
+//
+// Invariants (cited by the tests):
+//   RW1  A write comes no sooner after a read of its address than that, but at the end of the stream, where bursts to
+//        put between them run out: there cycles alone part them.
+//   RW2  Bursts come out once each; those of one address in their order; cycles never fall.
+class ReadWriteOrder {
+ public:
+  struct Bound {
+    std::uint64_t cycles = 0, reads = 0, max_cycles = 0;
+  };
+  ReadWriteOrder(const Bound& bound, std::function<void(const Burst&)> out) : bound_(bound), out_(std::move(out)) {}
+
+  void add(const Burst& burst);
+  void finish();
+
+ private:
+  struct Address {
+    std::uint64_t read_cycle = 0, read_number = 0;
+    bool read = false;
+    std::deque<Burst> held;
+  };
+  struct Release {
+    std::uint64_t number = 0, cycle = 0, late_cycle = 0, address = 0;
+    bool operator<(const Release& other) const {  // the first on top
+      return number != other.number ? number > other.number : address > other.address;
+    }
+  };
+  bool must_wait(const Address& address, const Burst& burst) const;
+  void hold_until_free(std::uint64_t address, const Address& state);
+  void release(std::uint64_t cycle, bool all);
+  void emit(Burst burst, Address& state);
+  void forget(std::uint64_t cycle);
+
+  Bound bound_;
+  std::function<void(const Burst&)> out_;
+  std::uint64_t number_ = 0, cycle_ = 0;
+  std::unordered_map<std::uint64_t, Address> addresses_;
+  std::priority_queue<Release> releases_;
+  std::deque<std::pair<std::uint64_t, std::uint64_t>> reads_;  // number, address: of those to forget
+};
+
+// What a trace's lines count in.
+struct DramTraceUnits {
+  double clock_mhz = 800;                // of the memory: CK of LPDDR5-6400
+  std::uint32_t transaction_bytes = 64;  // what a line moves; addresses are multiples of it
+};
+
+// `--dram-trace`: transactions as text, a line each: "0xADDRESS READ|WRITE CYCLE", the form of DRAMsim3 and of drivers of
+// Ramulator 2's External front end; where the file's name ends in .loadstore that of Ramulator 2's LoadStoreTrace, which
+// keeps no time: "LD|ST 0xADDRESS". Cycles are those of the memory's clock; frames follow each other without a gap.
+// Neighbouring bursts of one transaction are one line. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at
+// most. Throws WriteError.
 class DramTrace {
  public:
-  explicit DramTrace(const std::filesystem::path& file);
+  // `gpu_mhz`, `burst_bytes`: of the bursts that are added.
+  DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, double gpu_mhz, std::uint32_t burst_bytes);
 
   // The bursts of a frame, in the order of their cycles, and the cycles that it takes.
   void add(std::span<const Burst> bursts, double frame_cycles);
   void commit();
+  std::uint64_t transactions() const { return transactions_; }
 
  private:
+  void add_transaction(const Burst& transaction);
+  void write(const Burst& transaction);
+
   OutputFile file_;
-  std::uint64_t start_ = 0;
-  bool ramulator_;
+  DramTraceUnits units_;
+  double cycles_per_cycle_;
+  std::uint64_t burst_bytes_, start_ = 0, transactions_ = 0;
+  Burst last_;
+  bool any_ = false, load_store_;
+  ReadWriteOrder order_;
+  std::string text_;
 };
+
+// Reads the form of DRAMsim3. Any bytes are taken: what is not a line of it, or whose cycle falls, throws InputError with
+// the line's number. LimitError beyond `max_bytes`.
+std::vector<Burst> read_dram_trace(const std::filesystem::path& file, std::uint64_t max_bytes);
 
 }  // namespace tessera::memory

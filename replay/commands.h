@@ -27,6 +27,7 @@ std::unique_ptr<Command> make_compare_command(CLI::App& app);
 std::unique_ptr<Command> make_sweep_command(CLI::App& app);
 std::unique_ptr<Command> make_tradeoff_command(CLI::App& app);
 std::unique_ptr<Command> make_report_command(CLI::App& app);
+std::unique_ptr<Command> make_dram_command(CLI::App& app);
 std::unique_ptr<Command> make_describe_command(CLI::App& app);
 std::unique_ptr<Command> make_selfcheck_command(CLI::App& app);
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -93,13 +94,21 @@ class ReplayCommand final : public Command {
     app.add_option("--trace-tiles", trace_tiles_,
                    "Numbers of the tiles that --trace shows, row by row, B not included (default: all)")
         ->type_name("A:B");
-    app.add_option(
-           "--dram-trace", dram_trace_,
-           "Write every burst over the memory interface as DRAMsim3 reads it; FILE.ramulator: as Ramulator 2 does")
+    app.add_option("--dram-trace", dram_trace_,
+                   "Write every transaction over the memory interface with its memory clock, as DRAMsim3 and drivers "
+                   "of Ramulator 2 "
+                   "read it; FILE.loadstore: as Ramulator 2's LoadStoreTrace does, without time")
         ->type_name("FILE");
     app.add_option("--record", record_,
                    "Write what the units did in each frame, to be timed on other machines: tessera time FILE")
         ->type_name("FILE");
+    app.add_option("--dram-clock", dram_clock_mhz_, "Clock of the memory that --dram-trace counts cycles of, in MHz")
+        ->type_name("MHZ")
+        ->capture_default_str();
+    app.add_option(
+           "--dram-transaction", dram_transaction_,
+           "Bytes of a transaction of --dram-trace: a power of two from 16 to 1024 (default: the machine's burst)")
+        ->type_name("BYTES");
     app.add_flag("--baselines", baselines_,
                  "Run other ways to bin the same frames as well, and print all side by side: patches whole, triangles "
                  "with vertices, positions or references, no bins at all");
@@ -210,6 +219,13 @@ class ReplayCommand final : public Command {
     }
   }
 
+  memory::DramTraceUnits dram_units(std::uint64_t burst_bytes) const {
+    const auto bytes = dram_transaction_.value_or(static_cast<std::uint32_t>(burst_bytes));
+    if (dram_transaction_ && (!std::has_single_bit(bytes) || bytes < 16 || bytes > 1024))
+      throw UsageError(fmt::format("--dram-transaction {}: expected a power of two from 16 to 1024", bytes));
+    return {check_number("--dram-clock", dram_clock_mhz_, 1, 100000), bytes};
+  }
+
   // The files of --trace, --dram-trace and --save-history.
   class NamedFiles {
    public:
@@ -227,12 +243,14 @@ class ReplayCommand final : public Command {
       if (!(command.trace_ + command.dram_trace_ + command.record_ + command.save_history_).empty())
         make_folder(command.out_);
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
-      if (!command.dram_trace_.empty()) dram_.emplace(command.dram_trace_);
       if (!command.record_.empty())
         record_.emplace(command.record_, gpu::record_head(fs::path(command.capture_).filename().string(), gpu, settings,
                                                           request.region.width(), request.region.height()));
       map_ = address_map(renderer, gpu, settings, request);
       burst_bytes_ = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
+      if (!command.dram_trace_.empty())
+        dram_.emplace(command.dram_trace_, command.dram_units(burst_bytes_), gpu.clock_mhz,
+                      static_cast<std::uint32_t>(burst_bytes_));
       if (!command.save_history_.empty()) history_.emplace(command.save_history_);
     }
     void add(const gpu::FrameResult& result) {
@@ -349,6 +367,8 @@ class ReplayCommand final : public Command {
   std::vector<std::string> sets_, aux_;
   std::optional<std::string> spp_, seed_;
   std::string history_, save_history_;
+  double dram_clock_mhz_ = 800;
+  std::optional<std::uint32_t> dram_transaction_;
   int warmup_ = 0;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;

@@ -139,7 +139,7 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
 TEST(DramTrace, HoldsEveryBurstOfTheLedgerInTheFormsOfBothMemorySimulators) {  // DT1, DT2
   const test::TemporaryFolder out;
   for (const auto& [name, desampling] :
-       {std::pair{"d.trace", "off"}, {"d.ramulator", "off"}, {"d.trace", "adaptive"}}) {
+       {std::pair{"d.trace", "off"}, {"d.loadstore", "off"}, {"d.trace", "adaptive"}}) {
     const std::string file = (out / name).string();
     ASSERT_EQ(run_tessera({"replay", capture("vases"), "--size", "320x180", "--frames", "0:2", "--set",
                            std::string("resolve.desampling=") + desampling, "--quiet", "--out", out.path().string(),
