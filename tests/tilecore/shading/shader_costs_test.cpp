@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -350,8 +351,43 @@ std::set<std::string> features_of(const std::string& name) {
 }
 
 TEST(ShaderFeatures, AreThoseOfTheShippedCapturesMaterials) {
-  for (const char* name : {"eggs", "vases", "garden", "flyby", "serpent", "workshop", "city", "stroll"})
-    for (const std::string& line : features_of(name)) std::printf("%s %s\n", name, line.c_str());
+  const std::map<std::string, std::set<std::string>> expected = {
+      {"eggs",
+       {"displaced_patch: lit base_color", "displaced_patch: lit base_color occlusion apart",
+        "displaced_patch: lit emissive"}},
+      {"vases", {"patch: lit", "patch: lit base_color", "patch: lit base_color occlusion apart", "triangles: lit"}},
+      {"garden",
+       {"displaced_patch: lit base_color colors", "patch: lit", "patch: lit base_color colors", "patch: lit colors",
+        "triangles: unlit base_color"}},
+      {"flyby", {"patch: lit base_color", "triangles: lit", "triangles: lit base_color"}},
+      {"serpent", {"triangles: lit", "triangles: lit base_color"}},
+      {"workshop", {"computed: lit"}},
+      {"city",
+       {"displaced_patch: lit base_color colors", "patch: lit", "patch: lit base_color colors", "patch: lit colors",
+        "triangles: unlit base_color"}},
+      {"stroll", {"patch: lit", "patch: lit base_color", "patch: lit base_color occlusion apart", "triangles: lit"}}};
+  for (const auto& [name, features] : expected) EXPECT_EQ(features_of(name), features) << name;
+}
+
+TEST(ShaderFeatures, AreWhatTheShaderOfAMaterialReads) {
+  const auto texture =
+      std::make_shared<const shaders::Texture>(std::vector<shaders::Texture::Level>{{1, 1, {255, 255, 255, 255}}},
+                                               shaders::ColorSpace::kLinear, shaders::TexelBlocks{});
+  scene::Material material;
+  for (scene::TextureSlot* slot : material.slots()) slot->texture = texture;
+  ShaderFeatures all;
+  all.base_color = all.metallic_roughness = all.occlusion = all.emissive = true, all.normals = Normals::kMapped;
+  EXPECT_EQ(material_features(material), all);
+  material.emissive_texture.texcoord = 1;
+  all.coordinates = 2;
+  EXPECT_EQ(material_features(material), all);
+  material.unlit = true;
+  ShaderFeatures base;
+  base.unlit = base.base_color = true;
+  EXPECT_EQ(material_features(material), base) << "nothing but colour";
+  material.glows_unlit = true;
+  base.emissive = true, base.coordinates = 2;
+  EXPECT_EQ(material_features(material), base);
 }
 
 }  // namespace
