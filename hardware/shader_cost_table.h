@@ -1,0 +1,11 @@
+#pragma once
+
+#include <map>
+#include <string_view>
+
+namespace tessera::hardware {
+
+// The text of shader_costs.csv, by the name of the file.
+const std::map<std::string_view, std::string_view>& shader_cost_table();
+
+}  // namespace tessera::hardware

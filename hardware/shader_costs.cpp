@@ -1,0 +1,151 @@
+#include "hardware/shader_costs.h"
+
+#include "hardware/shader_cost_table.h"
+
+#include <algorithm>
+#include <charconv>
+#include <initializer_list>
+#include <utility>
+#include <vector>
+
+#include "base/check.h"
+
+namespace tessera::hardware {
+
+// The text of shader_costs.csv; generated.
+
+namespace {
+
+using Features = ShaderFeatures;
+
+constexpr std::array<std::string_view, 4> kSurfaceNames = {"triangles", "patch", "displaced_patch", "computed"};
+constexpr std::array<std::string_view, 3> kMotionNames = {"still", "moving", "deforming"};
+constexpr std::array<std::string_view, Features::kLightKinds> kLightNames = {"directional", "point", "point_in_range",
+                                                                             "spot", "spot_in_range"};
+
+std::string_view take(std::string_view& text, char end) {
+  const std::size_t at = std::min(text.find(end), text.size());
+  const std::string_view part = text.substr(0, at);
+  text.remove_prefix(std::min(at + 1, text.size()));
+  return part;
+}
+
+std::int32_t whole_number(std::string_view text) {
+  std::int32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  TESSERA_CHECK(error == std::errc() && end == text.data() + text.size(), "shader_costs.csv holds whole numbers");
+  return value;
+}
+
+// Sorted by name.
+std::vector<ShaderCostRow> read_table(std::string_view text) {
+  std::vector<ShaderCostRow> rows;
+  bool heading = true;
+  while (!text.empty()) {
+    std::string_view line = take(text, '\n');
+    if (line.empty() || line.front() == '#') continue;
+    if (std::exchange(heading, false)) continue;
+    ShaderCostRow row;
+    row.name = take(line, ',');
+    for (std::int32_t* number : {&row.cost.vector_operations, &row.cost.transcendental, &row.cost.scalar,
+                                 &row.cost.texture_instructions, &row.cost.memory, &row.cost.registers})
+      *number = whole_number(take(line, ','));
+    rows.push_back(row);
+  }
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return rows;
+}
+
+const ShaderCost& row_of(std::string_view name) {
+  const std::span<const ShaderCostRow> rows = shader_cost_rows();
+  const auto at =
+      std::lower_bound(rows.begin(), rows.end(), name, [](const auto& row, auto wanted) { return row.name < wanted; });
+  TESSERA_CHECK(at != rows.end() && at->name == name, "every feature of a shader has its row");
+  return at->cost;
+}
+
+void add(ShaderCost& sum, const ShaderCost& cost, std::int32_t times = 1) {
+  sum.vector_operations += times * cost.vector_operations;
+  sum.transcendental += times * cost.transcendental;
+  sum.scalar += times * cost.scalar;
+  sum.texture_instructions += times * cost.texture_instructions;
+  sum.memory += times * cost.memory;
+  // Lights follow each other, and so do coordinates: what one needs the next one takes over.
+  sum.registers += cost.registers;
+}
+
+std::string joined(std::initializer_list<std::string_view> parts) {
+  std::string name;
+  for (const std::string_view part : parts) name.append(name.empty() ? "" : "/").append(part);
+  return name;
+}
+
+// Of a pixel shader: what its textures and vertex colours add.
+void add_textures(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
+                  ShaderCost& sum) {
+  const std::string_view corners = f.surface == Features::Surface::kTriangles ? "triangles" : "patch";
+  if (f.vertex_colors) add(sum, row_of(joined({"add/vertex_colors", corners})));
+  const bool mapped = f.normals != Features::Normals::kOfSurface;
+  const std::array<std::pair<bool, std::string_view>, 4> slots = {{{f.base_color, "add/base_color"},
+                                                                   {f.metallic_roughness, "add/metallic_roughness"},
+                                                                   {f.occlusion, "add/occlusion"},
+                                                                   {f.emissive, "add/emissive"}}};
+  for (const auto& [there, name] : slots)
+    if (there) add(sum, row_of(joined({name, derivatives})));
+  const bool any = std::any_of(slots.begin(), slots.end(), [](const auto& slot) { return slot.first; });
+  if (any || mapped) {
+    // The row has the first texture, the base colour's, as well.
+    add(sum, row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
+    add(sum, row_of(joined({"add/base_color", derivatives})), -1);
+    if (f.coordinates > 1) add(sum, row_of(joined({"add/coordinate_apart", corners, derivatives})), f.coordinates - 1);
+  }
+  if (!mapped) return;
+  const bool given = f.normals == Features::Normals::kMappedAlongTangents;
+  add(sum, row_of(joined({"add/normal", surface, motion, given ? "along_tangents" : "mapped"})));
+  if (!f.quads) {  // the row is of quads; its lookup's level of detail is that of any other texture
+    add(sum, row_of("add/base_color/surface"));
+    add(sum, row_of("add/base_color/quads"), -1);
+  }
+}
+
+}  // namespace
+
+std::span<const ShaderCostRow> shader_cost_rows() {
+  static const std::vector<ShaderCostRow> kRows = read_table(shader_cost_table().at("shader_costs.csv"));
+  return kRows;
+}
+
+ShaderCost shader_cost(const ShaderFeatures& f) {
+  const std::string_view surface = kSurfaceNames[static_cast<std::size_t>(f.surface)];
+  const bool patch = f.surface == Features::Surface::kPatch || f.surface == Features::Surface::kDisplacedPatch;
+  // Vertices come posed: there is nothing to evaluate twice but patches.
+  const Features::Motion motion_taken = patch ? f.motion : std::min(f.motion, Features::Motion::kMoving);
+  const std::string_view motion = kMotionNames[static_cast<std::size_t>(motion_taken)];
+  const std::string_view derivatives = f.quads ? "quads" : "surface";
+  ShaderCost sum;
+  if (f.stage == Features::Stage::kDomain) {
+    TESSERA_CHECK(patch, "domain shaders are those of patches");
+    return row_of(joined({"domain", surface, motion}));
+  }
+  if (f.stage == Features::Stage::kAlphaTest) {
+    TESSERA_CHECK(f.surface != Features::Surface::kComputed, "procedures have no alpha test");
+    add(sum, row_of(joined({"alpha_test", surface, motion, derivatives})));
+    if (f.vertex_colors) add(sum, row_of(joined({"add/vertex_colors", patch ? "patch" : "triangles"})));
+    return sum;
+  }
+  add(sum, f.unlit ? row_of("unlit") : row_of(joined({"lit", surface, motion})));
+  if (f.surface != Features::Surface::kComputed) add_textures(f, surface, motion, derivatives, sum);
+  if (!f.unlit)
+    for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
+      if (f.lights[kind] > 0)
+        add(sum, row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
+  sum.registers = std::max(sum.registers, 1);
+  return sum;
+}
+
+double issue_cycles(const ShaderCost& cost, std::int64_t warp_lanes, std::int64_t lanes) {
+  const double passes = std::max(1.0, static_cast<double>(warp_lanes) / static_cast<double>(lanes));
+  return std::max(static_cast<double>(lane_clocks(cost)) * passes, static_cast<double>(cost.scalar));
+}
+
+}  // namespace tessera::hardware

@@ -1,0 +1,151 @@
+#pragma once
+
+// What a draw's constants are to a driver: which features a shader has is known when it is compiled, every number is in
+// a constant buffer. Stands in for scene/ and for tilecore/shading/draw_inputs.h under the names that lane_shader.inc
+// uses. Compiled by make_costs.py alone.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/vec.h"
+#include "shaders_cpp/metallic_roughness.h"
+
+namespace tessera::gpu_cost {
+
+#define TESSERA_CONSTANT __attribute__((address_space(4)))
+#define TESSERA_GLOBAL __attribute__((address_space(1)))
+
+using ImageResource = std::int32_t __attribute__((ext_vector_type(8)));
+using ImageSampler = std::int32_t __attribute__((ext_vector_type(4)));
+
+// A texture as descriptors have it.
+struct ImageConstants {
+  ImageResource resource;
+  ImageSampler sampler;
+  std::int32_t width[16], height[16];  // of each level
+  std::int32_t levels;
+};
+
+}  // namespace tessera::gpu_cost
+
+namespace tessera::shaders {
+
+struct TextureView {
+  const std::int32_t *width, *height;
+  const TESSERA_CONSTANT gpu_cost::ImageConstants* image;
+  bool quads = false;  // the hardware takes derivatives within quads
+};
+using HeightView = TextureView;
+struct Sampler {};
+// Slots with one number of a coordinate have one transform, too.
+template <class T>
+struct SharedByCoordinate : T {
+  using T::T;
+  using T::operator=;
+  bool operator==(const SharedByCoordinate&) const { return true; }
+};
+struct TextureTransform {
+  SharedByCoordinate<glm::mat2> matrix;
+  SharedByCoordinate<Vec2> offset;
+};
+
+}  // namespace tessera::shaders
+
+namespace tessera::scene {
+
+// Whether something is there is known when a shader is compiled, where is not: neither is a pointer that may be null.
+template <class T>
+struct Buffer {
+  bool there = false;
+  const TESSERA_GLOBAL T* first;
+  bool empty() const { return !there; }
+  const T* data() const { return (const T*)first; }  // NOLINT: between address spaces
+};
+
+struct Texture {
+  bool there = false;
+  shaders::TextureView seen;
+  shaders::TextureView view() const { return seen; }
+  const Texture* operator->() const { return this; }
+  bool operator==(std::nullptr_t) const { return !there; }
+};
+struct TextureSlot {
+  Texture texture;
+  shaders::Sampler sampler;
+  int texcoord = 0;
+  shaders::TextureTransform transform;
+};
+struct Displacement {
+  Texture texture;
+  shaders::Sampler sampler;
+  int texcoord = 0;
+  shaders::TextureTransform transform;
+  float scale = 1.0f, bias = 0.0f;
+};
+enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
+enum class MaterialTexture : std::uint8_t { kBaseColor, kMetallicRoughness, kNormal, kOcclusion, kEmissive };
+struct Material {
+  Vec4 base_color{1.0f};
+  float metallic = 1.0f, roughness = 1.0f;
+  Vec3 emissive{0.0f};
+  float normal_scale = 1.0f, occlusion_strength = 1.0f;
+  TextureSlot base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emissive_texture;
+  AlphaMode alpha_mode = AlphaMode::kBlend;
+  bool unlit = false, glows_unlit = false;
+  struct MaybeDisplacement {
+    bool there = false;
+    Displacement value;
+    explicit operator bool() const { return there; }
+    const Displacement& operator*() const { return value; }
+  } displacement;
+};
+struct Primitive {
+  enum class Kind : std::uint8_t { kTriangles, kBezierPatches, kProcedure };
+  struct Vertices {
+    std::array<Buffer<Vec2>, 2> texcoords;
+    Buffer<Vec4> colors;
+  } vertices;
+};
+struct Drawable {
+  Primitive::Kind kind;
+};
+struct PosedDrawable {
+  const Drawable* drawable = nullptr;
+  const Primitive* primitive = nullptr;
+  bool moving = false, deforming = false, mirrored = false;
+  std::array<Mat4, 2> to_raster, to_world;
+  std::array<Mat3, 2> normal_to_world;
+  std::array<Buffer<Vec3>, 2> positions, normals;
+  std::array<Buffer<Vec4>, 2> tangents;
+  std::array<Buffer<Vec4>, 2> raster;  // of posed vertices
+};
+
+}  // namespace tessera::scene
+
+namespace tessera::tilecore {
+
+struct DrawConstants {
+  const scene::PosedDrawable* drawable = nullptr;
+  const scene::Material* material = nullptr;
+  bool grid = false, half_attributes = false, quads = false;
+  bool orthographic = false, camera_moves = false;
+  Mat3 camera_to_world{1.0f};
+  Vec3 eye_open{0.0f}, eye_close{0.0f};
+  float center_x = 0, center_y = 0, scale = 1;
+  shaders::Lights lights;
+  float environment = 1;
+};
+
+// No texture unit is told of lookups.
+struct TextureLayoutView {
+  const std::int32_t *first_line, *lines_across;
+  int width_log2, height_log2;
+};
+inline constexpr std::size_t kTextureSlots = 5, kLookupLines = 8;
+struct LookupArrays {
+  std::array<const TextureLayoutView*, kTextureSlots> layout{};
+  std::array<std::array<std::int32_t*, kLookupLines>, kTextureSlots> line{};
+};
+
+}  // namespace tessera::tilecore

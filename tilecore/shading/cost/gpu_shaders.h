@@ -1,0 +1,303 @@
+#pragma once
+
+// Pixel shaders, alpha tests and domain shaders of one set of features each, from the text that the machine runs.
+// make_costs.py instantiates them, gives them the calling convention of pixel shaders (what is in `Uniforms` comes in
+// scalar registers, the other arguments in vector registers) and counts.
+
+#include "tilecore/shading/cost/gpu_stages.h"
+
+namespace tessera::gpu_cost {
+
+using tilecore::DrawConstants;
+using tilecore::kLookupLines;
+using tilecore::LookupArrays;
+using tilecore::TextureLayoutView;
+
+#include "tilecore/shading/lane_shader.inc"
+
+// Vertices come posed: where they are in the image is fetched like any other attribute.
+template <bool kSame>
+void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>>& in, LaneSurface<Lane<kSame>>& s) {
+  using Real = Lane<kSame>;
+  Point4<Real> corner[3];
+  for (int k = 0; k < 3; ++k)
+    for (std::size_t key = 0; key < (draw.drawable->moving ? 2u : 1u); ++key) {
+      const float* numbers = &draw.drawable->raster[key].data()->x;
+      const IntLane<kSame> at = in.vertex[k] * IntLane<kSame>(4);
+      const Point4<Real> there{gather(numbers, at), gather(numbers + 1, at), gather(numbers + 2, at),
+                               gather(numbers + 3, at)};
+      corner[k] = key == 0 ? there : at_time(corner[k], there, in.t);
+    }
+  const Point4<Real>&a = corner[0], &b = corner[1], &c = corner[2];
+  const Real* w = s.weight;
+  s.raster = {a.x * w[0] + b.x * w[1] + c.x * w[2], a.y * w[0] + b.y * w[1] + c.y * w[2],
+              a.z * w[0] + b.z * w[1] + c.z * w[2], a.w * w[0] + b.w * w[1] + c.w * w[2]};
+  s.raster_p = {b.x - a.x, b.y - a.y, b.z - a.z, b.w - a.w};
+  s.raster_q = {c.x - a.x, c.y - a.y, c.z - a.z, c.w - a.w};
+}
+
+// ---- What a draw has ------------------------------------------------------------------------------------------------
+
+struct TextureUniforms {
+  float transform[6];
+  ImageConstants image;
+};
+struct Uniforms {
+  const TESSERA_GLOBAL Vec3 *positions[2], *normals[2];
+  const TESSERA_GLOBAL Vec4 *tangents[2], *raster[2], *colors;
+  const TESSERA_GLOBAL Vec2* texcoords[2];
+  float to_raster[2][16], to_world[2][16], normal_to_world[2][9], camera[9], eye[3], center_x, center_y, scale;
+  float base_color[4], alpha_cutoff, metallic, roughness, emissive[3], normal_scale, occlusion_strength, environment;
+  float displacement_scale, displacement_bias;
+  TextureUniforms textures[6];
+  struct LightUniforms {
+    float color[3], position[3], direction[3], range, cos_inner, cos_outer;
+  } lights[2][2];  // at both keys
+};
+
+enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
+enum class Motion { kStill, kMoving, kDeforming };
+enum class Normals { kOfSurface, kMapped, kMappedAlongTangents };
+enum class LightKind { kDirectional, kPoint, kPointInRange, kSpot, kSpotInRange };
+
+// A shader's features. The same names as in hardware/shader_costs.h, which a compiler for the device cannot read.
+struct Shader {
+  Surface surface = Surface::kTriangles;
+  Motion motion = Motion::kStill;
+  bool quads = false, unlit = false, colors = false, base_color = false, metallic_roughness = false, occlusion = false,
+       emissive = false;
+  Normals normals = Normals::kOfSurface;
+  int lights = 0;
+  LightKind light = LightKind::kDirectional;
+  bool light_moves = false;
+  bool apart = false;  // emission has a texture coordinate of its own
+};
+
+template <class Matrix>
+Matrix matrix(const TESSERA_CONSTANT float* numbers) {
+  Matrix m(1.0f);
+  for (int c = 0; c < Matrix::length(); ++c)
+    for (int r = 0; r < Matrix::length(); ++r) m[c][r] = numbers[c * Matrix::length() + r];
+  return m;
+}
+inline Vec3 vector(const TESSERA_CONSTANT float* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
+
+template <class Slot>
+void set_slot(Slot& slot, const TESSERA_CONSTANT ImageConstants& image, const TESSERA_CONSTANT float* transform,
+              int set, bool quads) {
+  slot.texture.there = true;
+  slot.texture.seen = {(const std::int32_t*)image.width, (const std::int32_t*)image.height, &image, quads};  // NOLINT
+  slot.texcoord = set;
+  slot.transform.matrix = glm::mat2(transform[0], transform[1], transform[2], transform[3]);
+  slot.transform.offset = Vec2(transform[4], transform[5]);
+}
+
+inline shaders::Light light_of(const TESSERA_CONSTANT Uniforms::LightUniforms& u, LightKind kind) {
+  using Type = shaders::Light::Type;
+  shaders::Light light;
+  light.type = kind == LightKind::kDirectional                                 ? Type::kDirectional
+               : kind == LightKind::kPoint || kind == LightKind::kPointInRange ? Type::kPoint
+                                                                               : Type::kSpot;
+  light.color = vector(u.color), light.position = vector(u.position), light.direction = vector(u.direction);
+  // Whether there is a range is known when a shader is compiled; how long it is is not.
+  const bool limited = kind == LightKind::kPointInRange || kind == LightKind::kSpotInRange;
+  light.range = limited ? __builtin_fmaxf(u.range, 1e-6f) : 0.0f;
+  light.cos_inner = u.cos_inner, light.cos_outer = u.cos_outer;
+  return light;
+}
+
+// What a draw's constants point at, each apart: what points into itself a compiler keeps in memory.
+template <Shader S>
+void set_posed(const TESSERA_CONSTANT Uniforms& u, scene::PosedDrawable& posed) {
+  const auto set = [](auto& buffer, auto* first, bool there) { buffer.first = first, buffer.there = there; };
+  posed.moving = S.motion != Motion::kStill, posed.deforming = S.motion == Motion::kDeforming;
+  for (std::size_t key = 0; key < 2; ++key) {
+    set(posed.positions[key], u.positions[key], true), set(posed.normals[key], u.normals[key], true);
+    set(posed.raster[key], u.raster[key], true),
+        set(posed.tangents[key], u.tangents[key], S.normals == Normals::kMappedAlongTangents);
+    if (S.surface == Surface::kTriangles) {
+      posed.to_world[key] = Mat4(1.0f), posed.normal_to_world[key] = Mat3(1.0f);  // vertices come posed
+      continue;
+    }
+    posed.to_raster[key] = matrix<Mat4>(u.to_raster[key]), posed.to_world[key] = matrix<Mat4>(u.to_world[key]);
+    posed.normal_to_world[key] = matrix<Mat3>(u.normal_to_world[key]);
+  }
+}
+
+template <Shader S>
+void set_material(const TESSERA_CONSTANT Uniforms& u, scene::Material& material) {
+  material.base_color = {u.base_color[0], u.base_color[1], u.base_color[2], u.base_color[3]};
+  material.metallic = u.metallic, material.roughness = u.roughness;
+  material.emissive = vector(u.emissive);
+  material.normal_scale = u.normal_scale, material.occlusion_strength = u.occlusion_strength;
+  material.unlit = S.unlit, material.glows_unlit = S.unlit && S.emissive;
+  const auto slot = [&](scene::TextureSlot& to, std::size_t image, bool there, bool apart) {
+    if (!there) return;
+    set_slot(to, u.textures[image].image, u.textures[apart ? 1 : 0].transform, apart ? 1 : 0, S.quads);
+  };
+  slot(material.base_color_texture, 0, S.base_color, false);
+  slot(material.normal_texture, 1, S.normals != Normals::kOfSurface, false);
+  slot(material.metallic_roughness_texture, 2, S.metallic_roughness, false);
+  slot(material.occlusion_texture, 3, S.occlusion, false);
+  slot(material.emissive_texture, 4, S.emissive, S.apart);
+  if (S.surface != Surface::kDisplacedPatch) return;
+  scene::Displacement& displacement = material.displacement.value;
+  set_slot(displacement, u.textures[5].image, u.textures[5].transform, 0, false);
+  displacement.scale = u.displacement_scale, displacement.bias = u.displacement_bias;
+  material.displacement.there = true;
+}
+
+template <Shader S>
+void set_constants(const TESSERA_CONSTANT Uniforms& u, DrawConstants& draw) {
+  draw.grid = S.surface == Surface::kPatch || S.surface == Surface::kDisplacedPatch, draw.quads = S.quads;
+  draw.camera_to_world = matrix<Mat3>(u.camera);
+  draw.center_x = u.center_x, draw.center_y = u.center_y, draw.scale = u.scale;
+  draw.environment = u.environment;
+}
+
+// Calls `shade(draw)`.
+template <Shader S, class Shade>
+__attribute__((always_inline)) inline void with_draw(const TESSERA_CONSTANT Uniforms& u, const Shade& shade) {
+  scene::Material material;
+  set_material<S>(u, material);
+  const scene::Drawable drawable{S.surface == Surface::kTriangles ? scene::Primitive::Kind::kTriangles
+                                                                  : scene::Primitive::Kind::kBezierPatches};
+  scene::Primitive primitive;
+  for (std::size_t set = 0; set < 2; ++set) primitive.vertices.texcoords[set].first = u.texcoords[set];
+  primitive.vertices.colors.first = u.colors, primitive.vertices.colors.there = S.colors;
+  scene::PosedDrawable posed;
+  set_posed<S>(u, posed);
+  posed.drawable = &drawable, posed.primitive = &primitive;
+  std::array<shaders::Light, 2> open, close;
+  for (std::size_t i = 0; i < 2; ++i)
+    open[i] = light_of(u.lights[0][i], S.light), close[i] = light_of(u.lights[1][i], S.light);
+  DrawConstants draw;
+  set_constants<S>(u, draw);
+  draw.drawable = &posed, draw.material = &material;
+  constexpr auto kCount = static_cast<std::size_t>(S.lights);
+  draw.lights.open = {open.data(), kCount};
+  if (S.light_moves) draw.lights.close = {close.data(), kCount};
+  shade(draw);
+}
+
+// Inputs of an invocation, in vector registers.
+struct Inputs {
+  std::int32_t vertex0, vertex1, vertex2, triangle;
+  float p, q, t, light_t, lod, step_x, step_y;
+  float normal_x, normal_y, normal_z, red, green, blue;  // of points that are computed elsewhere
+};
+template <class Real>
+LaneInputs<Real> lane_inputs_of(const Inputs& v) {
+  LaneInputs<Real> in;
+  using Int = IntOf<Real>;
+  in.vertex[0] = Int::of(v.vertex0), in.vertex[1] = Int::of(v.vertex1), in.vertex[2] = Int::of(v.vertex2);
+  in.triangle = Int::of(v.triangle);
+  in.p = v.p, in.q = v.q, in.t = v.t, in.light_t = v.light_t, in.lod = v.lod;
+  in.step_x = v.step_x, in.step_y = v.step_y;
+  in.one_patch = false;
+  return in;
+}
+
+#define TESSERA_SHADER(name, stage, ...)                                                                              \
+  extern "C" void name(const TESSERA_CONSTANT Uniforms* u, std::int32_t a, std::int32_t b, std::int32_t c,            \
+                       std::int32_t triangle, float p, float q, float t, float light_t, float lod, float x, float y,  \
+                       float nx, float ny, float nz, float red, float green, float blue) {                            \
+    stage<Shader{__VA_ARGS__}>(*u,                                                                                    \
+                               Inputs{a, b, c, triangle, p, q, t, light_t, lod, x, y, nx, ny, nz, red, green, blue}); \
+  }
+
+// ---- Shaders --------------------------------------------------------------------------------------------------------
+
+void export_color(std::int32_t target, std::int32_t enabled, float, float, float, float, bool,
+                  bool) __asm("llvm.amdgcn.exp.f32");
+// Rows of the environment's table are the same in all lanes unless a texture says how rough the surface is.
+template <Shader S>
+using RealOf = Lane<!S.metallic_roughness>;
+
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void pixel_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = RealOf<S>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    const LaneShaded<Real> out = shade_lanes(draw, in, LookupArrays(), 0);
+    export_color(0, 15, out.color.x.v, out.color.y.v, out.color.z.v, out.alpha.v, true, true);
+  });
+}
+
+// As shade_procedure(): a point whose place, normal and colour in object space are computed elsewhere.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void computed_shader(const TESSERA_CONSTANT Uniforms& u,
+                                                                    const Inputs& v) {
+  using Real = RealOf<S>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    const LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    const scene::PosedDrawable& d = *draw.drawable;
+    const Vector3<Real> point{in.p, in.q, in.lod}, along{v.normal_x, v.normal_y, v.normal_z};
+    LaneSurface<Real> s;
+    s.position = placed(d.to_world[0], point), s.normal = turned(d.normal_to_world[0], along);
+    s.raster = placed4(d.to_raster[0], point);
+    if (S.motion != Motion::kStill) {
+      s.position = at_time(s.position, placed(d.to_world[1], point), in.t);
+      s.normal = at_time(s.normal, turned(d.normal_to_world[1], along), in.t);
+      s.raster = at_time(s.raster, placed4(d.to_raster[1], point), in.t);
+    }
+    s.normal = unit_or(s.normal, constant_vector<Real>(Vec3(0, 0, 1)));
+    const Vector3<Real> view = towards_viewer(draw, in, s);
+    const Real least(1e-3f), side = select(dot(s.normal, view) < Real(0.0f), Real(-1.0f), Real(1.0f));
+    Vector3<Real> normal = s.normal * side;
+    const Real facing = dot(normal, view);
+    const Vector3<Real> bent = normal + view * (least - facing);
+    normal = select_vector(facing < least, bent * (Real(1.0f) / real_sqrt(dot(bent, bent))), normal);
+    stage::MaterialPoint<Real> m;
+    m.base_color = {v.red * draw.material->base_color.x, v.green * draw.material->base_color.y,
+                    v.blue * draw.material->base_color.z};
+    m.metallic = draw.material->metallic, m.roughness = draw.material->roughness, m.occlusion = Real(1.0f);
+    m.emissive = constant_vector<Real>(draw.material->emissive);
+    const Vector3<Real> out =
+        S.unlit ? m.base_color
+                : stage::shade_material(m, s.position, normal, view, draw.lights, in.light_t, Real(draw.environment));
+    export_color(0, 15, out.x.v, out.y.v, out.z.v, 1.0f, true, true);
+  });
+}
+
+// Factor, texture, vertex colour, and the comparison with the cutoff.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void alpha_test(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = Lane<true>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    LaneSurface<Real> s{};
+    if (draw.grid) {
+      set_grid_parameters(in), set_patch_weights(in, s);
+      fill_patch(draw, in, s);
+    } else {
+      set_triangle_weights(in, s);
+      set_triangle_raster(draw, in, s);
+    }
+    set_derivatives(false, s);
+    Real alpha = draw.material->base_color.w * lane_vertex_color(draw, s).a;
+    if (S.base_color) {
+      SlotReader<Real> textures{draw, s, LookupArrays(), 0};
+      alpha = alpha * textures.read(draw.material->base_color_texture, scene::MaterialTexture::kBaseColor).a;
+    }
+    export_color(0, 1, alpha.v < u.alpha_cutoff ? 0.0f : 1.0f, 0, 0, 0, true, true);
+  });
+}
+
+// One vertex of a grid, in the image at each key.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void domain_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = Lane<true>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    const LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    const Vector3<Real> open = patch_point(draw, in, 0).position;
+    const Point4<Real> at = placed4(draw.drawable->to_raster[0], open);
+    export_color(12, 15, at.x.v, at.y.v, at.z.v, at.w.v, false, false);
+    if (S.motion == Motion::kStill) return;
+    const Vector3<Real> close = S.motion == Motion::kDeforming ? patch_point(draw, in, 1).position : open;
+    const Point4<Real> then = placed4(draw.drawable->to_raster[1], close);
+    export_color(13, 15, then.x.v, then.y.v, then.z.v, then.w.v, true, false);
+  });
+}
+
+}  // namespace tessera::gpu_cost

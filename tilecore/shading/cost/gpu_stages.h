@@ -1,0 +1,164 @@
+#pragma once
+
+// The programmable stages over a GPU's lanes, with the hardware's own exponential, logarithm and texture lookups in
+// place of those that results are exact with. Compiled by make_costs.py alone.
+
+#include "shaders_cpp/bicubic.h"
+#include "shaders_cpp/studio.cpp"
+#include "tilecore/shading/cost/gpu_draw.h"
+#include "tilecore/shading/cost/gpu_lane.h"
+
+namespace tessera::shaders {
+
+// A compiler folds what is the same for every frame.
+constexpr float reciprocal_length(Vec3 a) {
+  const double square = double{a.x} * a.x + double{a.y} * a.y + double{a.z} * a.z;
+  double root = 1;
+  for (int step = 0; step < 40; ++step) root = (root + square / root) / 2;
+  return static_cast<float>(1 / root);
+}
+constexpr Vec3 unit_axis(std::size_t box) {
+  const Vec3 a = kSoftBoxes[box].axis;
+  const float r = reciprocal_length(a);
+  return {a.x * r, a.y * r, a.z * r};
+}
+inline constexpr std::array<Vec3, 3> kAxes = {unit_axis(0), unit_axis(1), unit_axis(2)};
+inline const std::array<Vec3, 3>& soft_box_axes() { return kAxes; }
+
+}  // namespace tessera::shaders
+
+namespace tessera::gpu_cost {
+
+using gpu_lane::IntLane;
+using gpu_lane::Lane;
+using gpu_lane::LaneMask;
+using Vec4f = float __attribute__((ext_vector_type(4)));
+
+// Image instructions, by the names that the compiler knows them by.
+Vec4f sample_quads(std::int32_t mask, float u, float v, ImageResource, ImageSampler, bool, std::int32_t,
+                   std::int32_t) __asm("llvm.amdgcn.image.sample.2d.v4f32.f32");
+Vec4f sample_level(std::int32_t mask, float u, float v, float lod, ImageResource, ImageSampler, bool, std::int32_t,
+                   std::int32_t) __asm("llvm.amdgcn.image.sample.l.2d.v4f32.f32");
+Vec4f gather4_level(std::int32_t mask, float u, float v, float lod, ImageResource, ImageSampler, bool, std::int32_t,
+                    std::int32_t) __asm("llvm.amdgcn.image.gather4.l.2d.v4f32.f32");
+float hardware_exp2(float) __asm("llvm.exp2.f32");
+float hardware_log2(float) __asm("llvm.log2.f32");
+
+namespace stage {
+
+using shaders::ControlPoints;
+using shaders::EnvironmentLobes;
+using shaders::HeightView;
+using shaders::kCeiling;
+using shaders::kDiffuseRow;
+using shaders::kFloor;
+using shaders::kHorizonWidths;
+using shaders::kLobeFloats;
+using shaders::kMinRoughness;
+using shaders::kPi;
+using shaders::kSoftBoxes;
+using shaders::Light;
+using shaders::Lights;
+using shaders::lobe_numbers;
+using shaders::Sampler;
+using shaders::soft_box_axes;
+using shaders::SoftBox;
+using shaders::TextureView;
+
+template <class Real>
+Real real_exp(Real x) {
+  return hardware_exp2(x.v * 1.44269504f);
+}
+template <class Real>
+Real real_log2(Real x) {
+  return hardware_log2(x.v);
+}
+template <class Real>
+Real clamp_unit(Real x) {
+  return real_min(real_max(x, Real(0.0f)), Real(1.0f));
+}
+
+// clang-format off
+#include "shaders_cpp/studio_light.inc"
+#include "shaders_cpp/metallic_roughness.inc"
+// clang-format on
+
+using shaders::bicubic_normal;
+using shaders::bicubic_point;
+using shaders::bicubic_row;
+using shaders::bicubic_second_derivatives;
+using shaders::SecondDerivatives;
+using shaders::SurfacePoint;
+
+template <class Real>
+struct ColorOf {
+  Real r, g, b, a;
+};
+template <class Int>
+struct LevelTexels {
+  Int level = -1, column0, column1, row0, row1;
+};
+template <class Int>
+struct LookupTexels {
+  LevelTexels<Int> fine, coarse;
+};
+template <class Int>
+Int number_of(const std::int32_t* table, Int at) {
+  return table[first_lane(at)];
+}
+
+// One image instruction, filters and wrap modes included; with derivatives of its own where quads have them.
+template <class Real, class Int>
+ColorOf<Real> sample_texture(const TextureView& texture, const Sampler&, Real u, Real v, Real lod, LookupTexels<Int>&) {
+  const ImageResource resource = texture.image->resource;
+  const ImageSampler sampler = texture.image->sampler;
+  const Vec4f c = texture.quads ? sample_quads(15, u.v, v.v, resource, sampler, false, 0, 0)
+                                : sample_level(15, u.v, v.v, lod.v, resource, sampler, false, 0, 0);
+  return {c.x, c.y, c.z, c.w};
+}
+
+template <class Real>
+struct HeightGradient {
+  Real height, d_s, d_t;
+};
+template <class Real>
+Real between(Real a, Real b, Real share) {
+  return a + (b - a) * share;
+}
+
+// As texture_sampling.inc: 4 x 4 texels in four instructions that gather 2 x 2 each, weighed by the shader. A gather
+// gives (left below, right below, right above, left above).
+template <class Real>
+HeightGradient<Real> height_gradient_in_level(const TextureView& texture, Real u, Real v, IntLane<true> level_of_lane,
+                                              Real level) {
+  const ImageResource resource = texture.image->resource;
+  const ImageSampler sampler = texture.image->sampler;
+  const Real width = texture.width[first_lane(level_of_lane)], height = texture.height[first_lane(level_of_lane)];
+  const Real x = u * width - Real(0.5f), y = v * height - Real(0.5f);
+  const Real ws = x - real_floor(x), wt = y - real_floor(y), half(0.5f);
+  const Real texel_u = Real(1.0f) / width, texel_v = Real(1.0f) / height;
+  const auto quad = [&](Real s, Real t) { return gather4_level(1, s.v, t.v, level.v, resource, sampler, false, 0, 0); };
+  const Vec4f a = quad(u - texel_u, v - texel_v), b = quad(u + texel_u, v - texel_v),
+              c = quad(u - texel_u, v + texel_v), d = quad(u + texel_u, v + texel_v);
+  const Real h11 = a.y, h01 = a.x, h10 = a.z, h21 = b.x, h31 = b.y, h20 = b.w, h12 = c.z, h02 = c.w, h13 = c.y,
+             h22 = d.w, h32 = d.z, h23 = d.x;
+  return {between(between(h11, h21, ws), between(h12, h22, ws), wt),
+          between(between(h21 - h01, h31 - h11, ws), between(h22 - h02, h32 - h12, ws), wt) * (half * width),
+          between(between(h12 - h10, h22 - h20, ws), between(h13 - h11, h23 - h21, ws), wt) * (half * height)};
+}
+
+// Two levels; a patch has one level of detail, and a warp's first lane says how large its levels are.
+template <class Real>
+HeightGradient<Real> height_gradient(const TextureView& texture, const Sampler&, Real u, Real v, Real lod) {
+  const Real at = real_max(real_min(lod, Real(static_cast<float>(texture.image->levels - 1))), Real(0.0f)),
+             below = real_floor(at), weight = at - below;
+  const auto level = IntLane<true>::of(static_cast<std::int32_t>(below.v));
+  const HeightGradient<Real> fine = height_gradient_in_level(texture, u, v, level, below),
+                             coarse =
+                                 height_gradient_in_level(texture, u, v, level + IntLane<true>(1), below + Real(1.0f));
+  return {between(fine.height, coarse.height, weight), between(fine.d_s, coarse.d_s, weight),
+          between(fine.d_t, coarse.d_t, weight)};
+}
+
+}  // namespace stage
+}  // namespace tessera::gpu_cost

@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+"""Costs of the machine's shaders on the gfx1030 ISA (RDNA2), from the compiler's own output.
+
+make_costs.py [--clang FILE] [--only REGEX] [--list] > hardware/shader_costs.csv
+make_costs.py --whole 'surface=patch base_color=1 lights=2' ...   prints the cost of whole shaders, each compiled at once
+
+gpu_shaders.h instantiates the text that the machine runs (lane_shader.inc and the stages of shaders_cpp/) for each set
+of features. Every shader compiles to straight-line code, which is checked, so that what is counted is what is executed.
+A row `add/...` is a whole shader with a feature less the same without it.
+"""
+
+import argparse
+import concurrent.futures
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(FOLDER)))
+
+# Fast mathematics as drivers compile shaders: division by reciprocal, fused where possible, no denormal numbers. The
+# limits let the compiler look through all of a shader at once.
+LIMITS = ["-mllvm", "-memdep-block-scan-limit=100000", "-mllvm", "-memssa-check-limit=100000"]
+TARGET = ["--target=amdgcn-amd-amdpal", "-mcpu=gfx1030", "-O2", "-nogpulib"] + LIMITS
+FLAGS = TARGET + ["-std=c++20", "-ffast-math", "-ffp-contract=fast", "-fno-exceptions", "-fno-rtti", "-D__x86_64__",
+                  "-D__LP64__", "-DGLM_FORCE_CTOR_INIT", "-Xclang",
+                  "-fdenormal-fp-math-f32=preserve-sign,preserve-sign", "-mllvm", "-inline-threshold=1000000", "-mllvm",
+                  "-earlycse-mssa-optimization-cap=100000"]
+COUNTS = ["vector_operations", "transcendental", "scalar", "texture_instructions", "memory", "registers"]
+# At a quarter of the rate: transcendental ones and whole multiplications of 32 bits.
+QUARTER_RATE = re.compile(r"v_(exp|log|rcp|rsq|sqrt|sin|cos)_f32|v_rcp_iflag_f32|v_mul_(lo|hi)_[ui]32|v_mad_[ui]64_[ui]32")
+NO_WORK = {"s_waitcnt", "s_nop", "s_clause", "s_inst_prefetch", "s_endpgm", "s_code_end", "s_waitcnt_depctr"}
+
+SURFACES = {"triangles": "Surface::kTriangles", "patch": "Surface::kPatch",
+            "displaced_patch": "Surface::kDisplacedPatch", "computed": "Surface::kComputed"}
+MOTIONS = {"still": "Motion::kStill", "moving": "Motion::kMoving", "deforming": "Motion::kDeforming"}
+NORMALS = {"of_surface": "Normals::kOfSurface", "mapped": "Normals::kMapped",
+           "along_tangents": "Normals::kMappedAlongTangents"}
+LIGHTS = {"directional": "LightKind::kDirectional", "point": "LightKind::kPoint",
+          "point_in_range": "LightKind::kPointInRange", "spot": "LightKind::kSpot",
+          "spot_in_range": "LightKind::kSpotInRange"}
+ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LIGHTS}
+FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
+          "normals", "lights", "light", "light_moves", "apart"]
+
+
+class Shader:
+    """A stage and its features, as gpu_shaders.h has them."""
+
+    def __init__(self, stage="pixel", **features):
+        self.stage = "computed" if features.get("surface") == "computed" else stage
+        self.features = features
+
+    def but(self, **features):
+        return Shader(self.stage, **{**self.features, **features})
+
+    def source(self, name):
+        assert all(f in FIELDS for f in self.features), self.features
+        values = []
+        for field in FIELDS:
+            if field not in self.features:
+                continue
+            value = self.features[field]
+            text = ENUMS[field][value] if field in ENUMS else str(int(value)) if field == "lights" else \
+                ("true" if value else "false")
+            values.append(f".{field} = {text}")
+        stage = {"pixel": "pixel_shader", "computed": "computed_shader", "alpha": "alpha_test",
+                 "domain": "domain_shader"}[self.stage]
+        return f"TESSERA_SHADER({name}, {stage}, {', '.join(values)})\n"
+
+    def key(self):
+        return self.source("")
+
+
+def kinds_of_motion(surface):
+    return ["still", "moving", "deforming"] if "patch" in surface else ["still", "moving"]
+
+
+def rows():
+    """(name, shader, shader that is taken away or None), in the order of the table."""
+    all_rows = []
+
+    def whole(name, shader):
+        all_rows.append((name, shader, None))
+
+    def added(name, with_it, without):
+        all_rows.append(("add/" + name, with_it, without))
+
+    derivatives = {"quads": True, "surface": False}
+    drawn = [s for s in SURFACES if s != "computed"]
+    whole("unlit", Shader(unlit=True))
+    for surface in SURFACES:
+        for motion in kinds_of_motion(surface):
+            whole(f"lit/{surface}/{motion}", Shader(surface=surface, motion=motion))
+    # What a first texture takes beyond one more at the same coordinate: the coordinate and its derivatives.
+    for lit in (True, False):
+        for surface in drawn:
+            for motion in kinds_of_motion(surface):
+                for name, quads in derivatives.items():
+                    base = Shader(surface=surface, motion=motion, unlit=not lit)
+                    added(f"coordinate/{'lit' if lit else 'unlit'}/{surface}/{motion}/{name}",
+                          base.but(base_color=True, quads=quads), base)
+    for slot in ("base_color", "metallic_roughness", "occlusion", "emissive"):
+        for name, quads in derivatives.items():
+            other = Shader(quads=quads, **{"emissive" if slot != "emissive" else "base_color": True})
+            added(f"{slot}/{name}", other.but(**{slot: True}), other)
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            for normals in ("mapped", "along_tangents") if surface == "triangles" else ("mapped",):
+                base = Shader(surface=surface, motion=motion, base_color=True, quads=True)
+                added(f"normal/{surface}/{motion}/{normals}", base.but(normals=normals), base)
+    for surface in ("triangles", "patch"):
+        base = Shader(surface=surface)
+        added(f"vertex_colors/{surface}", base.but(colors=True), base)
+        for name, quads in derivatives.items():
+            two = Shader(surface=surface, base_color=True, emissive=True, quads=quads)
+            added(f"coordinate_apart/{surface}/{name}", two.but(apart=True), two)
+    for light in LIGHTS:
+        for name, moves in (("still", False), ("moving", True)):
+            one = Shader(lights=1, light=light, light_moves=moves)
+            added(f"light/{light}/{name}", one.but(lights=2), one)
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            for name, quads in derivatives.items():
+                whole(f"alpha_test/{surface}/{motion}/{name}",
+                      Shader("alpha", surface=surface, motion=motion, base_color=True, quads=quads))
+    for surface in ("patch", "displaced_patch"):
+        for motion in kinds_of_motion(surface):
+            whole(f"domain/{surface}/{motion}", Shader("domain", surface=surface, motion=motion))
+    return all_rows
+
+
+def run(command, text=None):
+    done = subprocess.run(command, input=text, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"make_costs.py: {' '.join(command)}\n{done.stderr}")
+    return done.stdout
+
+
+def system_folders(clang):
+    """Where the host's C++ headers are: the language's own are what shaders use of them."""
+    done = subprocess.run([clang, "--target=x86_64-linux-gnu", "-E", "-x", "c++", "-v", "-"], input="",
+                          capture_output=True, text=True)
+    listed = done.stderr.split("#include <...> search starts here:")[1].split("End of search list.")[0]
+    return [part for folder in listed.split("\n") if folder.strip() for part in ("-isystem", folder.strip())]
+
+
+def as_pixel_shader(ir):
+    """Functions get the convention of pixel shaders: the first argument in scalar registers."""
+    return re.sub(r"^define [^@]*(@shader_\d+)\(([^,]*addrspace\(4\)\*)[^,%]*(%[\w.]+)", r"define amdgpu_ps void \1(\2 inreg \3",
+                  ir, flags=re.M)
+
+
+def counted(assembly):
+    """Counts of each function, by its number."""
+    found, now = {}, None
+    for line in assembly.split("\n"):
+        if head := re.match(r"shader_(\d+):", line):
+            now = found.setdefault(int(head[1]), dict.fromkeys(COUNTS, 0))
+        elif now is not None and (registers := re.match(r"; NumVgprs: (\d+)", line)):
+            now["registers"] = int(registers[1])
+        elif now is not None and (memory := re.match(r"; ScratchSize: (\d+)", line)):
+            if int(memory[1]) != 0:
+                sys.exit("make_costs.py: a shader does not fit into registers")
+            now = None
+        elif now is not None and (instruction := re.match(r"\t([a-z]\w*)", line)):
+            count(now, re.sub(r"_(e32|e64|sdwa|dpp)$", "", instruction[1]))
+    return found
+
+
+def count(counts, name):
+    if re.match(r"s_(c?branch|setpc|swappc|call)", name):
+        sys.exit(f"make_costs.py: {name}: code is not straight")
+    if QUARTER_RATE.fullmatch(name):
+        counts["transcendental"] += 1
+    elif name.startswith("v_"):
+        counts["vector_operations"] += 1
+    elif name.startswith("s_"):
+        counts["scalar"] += name not in NO_WORK
+    elif name.startswith("image_"):
+        counts["texture_instructions"] += 1
+    elif re.match(r"(global|buffer|flat|ds|scratch)_", name):
+        counts["memory"] += 1
+    elif name != "exp":  # results leave through it
+        sys.exit(f"make_costs.py: {name}: unknown")
+
+
+def compiled(clang, folders, shaders):
+    """Counts of each shader of a list."""
+    source = '#include "tilecore/shading/cost/gpu_shaders.h"\nusing namespace tessera::gpu_cost;\n' + "".join(
+        shader.source(f"shader_{i}") for i, shader in enumerate(shaders))
+    ir = run([clang, "-x", "c++"] + FLAGS + folders + ["-I", ROOT, "-S", "-emit-llvm", "-o", "-", "-"], source)
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "shaders.ll")
+        with open(file, "w") as to:
+            to.write(as_pixel_shader(ir))
+        assembly = run([clang, "-x", "ir"] + TARGET + ["-S", "-o", "-", file])
+    found = counted(assembly)
+    return [found[i] for i in range(len(shaders))]
+
+
+def compile_all(clang, shaders):
+    """Counts by key. Groups keep what a compiler needs of memory small."""
+    distinct = list({shader.key(): shader for shader in shaders}.values())
+    folders = system_folders(clang)
+    groups = [distinct[i:i + 6] for i in range(0, len(distinct), 6)]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        done = list(pool.map(lambda group: compiled(clang, folders, group), groups))
+    return {shader.key(): counts for group, results in zip(groups, done) for shader, counts in zip(group, results)}
+
+
+def parsed(text):
+    """A whole shader from `feature=value ...`."""
+    features = {}
+    for word in text.split():
+        name, value = word.split("=")
+        features[name] = value if name in ENUMS else int(value)
+    return Shader(features.pop("stage", "pixel") if "stage" in features else "pixel", **features)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--clang", default="clang++")
+    parser.add_argument("--only", default="", help="rows whose names match")
+    parser.add_argument("--list", action="store_true", help="names of the rows")
+    parser.add_argument("--whole", nargs="+", help="features of whole shaders")
+    arguments = parser.parse_args()
+    if arguments.whole:
+        shaders = [parsed(text) for text in arguments.whole]
+        table = [(text, shader, None) for text, shader in zip(arguments.whole, shaders)]
+    else:
+        table = [row for row in rows() if re.search(arguments.only, row[0])]
+    if arguments.list:
+        print("\n".join(row[0] for row in table))
+        return
+    costs = compile_all(arguments.clang, [shader for row in table for shader in row[1:] if shader is not None])
+    version = re.search(r"clang version \d+\.\d+\.\d+", run([arguments.clang, "--version"]))[0]
+    print(f"# Made by tilecore/shading/cost/make_costs.py with {version}.")
+    print(f"# Flags: {' '.join(FLAGS)}")
+    print("shader," + ",".join(COUNTS))
+    for name, shader, without in table:
+        counts = costs[shader.key()]
+        less = costs[without.key()] if without is not None else dict.fromkeys(COUNTS, 0)
+        print(name + "," + ",".join(str(counts[c] - less[c]) for c in COUNTS))
+
+
+main()

@@ -1,0 +1,67 @@
+#include "tilecore/shading/shader_features.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "tilecore/shading/surface.h"
+
+namespace tessera::tilecore {
+namespace {
+
+using hardware::ShaderFeatures;
+using scene::TextureSlot;
+
+bool same_coordinate(const TextureSlot& a, const TextureSlot& b) {
+  return a.texcoord == b.texcoord && a.transform.matrix == b.transform.matrix &&
+         a.transform.offset == b.transform.offset;
+}
+
+std::size_t light_kind(const shaders::Light& light) {
+  const bool limited = light.range > 0.0f;
+  if (light.type == shaders::Light::Type::kDirectional) return 0;
+  return (light.type == shaders::Light::Type::kPoint ? 1u : 3u) + (limited ? 1u : 0u);
+}
+
+}  // namespace
+
+ShaderFeatures material_features(const scene::Material& material) {
+  ShaderFeatures f;
+  f.unlit = material.unlit;
+  // Nobody sees the normal of a surface that is not lit.
+  const bool lit = !material.unlit;
+  std::vector<const TextureSlot*> read;
+  const auto reads = [&](const TextureSlot& slot, bool wanted) {
+    if (!wanted || slot.texture == nullptr) return false;
+    if (std::none_of(read.begin(), read.end(), [&](const auto* other) { return same_coordinate(*other, slot); }))
+      read.push_back(&slot);
+    return true;
+  };
+  f.base_color = reads(material.base_color_texture, true);
+  if (reads(material.normal_texture, lit)) f.normals = ShaderFeatures::Normals::kMapped;
+  f.metallic_roughness = reads(material.metallic_roughness_texture, lit);
+  f.occlusion = reads(material.occlusion_texture, lit);
+  f.emissive = reads(material.emissive_texture, lit || material.glows_unlit);
+  f.coordinates = static_cast<std::uint8_t>(std::max<std::size_t>(read.size(), 1));
+  return f;
+}
+
+ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads) {
+  ShaderFeatures f = material_features(*drawable.material);
+  using In = ShaderFeatures;
+  const bool computed = drawable.procedure != nullptr;
+  f.surface = computed                          ? In::Surface::kComputed
+              : !has_grid(drawable)             ? In::Surface::kTriangles
+              : drawable.material->displacement ? In::Surface::kDisplacedPatch
+                                                : In::Surface::kPatch;
+  f.motion = !drawable.moving ? In::Motion::kStill : drawable.deforming ? In::Motion::kDeforming : In::Motion::kMoving;
+  f.quads = quads;
+  f.vertex_colors = !computed && !drawable.primitive->vertices.colors.empty();
+  if (f.normals == ShaderFeatures::Normals::kMapped && f.surface == In::Surface::kTriangles &&
+      !drawable.tangents[0].empty())
+    f.normals = ShaderFeatures::Normals::kMappedAlongTangents;
+  for (const shaders::Light& light : frame.lights[0]) ++f.lights[light_kind(light)];
+  f.lights_move = frame.moving_lights;
+  return f;
+}
+
+}  // namespace tessera::tilecore

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "hardware/shader_costs.h"
+#include "scene/frame_geometry.h"
+
+namespace tessera::tilecore {
+
+// What of a material its pixel shader's code depends on: textures that are read, how many coordinates they are read at,
+// whether it is lit. Triangles that stand still, without lights.
+hardware::ShaderFeatures material_features(const scene::Material& material);
+
+// The pixel shader of a drawable in a frame, at its lights; `quads`: derivatives are differences within quads.
+hardware::ShaderFeatures draw_features(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
+                                       bool quads);
+
+}  // namespace tessera::tilecore
