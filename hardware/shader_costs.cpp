@@ -1,7 +1,5 @@
 #include "hardware/shader_costs.h"
 
-#include "hardware/shader_cost_table.h"
-
 #include <algorithm>
 #include <charconv>
 #include <initializer_list>
@@ -9,10 +7,9 @@
 #include <vector>
 
 #include "base/check.h"
+#include "hardware/shader_cost_table.h"
 
 namespace tessera::hardware {
-
-// The text of shader_costs.csv; generated.
 
 namespace {
 
