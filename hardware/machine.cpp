@@ -122,6 +122,14 @@ Keys<Machine> memory_keys() {
   keys.add(
       &Machine::memory,
       Keys<MemoryInterface>{
+          {"memory.model", &MemoryInterface::model,
+           "With machine.timing=events: the external memory as bytes at memory.bytes_per_clk (fluid), or as channels, "
+           "banks and rows of memory.type with a controller that sorts requests (banks)."},
+          {"memory.type", &MemoryInterface::type,
+           "With memory.model=banks: four channels of 16 bits of this kind, with its own clock; memory.gpu_share is "
+           "then "
+           "of no account.",
+           "[spec] JEDEC JESD209-4 and -5, as in memory/dram_spec.cpp"},
           {"memory.bytes_per_clk", &MemoryInterface::bytes_per_clk, "bytes/clk", 0.125, 65536,
            "Peak rate of the external memory.",
            "[spec] per GPU clock: LPDDR4-3200 x32 (12.8 GB/s), LPDDR4X-4266 x64 (34.1), LPDDR5X-8533 x64 (68.3)"},

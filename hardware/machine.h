@@ -58,8 +58,14 @@ struct Caches {
   std::int64_t l2_ways = 8;
 };
 
+// How the external memory is timed with TimingModel::kEvents: bytes at a rate; or channels, banks and rows of a type.
+enum class MemoryModel : std::uint8_t { kFluid, kBanks };
+enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533 };
+
 // The external memory.
 struct MemoryInterface {
+  MemoryModel model = MemoryModel::kFluid;
+  MemoryType type = MemoryType::kLpddr4x4266;
   std::int64_t burst_bytes = 64;
   double bytes_per_clk = 40.1;
   double gpu_share = 0.7;
@@ -143,6 +149,11 @@ Keys<Machine> machine_keys();  // the others
 
 namespace tessera {
 
+template <>
+inline constexpr auto kEnumWords<hardware::MemoryModel> = std::to_array<std::string_view>({"fluid", "banks"});
+template <>
+inline constexpr auto kEnumWords<hardware::MemoryType> = std::to_array<std::string_view>({"lpddr4x-4266", "lpddr5-6400",
+                                                                                          "lpddr5x-8533"});
 template <>
 inline constexpr auto kEnumWords<hardware::FrameCaches> = std::to_array<std::string_view>({"empty", "warm"});
 template <>

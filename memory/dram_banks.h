@@ -52,6 +52,7 @@ class DramBanks {
 
   // False: the channel's queue is full.
   bool can_accept(std::uint64_t address, bool write) const { return !channels_[map_.channel(address)].full(write); }
+  std::uint32_t channel(std::uint64_t address) const { return map_.channel(address); }
   // A request at now(): the first command for it is issued then at the earliest. False: refused.
   [[nodiscard]] bool submit(std::uint64_t id, std::uint64_t address, bool write);
 

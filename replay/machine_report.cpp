@@ -51,6 +51,8 @@ json timing_json(const timing::FrameTiming& timing) {
                    {"l2_misses", events.memory.l2_misses},
                    {"dram_read_bytes", events.memory.read_bytes},
                    {"dram_written_bytes", events.memory.written_bytes},
+                   {"dram_activates", events.memory.activates},
+                   {"dram_row_hits", events.memory.row_hits},
                    {"shader_stalls", stalls},
                    {"simulated", events.events}};
   return out;

@@ -15,7 +15,7 @@ namespace tessera::replay {
 // "tilecores" is the time in which a core had a tile in work. bound_by is "" where nothing was done; bound_by_cycles is
 // what the frame would be shorter if that unit took no time. With machine.timing=events also
 //   "events": {"texture_requests", "texture_misses", "l2_requests", "l2_misses", "dram_read_bytes", "dram_written_bytes",
-//              "shader_stalls": {reason: cycles}, "simulated"}
+//              "dram_activates", "dram_row_hits" (of memory.model=banks), "shader_stalls": {reason: cycles}, "simulated"}
 // as they came in time; the counters beside them are those of the emulated order.
 nlohmann::json timing_json(const timing::FrameTiming& timing);
 

@@ -12,6 +12,7 @@ struct MemoryCounts {
   std::uint64_t l2_requests = 0, l2_misses = 0;
   std::uint64_t read_bytes = 0, written_bytes = 0;  // of the external memory
   double memory_busy = 0;                           // cycles
+  std::uint64_t activates = 0, row_hits = 0;        // of memory.model=banks
 };
 
 // Why the lanes of a shader core did nothing.

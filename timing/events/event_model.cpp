@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/check.h"
+#include "base/round_up.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/shader_core.h"
 #include "timing/events/texture_path.h"
@@ -23,6 +24,27 @@ std::uint64_t part(std::uint64_t total, std::uint64_t index, std::uint64_t count
   return total / count + (index < total % count ? 1 : 0);
 }
 
+// Where what bypasses the L2 lies: regions behind the lines, in each a place for every tile, or one place after the
+// other.
+class Places {
+ public:
+  explicit Places(const FrameWork& work) {
+    for (const WorkRound& round : work.rounds)
+      for (const TileItems& items : round.items) {
+        read_ = std::max(read_, items.list_bytes + items.load_bytes + items.record_bytes);
+        write_ = std::max({write_, items.written_bytes, items.resolve_bytes});
+      }
+  }
+  std::uint64_t of_lists(std::uint32_t tile) const { return kRegion + tile * round_up(read_, kAlignment); }
+  std::uint64_t of_pixels(std::uint32_t tile) const { return 2 * kRegion + tile * round_up(write_, kAlignment); }
+  static constexpr std::uint64_t kPatches = std::uint64_t{3} << 30, kEntries = std::uint64_t{1} << 30,
+                                 kOther = std::uint64_t{7} << 29;
+
+ private:
+  static constexpr std::uint64_t kRegion = std::uint64_t{1} << 30, kAlignment = 256;
+  std::uint64_t read_ = 0, write_ = 0;
+};
+
 // The front end and the binner: blocks of patches are read ahead, bounded, binned, and their entries written.
 class GeometryPipe {
  public:
@@ -33,32 +55,34 @@ class GeometryPipe {
     blocks_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(work.patches / kGeometryBlock, 1, 1u << 16));
     frontend_each_ = frontend / blocks_;
     binner_each_ = binner / blocks_;
-    asked_ = done_ = 0;
+    asked_ = binned_ = written_ = 0;
+    read_at_ = Places::kPatches, write_at_ = Places::kEntries;
     frontend_free_ = binner_free_ = now;
     read_ahead(now);
   }
-  // What block `block` reads is there; blocks come in order.
+  // What a block reads is there.
   void read(double now) {
     frontend_free_ = std::max(frontend_free_, now) + frontend_each_;
     binner_free_ = std::max(binner_free_, frontend_free_) + binner_each_;
-    // Written when it is binned; the memory takes it then or later.
     events_.push(binner_free_, EventKind::kGeometry);
   }
-  // The block in hand is binned. True: it was the last.
-  bool binned(double now) {
-    const double taken = memory_.write_bytes(part(work_->written_bytes, done_, blocks_), now);
-    end_ = std::max(end_, taken);
-    ++done_;
+  // A block is binned: its entries are written.
+  void binned(double now) {
+    const std::uint64_t bytes = part(work_->written_bytes, binned_++, blocks_);
+    const std::uint32_t group = memory_.open_group(EventKind::kGeometryWritten, 0, 0);
+    memory_.write_bytes(std::exchange(write_at_, write_at_ + bytes), bytes, group, now);
+    memory_.close_group(group, now);
     read_ahead(now);
-    return done_ == blocks_;
   }
-  double end() const { return end_; }
+  // The memory has taken them. True: all blocks are done.
+  bool written() { return ++written_ == blocks_; }
 
  private:
   void read_ahead(double now) {
-    for (; asked_ < blocks_ && asked_ < done_ + kGeometryReadAhead; ++asked_) {
+    for (; asked_ < blocks_ && asked_ < binned_ + kGeometryReadAhead; ++asked_) {
+      const std::uint64_t bytes = part(work_->dram_bytes - work_->written_bytes, asked_, blocks_);
       const std::uint32_t group = memory_.open_group(EventKind::kGeometryRead, 0, asked_);
-      memory_.read_bytes(part(work_->dram_bytes - work_->written_bytes, asked_, blocks_), group, now);
+      memory_.read_bytes(std::exchange(read_at_, read_at_ + bytes), bytes, group, now);
       memory_.close_group(group, now);
     }
   }
@@ -66,55 +90,69 @@ class GeometryPipe {
   EventQueue& events_;
   MemoryPath& memory_;
   const GeometryWork* work_ = nullptr;
-  std::uint32_t blocks_ = 0, asked_ = 0, done_ = 0;
-  double frontend_each_ = 0, binner_each_ = 0, frontend_free_ = 0, binner_free_ = 0, end_ = 0;
+  std::uint32_t blocks_ = 0, asked_ = 0, binned_ = 0, written_ = 0;
+  std::uint64_t read_at_ = 0, write_at_ = 0;
+  double frontend_each_ = 0, binner_each_ = 0, frontend_free_ = 0, binner_free_ = 0;
 };
 
-// The resolve unit of a core: blocks of pixels are resolved and written; writes wait where too many bytes do.
+// The resolve unit of a core: blocks of pixels are resolved and written. It waits where more than store_bytes are on
+// their way; a tile is stored when the memory has taken all of it.
 class StoreUnit {
  public:
   StoreUnit(std::uint32_t core, const hardware::Machine& gpu, EventQueue& events, MemoryPath& memory)
       : core_(core),
-        slack_(static_cast<double>(gpu.queues.store_bytes) / memory_rate(gpu)),
+        store_bytes_(static_cast<std::uint64_t>(gpu.queues.store_bytes)),
         events_(events),
         memory_(memory) {}
 
-  void begin(const TileWork& work, const TileItems& items, double cycles, double now) {
+  void begin(const TileWork& work, const TileItems& items, std::uint64_t address, double cycles, double now) {
     items_ = &items;
+    address_ = address;
     blocks_ = std::max<std::uint64_t>(work.pixels / kStoredPixels, 1);
     each_ = cycles / static_cast<double>(blocks_);
-    done_ = 0;
-    reading_ = items.resolve_bytes > 0;
-    if (reading_) {
-      const std::uint32_t group = memory_.open_group(EventKind::kStore, core_, 0);
-      memory_.read_bytes(items.resolve_bytes, group, now);
-      memory_.close_group(group, now);
-    } else {
-      events_.push(now + each_, EventKind::kStore, core_);
-    }
+    resolved_ = written_ = 0;
+    resolving_ = false;
+    const std::uint32_t group = memory_.open_group(EventKind::kStore, core_, kRead);
+    memory_.read_bytes(address, items.resolve_bytes, group, now);
+    memory_.close_group(group, now);
   }
-  // True: the tile is stored.
-  bool step(double now) {
-    if (std::exchange(reading_, false)) {
-      events_.push(now + each_, EventKind::kStore, core_);
-      return false;
+  // What resolving reads is there, or a block is resolved.
+  void step(std::uint32_t what, double now) {
+    if (what != kRead) {
+      const std::uint64_t bytes = part(items_->written_bytes, resolved_++, blocks_);
+      const std::uint32_t group = memory_.open_group(EventKind::kWritten, core_, 0);
+      memory_.write_bytes(std::exchange(address_, address_ + bytes), bytes, group, now);
+      memory_.close_group(group, now);
+      resolving_ = false;
     }
-    const double taken = memory_.write_bytes(part(items_->written_bytes, done_, blocks_), now);
-    if (++done_ == blocks_) return true;
-    // The next block may be written once no more than store_bytes wait.
-    events_.push(std::max(now + each_, taken - slack_), EventKind::kStore, core_);
-    return false;
+    resolve(now);
+  }
+  // The memory has taken a block. True: it was the last of the tile.
+  bool written(double now) {
+    ++written_;
+    resolve(now);
+    return written_ == blocks_;
   }
 
  private:
+  static constexpr std::uint32_t kRead = 1;
+
+  void resolve(double now) {
+    if (resolving_ || resolved_ == blocks_) return;
+    const std::uint64_t waiting = (resolved_ - written_) * part(items_->written_bytes, 0, blocks_);
+    if (resolved_ > written_ && waiting > store_bytes_) return;
+    resolving_ = true;
+    events_.push(now + each_, EventKind::kStore, core_, 0);
+  }
+
   std::uint32_t core_;
-  double slack_;
+  std::uint64_t store_bytes_;
   EventQueue& events_;
   MemoryPath& memory_;
   const TileItems* items_ = nullptr;
-  std::uint64_t blocks_ = 0, done_ = 0;
+  std::uint64_t blocks_ = 0, resolved_ = 0, written_ = 0, address_ = 0;
   double each_ = 0;
-  bool reading_ = false;
+  bool resolving_ = false;
 };
 
 // A core: its units, and the tiles that are in them.
@@ -138,7 +176,12 @@ struct Core {
 class EventSimulation {
  public:
   EventSimulation(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> fast)
-      : gpu_(gpu), work_(work), fast_(fast), memory_(gpu, events_, fast == Stage::kDram), geometry_(events_, memory_) {
+      : gpu_(gpu),
+        work_(work),
+        fast_(fast),
+        places_(work),
+        memory_(gpu, events_, fast == Stage::kDram),
+        geometry_(events_, memory_) {
     ShaderCore::Rates rates = ShaderCore::rates_of(gpu, static_cast<std::uint64_t>(gpu.shader.warp_lanes));
     if (fast == Stage::kShader) rates.operations = rates.surface_operations = 0;
     if (fast == Stage::kCompaction) rates.compaction_clk = 0;
@@ -165,13 +208,7 @@ class EventSimulation {
       run_geometry();
       run_tiles();
     }
-    const double begin = end_;
-    for (const bool write : {false, true}) {
-      const std::uint64_t bytes = write ? work_.other_written_bytes : work_.other_bytes - work_.other_written_bytes;
-      end_ = std::max(end_, write ? memory_.write_bytes(bytes, begin) : memory_.take_bytes(bytes, begin));
-    }
-    out_.schedule.other = {begin, end_};
-    out_.schedule.cycles = end_ = std::max(end_, memory_.free_at());
+    run_other();
     collect();
     return std::move(out_);
   }
@@ -179,6 +216,24 @@ class EventSimulation {
  private:
   double cycles(const StageCycles& all, Stage stage) const {
     return stage == fast_ ? 0 : all[static_cast<std::size_t>(stage)];
+  }
+
+  // What no round holds, in one stream.
+  void run_other() {
+    const double begin = end_;
+    const std::uint64_t read = work_.other_bytes - work_.other_written_bytes;
+    const std::uint32_t group = memory_.open_group(EventKind::kGeometryWritten, 0, 0);
+    memory_.read_bytes(Places::kOther, read, group, begin);
+    memory_.write_bytes(Places::kOther + read, work_.other_written_bytes, group, begin);
+    memory_.close_group(group, begin);
+    for (bool done = false; !done;) {
+      const Event event = events_.pop();
+      done = event.kind == EventKind::kGeometryWritten;
+      if (!done) handle(event);
+      end_ = std::max(end_, event.time);
+    }
+    out_.schedule.other = {begin, end_};
+    out_.schedule.cycles = end_;
   }
 
   void run_geometry() {
@@ -194,11 +249,13 @@ class EventSimulation {
         if (event.kind == EventKind::kGeometryRead)
           geometry_.read(event.time);
         else if (event.kind == EventKind::kGeometry)
-          done = geometry_.binned(event.time);
+          geometry_.binned(event.time);
+        else if (event.kind == EventKind::kGeometryWritten)
+          done = geometry_.written();
         else
           handle(event);
       }
-      end_ = std::max(events_.now(), geometry_.end());
+      end_ = events_.now();
     }
     out_.schedule.geometry.push_back({begin, end_});
   }
@@ -271,9 +328,14 @@ class EventSimulation {
         return cores_[e.who]->shader.texels_read(e.what, now);
       case EventKind::kShaded:
         return shaded(e.who, now);
+      case EventKind::kBanks:
+        return memory_.banks_answer(now);
       case EventKind::kStore:
-        if (cores_[e.who]->store.step(now)) end_phase(e.who, Phase::kStore, now);
+        return cores_[e.who]->store.step(e.what, now);
+      case EventKind::kWritten:
+        if (cores_[e.who]->store.written(now)) end_phase(e.who, Phase::kStore, now);
         return;
+      case EventKind::kGeometryWritten:
       case EventKind::kGeometry:
       case EventKind::kGeometryRead:
         break;
@@ -331,7 +393,7 @@ class EventSimulation {
     core.busy[static_cast<std::size_t>(phase)] = tile;
     span_of(c, phase).begin = span_of(c, phase).flow = now;
     if (phase == Phase::kVisibility) {
-      core.visibility.begin(tile_of(tile), items_of(tile), now);
+      core.visibility.begin(tile_of(tile), items_of(tile), places_.of_lists(tile_of(tile).tile), now);
     } else if (phase == Phase::kShading) {
       const TileItems& items = items_of(tile);
       const std::uint32_t group = memory_.open_group(EventKind::kShadingRead, c, 0);
@@ -339,7 +401,8 @@ class EventSimulation {
         memory_.read_line(items.lines[k], group, now);
       memory_.close_group(group, now);
     } else {
-      core.store.begin(tile_of(tile), items_of(tile), cycles(tile_cycles_[tile], Stage::kResolve), now);
+      core.store.begin(tile_of(tile), items_of(tile), places_.of_pixels(tile_of(tile).tile),
+                       cycles(tile_cycles_[tile], Stage::kResolve), now);
     }
   }
 
@@ -373,6 +436,7 @@ class EventSimulation {
   const hardware::Machine& gpu_;
   const FrameWork& work_;
   std::optional<Stage> fast_;
+  Places places_;
   EventQueue events_;
   MemoryPath memory_;
   GeometryPipe geometry_;
@@ -421,6 +485,8 @@ void EventCounts::accumulate(const EventCounts& frame) {
   memory.read_bytes += frame.memory.read_bytes;
   memory.written_bytes += frame.memory.written_bytes;
   memory.memory_busy += frame.memory.memory_busy;
+  memory.activates += frame.memory.activates;
+  memory.row_hits += frame.memory.row_hits;
   texture_requests += frame.texture_requests;
   texture_misses += frame.texture_misses;
   for (std::size_t s = 0; s < kStallCount; ++s) stalls[s] += frame.stalls[s];

@@ -8,23 +8,26 @@ namespace tessera::timing {
 
 // What happens to a unit. `who` names the core (or nothing), `what` the item.
 enum class EventKind : std::uint8_t {
-  kMemory,       // the memory has read line `what` of the L2's requests
-  kTextureFill,  // request `what` of the core's texture cache is answered
-  kTextureFree,  // the core's texture unit has taken its lookups
-  kFetch,        // the core's fetch unit may go on
-  kListRead,     // its tile's list is there, then its records
-  kItemRead,     // records and heights of sub-patch `what` are there
-  kAlphaRead,    // texels of alpha tests of sub-patch `what` are there
-  kAlphaStart,   // its alpha tests may begin
-  kTested,       // all sub-patches of the core's tile are tested
-  kShadingRead,  // records that shading reads are there
-  kWarpReady,    // a warp is packed
-  kIssue,        // the core's lanes are free
-  kWarpRead,     // texels of warp `what` are there
-  kShaded,       // the core's tile is shaded
-  kStore,        // the resolve unit has finished a block of pixels
-  kGeometry,     // the front end or the binner may go on
-  kGeometryRead  // what the front end reads for block `what` is there
+  kMemory,          // the memory has read line `what` of the L2's requests
+  kBanks,           // the memory's banks have something to say
+  kWritten,         // the memory has taken a block of pixels of the core
+  kTextureFill,     // request `what` of the core's texture cache is answered
+  kTextureFree,     // the core's texture unit has taken its lookups
+  kFetch,           // the core's fetch unit may go on
+  kListRead,        // its tile's list is there, then its records
+  kItemRead,        // records and heights of sub-patch `what` are there
+  kAlphaRead,       // texels of alpha tests of sub-patch `what` are there
+  kAlphaStart,      // its alpha tests may begin
+  kTested,          // all sub-patches of the core's tile are tested
+  kShadingRead,     // records that shading reads are there
+  kWarpReady,       // a warp is packed
+  kIssue,           // the core's lanes are free
+  kWarpRead,        // texels of warp `what` are there
+  kShaded,          // the core's tile is shaded
+  kStore,           // the resolve unit has finished a block of pixels
+  kGeometry,        // the front end or the binner may go on
+  kGeometryRead,    // what the front end reads for block `what` is there
+  kGeometryWritten  // the memory has taken what the binner wrote of a block
 };
 
 struct Event {

@@ -21,6 +21,12 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events, bool in
       free_requests_(requests_.size()) {
   // The lowest number first.
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);
+  if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
+  memory::DramSpec spec = memory::dram_spec(word(gpu.memory.type));
+  spec.transaction_bytes = spec.interleave_bytes = line_bytes_;
+  banks_ = std::make_unique<memory::DramBanks>(spec);
+  waiting_.resize(spec.channels);
+  dram_clocks_per_clk_ = spec.clock_mhz() / gpu.clock_mhz;
 }
 
 std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uint32_t what) {
@@ -104,7 +110,10 @@ void MemoryPath::ask_memory(std::uint32_t line, const Waiter& waiter, double now
   add_waiter(request, waiter);
   l2_.take(line, request);
   counts_.read_bytes += line_bytes_;
-  events_.push(move(line_bytes_, now) + latency_ + l2_latency_, EventKind::kMemory, 0, request);
+  if (banks_ != nullptr)
+    ask_banks(request, std::uint64_t{line} * line_bytes_, false, now);
+  else
+    events_.push(move(line_bytes_, now) + latency_ + l2_latency_, EventKind::kMemory, 0, request);
 }
 
 double MemoryPath::move(std::uint64_t bytes, double now) {
@@ -140,16 +149,85 @@ void MemoryPath::memory_has_read(std::uint32_t request, double now) {
   }
 }
 
-void MemoryPath::read_bytes(std::uint64_t bytes, std::uint32_t group, double now) {
+void MemoryPath::read_bytes(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, double now) {
   if (bytes == 0) return;
   counts_.read_bytes += bytes;
-  add_wait(group);
-  settle(group, move(bytes, now) + latency_);
+  if (banks_ == nullptr) {
+    add_wait(group);
+    settle(group, move(bytes, now) + latency_);
+    return;
+  }
+  for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
+    add_wait(group);
+    ask_banks(kOfGroup | group, address + at, false, now);
+  }
 }
 
-double MemoryPath::write_bytes(std::uint64_t bytes, double now) {
+void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, double now) {
+  if (bytes == 0) return;
   counts_.written_bytes += bytes;
-  return bytes == 0 ? now : move(bytes, now);
+  if (banks_ == nullptr) {
+    add_wait(group);
+    settle(group, move(bytes, now));
+    return;
+  }
+  for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
+    add_wait(group);
+    ask_banks(kOfGroup | group, address + at, true, now);
+  }
+}
+
+void MemoryPath::ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now) {
+  if (fast_) {
+    answer_transaction(id, now);
+    return;
+  }
+  settle_banks(now);
+  std::deque<Transaction>& waiting = waiting_[banks_->channel(address)];
+  if (!waiting.empty() || !banks_->submit(id, address, write)) waiting.push_back({id, address, write});
+  schedule_banks();
+}
+
+void MemoryPath::answer_transaction(std::uint64_t id, double time) {
+  if ((id & kOfGroup) != 0)
+    settle(static_cast<std::uint32_t>(id), time);
+  else
+    events_.push(time + l2_latency_, EventKind::kMemory, 0, static_cast<std::uint32_t>(id));
+}
+
+void MemoryPath::banks_answer(double now) {
+  settle_banks(now);
+  schedule_banks();
+}
+
+void MemoryPath::settle_banks(double now) {
+  banks_->advance(std::max(banks_->now(), dram_clock(now)), completions_);
+  for (const memory::DramCompletion& done : completions_)
+    answer_transaction(done.id, static_cast<double>(done.clock) / dram_clocks_per_clk_);
+  completions_.clear();
+  for (std::deque<Transaction>& waiting : waiting_)
+    while (!waiting.empty() && banks_->submit(waiting.front().id, waiting.front().address, waiting.front().write))
+      waiting.pop_front();
+}
+
+void MemoryPath::schedule_banks() {
+  const memory::DramClock next = banks_->next_event();
+  if (next == memory::kNoDramClock) return;
+  const double at = static_cast<double>(next) / dram_clocks_per_clk_;
+  // One event ahead is enough, unless something comes before it.
+  if (banks_event_ > events_.now() && banks_event_ <= at) return;
+  banks_event_ = at;
+  events_.push(at, EventKind::kBanks);
+}
+
+MemoryCounts MemoryPath::counts() const {
+  MemoryCounts counts = counts_;
+  if (banks_ != nullptr) {
+    const memory::DramCounters dram = banks_->counters();
+    counts.memory_busy = static_cast<double>(dram.bus_clocks) / (dram_clocks_per_clk_ * banks_->spec().channels);
+    counts.row_hits = dram.row_hits, counts.activates = dram.activates;
+  }
+  return counts;
 }
 
 }  // namespace tessera::timing

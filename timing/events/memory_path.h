@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <vector>
 
 #include "hardware/machine.h"
+#include "memory/dram_banks.h"
 #include "timing/events/event_counts.h"
 #include "timing/events/event_queue.h"
 #include "timing/events/request_cache.h"
@@ -15,8 +18,9 @@ namespace tessera::timing {
 //
 //   line ---> bank (l2.banks, a line per 1 / l2.lines_per_clk) ---> hit: after l2.latency_clk
 //                |                                             \--> miss: one of l2.requests, or waits for one
-//   what bypasses the L2 -----------------------------------------> memory: bytes one after the other at the GPU's
-//                                                                   rate, reads after memory.latency_clk
+//   what bypasses the L2 -----------------------------------------> memory, fluid: bytes one after the other at the
+//                                                                   GPU's rate, reads after memory.latency_clk
+//                                                                   banks: transactions as memory::DramBanks moves them
 //
 // Who reads opens a group, asks for lines on its behalf, and closes it; the group's event comes when all of them are
 // there.
@@ -33,20 +37,16 @@ class MemoryPath {
   void read_line(std::uint32_t line, std::uint32_t group, double now);
   // The same on behalf of a texture cache, whose event comes when the line is there.
   void read_line(std::uint32_t line, std::uint32_t core, std::uint32_t texture_request, double now);
-  void read_bytes(std::uint64_t bytes, std::uint32_t group, double now);
-  // When the memory has given or taken them, nobody waiting for it.
-  double take_bytes(std::uint64_t bytes, double now) {
-    counts_.read_bytes += bytes;
-    return bytes == 0 ? now : move(bytes, now);
-  }
-  double write_bytes(std::uint64_t bytes, double now);
+  // Bytes at an address past the L2; the group waits until they are there, or until the memory has taken them.
+  void read_bytes(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, double now);
+  void write_bytes(std::uint64_t address, std::uint64_t bytes, std::uint32_t group, double now);
 
   void memory_has_read(std::uint32_t request, double now);
+  void banks_answer(double now);
 
   RequestCache& l2() { return l2_; }
-  // When the memory has moved all that it was given.
-  double free_at() const { return memory_free_; }
-  const MemoryCounts& counts() const { return counts_; }
+  // As the frame ends.
+  MemoryCounts counts() const;
 
  private:
   // Who waits for a line: a group, or a request of a core's texture cache.
@@ -76,6 +76,14 @@ class MemoryPath {
   void ask_memory(std::uint32_t line, const Waiter& waiter, double now);
   // When so many bytes have passed the interface.
   double move(std::uint64_t bytes, double now);
+  // One transaction of the banks; `id`: an L2 request or, with kOfGroup, a group.
+  void ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now);
+  void answer_transaction(std::uint64_t id, double time);
+  void settle_banks(double now);
+  void schedule_banks();
+  memory::DramClock dram_clock(double now) const {
+    return static_cast<memory::DramClock>(std::ceil(now * dram_clocks_per_clk_));
+  }
 
   EventQueue& events_;
   double bytes_per_clk_, latency_, bank_clk_, l2_latency_;
@@ -89,6 +97,15 @@ class MemoryPath {
   std::deque<Stalled> stalled_;
   std::vector<Waiter> waiters_;
   std::uint32_t free_waiter_ = kNone;
+  static constexpr std::uint64_t kOfGroup = std::uint64_t{1} << 32;
+  struct Transaction {
+    std::uint64_t id, address;
+    bool write;
+  };
+  std::unique_ptr<memory::DramBanks> banks_;      // null: fluid
+  std::vector<std::deque<Transaction>> waiting_;  // by channel, for a place in its queue
+  std::vector<memory::DramCompletion> completions_;
+  double dram_clocks_per_clk_ = 0, banks_event_ = 0;
   std::vector<Group> groups_;
   std::vector<std::uint32_t> free_groups_;
   MemoryCounts counts_;

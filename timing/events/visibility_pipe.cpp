@@ -38,9 +38,10 @@ double VisibilityPipe::cycles(std::size_t unit, const SubPatchItem& item) const 
   return events[unit] * per_event_[unit] + (unit == 0 ? item.transforms * transform_clk_ : 0);
 }
 
-void VisibilityPipe::begin(const TileWork& work, const TileItems& items, double now) {
+void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now) {
   work_ = &work;
   items_ = &items;
+  address_ = address;
   count_ = static_cast<std::uint32_t>(items.sub_patches.size());
   fetched_ = passed_ = tested_ = 0;
   lines_waiting_ = 0;
@@ -59,14 +60,14 @@ void VisibilityPipe::begin(const TileWork& work, const TileItems& items, double 
   // The list and what was stored of the tile; then the records that it names.
   steps_ = items.record_bytes > 0 ? 2 : 1;
   const std::uint32_t group = memory_.open_group(EventKind::kListRead, core_, 0);
-  memory_.read_bytes(items.list_bytes + items.load_bytes, group, now);
+  memory_.read_bytes(address_, items.list_bytes + items.load_bytes, group, now);
   memory_.close_group(group, now);
 }
 
 void VisibilityPipe::list_read(double now) {
   if (--steps_ > 0) {
     const std::uint32_t group = memory_.open_group(EventKind::kListRead, core_, 0);
-    memory_.read_bytes(items_->record_bytes, group, now);
+    memory_.read_bytes(address_ + items_->list_bytes + items_->load_bytes, items_->record_bytes, group, now);
     memory_.close_group(group, now);
     return;
   }

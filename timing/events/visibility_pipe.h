@@ -29,8 +29,8 @@ class VisibilityPipe {
   VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, MemoryPath& memory,
                  TexturePath& textures, std::optional<hardware::Stage> infinitely_fast);
 
-  // Both must stay until the event kTested.
-  void begin(const TileWork& work, const TileItems& items, double now);
+  // Both must stay until the event kTested. `address`: of the tile's list and what it names.
+  void begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now);
 
   void list_read(double now);
   void fetch(double now);
@@ -64,6 +64,7 @@ class VisibilityPipe {
 
   const TileWork* work_ = nullptr;
   const TileItems* items_ = nullptr;
+  std::uint64_t address_ = 0;
   int steps_ = 0;  // of the list: read, then its records
   std::uint32_t count_ = 0, fetched_ = 0, passed_ = 0, tested_ = 0;
   double fetch_free_ = 0;
