@@ -59,21 +59,26 @@ Keys<Machine> speed_keys() {
           {"tilecore.compaction_per_clk", &Throughputs::compacted_samples_per_clk, "samples/clk", kLeast, kMax,
            "Visible samples and blended layers that a core packs into warps.", "[assumed] a warp"},
       });
-  keys.add(&Machine::shader, Keys<PixelShader>{
-                                 {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
-                                  "Operations of the pixel shader that a core does per clock.",
-                                  "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
-                                 {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
-                                  "Invocations of a warp. Warps are whole, each of one draw; the "
-                                  "texture unit gets their lookups together.",
-                                  "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
-                                 {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
-                                  "Operations of one pixel-shader invocation on one lane.",
-                                  "[assumed] a physically based shader with a few lights"},
-                                 {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
-                                  "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
-                                  "[assumed] as a vertex, energy.vertex_pj"},
-                             });
+  keys.add(&Machine::shader,
+           Keys<PixelShader>{
+               {"shader.lanes", &PixelShader::lanes, "lanes", 1, 4096,
+                "Operations of the pixel shader that a core does per clock.",
+                "[assumed] 8, 32, 128: steps of a factor of 4, as between classes of phones"},
+               {"shader.warp_lanes", &PixelShader::warp_lanes, "lanes", 4, 128,
+                "Invocations of a warp. Warps are whole, each of one draw; the "
+                "texture unit gets their lookups together.",
+                "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
+               {"shader.costs", &PixelShader::costs,
+                "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
+                "constants of shader.operations, shader.surface_operations and shader.registers, or "
+                "what LLVM compiles its material's shader to for gfx1030."},
+               {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
+                "Operations of one pixel-shader invocation on one lane.",
+                "[assumed] a physically based shader with a few lights"},
+               {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
+                "Operations of one pixel-shader invocation that evaluates its patch again, besides.",
+                "[assumed] as a vertex, energy.vertex_pj"},
+           });
   keys.add(&Machine::rates,
            Keys<Throughputs>{
                {"texture.texels_per_clk", &Throughputs::texels_per_clk, "texels/clk", kLeast, kMax,

@@ -41,8 +41,13 @@ struct Throughputs {
   double resolve_operations_per_clk = 16;
 };
 
+// Where the operations and registers of a shader come from, for TimingModel::kEvents: the constants below, or the table of
+// compiled code (hardware/shader_costs.h).
+enum class ShaderCosts : std::uint8_t { kConstant, kCompiled };
+
 // The pixel shader of a core.
 struct PixelShader {
+  ShaderCosts costs = ShaderCosts::kConstant;
   std::int64_t lanes = 32;
   std::int64_t warp_lanes = 32;
   double operations = 160;
@@ -149,6 +154,8 @@ Keys<Machine> machine_keys();  // the others
 
 namespace tessera {
 
+template <>
+inline constexpr auto kEnumWords<hardware::ShaderCosts> = std::to_array<std::string_view>({"constant", "compiled"});
 template <>
 inline constexpr auto kEnumWords<hardware::MemoryModel> = std::to_array<std::string_view>({"fluid", "banks"});
 template <>

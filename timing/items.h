@@ -24,6 +24,8 @@ struct SubPatchItem {
 struct WarpItem {
   std::uint32_t lanes = 0;        // with an invocation
   std::uint32_t evaluates = 0;    // 1: its lanes evaluate their patch again
+  std::uint32_t clocks = 0;       // of a lane for its compiled shader (hardware/shader_costs.h)
+  std::uint32_t registers = 0;    // of a lane, likewise
   std::uint32_t texels = 0;       // bilinear lookups of all lanes
   std::uint32_t texel_lines = 0;  // TileItems::texel_lines
 };

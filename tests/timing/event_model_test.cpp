@@ -5,6 +5,7 @@
 
 #include <rapidcheck/gtest.h>
 
+#include "memory/dram_spec.h"
 #include "tests/support/captures.h"
 
 namespace tessera::timing {
@@ -143,6 +144,26 @@ TEST(EventModel, WarpsWithoutLookupsFillTheLanes) {  // EM3
   EXPECT_DOUBLE_EQ(warps(7, 0, true).cycles(gpu), 7 * 100 * 2.0);
 }
 
+// The banks of an idle memory: the time of one read, and of a stream of them at most the bus.
+TEST(EventModel, BanksAreThoseOfTheMemory) {
+  Machine gpu = endless();
+  gpu.memory.model = hardware::MemoryModel::kBanks;
+  gpu.memory.type = hardware::MemoryType::kLpddr5_6400;
+  gpu.clock_mhz = 500;
+  const memory::DramSpec spec = memory::dram_spec("lpddr5-6400");
+  const double clk = gpu.clock_mhz / spec.clock_mhz();
+  const double one = sub_patches({{.lines = 1}}).cycles(gpu);
+  EXPECT_NEAR(one, spec.idle_latency_clocks() * clk, 4 * clk);
+  OneTile many = sub_patches({{.lines = 4000}});
+  gpu.queues.fetched_lines = 4096;
+  gpu.queues.l2_requests = 4096;
+  const double bytes_per_clk = spec.peak_gb_s() * 1e3 / gpu.clock_mhz;
+  const EventSchedule out = simulate_events(gpu, many.work);
+  EXPECT_GE(out.schedule.cycles, 4000 * 64 / bytes_per_clk);
+  EXPECT_LE(out.schedule.cycles, 1.3 * 4000 * 64 / bytes_per_clk + one);
+  EXPECT_GT(out.counts.memory.row_hits, 3000u);
+}
+
 TEST(EventModel, OneWarpWaitsForItsTexels) {
   Machine gpu = endless();
   gpu.shader.operations = 100;
@@ -179,6 +200,16 @@ TEST(EventModel, RegistersLimitTheWarpsInFlight) {
   EXPECT_LT(four, 0.5 * one);
   gpu.queues.max_warps = 4;
   EXPECT_DOUBLE_EQ(cycles(16), four);
+}
+
+TEST(EventModel, CompiledShadersTakeTheirOwnTime) {
+  Machine gpu = endless();
+  gpu.shader.operations = 1000;
+  gpu.shader.lanes = 16;
+  gpu.shader.costs = hardware::ShaderCosts::kCompiled;
+  OneTile one = warps(3, 0, true);
+  for (std::uint32_t w = 0; w < 3; ++w) one.items().warps[w].clocks = 100 + w;
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 2 * (100 + 101 + 102.0));
 }
 
 TEST(EventModel, ASmallTextureCacheAsksAgain) {
@@ -264,7 +295,7 @@ FrameWork random_frame(test::Random& random) {
       items.shading_lines = upto(10);
       for (std::uint32_t k = 0; k < items.shading_lines; ++k) items.lines.push_back(upto(3000));
       for (std::uint32_t n = upto(20); n > 0; --n) {
-        WarpItem warp{1 + upto(31), upto(1), 0, upto(12)};
+        WarpItem warp{1 + upto(31), upto(1), 1 + upto(500), 1 + upto(100), 0, upto(12)};
         warp.texels = warp.texel_lines > 0 ? 32 + upto(200) : 0;
         for (std::uint32_t k = 0; k < warp.texel_lines; ++k) items.texel_lines.push_back(5000 + upto(600));
         tile.shader_lanes += 32, tile.surface_lanes += warp.evaluates * 32, tile.texels += warp.texels;
@@ -297,6 +328,9 @@ Machine random_machine(test::Random& random) {
   gpu.caches.texture_bytes = pick({256, 4096});
   gpu.caches.l2_bytes = pick({0, 4096, 262144});
   gpu.memory.bytes_per_clk = static_cast<double>(pick({2, 40}));
+  gpu.memory.model = static_cast<hardware::MemoryModel>(pick({0, 1}));
+  gpu.memory.type = static_cast<hardware::MemoryType>(pick({0, 1, 2}));
+  gpu.shader.costs = static_cast<hardware::ShaderCosts>(pick({0, 1}));
   gpu.cores.memory_bytes = pick({40000, 160000});
   return gpu;
 }

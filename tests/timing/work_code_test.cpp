@@ -28,7 +28,7 @@ TileItems random_items(test::Random& random) {
     item.lines = add_lines(items.lines), item.texel_lines = add_lines(items.texel_lines);
   }
   for (int k = random.integer(0, 4); k > 0; --k)
-    items.warps.push_back({number(), number() & 1, number(), add_lines(items.texel_lines)});
+    items.warps.push_back({number(), number() & 1, number(), number(), number(), add_lines(items.texel_lines)});
   items.shading_lines = add_lines(items.lines);
   items.list_bytes = number(), items.written_bytes = number();
   return items;

@@ -9,6 +9,7 @@
 #include "tilecore/procedural/procedure_surface.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
 #include "tilecore/shading/scalar_lanes.h"
+#include "tilecore/shading/shader_features.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -63,6 +64,16 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   if (shutter.moving_lights) draw.lights.close = lit.lights[1];
   draw.environment = lighting.environment.intensity();
   return draw;
+}
+
+// What every warp of a draw has.
+timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads) {
+  const hardware::ShaderCost cost = hardware::shader_cost(draw_features(frame, drawable, quads));
+  timing::WarpItem item;
+  item.evaluates = has_grid(drawable) ? 1 : 0;
+  item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
+  item.registers = static_cast<std::uint32_t>(cost.registers);
+  return item;
 }
 
 }  // namespace
@@ -172,9 +183,10 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   warp_ends_.push_back(order.size());
   warps_ += warp_ends_.size();
   if (has_grid(drawable)) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
+  const timing::WarpItem item = keep_warps_ ? item_of(frame, drawable, quads) : timing::WarpItem();
   if (drawable.procedure != nullptr) {
     for (const std::uint32_t i : order) points[i] = shade_point(shutter, lighting, invocations[i]);
-    finish_warps(0, warp_ends_.size(), 0, has_grid(drawable), LookupArrays(), textures);
+    finish_warps(0, warp_ends_.size(), 0, item, LookupArrays(), textures);
     return;
   }
 
@@ -227,13 +239,13 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
       point.normal = {output_[3][lane], output_[4][lane], output_[5][lane]};
       point.alpha = output_[6][lane];
     }
-    finish_warps(first_warp, warp, first, has_grid(drawable), lookups, textures);
+    finish_warps(first_warp, warp, first, item, lookups, textures);
     first += count;
   }
 }
 
-void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, bool evaluates,
-                               const LookupArrays& lookups, TextureUnit* textures) {
+void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::size_t first,
+                               const timing::WarpItem& of_draw, const LookupArrays& lookups, TextureUnit* textures) {
   for (std::size_t w = first_warp, begin = first; w < end; begin = warp_ends_[w++]) {
     const std::size_t lines = textures != nullptr ? textures->request_count() : 0;
     const std::uint64_t texels = textures != nullptr ? textures->counters().texels : 0;
@@ -242,9 +254,8 @@ void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::siz
         if (lookups.layout[slot] != nullptr)
           textures->fetch_warp(lookups.line[slot], begin - first, warp_ends_[w] - begin);
     if (!keep_warps_) continue;
-    timing::WarpItem& item = warp_items_.emplace_back();
+    timing::WarpItem& item = warp_items_.emplace_back(of_draw);
     item.lanes = static_cast<std::uint32_t>(warp_ends_[w] - begin);
-    item.evaluates = evaluates ? 1 : 0;
     if (textures == nullptr) continue;
     item.texels = static_cast<std::uint32_t>(textures->counters().texels - texels);
     item.texel_lines = static_cast<std::uint32_t>(textures->request_count() - lines);

@@ -93,7 +93,7 @@ class PixelShader {
                      std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes);
   // Tells `textures` of the lookups of warps [first_warp, end) and keeps what they do; invocation `first` of the draw is
   // lane 0 of `lookups`.
-  void finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, bool evaluates,
+  void finish_warps(std::size_t first_warp, std::size_t end, std::size_t first, const timing::WarpItem& of_draw,
                     const LookupArrays& lookups, TextureUnit* textures);
 
   std::vector<Bucket> buckets_;

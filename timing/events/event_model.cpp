@@ -183,7 +183,7 @@ class EventSimulation {
         memory_(gpu, events_, fast == Stage::kDram),
         geometry_(events_, memory_) {
     ShaderCore::Rates rates = ShaderCore::rates_of(gpu, static_cast<std::uint64_t>(gpu.shader.warp_lanes));
-    if (fast == Stage::kShader) rates.operations = rates.surface_operations = 0;
+    if (fast == Stage::kShader) rates.operations = rates.surface_operations = rates.compiled_clk = 0;
     if (fast == Stage::kCompaction) rates.compaction_clk = 0;
     if (fast == Stage::kTexture) rates.texels_per_clk = std::numeric_limits<double>::infinity();
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)

@@ -7,15 +7,17 @@ namespace tessera::timing {
 
 ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu, std::uint64_t warp_lanes) {
   const auto lanes = static_cast<double>(warp_lanes);
-  const std::int64_t by_registers =
-      gpu.queues.register_bytes / (gpu.queues.registers * 4 * static_cast<std::int64_t>(warp_lanes));
   return {gpu.shader.operations,
           gpu.shader.surface_operations,
           static_cast<double>(gpu.shader.lanes),
           lanes,
           gpu.rates.texels_per_clk,
           lanes / gpu.rates.compacted_samples_per_clk,
-          static_cast<std::size_t>(std::clamp<std::int64_t>(by_registers, 1, gpu.queues.max_warps))};
+          static_cast<std::size_t>(gpu.queues.max_warps),
+          static_cast<double>(gpu.queues.register_bytes),
+          static_cast<double>(gpu.queues.registers),
+          1,
+          gpu.shader.costs == hardware::ShaderCosts::kCompiled};
 }
 
 ShaderCore::ShaderCore(std::uint32_t core, const Rates& rates, EventQueue& events, TexturePath& textures)
@@ -32,6 +34,7 @@ void ShaderCore::begin(const TileItems& items, double now) {
     line += items.warps[w].texel_lines;
   }
   next_ = oldest_ = in_flight_ = done_ = 0;
+  registers_taken_ = 0;
   began_ = now;
   reason_ = Stall::kNoWarp;
   if (warps_.empty())
@@ -42,10 +45,15 @@ void ShaderCore::begin(const TileItems& items, double now) {
 
 double ShaderCore::cycles(std::uint32_t warp, bool first_part) const {
   const WarpItem& item = items_->warps[warp];
-  const double all =
-      (rates_.operations + (item.evaluates != 0 ? rates_.surface_operations : 0)) * rates_.warp_lanes / rates_.lanes;
+  const double operations = rates_.compiled ? item.clocks * rates_.compiled_clk
+                                            : rates_.operations + (item.evaluates != 0 ? rates_.surface_operations : 0);
+  const double all = operations * rates_.warp_lanes / rates_.lanes;
   if (item.texels == 0) return all;
   return all * (first_part ? kBeforeLookups : 1 - kBeforeLookups);
+}
+
+double ShaderCore::register_bytes(std::uint32_t warp) const {
+  return (rates_.compiled ? items_->warps[warp].registers : rates_.registers) * 4 * rates_.warp_lanes;
 }
 
 void ShaderCore::launch(double now) {
@@ -57,7 +65,10 @@ void ShaderCore::launch(double now) {
       packing_ = true;
       break;
     }
+    // A warp that needs more than there are runs alone.
+    if (in_flight_ > 0 && registers_taken_ + register_bytes(next_) > rates_.register_bytes) break;
     ++in_flight_;
+    registers_taken_ += register_bytes(next_);
     warps_[next_].state = State::kFirst;
     make_ready(next_++);
   }
@@ -120,6 +131,7 @@ void ShaderCore::texels_read(std::uint32_t warp, double now) {
 void ShaderCore::finish(std::uint32_t warp, double now) {
   warps_[warp].state = State::kDone;
   --in_flight_;
+  registers_taken_ -= register_bytes(warp);
   if (++done_ == warps_.size()) {
     reason_ = Stall::kNoTile;
     events_.push(now, EventKind::kShaded, core_);

@@ -29,6 +29,9 @@ class ShaderCore {
     double texels_per_clk;
     double compaction_clk;  // of a warp
     std::size_t max_warps;
+    double register_bytes, registers;  // of the core; of an invocation
+    double compiled_clk;               // of one clock of compiled code; 0: it takes no time
+    bool compiled;                     // operations and registers are those of each warp's own shader
   };
   static Rates rates_of(const hardware::Machine& gpu, std::uint64_t warp_lanes);
 
@@ -53,6 +56,7 @@ class ShaderCore {
   };
 
   double cycles(std::uint32_t warp, bool first_part) const;
+  double register_bytes(std::uint32_t warp) const;
   void launch(double now);
   void issue(double now);
   void finish(std::uint32_t warp, double now);
@@ -68,6 +72,7 @@ class ShaderCore {
   std::vector<std::uint32_t> ready_;  // heap, the oldest on top
   std::uint32_t next_ = 0, oldest_ = 0, in_flight_ = 0, done_ = 0, on_lanes_ = 0;
   bool issuing_ = false, packing_ = false;
+  double registers_taken_ = 0;  // bytes
   double began_ = 0, idle_since_ = 0, busy_ = 0;
   Stall reason_ = Stall::kNoTile;
   std::array<double, kStallCount> stalls_{};
