@@ -61,15 +61,27 @@ const ShaderCost& row_of(std::string_view name) {
   return at->cost;
 }
 
-void add(ShaderCost& sum, const ShaderCost& cost, std::int32_t times = 1) {
-  sum.vector_operations += times * cost.vector_operations;
-  sum.transcendental += times * cost.transcendental;
-  sum.scalar += times * cost.scalar;
-  sum.texture_instructions += times * cost.texture_instructions;
-  sum.memory += times * cost.memory;
-  // Lights follow each other, and so do coordinates: what one needs the next one takes over.
-  sum.registers += cost.registers;
-}
+// Rows added up. Registers are those of the whole shader and of the feature that adds most to them: where each is
+// needed most, the others are not.
+struct Sum {
+  ShaderCost cost;
+  std::int32_t added_registers = 0;
+
+  explicit Sum(const ShaderCost& whole) : cost(whole) {}
+  void add(const ShaderCost& row, std::int32_t times = 1) {
+    cost.vector_operations += times * row.vector_operations;
+    cost.transcendental += times * row.transcendental;
+    cost.scalar += times * row.scalar;
+    cost.texture_instructions += times * row.texture_instructions;
+    cost.memory += times * row.memory;
+    if (times > 0) added_registers = std::max(added_registers, row.registers);
+  }
+  ShaderCost total() const {
+    ShaderCost all = cost;
+    all.registers += added_registers;
+    return all;
+  }
+};
 
 std::string joined(std::initializer_list<std::string_view> parts) {
   std::string name;
@@ -79,29 +91,29 @@ std::string joined(std::initializer_list<std::string_view> parts) {
 
 // Of a pixel shader: what its textures and vertex colours add.
 void add_textures(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
-                  ShaderCost& sum) {
+                  Sum& sum) {
   const std::string_view corners = f.surface == Features::Surface::kTriangles ? "triangles" : "patch";
-  if (f.vertex_colors) add(sum, row_of(joined({"add/vertex_colors", corners})));
+  if (f.vertex_colors) sum.add(row_of(joined({"add/vertex_colors", corners})));
   const bool mapped = f.normals != Features::Normals::kOfSurface;
   const std::array<std::pair<bool, std::string_view>, 4> slots = {{{f.base_color, "add/base_color"},
                                                                    {f.metallic_roughness, "add/metallic_roughness"},
                                                                    {f.occlusion, "add/occlusion"},
                                                                    {f.emissive, "add/emissive"}}};
   for (const auto& [there, name] : slots)
-    if (there) add(sum, row_of(joined({name, derivatives})));
+    if (there) sum.add(row_of(joined({name, derivatives})));
   const bool any = std::any_of(slots.begin(), slots.end(), [](const auto& slot) { return slot.first; });
   if (any || mapped) {
     // The row has the first texture, the base colour's, as well.
-    add(sum, row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
-    add(sum, row_of(joined({"add/base_color", derivatives})), -1);
-    if (f.coordinates > 1) add(sum, row_of(joined({"add/coordinate_apart", corners, derivatives})), f.coordinates - 1);
+    sum.add(row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
+    sum.add(row_of(joined({"add/base_color", derivatives})), -1);
+    if (f.coordinates > 1) sum.add(row_of(joined({"add/coordinate_apart", corners, derivatives})), f.coordinates - 1);
   }
   if (!mapped) return;
   const bool given = f.normals == Features::Normals::kMappedAlongTangents;
-  add(sum, row_of(joined({"add/normal", surface, motion, given ? "along_tangents" : "mapped"})));
+  sum.add(row_of(joined({"add/normal", surface, motion, given ? "along_tangents" : "mapped"})));
   if (!f.quads) {  // the row is of quads; its lookup's level of detail is that of any other texture
-    add(sum, row_of("add/base_color/surface"));
-    add(sum, row_of("add/base_color/quads"), -1);
+    sum.add(row_of("add/base_color/surface"));
+    sum.add(row_of("add/base_color/quads"), -1);
   }
 }
 
@@ -119,25 +131,27 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
   const Features::Motion motion_taken = patch ? f.motion : std::min(f.motion, Features::Motion::kMoving);
   const std::string_view motion = kMotionNames[static_cast<std::size_t>(motion_taken)];
   const std::string_view derivatives = f.quads ? "quads" : "surface";
-  ShaderCost sum;
   if (f.stage == Features::Stage::kDomain) {
     TESSERA_CHECK(patch, "domain shaders are those of patches");
     return row_of(joined({"domain", surface, motion}));
   }
   if (f.stage == Features::Stage::kAlphaTest) {
     TESSERA_CHECK(f.surface != Features::Surface::kComputed, "procedures have no alpha test");
-    add(sum, row_of(joined({"alpha_test", surface, motion, derivatives})));
-    if (f.vertex_colors) add(sum, row_of(joined({"add/vertex_colors", patch ? "patch" : "triangles"})));
-    return sum;
+    Sum sum(row_of(joined({"alpha_test", surface, motion, derivatives})));
+    if (f.vertex_colors) sum.add(row_of(joined({"add/vertex_colors", patch ? "patch" : "triangles"})));
+    return sum.total();
   }
-  add(sum, f.unlit ? row_of("unlit") : row_of(joined({"lit", surface, motion})));
+  Sum sum(f.unlit ? row_of("unlit") : row_of(joined({"lit", surface, motion})));
   if (f.surface != Features::Surface::kComputed) add_textures(f, surface, motion, derivatives, sum);
-  if (!f.unlit)
-    for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
-      if (f.lights[kind] > 0)
-        add(sum, row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
-  sum.registers = std::max(sum.registers, 1);
-  return sum;
+  if (f.unlit) return sum.total();
+  bool any_light = false;
+  for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
+    if (f.lights[kind] > 0) {
+      any_light = true;
+      sum.add(row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
+    }
+  if (any_light) sum.add(row_of("add/lights"));
+  return sum.total();
 }
 
 double issue_cycles(const ShaderCost& cost, std::int64_t warp_lanes, std::int64_t lanes) {

@@ -79,14 +79,14 @@ def kinds_of_motion(surface):
 
 
 def rows():
-    """(name, shader, shader that is taken away or None), in the order of the table."""
+    """(name, shaders that are added up, shaders that are taken away), in the order of the table."""
     all_rows = []
 
     def whole(name, shader):
-        all_rows.append((name, shader, None))
+        all_rows.append((name, [shader], []))
 
     def added(name, with_it, without):
-        all_rows.append(("add/" + name, with_it, without))
+        all_rows.append(("add/" + name, [with_it], [without]))
 
     derivatives = {"quads": True, "surface": False}
     drawn = [s for s in SURFACES if s != "computed"]
@@ -117,6 +117,9 @@ def rows():
         for name, quads in derivatives.items():
             two = Shader(surface=surface, base_color=True, emissive=True, quads=quads)
             added(f"coordinate_apart/{surface}/{name}", two.but(apart=True), two)
+    # What all lights share, computed once: a first one has it, a second one has not.
+    one = Shader(lights=1)
+    all_rows.append(("add/lights", [one, one], [one.but(lights=0), one.but(lights=2)]))
     for light in LIGHTS:
         for name, moves in (("still", False), ("moving", True)):
             one = Shader(lights=1, light=light, light_moves=moves)
@@ -229,21 +232,21 @@ def main():
     arguments = parser.parse_args()
     if arguments.whole:
         shaders = [parsed(text) for text in arguments.whole]
-        table = [(text, shader, None) for text, shader in zip(arguments.whole, shaders)]
+        table = [(text, [shader], []) for text, shader in zip(arguments.whole, shaders)]
     else:
         table = [row for row in rows() if re.search(arguments.only, row[0])]
     if arguments.list:
         print("\n".join(row[0] for row in table))
         return
-    costs = compile_all(arguments.clang, [shader for row in table for shader in row[1:] if shader is not None])
+    costs = compile_all(arguments.clang, [shader for row in table for shader in row[1] + row[2]])
     version = re.search(r"clang version \d+\.\d+\.\d+", run([arguments.clang, "--version"]))[0]
     print(f"# Made by tilecore/shading/cost/make_costs.py with {version}.")
     print(f"# Flags: {' '.join(FLAGS)}")
     print("shader," + ",".join(COUNTS))
-    for name, shader, without in table:
-        counts = costs[shader.key()]
-        less = costs[without.key()] if without is not None else dict.fromkeys(COUNTS, 0)
-        print(name + "," + ",".join(str(counts[c] - less[c]) for c in COUNTS))
+    for name, plus, minus in table:
+        numbers = [sum(costs[shader.key()][c] for shader in plus) - sum(costs[shader.key()][c] for shader in minus)
+                   for c in COUNTS]
+        print(name + "," + ",".join(map(str, numbers)))
 
 
 main()
