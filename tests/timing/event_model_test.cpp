@@ -261,10 +261,10 @@ TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   gpu.rates.resolved_pixels_per_clk = 1;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 1024.0);
   gpu.memory.bytes_per_clk = 4;  // 128 clocks for what is resolved in 64
-  gpu.queues.store_bytes = 64;
-  const double cycles = one.cycles(gpu);
-  EXPECT_GE(cycles, 64 + 15 * 128.0 - 16);
-  EXPECT_LE(cycles, 64 + 16 * 128.0);
+  gpu.queues.store_bytes = 512;  // a block waits while the next is resolved
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 64 + 16 * 128.0);
+  gpu.queues.store_bytes = 64;  // none does
+  EXPECT_DOUBLE_EQ(one.cycles(gpu), 16 * (64 + 128.0));
 }
 
 // A frame of everything, at random.
