@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/counter.h"
+#include "frontend/deferred.h"
 #include "frontend/instance_culling.h"
 #include "frontend/patch_culling.h"
 #include "frontend/patch_record.h"
@@ -22,22 +23,28 @@ inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCa
 // The front end's work on one frame after posing, for each of its motion segments: drop instances
 // and groups of patches that cannot be seen, split every base patch of the others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
 // segment.
-// What `guess` hides, if there is one, is deferred. Throws LimitError where the sub-patches need more memory than `budget`
+// What `guess` hides, if there is one, is deferred: instances before their mesh is read, groups before their patches'
+// records are, sub-patches before they are split. Throws LimitError where the sub-patches need more memory than `budget`
 // has; what it exceeds is no more than what 32768 base patches become.
 struct FrontEndResult {
-  std::vector<BoundedSubPatch> sub_patches, deferred;
-  std::vector<PatchRun> read;  // base patches whose records were read, in order
+  std::vector<BoundedSubPatch> sub_patches;
+  std::vector<std::uint8_t> deferred;  // pack_deferred(), segment by segment
+  std::vector<PatchRun> read;          // base patches whose records were read, in order
   FrontendCounters counters;
+  PreviousDepthCounters previous_depth;
   InstanceCounters instances;
   PatchGroupCounters groups;
   memory::Ledger ledger;
 };
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const FrontEndSpec& spec, const OcclusionGuess* guess = nullptr,
+                             const FrontEndSpec& spec, const CoarseDepth* guess = nullptr,
                              scene::MemoryBudget* budget = nullptr);
 
-// Sub-patches of what was deferred and, now that the frame's own depth is known, is not hidden by it. Counts into
-// `front_end` and charges the records that are fetched again.
+// Sub-patches of what was deferred and that the frame's own depth, now known, does not hide. Counts into `front_end` and
+// charges what is read for it.
+//
+// Invariant (cited by the tests):
+//   SP1  Nothing that was deferred and is not returned appears in the frame.
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end);
@@ -72,7 +79,8 @@ inline constexpr auto kCounterFields<frontend::FrontendCounters> =
          "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
         {"frontend.revived_previous_depth", &frontend::FrontendCounters::revived_previous_depth, Combine::kSum,
          "sub-patches",
-         "Sub-patches that the previous frame's depth hid but this frame's did not; their tiles are rendered again.",
+         "Sub-patches that the previous frame's depth hid but this frame's did not; they are split, and tiles in which "
+         "this frame's depth does not hide the parts are rendered again.",
          ""},
         {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
          "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},

@@ -146,8 +146,7 @@ bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
 }
 
 std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range, int depth,
-                                                        std::vector<BoundedSubPatch>* deferred,
-                                                        FrontendCounters& counters) {
+                                                        std::vector<Deferred>* deferred, FrontendCounters& counters) {
   const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
   const std::uint64_t before = pending();
   const SubPatchBody body = bounder_.body(range);
@@ -167,11 +166,15 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
   }
-  if (deferred != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
-    ++counters.culled_previous_depth;
-    counters.cells_culled_previous_depth += cell_count(range);
-    deferred->push_back({patch, range, *bounds, body.box, kAllSubPatchEffects});
-    return std::nullopt;
+  if (depth_ != nullptr) {
+    const BlockFootprint footprint = depth_->footprint(*bounds);
+    if (depth_->hides(footprint, blocks_tested_)) {
+      ++counters.culled_previous_depth;
+      counters.cells_culled_previous_depth += cell_count(range);
+      const bool whole = range == patch_cells(frame_, patch);
+      if (deferred != nullptr) deferred->push_back({Deferred::kSubPatch, 0, 0, whole, patch, range, footprint});
+      return std::nullopt;
+    }
   }
   Node node{0,
             visited_++,
@@ -183,20 +186,21 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
   return node;
 }
 
-void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out,
-                          std::vector<BoundedSubPatch>& deferred, FrontendCounters& counters) {
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
+                          FrontendCounters& counters) {
   const scene::CellRange whole = patch_cells(frame_, patch);
   ++counters.base_patches;
   counters.cells += cell_count(whole);
-  split_range(patch, whole, out, &deferred, counters);
+  split_range(patch, whole, out, deferred, counters);
 }
 
-void PatchSplitter::split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out,
+void PatchSplitter::split_deferred(const Deferred& piece, std::vector<BoundedSubPatch>& out,
                                    FrontendCounters& counters) {
+  const scene::CellRange range = piece.whole ? patch_cells(frame_, piece.number) : piece.range;
   --counters.culled_previous_depth;
   ++counters.revived_previous_depth;
-  counters.cells_culled_previous_depth -= cell_count(piece.range);
-  split_range(piece.base_patch, piece.range, out, nullptr, counters);
+  counters.cells_culled_previous_depth -= cell_count(range);
+  split_range(piece.number, range, out, nullptr, counters);
 }
 
 std::uint64_t PatchSplitter::find_back_faces(const scene::CellRange& range, FrontendCounters& counters) {
@@ -227,7 +231,7 @@ std::uint64_t PatchSplitter::cut_for_back_faces(const scene::CellRange& range, F
   return 0;
 }
 
-void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
+void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
                            FrontendCounters& counters) {
   kept_.clear(), dropped_.clear();
   if (node.facing != Facing::kPerhaps || settings_.backface_cells == 0 ||
@@ -255,7 +259,7 @@ void PatchSplitter::emit(const Node& node, std::vector<BoundedSubPatch>& out, Fr
 }
 
 void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
-                                std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters) {
+                                std::vector<Deferred>* deferred, FrontendCounters& counters) {
   // A max-heap; equal priorities go in the order in which they were visited.
   const auto later = [](const Node& a, const Node& b) {
     return a.priority != b.priority ? a.priority < b.priority : a.order > b.order;

@@ -3,12 +3,13 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "frontend/bounds/back_face.h"
-#include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/deferred.h"
 #include "frontend/settings.h"
 #include "frontend/split_cost.h"
 #include "frontend/sub_patch_effects.h"
@@ -66,25 +67,27 @@ struct BoundedSubPatch {
 // per thread.
 class PatchSplitter {
  public:
-  // With a guess, sub-patches that it hides are deferred, unsplit. `fetches`, unless null, gets what bounding reads
+  // Sub-patches that `depth`, unless null, hides are dropped unsplit. `fetches`, unless null, gets what bounding reads
   // besides the patch.
   PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
-                const OcclusionGuess* guess = nullptr, TableFetches* fetches = nullptr)
+                const CoarseDepth* depth = nullptr, TableFetches* fetches = nullptr)
       : frame_(frame),
         pyramids_(pyramids),
         settings_(settings),
-        guess_(guess),
+        depth_(depth),
         bounder_(frame, pyramids, settings.bound_method, fetches),
         back_face_(frame, fetches),
         effects_(frame, pyramids),
         fetches_(fetches),
         cost_(settings.prices) {}
 
-  // Appends the sub-patches of one base patch, and to `deferred` what the guess hides.
-  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& deferred,
+  // Appends the sub-patches of one base patch, and to `deferred`, unless null, what `depth` hides.
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
              FrontendCounters& counters);
-  // Appends the sub-patches of something deferred that was visible after all.
-  void split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Appends the sub-patches of something deferred that a guess hid, and that may be visible after all.
+  void split_deferred(const Deferred& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Blocks of `depth` that were looked at since the last call.
+  std::uint64_t take_blocks_tested() { return std::exchange(blocks_tested_, 0); }
 
  private:
   struct Node {
@@ -97,14 +100,14 @@ class PatchSplitter {
   };
   // Bounds and tests; nothing when culled or deferred.
   std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth,
-                            std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
+                            std::vector<Deferred>* deferred, FrontendCounters& counters);
   void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
-                   std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
+                   std::vector<Deferred>* deferred, FrontendCounters& counters);
   // Cells of a range that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
   std::uint64_t find_back_faces(const scene::CellRange& range, FrontendCounters& counters);
   std::uint64_t cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters);
   // Appends a sub-patch that is not split further, without the parts of it that face away.
-  void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
+  void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
               FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
   // Cycles that halving along u, along v saves; negative infinity where the cells are too few.
@@ -116,13 +119,14 @@ class PatchSplitter {
   const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   FrontEndSpec settings_;
-  const OcclusionGuess* guess_;
+  const CoarseDepth* depth_;
   SubPatchBounder bounder_;
   BackFaceTest back_face_;
   EffectSelector effects_;
   std::vector<Node> heap_;
   std::vector<scene::CellRange> kept_, dropped_;
   std::uint32_t visited_ = 0;
+  std::uint64_t blocks_tested_ = 0;
   TableFetches* fetches_;
   SplitCost cost_;
   std::uint64_t bounds_ = 0,

@@ -10,7 +10,7 @@ namespace tessera::hardware {
 
 // What units did in a frame, as far as it costs energy: one member per price of the machine.
 struct EnergyEvents {
-  std::uint64_t bounds = 0, binned_entries = 0;
+  std::uint64_t bounds = 0, reprojected_blocks = 0, depth_tests = 0, binned_entries = 0;
   std::uint64_t fetched_entries = 0, sort_steps = 0, vertices = 0, transforms = 0, boxes = 0, box_tests = 0,
                 stencil_tests = 0;
   std::uint64_t sampling_operations = 0, triangle_tests = 0, hits = 0, alpha_tests = 0;

@@ -136,6 +136,8 @@ class TileCore {
   void leave_segment(const TileJob& job) {
     if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
   }
+  // Writes the farthest depths of the tile's blocks.
+  void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.
   struct EntryEffects {
