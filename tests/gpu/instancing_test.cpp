@@ -48,7 +48,14 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "l2.requests",
                                                "l2.attribute_requests",
                                                "l2.misses",
-                                               "dram.read_bytes"};
+                                               "dram.read_bytes",
+                                               "dram.written_bytes",
+                                               "frontend.culled_previous_depth",
+                                               "frontend.cells_culled_previous_depth",
+                                               "frontend.depth_blocks_tested",
+                                               "frontend.instances_culled_previous_depth",
+                                               "frontend.patches_culled_previous_depth",
+                                               "frontend.deferred_bytes"};
 
 TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
   const std::vector<std::vector<std::string>> ways = {
