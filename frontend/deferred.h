@@ -6,53 +6,38 @@
 
 #include "base/counter.h"
 #include "frontend/bounds/coarse_depth.h"
-#include "scene/tessellation_pattern.h"
 
 namespace tessera::frontend {
 
-// What a guess hid, kept in memory until the frame's own depths say whether it was right: a sub-patch, a group of base
-// patches (scene/patch_groups.h) or an instance, none of them looked into.
+// What a guess hid, kept in memory until the frame's own depths say whether it was right: a group of base patches
+// (scene/patch_groups.h) or an instance, neither of them looked into.
 struct Deferred {
-  enum Kind : std::uint8_t { kSubPatch, kGroup, kInstance };
+  enum Kind : std::uint8_t { kGroup, kInstance };
 
-  Kind kind = kSubPatch;
-  std::uint8_t level = 0;    // of a group
+  Kind kind = kGroup;
+  std::uint8_t level = 0;    // of a group, below 8
   std::uint8_t segment = 0;  // FrameGeometry::segment()
-  bool whole = false;        // a sub-patch of all cells of its patch, which its record says
-  std::uint32_t number = 0;  // base patch, a group's first one, or the instance's first drawable
-  scene::CellRange range{};  // of a sub-patch that is not whole
+  std::uint32_t number = 0;  // a group's first base patch, or the instance's first drawable
   BlockFootprint footprint;
 
   bool operator==(const Deferred&) const = default;
 };
 
-// Records of it, little endian, one behind the other. 64 bits for patches and groups that move by the whole shutter's
-// frame, where the fields fit:
+// Records of it, one behind the other, 16 bytes each, little endian:
 //
-//   bits    field
-//   0..23   number
-//   24..26  level; 7: the whole patch
-//   27..42  nearest depth
-//   43..56  first block, counted row by row over the grid
-//   57..59  columns less 1
-//   60..62  rows less 1
-//   63      1
-//
-// Anything else takes 128:
-//
-//   0..31   number
-//   32..59  a sub-patch's i0, j0, i1, j1, 7 bits each, all 0 if whole; or a group's level
-//   60..61  kind
-//   62      segment, highest bit
-//   63      0
-//   64..79  nearest depth
-//   80..123 first column, first row, last column, last row, 11 bits each
-//   124..127 segment, lower bits
-//
-// `grid`: blocks of the frame.
-inline constexpr int kMaxGridSide = 2048;  // blocks
-void pack_deferred(const Deferred& deferred, const IntRect& grid, std::vector<std::uint8_t>& out);
-std::vector<Deferred> unpack_deferred(std::span<const std::uint8_t> bytes, const IntRect& grid);
+//   bits     field
+//   0..31    number
+//   32..47   nearest depth
+//   48..50   level
+//   51       kind
+//   52..56   segment
+//   64..79   first column of blocks
+//   80..95   first row
+//   96..111  last column
+//   112..127 last row
+inline constexpr std::size_t kDeferredBytes = 16;
+void pack_deferred(const Deferred& deferred, std::vector<std::uint8_t>& out);
+std::vector<Deferred> unpack_deferred(std::span<const std::uint8_t> bytes);
 
 struct PreviousDepthCounters {
   std::uint64_t blocks_reprojected = 0;

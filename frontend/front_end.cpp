@@ -91,15 +91,11 @@ void charge_records(TableFetches& fetches, memory::Ledger& ledger) {
   ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
 }
 
-struct Split {
-  std::vector<BoundedSubPatch> sub_patches;
-  std::vector<Deferred> deferred;
-};
-
-// Splits base patches. What `depth`, unless null, hides is deferred, or dropped for good. Charges and counts into `all`.
-Split split_runs(const scene::FrameGeometry& frame, const std::vector<PatchRun>& runs, const PyramidLibrary& pyramids,
-                 const FrontEndSpec& spec, const CoarseDepth* depth, bool defer, TableL2& l2,
-                 scene::MemoryBudget* budget, FrontEndResult& all) {
+// Sub-patches of base patches, without what `depth`, unless null, hides. Charges and counts into `all`.
+std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const std::vector<PatchRun>& runs,
+                                        const PyramidLibrary& pyramids, const FrontEndSpec& spec,
+                                        const CoarseDepth* depth, TableL2& l2, scene::MemoryBudget* budget,
+                                        FrontEndResult& all) {
   struct Counts {
     FrontendCounters counters;
     memory::Ledger ledger;
@@ -109,46 +105,40 @@ Split split_runs(const scene::FrameGeometry& frame, const std::vector<PatchRun>&
   PerThread<Counts> counts;
   // Blocks of patches in parallel, joined in order; not all at once, so that what is too much is noticed early.
   struct Pieces {
-    Split split;
+    std::vector<BoundedSubPatch> sub_patches;
     std::vector<std::uint32_t> table_lines;
   };
   SubPatchStore sub_patches;
-  Split joined;
   for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
       Counts& own = counts.local();
       TableFetches fetches = make_fetches(spec);
       PatchSplitter splitter(frame, pyramids, spec, depth, &fetches);
-      Split& split = pieces[b].split;
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
         own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
                         memory::burst_bytes(0, bound_record_bytes(frame, patch), spec.burst_bytes));
         fetches.pass_record(frame.assembly->record_of(patch));
-        splitter.split(patch, split.sub_patches, defer ? &split.deferred : nullptr, own.counters);
+        splitter.split(patch, pieces[b].sub_patches, own.counters);
         charge_records(fetches, own.ledger);
       }
       own.blocks_tested += splitter.take_blocks_tested();
       pieces[b].table_lines = fetches.take_missed_lines();
     });
-    const std::size_t before = sub_patches.size(), deferred_before = joined.deferred.size();
+    const std::size_t before = sub_patches.size();
     for (const Pieces& of_block : pieces) {
-      sub_patches.add(of_block.split.sub_patches);
-      joined.deferred.insert(joined.deferred.end(), of_block.split.deferred.begin(), of_block.split.deferred.end());
+      sub_patches.add(of_block.sub_patches);
       l2.read(of_block.table_lines, all.ledger);
     }
-    if (budget != nullptr) {
+    if (budget != nullptr)
       budget->charge(sub_patches.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
-      budget->charge(joined.deferred.size() - deferred_before, sizeof(Deferred), "a block of what is hidden");
-    }
   }
-  joined.sub_patches = sub_patches.take();
   counts.for_each([&](Counts& own) {
     merge(all.counters, own.counters);
     all.ledger += own.ledger;
     all.previous_depth.blocks_tested += own.blocks_tested;
   });
-  return joined;
+  return sub_patches.take();
 }
 
 template <class T>
@@ -156,74 +146,61 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
-// Of the drawables of instances, or of all of them, the patches that groups leave.
-std::vector<PatchRun> take_culling(const PatchCulling& culling, std::vector<Deferred>& deferred, FrontEndResult& all) {
+void count(const PatchCulling& culling, FrontEndResult& all) {
   merge(all.groups, culling.counters);
   merge(all.previous_depth, culling.previous_depth);
   all.ledger += culling.ledger;
-  append(deferred, culling.deferred);
-  return culling.read;
 }
 
 // What moves by one frame's poses: by those of the whole shutter or of a segment. Counts and charges into `all`.
-Split run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
-               const CoarseDepth* guess, TableL2& l2, scene::MemoryBudget* budget, FrontEndResult& all) {
-  const InstanceCulling culling = cull_instances(frame, pyramids, spec, guess);
-  merge(all.instances, culling.counters);
-  merge(all.previous_depth, culling.previous_depth);
-  all.ledger += culling.ledger;
-  std::vector<Deferred> deferred = culling.deferred;
-  const std::vector<PatchRun> runs =
-      take_culling(cull_patches(frame, drawables_to_read(frame, culling.read), pyramids, spec, guess), deferred, all);
-  append(all.read, runs);
-  Split split = split_runs(frame, runs, pyramids, spec, guess, true, l2, budget, all);
-  append(deferred, split.deferred);
-  split.deferred = std::move(deferred);
-  return split;
+struct Part {
+  std::vector<BoundedSubPatch> sub_patches;
+  std::vector<Deferred> deferred;
+};
+Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
+              const CoarseDepth* guess, TableL2& l2, scene::MemoryBudget* budget, FrontEndResult& all) {
+  const InstanceCulling instances = cull_instances(frame, pyramids, spec, guess);
+  merge(all.instances, instances.counters);
+  merge(all.previous_depth, instances.previous_depth);
+  all.ledger += instances.ledger;
+  const PatchCulling patches = cull_patches(frame, drawables_to_read(frame, instances.read), pyramids, spec, guess);
+  count(patches, all);
+  append(all.read, patches.read);
+  Part part{split_runs(frame, patches.read, pyramids, spec, nullptr, l2, budget, all), instances.deferred};
+  append(part.deferred, patches.deferred);
+  return part;
 }
 
-// What was deferred of one frame's poses and is not hidden: instances and groups by their patches.
+// The patches of what was deferred of one frame's poses and is not hidden, but for groups among them that are. Each
+// instance's record is read again.
 std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std::vector<Deferred>& visible,
                                     const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth,
                                     FrontEndResult& all) {
   std::vector<std::uint8_t> read(frame.drawables.size(), 0);
   std::vector<PatchRun> runs;
-  std::vector<Deferred> none;  // hidden now: dropped
+  all.counters.revived_previous_depth += visible.size();
   for (const Deferred& d : visible) {
-    if (d.kind == Deferred::kInstance) {
-      const std::uint32_t drawables = instance_drawables(*frame.assembly, d.number);
-      std::fill_n(read.begin() + d.number, drawables, std::uint8_t{1});
-      --all.previous_depth.instances_culled;
-      for (std::uint32_t k = d.number; k < d.number + drawables; ++k)
-        all.previous_depth.patches_culled -= frame.drawables[k].drawable->patch_count;
-    } else if (d.kind == Deferred::kGroup) {
+    if (d.kind == Deferred::kGroup) {
       --all.previous_depth.groups_culled;
       all.previous_depth.patches_culled -= group_patches(frame, d);
-      append(runs, take_culling(cull_group(frame, d, pyramids, spec, depth), none, all));
+      const PatchCulling left = cull_group(frame, d, pyramids, spec, depth);
+      count(left, all);
+      append(runs, left.read);
+      continue;
+    }
+    const std::uint32_t end = d.number + instance_drawables(*frame.assembly, d.number);
+    --all.previous_depth.instances_culled;
+    all.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                    memory::burst_bytes(0, kInstanceRecordBytes, spec.burst_bytes));
+    for (std::uint32_t k = d.number; k < end; ++k) {
+      read[k] = 1;
+      all.previous_depth.patches_culled -= frame.drawables[k].drawable->patch_count;
     }
   }
-  append(runs, take_culling(cull_patches(frame, drawables_to_read(frame, read), pyramids, spec, &depth), none, all));
+  const PatchCulling left = cull_patches(frame, drawables_to_read(frame, read), pyramids, spec, &depth);
+  count(left, all);
+  append(runs, left.read);
   return runs;
-}
-
-std::vector<BoundedSubPatch> part_again(const scene::FrameGeometry& frame, const std::vector<Deferred>& visible,
-                                        const PyramidLibrary& pyramids, const FrontEndSpec& spec,
-                                        const CoarseDepth& depth, TableL2& l2, FrontEndResult& all) {
-  Split split = split_runs(frame, patches_again(frame, visible, pyramids, spec, depth, all), pyramids, spec, &depth,
-                           false, l2, nullptr, all);
-  TableFetches fetches = make_fetches(spec);
-  PatchSplitter splitter(frame, pyramids, spec, &depth, &fetches);
-  for (const Deferred& d : visible) {
-    if (d.kind != Deferred::kSubPatch) continue;
-    all.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                    memory::burst_bytes(0, bound_record_bytes(frame, d.number), spec.burst_bytes) +
-                        instance_record_bytes(frame.drawable_of(d.number)));
-    splitter.split_deferred(d, split.sub_patches, all.counters);
-    charge_records(fetches, all.ledger);
-    l2.read(fetches.take_missed_lines(), all.ledger);
-  }
-  all.previous_depth.blocks_tested += splitter.take_blocks_tested();
-  return std::move(split.sub_patches);
 }
 
 }  // namespace
@@ -234,11 +211,11 @@ FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLib
   FrontEndResult all;
   if (guess != nullptr) all.previous_depth.blocks_reprojected = guess->farthest.size();
   for (int s = 0; s <= static_cast<int>(frame.segments.size()); ++s) {
-    Split part = run_part(frame.segment(s), pyramids, spec, guess, l2, budget, all);
+    Part part = run_part(frame.segment(s), pyramids, spec, guess, l2, budget, all);
     for (BoundedSubPatch& piece : part.sub_patches) piece.segment = static_cast<std::uint8_t>(s);
     for (Deferred& deferred : part.deferred) {
       deferred.segment = static_cast<std::uint8_t>(s);
-      pack_deferred(deferred, guess->blocks, all.deferred);
+      pack_deferred(deferred, all.deferred);
     }
     if (s == 0)
       all.sub_patches = std::move(part.sub_patches);
@@ -257,14 +234,16 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
   front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kCoarseDepth,
                         memory::burst_bytes(0, front_end.deferred.size(), spec.burst_bytes));
   std::vector<std::vector<Deferred>> visible(frame.segments.size() + 1);
-  for (const Deferred& d : unpack_deferred(front_end.deferred, depth.blocks))
+  for (const Deferred& d : unpack_deferred(front_end.deferred))
     if (!depth.hides(d.footprint, front_end.previous_depth.blocks_tested)) visible[d.segment].push_back(d);
   std::vector<BoundedSubPatch> all;
   TableL2 l2(spec);
   for (std::size_t s = 0; s < visible.size(); ++s) {
     if (visible[s].empty()) continue;
+    const scene::FrameGeometry& posed = frame.segment(static_cast<int>(s));
     std::vector<BoundedSubPatch> part =
-        part_again(frame.segment(static_cast<int>(s)), visible[s], pyramids, spec, depth, l2, front_end);
+        split_runs(posed, patches_again(posed, visible[s], pyramids, spec, depth, front_end), pyramids, spec, &depth,
+                   l2, nullptr, front_end);
     for (BoundedSubPatch& piece : part) piece.segment = static_cast<std::uint8_t>(s);
     append(all, part);
   }

@@ -83,7 +83,7 @@ bool hidden(const FrameGeometry& frame, const InstancedNode& node, std::uint32_t
   if (!depth->hides(footprint, out.previous_depth.blocks_tested)) return false;
   ++out.previous_depth.instances_culled;
   out.previous_depth.patches_culled += patches_of(frame, first, node.primitives);
-  out.deferred.push_back({Deferred::kInstance, 0, 0, false, first, {}, footprint});
+  out.deferred.push_back({Deferred::kInstance, 0, 0, first, footprint});
   return true;
 }
 

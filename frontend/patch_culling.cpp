@@ -70,7 +70,7 @@ class GroupWalk {
     ++out_.previous_depth.groups_culled;
     out_.previous_depth.patches_culled += patches_in(level, box);
     out_.deferred.push_back(
-        {Deferred::kGroup, static_cast<std::uint8_t>(level), 0, false, patches_of(level, box).first, {}, footprint});
+        {Deferred::kGroup, static_cast<std::uint8_t>(level), 0, patches_of(level, box).first, footprint});
     return true;
   }
 

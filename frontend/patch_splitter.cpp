@@ -146,7 +146,7 @@ bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
 }
 
 std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range, int depth,
-                                                        std::vector<Deferred>* deferred, FrontendCounters& counters) {
+                                                        FrontendCounters& counters) {
   const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
   const std::uint64_t before = pending();
   const SubPatchBody body = bounder_.body(range);
@@ -166,15 +166,10 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
   }
-  if (depth_ != nullptr) {
-    const BlockFootprint footprint = depth_->footprint(*bounds);
-    if (depth_->hides(footprint, blocks_tested_)) {
-      ++counters.culled_previous_depth;
-      counters.cells_culled_previous_depth += cell_count(range);
-      const bool whole = range == patch_cells(frame_, patch);
-      if (deferred != nullptr) deferred->push_back({Deferred::kSubPatch, 0, 0, whole, patch, range, footprint});
-      return std::nullopt;
-    }
+  if (depth_ != nullptr && depth_->hides(depth_->footprint(*bounds), blocks_tested_)) {
+    ++counters.culled_previous_depth;
+    counters.cells_culled_previous_depth += cell_count(range);
+    return std::nullopt;
   }
   Node node{0,
             visited_++,
@@ -184,23 +179,6 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
             facing};
   if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, node.corners, depth);
   return node;
-}
-
-void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
-                          FrontendCounters& counters) {
-  const scene::CellRange whole = patch_cells(frame_, patch);
-  ++counters.base_patches;
-  counters.cells += cell_count(whole);
-  split_range(patch, whole, out, deferred, counters);
-}
-
-void PatchSplitter::split_deferred(const Deferred& piece, std::vector<BoundedSubPatch>& out,
-                                   FrontendCounters& counters) {
-  const scene::CellRange range = piece.whole ? patch_cells(frame_, piece.number) : piece.range;
-  --counters.culled_previous_depth;
-  ++counters.revived_previous_depth;
-  counters.cells_culled_previous_depth -= cell_count(range);
-  split_range(piece.number, range, out, nullptr, counters);
 }
 
 std::uint64_t PatchSplitter::find_back_faces(const scene::CellRange& range, FrontendCounters& counters) {
@@ -231,8 +209,7 @@ std::uint64_t PatchSplitter::cut_for_back_faces(const scene::CellRange& range, F
   return 0;
 }
 
-void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
-                           FrontendCounters& counters) {
+void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
   kept_.clear(), dropped_.clear();
   if (node.facing != Facing::kPerhaps || settings_.backface_cells == 0 ||
       cut_for_back_faces(node.piece.range, counters) == 0) {
@@ -243,8 +220,7 @@ void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, 
   counters.culled_backface += dropped_.size();
   for (const scene::CellRange& range : dropped_) counters.cells_culled_backface += cell_count(range);
   for (const scene::CellRange& range : kept_)
-    if (const auto part = visit(node.piece.base_patch, range, node.depth, deferred, counters))
-      emit(*part, out, counters);
+    if (const auto part = visit(node.piece.base_patch, range, node.depth, counters)) emit(*part, out, counters);
 }
 
 void PatchSplitter::emit(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
@@ -258,8 +234,10 @@ void PatchSplitter::emit(const Node& node, std::vector<BoundedSubPatch>& out, Fr
   counters.estimated_boxes += boxes_.add(estimate.boxes);
 }
 
-void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
-                                std::vector<Deferred>* deferred, FrontendCounters& counters) {
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+  const scene::CellRange whole = patch_cells(frame_, patch);
+  ++counters.base_patches;
+  counters.cells += cell_count(whole);
   // A max-heap; equal priorities go in the order in which they were visited.
   const auto later = [](const Node& a, const Node& b) {
     return a.priority != b.priority ? a.priority < b.priority : a.order > b.order;
@@ -273,16 +251,16 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
   const std::size_t first = out.size();
   const auto keep = [&](const scene::CellRange& part, int depth) {
     ++counters.bounds_computed;
-    std::optional<Node> node = visit(patch, part, depth, deferred, counters);
+    std::optional<Node> node = visit(patch, part, depth, counters);
     if (!node) return;
     if (node->priority > 0) {
       heap_.push_back(std::move(*node));
       std::push_heap(heap_.begin(), heap_.end(), later);
     } else {
-      finish(*node, out, deferred, counters);
+      finish(*node, out, counters);
     }
   };
-  keep(range, 0);
+  keep(whole, 0);
   while (!heap_.empty()) {
     std::pop_heap(heap_.begin(), heap_.end(), later);
     const Node node = std::move(heap_.back());
@@ -290,7 +268,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
     const std::size_t pieces = out.size() - first + heap_.size() + 1;
     const bool mandatory = node.priority == kMandatory;
     if (!mandatory && pieces >= static_cast<std::size_t>(settings_.split_budget)) {
-      finish(node, out, deferred, counters);
+      finish(node, out, counters);
       continue;
     }
     ++counters.splits;

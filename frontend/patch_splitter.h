@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "frontend/bounds/back_face.h"
+#include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
-#include "frontend/deferred.h"
 #include "frontend/settings.h"
 #include "frontend/split_cost.h"
 #include "frontend/sub_patch_effects.h"
@@ -67,8 +67,8 @@ struct BoundedSubPatch {
 // per thread.
 class PatchSplitter {
  public:
-  // Sub-patches that `depth`, unless null, hides are dropped unsplit. `fetches`, unless null, gets what bounding reads
-  // besides the patch.
+  // Sub-patches that `depth`, unless null, hides are dropped unsplit: the frame's own. `fetches`, unless null, gets what
+  // bounding reads besides the patch.
   PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
                 const CoarseDepth* depth = nullptr, TableFetches* fetches = nullptr)
       : frame_(frame),
@@ -81,11 +81,8 @@ class PatchSplitter {
         fetches_(fetches),
         cost_(settings.prices) {}
 
-  // Appends the sub-patches of one base patch, and to `deferred`, unless null, what `depth` hides.
-  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
-             FrontendCounters& counters);
-  // Appends the sub-patches of something deferred that a guess hid, and that may be visible after all.
-  void split_deferred(const Deferred& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Appends the sub-patches of one base patch.
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
   // Blocks of `depth` that were looked at since the last call.
   std::uint64_t take_blocks_tested() { return std::exchange(blocks_tested_, 0); }
 
@@ -98,17 +95,13 @@ class PatchSplitter {
     MovingCorners corners;
     Facing facing;
   };
-  // Bounds and tests; nothing when culled or deferred.
-  std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth,
-                            std::vector<Deferred>* deferred, FrontendCounters& counters);
-  void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
-                   std::vector<Deferred>* deferred, FrontendCounters& counters);
+  // Bounds and tests; nothing when culled.
+  std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, int depth, FrontendCounters& counters);
   // Cells of a range that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
   std::uint64_t find_back_faces(const scene::CellRange& range, FrontendCounters& counters);
   std::uint64_t cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters);
   // Appends a sub-patch that is not split further, without the parts of it that face away.
-  void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<Deferred>* deferred,
-              FrontendCounters& counters);
+  void finish(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
   // Cycles that halving along u, along v saves; negative infinity where the cells are too few.
   std::array<double, 2> split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const;

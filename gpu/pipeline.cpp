@@ -13,7 +13,7 @@ namespace {
 // Empty, all blocks seeing nothing.
 frontend::CoarseDepth depths_to_store(const GpuConfiguration& gpu, const tilecore::TileJob& job) {
   frontend::CoarseDepth depth;
-  depth.block_pixels = gpu.frontend.depth_block_pixels;
+  depth.block_pixels = gpu.depth_block_pixels();
   depth.blocks = frontend::CoarseDepth::blocks_of(job.grid->region(), depth.block_pixels);
   depth.farthest.assign(
       static_cast<std::size_t>(depth.blocks.width()) * static_cast<std::size_t>(depth.blocks.height()),

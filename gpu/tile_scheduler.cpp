@@ -86,7 +86,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
 }
 
 std::uint64_t TileScheduler::tile_depth_bytes() const {
-  const auto blocks = [&](int side) { return static_cast<std::uint64_t>(side / run_.gpu.frontend.depth_block_pixels); };
+  const auto blocks = [&](int side) { return static_cast<std::uint64_t>(side / run_.gpu.depth_block_pixels()); };
   return blocks(run_.gpu.tile.width) * blocks(run_.gpu.tile.height) * sizeof(frontend::DepthCode);
 }
 

@@ -73,7 +73,7 @@ SightOutcome check_sight(const RoundScene& scene, Random& random, bool drop_ever
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
     std::vector<BoundedSubPatch> kept;
     FrontendCounters counters;
-    splitter.split(patch, kept, nullptr, counters);
+    splitter.split(patch, kept, counters);
     out.cells += static_cast<std::int64_t>(counters.cells);
     out.culled_view += static_cast<std::int64_t>(counters.cells_culled_frustum);
     out.culled_back += static_cast<std::int64_t>(counters.cells_culled_backface);

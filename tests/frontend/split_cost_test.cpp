@@ -206,7 +206,7 @@ TEST(WholeSum, IsOffByNoMoreThanAHalf) {
 std::vector<BoundedSubPatch> split_by(const Scene& scene, const FrontEndSpec& spec, FrontendCounters& counters) {
   std::vector<BoundedSubPatch> pieces;
   PatchSplitter splitter(*scene.frame, *scene.pyramids, spec);
-  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p) splitter.split(p, pieces, nullptr, counters);
+  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p) splitter.split(p, pieces, counters);
   return pieces;
 }
 

@@ -48,14 +48,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "l2.requests",
                                                "l2.attribute_requests",
                                                "l2.misses",
-                                               "dram.read_bytes",
-                                               "dram.written_bytes",
-                                               "frontend.culled_previous_depth",
-                                               "frontend.cells_culled_previous_depth",
-                                               "frontend.depth_blocks_tested",
-                                               "frontend.instances_culled_previous_depth",
-                                               "frontend.patches_culled_previous_depth",
-                                               "frontend.deferred_bytes"};
+                                               "dram.read_bytes"};
 
 TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
   const std::vector<std::vector<std::string>> ways = {
@@ -74,6 +67,8 @@ TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
       auto of_a = counter_values(a.counters);
       EXPECT_GT(of_a["frontend.instances"], 0u);
       EXPECT_GT(of_a["tilecore.sample_hits"], 0u);
+      // Of nodes the front end does not defer what the previous frame hides.
+      if (f > 0 && keys == ways[1]) continue;
       for (const auto& [name, value] : counter_values(b.counters))
         if (!kOfCulling.contains(name)) {
           EXPECT_EQ(of_a[name], value) << name;

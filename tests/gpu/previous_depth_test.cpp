@@ -20,7 +20,7 @@ using memory::Purpose;
 using memory::Unit;
 
 constexpr int kWidth = 160, kHeight = 96;
-constexpr std::uint32_t kPoints = 96;  // along a side of the mesh: more than a group of clusters
+constexpr std::uint32_t kPoints = 192;  // along a side of the mesh: many groups of clusters
 
 scene::Primitive sheet(float half, std::uint32_t points) {
   std::vector<Vec3> positions;
@@ -42,7 +42,7 @@ scene::Primitive sheet(float half, std::uint32_t points) {
 scene::Capture wall_before_sheet(const DVec3& way) {
   scene::Capture capture;
   test::add_node(capture, sheet(4.0f, kPoints), {0, 0, -2});
-  const int wall = test::add_node(capture, sheet(0.9f, 2), {-0.6, 0, 0});
+  const int wall = test::add_node(capture, sheet(1.2f, 2), {-0.6, 0, 0});
   test::add_motion(capture, wall, way);
   test::add_camera(capture, {0, 0, 3});
   capture.settings.frame_rate = 8;
@@ -158,7 +158,9 @@ TEST(PreviousDepth, NoPixelSeesAnythingFartherThanItsBlock) {
     }
     int finite = 0;
   } depths;
-  Device device(capture, {}, {}, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
+  GpuConfiguration gpu;
+  gpu.frontend.depth_block_pixels = 8;
+  Device device(capture, gpu, {}, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
   device.set_observer(&depths);
   device.render(0);
   EXPECT_GT(depths.finite, 100);
