@@ -20,7 +20,7 @@ using memory::Purpose;
 using memory::Unit;
 
 constexpr int kWidth = 160, kHeight = 96;
-constexpr std::uint32_t kPoints = 192;  // along a side of the mesh: many groups of clusters
+constexpr std::uint32_t kPoints = 320;  // along a side of the mesh: many groups of clusters
 
 scene::Primitive sheet(float half, std::uint32_t points) {
   std::vector<Vec3> positions;
@@ -42,7 +42,7 @@ scene::Primitive sheet(float half, std::uint32_t points) {
 scene::Capture wall_before_sheet(const DVec3& way) {
   scene::Capture capture;
   test::add_node(capture, sheet(4.0f, kPoints), {0, 0, -2});
-  const int wall = test::add_node(capture, sheet(1.2f, 2), {-0.6, 0, 0});
+  const int wall = test::add_node(capture, sheet(3.0f, 2), {-2.8, 0, 0});
   test::add_motion(capture, wall, way);
   test::add_camera(capture, {0, 0, 3});
   capture.settings.frame_rate = 8;
@@ -126,7 +126,7 @@ class Guesses final : public ViewObserver {
 
 // The wall goes; what it hid is seen. SP1, and its failing twin: whoever believes the guess draws a hole.
 TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
-  const scene::Capture capture = wall_before_sheet(DVec3(16, 0, 0));
+  const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   Guesses guesses;
   Device device(capture, {}, {}, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
   device.set_observer(&guesses);
@@ -142,7 +142,7 @@ TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
 
 // CD1, by the nearest samples of pixels, whose depths the auxiliary image has: none is farther than its block.
 TEST(PreviousDepth, NoPixelSeesAnythingFartherThanItsBlock) {
-  const scene::Capture capture = wall_before_sheet(DVec3(8, 0, 0));
+  const scene::Capture capture = wall_before_sheet(DVec3(-4, 0, 0));
   class Depths final : public ViewObserver {
    public:
     void view_rendered(const RenderedView& view) override {
@@ -167,7 +167,7 @@ TEST(PreviousDepth, NoPixelSeesAnythingFartherThanItsBlock) {
 }
 
 TEST(PreviousDepth, CountersAndImagesDoNotDependOnTheThreads) {
-  const scene::Capture capture = wall_before_sheet(DVec3(16, 0, 0));
+  const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   std::vector<FrameResult> one, four;
   with_threads(1, [&] { one = frames(capture, {kOn}, 3); });
   with_threads(4, [&] { four = frames(capture, {kOn}, 3); });
@@ -203,7 +203,7 @@ TEST(PreviousDepth, MoreBlocksTakeMoreBytes) {
 }
 
 TEST(PreviousDepth, EveryByteBelongsToTheMachineInTime) {
-  const scene::Capture capture = wall_before_sheet(DVec3(16, 0, 0));
+  const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   for (const FrameResult& frame : frames(capture, {kOn})) {
     const memory::Traffic total = frame.counters.ledger.total();
     EXPECT_EQ(frame.model->record.work.dram_bytes(), total.read_bytes + total.written_bytes);
