@@ -204,7 +204,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
   gpu::WorkRecorder whole_work(whole_gpu, view.records, nullptr, false);
   gpu::MachineRecord whole_record;
-  gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, nullptr);
+  gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, {});
   last_[Scheme::kPatchWhole] = measure_patch_machine(job, whole_gpu, view.records, whole.counters, whole_record);
   // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
   measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,

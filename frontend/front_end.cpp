@@ -92,106 +92,163 @@ void charge_records(TableFetches& fetches, memory::Ledger& ledger) {
   ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData, fetches.take_record_bytes());
 }
 
-}  // namespace
-
-// What moves by one frame's poses: by those of the whole shutter or of a segment.
-FrontEndResult run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
-                        const OcclusionGuess* guess, TableL2& l2, scene::MemoryBudget* budget) {
-  InstanceCulling culling = cull_instances(frame, pyramids, spec);
-  FrontEndResult all;
-  all.instances = culling.counters;
-  all.ledger = culling.ledger;
-  PatchCulling patches = cull_patches(frame, drawables_to_read(frame, culling.read), pyramids, spec);
-  all.groups = patches.counters;
-  all.ledger += patches.ledger;
-  all.read = std::move(patches.read);
+// Sub-patches of base patches, without what `depth`, unless null, hides. Charges and counts into `all`.
+std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const std::vector<PatchRun>& runs,
+                                        const PyramidLibrary& pyramids, const FrontEndSpec& spec,
+                                        const CoarseDepth* depth, TableL2& l2, scene::MemoryBudget* budget,
+                                        FrontEndResult& all) {
   struct Counts {
     FrontendCounters counters;
     memory::Ledger ledger;
+    std::uint64_t blocks_tested = 0;
   };
-  const std::vector<PatchRun> blocks = cut(all.read);
+  const std::vector<PatchRun> blocks = cut(runs);
   PerThread<Counts> counts;
   // Blocks of patches in parallel, joined in order; not all at once, so that what is too much is noticed early.
   struct Pieces {
-    std::vector<BoundedSubPatch> sub_patches, deferred;
+    std::vector<BoundedSubPatch> sub_patches;
     std::vector<std::uint32_t> table_lines;
   };
-  SubPatchStore sub_patches, deferred;
+  SubPatchStore sub_patches;
   for (std::size_t first = 0; first < blocks.size(); first += kBlocksAtOnce) {
     std::vector<Pieces> pieces(std::min(kBlocksAtOnce, blocks.size() - first));
     parallel_for(pieces.size(), [&](std::size_t b) {
       Counts& own = counts.local();
       TableFetches fetches = make_fetches(spec);
-      PatchSplitter splitter(frame, pyramids, spec, guess, &fetches);
+      PatchSplitter splitter(frame, pyramids, spec, depth, &fetches);
       for (std::uint32_t patch = blocks[first + b].first; patch < blocks[first + b].end; ++patch) {
         own.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
                         memory::burst_bytes(0, bound_record_bytes(frame, patch), spec.burst_bytes));
         fetches.pass_record(frame.assembly->record_of(patch));
-        splitter.split(patch, pieces[b].sub_patches, pieces[b].deferred, own.counters);
+        splitter.split(patch, pieces[b].sub_patches, own.counters);
         charge_records(fetches, own.ledger);
       }
+      own.blocks_tested += splitter.take_blocks_tested();
       pieces[b].table_lines = fetches.take_missed_lines();
     });
-    const std::size_t before = sub_patches.size() + deferred.size();
+    const std::size_t before = sub_patches.size();
     for (const Pieces& of_block : pieces) {
       sub_patches.add(of_block.sub_patches);
-      deferred.add(of_block.deferred);
       l2.read(of_block.table_lines, all);
     }
     if (budget != nullptr)
-      budget->charge(sub_patches.size() + deferred.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
+      budget->charge(sub_patches.size() - before, sizeof(BoundedSubPatch), "a block of sub-patches");
   }
-  all.sub_patches = sub_patches.take();
-  all.deferred = deferred.take();
   counts.for_each([&](Counts& own) {
     merge(all.counters, own.counters);
     all.ledger += own.ledger;
+    all.previous_depth.blocks_tested += own.blocks_tested;
   });
-  return all;
+  return sub_patches.take();
 }
 
-FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const FrontEndSpec& spec, const OcclusionGuess* guess, scene::MemoryBudget* budget) {
-  TableL2 l2(spec);
-  FrontEndResult all = run_part(frame, pyramids, spec, guess, l2, budget);
-  const auto append = [](auto& to, auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-  for (std::size_t s = 0; s < frame.segments.size(); ++s) {
-    FrontEndResult part = run_part(*frame.segments[s], pyramids, spec, guess, l2, budget);
-    for (auto* pieces : {&part.sub_patches, &part.deferred})
-      for (BoundedSubPatch& piece : *pieces) piece.segment = static_cast<std::uint8_t>(s + 1);
-    append(all.sub_patches, part.sub_patches);
-    append(all.deferred, part.deferred);
-    append(all.read, part.read);
-    merge(all.counters, part.counters);
-    merge(all.instances, part.instances);
-    merge(all.groups, part.groups);
-    all.ledger += part.ledger;
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+void count(const PatchCulling& culling, FrontEndResult& all) {
+  merge(all.groups, culling.counters);
+  merge(all.previous_depth, culling.previous_depth);
+  all.ledger += culling.ledger;
+}
+
+// What moves by one frame's poses: by those of the whole shutter or of a segment. Counts and charges into `all`.
+struct Part {
+  std::vector<BoundedSubPatch> sub_patches;
+  std::vector<Deferred> deferred;
+};
+Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
+              const CoarseDepth* guess, TableL2& l2, scene::MemoryBudget* budget, FrontEndResult& all) {
+  const InstanceCulling instances = cull_instances(frame, pyramids, spec, guess);
+  merge(all.instances, instances.counters);
+  merge(all.previous_depth, instances.previous_depth);
+  all.ledger += instances.ledger;
+  const PatchCulling patches = cull_patches(frame, drawables_to_read(frame, instances.read), pyramids, spec, guess);
+  count(patches, all);
+  append(all.read, patches.read);
+  Part part{split_runs(frame, patches.read, pyramids, spec, nullptr, l2, budget, all), instances.deferred};
+  append(part.deferred, patches.deferred);
+  return part;
+}
+
+// The patches of what was deferred of one frame's poses and is not hidden, but for groups among them that are. Each
+// instance's record is read again.
+std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std::vector<Deferred>& visible,
+                                    const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth,
+                                    FrontEndResult& all) {
+  std::vector<std::uint8_t> read(frame.drawables.size(), 0);
+  std::vector<PatchRun> runs;
+  all.counters.revived_previous_depth += visible.size();
+  for (const Deferred& d : visible) {
+    if (d.kind == Deferred::kGroup) {
+      --all.previous_depth.groups_culled;
+      all.previous_depth.patches_culled -= group_patches(frame, d);
+      const PatchCulling left = cull_group(frame, d, pyramids, spec, depth);
+      count(left, all);
+      append(runs, left.read);
+      continue;
+    }
+    const std::uint32_t end = d.number + instance_drawables(*frame.assembly, d.number);
+    --all.previous_depth.instances_culled;
+    all.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
+                    memory::burst_bytes(0, kInstanceRecordBytes, spec.burst_bytes));
+    for (std::uint32_t k = d.number; k < end; ++k) {
+      read[k] = 1;
+      all.previous_depth.patches_culled -= frame.drawables[k].drawable->patch_count;
+    }
   }
+  const PatchCulling left = cull_patches(frame, drawables_to_read(frame, read), pyramids, spec, &depth);
+  count(left, all);
+  append(runs, left.read);
+  return runs;
+}
+
+}  // namespace
+
+FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
+                             const FrontEndSpec& spec, const CoarseDepth* guess, scene::MemoryBudget* budget) {
+  TableL2 l2(spec);
+  FrontEndResult all;
+  if (guess != nullptr) all.previous_depth.blocks_reprojected = guess->farthest.size();
+  for (int s = 0; s <= static_cast<int>(frame.segments.size()); ++s) {
+    Part part = run_part(frame.segment(s), pyramids, spec, guess, l2, budget, all);
+    for (BoundedSubPatch& piece : part.sub_patches) piece.segment = static_cast<std::uint8_t>(s);
+    for (Deferred& deferred : part.deferred) {
+      deferred.segment = static_cast<std::uint8_t>(s);
+      pack_deferred(deferred, all.deferred);
+    }
+    if (s == 0)
+      all.sub_patches = std::move(part.sub_patches);
+    else
+      append(all.sub_patches, part.sub_patches);
+  }
+  all.previous_depth.deferred_bytes = all.deferred.size();
+  all.ledger.write(memory::Unit::kFrontend, memory::Purpose::kCoarseDepth,
+                   memory::burst_bytes(0, all.deferred.size(), spec.burst_bytes));
   return all;
 }
 
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end) {
-  std::vector<BoundedSubPatch> visible;
-  TableFetches fetches = make_fetches(spec);
+  front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kCoarseDepth,
+                        memory::burst_bytes(0, front_end.deferred.size(), spec.burst_bytes));
+  std::vector<std::vector<Deferred>> visible(frame.segments.size() + 1);
+  for (const Deferred& d : unpack_deferred(front_end.deferred))
+    if (!depth.hides(d.footprint, front_end.previous_depth.blocks_tested)) visible[d.segment].push_back(d);
+  std::vector<BoundedSubPatch> all;
   TableL2 l2(spec);
-  std::vector<PatchSplitter> splitters;
-  for (std::size_t s = 0; s <= frame.segments.size(); ++s)
-    splitters.emplace_back(frame.segment(static_cast<int>(s)), pyramids, spec, nullptr, &fetches);
-  for (const BoundedSubPatch& piece : front_end.deferred) {
-    if (OcclusionGuess::hidden_by(depth, piece.bounds)) continue;
-    const scene::FrameGeometry& posed = frame.segment(piece.segment);
-    front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
-                          memory::burst_bytes(0, bound_record_bytes(posed, piece.base_patch), spec.burst_bytes) +
-                              instance_record_bytes(posed.drawable_of(piece.base_patch)));
-    const std::size_t before = visible.size();
-    splitters[piece.segment].split_deferred(piece, visible, front_end.counters);
-    charge_records(fetches, front_end.ledger);
-    l2.read(fetches.take_missed_lines(), front_end);
-    for (std::size_t k = before; k < visible.size(); ++k) visible[k].segment = piece.segment;
+  for (std::size_t s = 0; s < visible.size(); ++s) {
+    if (visible[s].empty()) continue;
+    const scene::FrameGeometry& posed = frame.segment(static_cast<int>(s));
+    std::vector<BoundedSubPatch> part =
+        split_runs(posed, patches_again(posed, visible[s], pyramids, spec, depth, front_end), pyramids, spec, &depth,
+                   l2, nullptr, front_end);
+    for (BoundedSubPatch& piece : part) piece.segment = static_cast<std::uint8_t>(s);
+    append(all, part);
   }
-  return visible;
+  return all;
 }
 
 }  // namespace tessera::frontend

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/counter.h"
+#include "frontend/deferred.h"
 #include "frontend/instance_culling.h"
 #include "frontend/patch_culling.h"
 #include "frontend/patch_record.h"
@@ -22,22 +23,29 @@ inline constexpr std::int64_t kTableCacheBytes = 16384, kTableCacheWays = 4, kCa
 // The front end's work on one frame after posing, for each of its motion segments: drop instances
 // and groups of patches that cannot be seen, split every base patch of the others, bound the pieces, drop what cannot be seen. Sub-patches come out in the order of their base patches, segment by
 // segment.
-// What `guess` hides, if there is one, is deferred. Throws LimitError where the sub-patches need more memory than `budget`
+// What `guess` hides, if there is one, is deferred: instances before their mesh is read, groups before their patches'
+// records are. Sub-patches are not: a record and entries of lists cost no more than the record of what is deferred, and
+// tile cores drop them by nearer depths. Throws LimitError where the sub-patches need more memory than `budget`
 // has; what it exceeds is no more than what 32768 base patches become.
 struct FrontEndResult {
-  std::vector<BoundedSubPatch> sub_patches, deferred;
-  std::vector<PatchRun> read;  // base patches whose records were read, in order
+  std::vector<BoundedSubPatch> sub_patches;
+  std::vector<std::uint8_t> deferred;  // pack_deferred(), segment by segment
+  std::vector<PatchRun> read;          // base patches whose records were read, in order
   FrontendCounters counters;
+  PreviousDepthCounters previous_depth;
   InstanceCounters instances;
   PatchGroupCounters groups;
   memory::Ledger ledger;
 };
 FrontEndResult run_front_end(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                             const FrontEndSpec& spec, const OcclusionGuess* guess = nullptr,
+                             const FrontEndSpec& spec, const CoarseDepth* guess = nullptr,
                              scene::MemoryBudget* budget = nullptr);
 
-// Sub-patches of what was deferred and, now that the frame's own depth is known, is not hidden by it. Counts into
-// `front_end` and charges the records that are fetched again.
+// Sub-patches of what was deferred and that the frame's own depth, now known, does not hide. Counts into `front_end` and
+// charges what is read for it.
+//
+// Invariant (cited by the tests):
+//   SP1  Nothing that was deferred and is not returned appears in the frame.
 std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
                                                  const FrontEndSpec& spec, const CoarseDepth& depth,
                                                  FrontEndResult& front_end);
@@ -47,81 +55,78 @@ std::vector<BoundedSubPatch> second_pass_visible(const scene::FrameGeometry& fra
 namespace tessera {
 
 template <>
-inline constexpr auto kCounterFields<frontend::FrontendCounters> =
-    std::to_array<CounterField<frontend::FrontendCounters>>({
-        {"frontend.base_patches", &frontend::FrontendCounters::base_patches, Combine::kSum, "patches",
-         "Base patches read: Bezier patches and clusters of passive meshes.",
-         "MaliGeomTotalPrim; PowerVR Triangles In; Adreno pre-clipped polygons; Apple primitives in; Vulkan "
-         "tessellation control patches"},
-        {"frontend.bounds_computed", &frontend::FrontendCounters::bounds_computed, Combine::kSum, "bounds",
-         "Bounding volumes computed for sub-patches.", ""},
-        {"frontend.splits", &frontend::FrontendCounters::splits, Combine::kSum, "splits",
-         "Sub-patches halved, because they were too large for a tile core or by the split criterion.", ""},
-        {"frontend.culled_frustum", &frontend::FrontendCounters::culled_frustum, Combine::kSum, "sub-patches",
-         "Sub-patches dropped because their bound lies outside the view or its depth range at all times.",
-         "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; Adreno % primitives trivially rejected; V3D "
-         "PTB-primitives-discarded-outside-viewport; Apple primitives culled"},
-        {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
-         "Sub-patches dropped because they face away from the whole lens at all times.",
-         "MaliGeomFaceXYPlaneCullPrim; PowerVR Triangle Ratio; V3D PTB-primitives-discarded-reversed; Apple primitives "
-         "culled"},
-        {"frontend.culled_previous_depth", &frontend::FrontendCounters::culled_previous_depth, Combine::kSum,
-         "sub-patches",
-         "Sub-patches dropped because the previous frame's coarse depth, re-projected, hides them, and this frame's "
-         "did as well.",
-         "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
-        {"frontend.revived_previous_depth", &frontend::FrontendCounters::revived_previous_depth, Combine::kSum,
-         "sub-patches",
-         "Sub-patches that the previous frame's depth hid but this frame's did not; their tiles are rendered again.",
-         ""},
-        {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
-         "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},
-        {"frontend.cells_culled_frustum", &frontend::FrontendCounters::cells_culled_frustum, Combine::kSum, "cells",
-         "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
-        {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
-         "Cells of the sub-patches that frontend.culled_backface counts.", ""},
-        {"frontend.cells_culled_previous_depth", &frontend::FrontendCounters::cells_culled_previous_depth,
-         Combine::kSum, "cells", "Cells of the sub-patches that frontend.culled_previous_depth counts.", ""},
-        {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
-         "Sub-patches sent to the binner.",
-         "MaliGeomVisiblePrim; PowerVR Triangles Out; Adreno PERF_LRZ_VISIBLE_PRIM_AFTER_LRZ; V3D "
-         "PTB-primitives-binned; Apple primitives rendered"},
-        {"frontend.sub_patches_moving", &frontend::FrontendCounters::sub_patches_moving, Combine::kSum, "sub-patches",
-         "Those of frontend.sub_patches whose kernels need motion.", ""},
-        {"frontend.sub_patches_defocused", &frontend::FrontendCounters::sub_patches_defocused, Combine::kSum,
-         "sub-patches", "Those of frontend.sub_patches whose kernels need the lens.", ""},
-        {"frontend.sub_patches_displaced", &frontend::FrontendCounters::sub_patches_displaced, Combine::kSum,
-         "sub-patches", "Those of frontend.sub_patches whose vertices are displaced.", ""},
-        {"frontend.sub_patches_alpha_tested", &frontend::FrontendCounters::sub_patches_alpha_tested, Combine::kSum,
-         "sub-patches", "Those of frontend.sub_patches whose hits look up alpha.", ""},
-        {"frontend.sub_patches_blended", &frontend::FrontendCounters::sub_patches_blended, Combine::kSum, "sub-patches",
-         "Those of frontend.sub_patches that are kept as layers.", ""},
-        {"frontend.motion_elided", &frontend::FrontendCounters::motion_elided, Combine::kSum, "sub-patches",
-         "Sub-patches of drawables that move, none of whose vertices moves by more than a sub-pixel: they need no code "
-         "for motion.",
-         ""},
-        {"frontend.defocus_elided", &frontend::FrontendCounters::defocus_elided, Combine::kSum, "sub-patches",
-         "Sub-patches seen through a lens all of whose points are in focus: they need no code for it.", ""},
-        {"frontend.displacement_elided", &frontend::FrontendCounters::displacement_elided, Combine::kSum, "sub-patches",
-         "Sub-patches with a displacement map that is zero wherever they read it: they need no code for displacement.",
-         ""},
-        {"frontend.alpha_test_elided", &frontend::FrontendCounters::alpha_test_elided, Combine::kSum, "sub-patches",
-         "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
-        {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
-         "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
-        {"frontend.estimated_entries", &frontend::FrontendCounters::estimated_entries, Combine::kSum, "entries",
-         "Entries of lists that frontend.split_criterion=cost expects of the sub-patches sent to the binner; of flat "
-         "lists binner.entries says how many there were.",
-         ""},
-        {"frontend.estimated_list_bytes", &frontend::FrontendCounters::estimated_list_bytes, Combine::kSum, "bytes",
-         "Bytes that it expects of their entries and records, written and read once; what empty lists take apart. "
-         "Compare with binner.queue_bytes_written and binner.queue_bytes_read.",
-         ""},
-        {"frontend.estimated_boxes", &frontend::FrontendCounters::estimated_boxes, Combine::kSum, "boxes",
-         "Boxes of cells and leaves that it expects tiles to build, hidden sub-patches included. Compare with "
-         "tilecore.boxes_built.",
-         ""},
-    });
+inline constexpr auto kCounterFields<frontend::FrontendCounters> = std::to_array<
+    CounterField<frontend::FrontendCounters>>({
+    {"frontend.base_patches", &frontend::FrontendCounters::base_patches, Combine::kSum, "patches",
+     "Base patches read: Bezier patches and clusters of passive meshes.",
+     "MaliGeomTotalPrim; PowerVR Triangles In; Adreno pre-clipped polygons; Apple primitives in; Vulkan "
+     "tessellation control patches"},
+    {"frontend.bounds_computed", &frontend::FrontendCounters::bounds_computed, Combine::kSum, "bounds",
+     "Bounding volumes computed for sub-patches.", ""},
+    {"frontend.splits", &frontend::FrontendCounters::splits, Combine::kSum, "splits",
+     "Sub-patches halved, because they were too large for a tile core or by the split criterion.", ""},
+    {"frontend.culled_frustum", &frontend::FrontendCounters::culled_frustum, Combine::kSum, "sub-patches",
+     "Sub-patches dropped because their bound lies outside the view or its depth range at all times.",
+     "MaliGeomFaceXYPlaneCullPrim, MaliGeomZPlaneCullPrim; Adreno % primitives trivially rejected; V3D "
+     "PTB-primitives-discarded-outside-viewport; Apple primitives culled"},
+    {"frontend.culled_backface", &frontend::FrontendCounters::culled_backface, Combine::kSum, "sub-patches",
+     "Sub-patches dropped because they face away from the whole lens at all times.",
+     "MaliGeomFaceXYPlaneCullPrim; PowerVR Triangle Ratio; V3D PTB-primitives-discarded-reversed; Apple primitives "
+     "culled"},
+    {"frontend.culled_previous_depth", &frontend::FrontendCounters::culled_previous_depth, Combine::kSum, "sub-patches",
+     "Sub-patches of what had been deferred and was looked into, dropped because this frame's depths hide them.",
+     "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
+    {"frontend.revived_previous_depth", &frontend::FrontendCounters::revived_previous_depth, Combine::kSum, "groups",
+     "Groups and instances that the previous frame's depths hid but this frame's did not: they are looked into, and "
+     "tiles in which parts of them are not hidden are rendered again.",
+     ""},
+    {"frontend.cells", &frontend::FrontendCounters::cells, Combine::kSum, "cells",
+     "Cells of the grids of all base patches; each takes about one domain evaluation when it is tessellated.", ""},
+    {"frontend.cells_culled_frustum", &frontend::FrontendCounters::cells_culled_frustum, Combine::kSum, "cells",
+     "Cells of the sub-patches that frontend.culled_frustum counts.", ""},
+    {"frontend.cells_culled_backface", &frontend::FrontendCounters::cells_culled_backface, Combine::kSum, "cells",
+     "Cells of the sub-patches that frontend.culled_backface counts.", ""},
+    {"frontend.cells_culled_previous_depth", &frontend::FrontendCounters::cells_culled_previous_depth, Combine::kSum,
+     "cells", "Cells of the sub-patches that frontend.culled_previous_depth counts.", ""},
+    {"frontend.sub_patches", &frontend::FrontendCounters::sub_patches, Combine::kSum, "sub-patches",
+     "Sub-patches sent to the binner.",
+     "MaliGeomVisiblePrim; PowerVR Triangles Out; Adreno PERF_LRZ_VISIBLE_PRIM_AFTER_LRZ; V3D "
+     "PTB-primitives-binned; Apple primitives rendered"},
+    {"frontend.sub_patches_moving", &frontend::FrontendCounters::sub_patches_moving, Combine::kSum, "sub-patches",
+     "Those of frontend.sub_patches whose kernels need motion.", ""},
+    {"frontend.sub_patches_defocused", &frontend::FrontendCounters::sub_patches_defocused, Combine::kSum, "sub-patches",
+     "Those of frontend.sub_patches whose kernels need the lens.", ""},
+    {"frontend.sub_patches_displaced", &frontend::FrontendCounters::sub_patches_displaced, Combine::kSum, "sub-patches",
+     "Those of frontend.sub_patches whose vertices are displaced.", ""},
+    {"frontend.sub_patches_alpha_tested", &frontend::FrontendCounters::sub_patches_alpha_tested, Combine::kSum,
+     "sub-patches", "Those of frontend.sub_patches whose hits look up alpha.", ""},
+    {"frontend.sub_patches_blended", &frontend::FrontendCounters::sub_patches_blended, Combine::kSum, "sub-patches",
+     "Those of frontend.sub_patches that are kept as layers.", ""},
+    {"frontend.motion_elided", &frontend::FrontendCounters::motion_elided, Combine::kSum, "sub-patches",
+     "Sub-patches of drawables that move, none of whose vertices moves by more than a sub-pixel: they need no code "
+     "for motion.",
+     ""},
+    {"frontend.defocus_elided", &frontend::FrontendCounters::defocus_elided, Combine::kSum, "sub-patches",
+     "Sub-patches seen through a lens all of whose points are in focus: they need no code for it.", ""},
+    {"frontend.displacement_elided", &frontend::FrontendCounters::displacement_elided, Combine::kSum, "sub-patches",
+     "Sub-patches with a displacement map that is zero wherever they read it: they need no code for displacement.", ""},
+    {"frontend.alpha_test_elided", &frontend::FrontendCounters::alpha_test_elided, Combine::kSum, "sub-patches",
+     "Sub-patches of masked materials that are opaque all over: they need no alpha test.", ""},
+    {"frontend.table_lines", &frontend::FrontendCounters::table_lines, Combine::kSum, "bursts",
+     "Bursts of tables of heights that the front end asks of the L2: those that its own caches miss.", ""},
+    {"frontend.estimated_entries", &frontend::FrontendCounters::estimated_entries, Combine::kSum, "entries",
+     "Entries of lists that frontend.split_criterion=cost expects of the sub-patches sent to the binner; of flat "
+     "lists binner.entries says how many there were.",
+     ""},
+    {"frontend.estimated_list_bytes", &frontend::FrontendCounters::estimated_list_bytes, Combine::kSum, "bytes",
+     "Bytes that it expects of their entries and records, written and read once; what empty lists take apart. "
+     "Compare with binner.queue_bytes_written and binner.queue_bytes_read.",
+     ""},
+    {"frontend.estimated_boxes", &frontend::FrontendCounters::estimated_boxes, Combine::kSum, "boxes",
+     "Boxes of cells and leaves that it expects tiles to build, hidden sub-patches included. Compare with "
+     "tilecore.boxes_built.",
+     ""},
+});
 TESSERA_COUNTERS_COVER(frontend::FrontendCounters);
 
 }  // namespace tessera

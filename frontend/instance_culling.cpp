@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/check.h"
 #include "base/parallel.h"
 #include "frontend/bounds/drawable_box.h"
 #include "scene/subpixel.h"
@@ -60,10 +61,37 @@ bool any_moves_here(const FrameGeometry& frame, const InstancedNode& node) {
                      [&](const scene::PosedDrawable& drawable) { return frame.moves_here(drawable); });
 }
 
-// Tests one group and, unless it is outside, its instances; `read` has the node's drawables.
-InstanceCounters cull_group(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
-                            const InstanceGroup& group, std::uint8_t* read) {
+struct CulledInstances {
   InstanceCounters counters;
+  PreviousDepthCounters previous_depth;
+  std::vector<Deferred> deferred;
+};
+
+std::uint64_t patches_of(const FrameGeometry& frame, std::uint32_t first_drawable, std::uint32_t drawables) {
+  std::uint64_t patches = 0;
+  for (std::uint32_t d = first_drawable; d < first_drawable + drawables; ++d)
+    patches += frame.drawables[d].drawable->patch_count;
+  return patches;
+}
+
+// Whether `depth` hides an instance, which is then deferred.
+bool hidden(const FrameGeometry& frame, const InstancedNode& node, std::uint32_t instance, const ScreenBounds& bounds,
+            const CoarseDepth* depth, CulledInstances& out) {
+  const std::uint32_t first = node.first_drawable + instance * node.primitives;
+  if (depth == nullptr || !frame.moves_here(frame.drawables[first])) return false;
+  const BlockFootprint footprint = depth->footprint(bounds);
+  if (!depth->hides(footprint, out.previous_depth.blocks_tested)) return false;
+  ++out.previous_depth.instances_culled;
+  out.previous_depth.patches_culled += patches_of(frame, first, node.primitives);
+  out.deferred.push_back({Deferred::kInstance, 0, 0, first, footprint});
+  return true;
+}
+
+// Tests one group and, unless it is outside, its instances; `read` has the node's drawables.
+CulledInstances cull_group(const FrameGeometry& frame, const InstancedNode& node, const MovingBox& box,
+                           const InstanceGroup& group, const CoarseDepth* depth, std::uint8_t* read) {
+  CulledInstances out;
+  InstanceCounters& counters = out.counters;
   counters.instances = group.count;
   counters.groups_tested = 1;
   const bool none = outside_view(group_body(frame, node, box, group), frame);
@@ -73,11 +101,13 @@ InstanceCounters cull_group(const FrameGeometry& frame, const InstancedNode& nod
     counters.instances_tested = group.count;
   for (std::uint32_t k = group.first; k < group.first + group.count; ++k) {
     const std::uint32_t instance = node.order[k];
-    const bool culled = none || outside_view(instance_body(frame, node, box, instance), frame);
-    counters.instances_culled += culled ? 1 : 0;
-    std::fill_n(read + instance * node.primitives, node.primitives, static_cast<std::uint8_t>(culled ? 0 : 1));
+    const std::optional<ScreenBounds> bounds =
+        none ? std::nullopt : bounds_in_view(instance_body(frame, node, box, instance), frame);
+    counters.instances_culled += bounds ? 0 : 1;
+    const bool kept = bounds && !hidden(frame, node, instance, *bounds, depth, out);
+    std::fill_n(read + instance * node.primitives, node.primitives, static_cast<std::uint8_t>(kept ? 1 : 0));
   }
-  return counters;
+  return out;
 }
 
 }  // namespace
@@ -123,7 +153,7 @@ SubPatchBody group_body(const FrameGeometry& frame, const InstancedNode& node, c
 }
 
 InstanceCulling cull_instances(const FrameGeometry& frame, const std::vector<MovingBox>& boxes,
-                               const FrontEndSpec& spec) {
+                               const FrontEndSpec& spec, const CoarseDepth* depth) {
   InstanceCulling result;
   const scene::Assembly& assembly = *frame.assembly;
   if (assembly.instanced_nodes.empty()) return result;
@@ -131,11 +161,15 @@ InstanceCulling cull_instances(const FrameGeometry& frame, const std::vector<Mov
   for (std::size_t n = 0; n < boxes.size(); ++n) {
     const InstancedNode& node = assembly.instanced_nodes[n];
     if (!frame.drawables[node.first_drawable].visible || !any_moves_here(frame, node)) continue;
-    std::vector<InstanceCounters> groups(node.groups.size());
+    std::vector<CulledInstances> groups(node.groups.size());
     parallel_for(groups.size(), [&](std::size_t g) {
-      groups[g] = cull_group(frame, node, boxes[n], node.groups[g], &result.read[node.first_drawable]);
+      groups[g] = cull_group(frame, node, boxes[n], node.groups[g], depth, &result.read[node.first_drawable]);
     });
-    for (const InstanceCounters& group : groups) merge(result.counters, group);
+    for (const CulledInstances& group : groups) {
+      merge(result.counters, group.counters);
+      merge(result.previous_depth, group.previous_depth);
+      result.deferred.insert(result.deferred.end(), group.deferred.begin(), group.deferred.end());
+    }
   }
   const auto charge = [&](std::uint64_t records, std::uint64_t bytes) {
     result.ledger.read(memory::Unit::kFrontend, memory::Purpose::kPatchData,
@@ -146,11 +180,20 @@ InstanceCulling cull_instances(const FrameGeometry& frame, const std::vector<Mov
   return result;
 }
 
-InstanceCulling cull_instances(const FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec) {
+InstanceCulling cull_instances(const FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& spec,
+                               const CoarseDepth* depth) {
   std::vector<MovingBox> boxes;
   for (const InstancedNode& node : frame.assembly->instanced_nodes)
     boxes.push_back(instanced_box(frame, node, pyramids));
-  return cull_instances(frame, boxes, spec);
+  return cull_instances(frame, boxes, spec, depth);
+}
+
+std::uint32_t instance_drawables(const scene::Assembly& assembly, std::uint32_t first_drawable) {
+  const auto node = std::find_if(assembly.instanced_nodes.begin(), assembly.instanced_nodes.end(), [&](const auto& n) {
+    return first_drawable >= n.first_drawable && first_drawable - n.first_drawable < n.order.size() * n.primitives;
+  });
+  TESSERA_CHECK(node != assembly.instanced_nodes.end(), "an instance belongs to a node");
+  return node->primitives;
 }
 
 }  // namespace tessera::frontend

@@ -5,6 +5,7 @@
 
 #include "base/counter.h"
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/deferred.h"
 #include "frontend/settings.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -49,15 +50,21 @@ SubPatchBody group_body(const scene::FrameGeometry& frame, const scene::Instance
                         const scene::InstanceGroup& group);
 
 // Which drawables the front end reads, 1 or 0 each; empty: all. `boxes`: instanced_box() of each instanced node.
+// Instances that `depth`, unless null, hides are deferred.
 struct InstanceCulling {
   std::vector<std::uint8_t> read;
+  std::vector<Deferred> deferred;
   InstanceCounters counters;
+  PreviousDepthCounters previous_depth;
   memory::Ledger ledger;
 };
 InstanceCulling cull_instances(const scene::FrameGeometry& frame, const std::vector<MovingBox>& boxes,
-                               const FrontEndSpec& spec);
+                               const FrontEndSpec& spec, const CoarseDepth* depth = nullptr);
 InstanceCulling cull_instances(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
-                               const FrontEndSpec& spec);
+                               const FrontEndSpec& spec, const CoarseDepth* depth = nullptr);
+
+// The drawables of the instance that begins with a drawable: how many.
+std::uint32_t instance_drawables(const scene::Assembly& assembly, std::uint32_t first_drawable);
 
 }  // namespace tessera::frontend
 

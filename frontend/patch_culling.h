@@ -5,6 +5,7 @@
 
 #include "base/counter.h"
 #include "frontend/bounds/sub_patch_bounder.h"
+#include "frontend/deferred.h"
 #include "frontend/settings.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
@@ -41,14 +42,26 @@ const scene::PatchGroups* resting_groups(const scene::FrameGeometry& frame, cons
 // A group's box where the drawable has it, displaced by up to `offset`.
 MovingBox group_box(const scene::PatchGroups::Box& box, double offset);
 
+// Depths behind which nothing is seen: a guess, or null. What they hide is deferred.
+//
 // What is left of the drawables' patches, in order. `drawables`: their numbers, rising.
 struct PatchCulling {
   std::vector<PatchRun> read;
+  std::vector<Deferred> deferred;
   PatchGroupCounters counters;
+  PreviousDepthCounters previous_depth;
   memory::Ledger ledger;
 };
 PatchCulling cull_patches(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& drawables,
-                          const PyramidLibrary& pyramids, const FrontEndSpec& spec);
+                          const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth* depth = nullptr);
+
+// Base patches of a group that was deferred.
+std::uint64_t group_patches(const scene::FrameGeometry& frame, const Deferred& group);
+
+// What is left of a group that was deferred, when `depth` is the frame's own: what that hides is dropped. Its box stays
+// out of it: that was tested.
+PatchCulling cull_group(const scene::FrameGeometry& frame, const Deferred& group, const PyramidLibrary& pyramids,
+                        const FrontEndSpec& spec, const CoarseDepth& depth);
 
 }  // namespace tessera::frontend
 

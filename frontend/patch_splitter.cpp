@@ -148,7 +148,6 @@ bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
 
 std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, const scene::CellRange& range,
                                                         const SiblingBound* bound, int depth,
-                                                        std::vector<BoundedSubPatch>* deferred,
                                                         FrontendCounters& counters) {
   const auto pending = [&] { return fetches_ != nullptr ? fetches_->pending_bytes() : 0; };
   const std::uint64_t before = pending();
@@ -169,10 +168,9 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
     counters.cells_culled_backface += cell_count(range);
     return std::nullopt;
   }
-  if (deferred != nullptr && guess_ != nullptr && guess_->hides(*bounds)) {
+  if (depth_ != nullptr && depth_->hides(depth_->footprint(*bounds), blocks_tested_)) {
     ++counters.culled_previous_depth;
     counters.cells_culled_previous_depth += cell_count(range);
-    deferred->push_back({patch, range, *bounds, body.box, kAllSubPatchEffects});
     return std::nullopt;
   }
   Node node{0,
@@ -184,22 +182,6 @@ std::optional<PatchSplitter::Node> PatchSplitter::visit(std::uint32_t patch, con
             nullptr};
   if (has_grid(*bounder_.drawable().drawable)) node.priority = priority(node.piece, node.corners, depth);
   return node;
-}
-
-void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out,
-                          std::vector<BoundedSubPatch>& deferred, FrontendCounters& counters) {
-  const scene::CellRange whole = patch_cells(frame_, patch);
-  ++counters.base_patches;
-  counters.cells += cell_count(whole);
-  split_range(patch, whole, out, &deferred, counters);
-}
-
-void PatchSplitter::split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out,
-                                   FrontendCounters& counters) {
-  --counters.culled_previous_depth;
-  ++counters.revived_previous_depth;
-  counters.cells_culled_previous_depth -= cell_count(piece.range);
-  split_range(piece.base_patch, piece.range, out, nullptr, counters);
 }
 
 PatchSplitter::Halves* PatchSplitter::take_halves() {
@@ -261,8 +243,7 @@ std::uint64_t PatchSplitter::cut_for_back_faces(const scene::CellRange& range, F
   return 0;
 }
 
-void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
-                           FrontendCounters& counters) {
+void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
   kept_.clear(), dropped_.clear();
   if (node.facing != Facing::kPerhaps || settings_.backface_cells == 0 ||
       cut_for_back_faces(node.piece.range, counters) == 0) {
@@ -273,7 +254,7 @@ void PatchSplitter::finish(const Node& node, std::vector<BoundedSubPatch>& out, 
   counters.culled_backface += dropped_.size();
   for (const scene::CellRange& range : dropped_) counters.cells_culled_backface += cell_count(range);
   for (const scene::CellRange& range : kept_)
-    if (const auto part = visit(node.piece.base_patch, range, nullptr, node.depth, deferred, counters))
+    if (const auto part = visit(node.piece.base_patch, range, nullptr, node.depth, counters))
       emit(*part, out, counters);
 }
 
@@ -288,8 +269,10 @@ void PatchSplitter::emit(const Node& node, std::vector<BoundedSubPatch>& out, Fr
   counters.estimated_boxes += boxes_.add(estimate.boxes);
 }
 
-void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
-                                std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters) {
+void PatchSplitter::split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters) {
+  const scene::CellRange whole = patch_cells(frame_, patch);
+  ++counters.base_patches;
+  counters.cells += cell_count(whole);
   // A max-heap; equal priorities go in the order in which they were visited.
   const auto later = [](const Node& a, const Node& b) {
     return a.priority != b.priority ? a.priority < b.priority : a.order > b.order;
@@ -303,16 +286,16 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
   const std::size_t first = out.size();
   const auto keep = [&](const scene::CellRange& part, const SiblingBound* bound, int depth) {
     ++counters.bounds_computed;
-    std::optional<Node> node = visit(patch, part, bound, depth, deferred, counters);
+    std::optional<Node> node = visit(patch, part, bound, depth, counters);
     if (!node) return;
     if (node->priority > 0) {
       heap_.push_back(std::move(*node));
       std::push_heap(heap_.begin(), heap_.end(), later);
     } else {
-      finish(*node, out, deferred, counters);
+      finish(*node, out, counters);
     }
   };
-  keep(range, nullptr, 0);
+  keep(whole, nullptr, 0);
   while (!heap_.empty()) {
     std::pop_heap(heap_.begin(), heap_.end(), later);
     Node node = std::move(heap_.back());
@@ -321,7 +304,7 @@ void PatchSplitter::split_range(std::uint32_t patch, const scene::CellRange& ran
     const bool mandatory = node.priority == kMandatory;
     if (!mandatory && pieces >= static_cast<std::size_t>(settings_.split_budget)) {
       if (node.halves != nullptr) give_back(std::exchange(node.halves, nullptr));
-      finish(node, out, deferred, counters);
+      finish(node, out, counters);
       continue;
     }
     ++counters.splits;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "frontend/bounds/back_face.h"
@@ -68,14 +69,14 @@ struct BoundedSubPatch {
 // per thread.
 class PatchSplitter {
  public:
-  // With a guess, sub-patches that it hides are deferred, unsplit. `fetches`, unless null, gets what bounding reads
-  // besides the patch.
+  // Sub-patches that `depth`, unless null, hides are dropped unsplit: the frame's own. `fetches`, unless null, gets what
+  // bounding reads besides the patch.
   PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
-                const OcclusionGuess* guess = nullptr, TableFetches* fetches = nullptr)
+                const CoarseDepth* depth = nullptr, TableFetches* fetches = nullptr)
       : frame_(frame),
         pyramids_(pyramids),
         settings_(settings),
-        guess_(guess),
+        depth_(depth),
         bounder_(frame, pyramids, settings.bound_method, fetches),
         back_face_(frame, fetches),
         effects_(frame, pyramids),
@@ -84,11 +85,10 @@ class PatchSplitter {
   PatchSplitter(const PatchSplitter&) = delete;
   PatchSplitter(PatchSplitter&&) = default;
 
-  // Appends the sub-patches of one base patch, and to `deferred` what the guess hides.
-  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>& deferred,
-             FrontendCounters& counters);
-  // Appends the sub-patches of something deferred that was visible after all.
-  void split_deferred(const BoundedSubPatch& piece, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Appends the sub-patches of one base patch.
+  void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
+  // Blocks of `depth` that were looked at since the last call.
+  std::uint64_t take_blocks_tested() { return std::exchange(blocks_tested_, 0); }
 
  private:
   using Halves = std::array<SiblingBound, 2>;
@@ -101,21 +101,18 @@ class PatchSplitter {
     Facing facing;
     Halves* halves;  // null: not bounded yet
   };
-  // Bounds and tests; nothing when culled or deferred. `bound`, unless null, is what bounding found already.
+  // Bounds and tests; nothing when culled. `bound`, unless null, is what bounding found already.
   std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, const SiblingBound* bound, int depth,
-                            std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
+                            FrontendCounters& counters);
   // The halves of a node that is being split, bounded together with those of the node that is likely the next.
   Halves* bound_halves(Node& node, bool mandatory, bool next_as_well);
   Halves* take_halves();
   void give_back(Halves* halves) { spare_.push_back(halves); }
-  void split_range(std::uint32_t patch, const scene::CellRange& range, std::vector<BoundedSubPatch>& out,
-                   std::vector<BoundedSubPatch>* deferred, FrontendCounters& counters);
   // Cells that are proved to face away; appends the parts that hold them to dropped_, the others to kept_.
   std::uint64_t find_back_faces(const SiblingBound& bound, FrontendCounters& counters);
   std::uint64_t cut_for_back_faces(const scene::CellRange& range, FrontendCounters& counters);
   // Appends a sub-patch that is not split further, without the parts of it that face away.
-  void finish(const Node& node, std::vector<BoundedSubPatch>& out, std::vector<BoundedSubPatch>* deferred,
-              FrontendCounters& counters);
+  void finish(const Node& node, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
   double priority(const BoundedSubPatch& piece, const MovingCorners& corners, int depth) const;
   // Cycles that halving along u, along v saves; negative infinity where the cells are too few.
   std::array<double, 2> split_gains(const BoundedSubPatch& piece, const MovingCorners& corners) const;
@@ -126,7 +123,7 @@ class PatchSplitter {
   const scene::FrameGeometry& frame_;
   const PyramidLibrary& pyramids_;
   FrontEndSpec settings_;
-  const OcclusionGuess* guess_;
+  const CoarseDepth* depth_;
   SubPatchBounder bounder_;
   BackFaceTest back_face_;
   EffectSelector effects_;
@@ -135,6 +132,7 @@ class PatchSplitter {
   std::deque<Halves> halves_;  // all that there are
   std::vector<Halves*> spare_;
   std::uint32_t visited_ = 0;
+  std::uint64_t blocks_tested_ = 0;
   TableFetches* fetches_;
   SplitCost cost_;
   std::uint64_t bounds_ = 0,

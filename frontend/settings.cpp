@@ -34,10 +34,14 @@ Keys<Settings> settings_keys() {
        "more. 0: never.",
        "[measured] docs/bounding.md"},
       {"frontend.previous_depth_culling", &Settings::previous_depth_culling,
-       "Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles "
-       "are done, and rendered in a second pass "
-       "where they were visible after all.",
+       "Whether instances and groups of patches that the previous frame's depths hide are deferred, looked at again "
+       "when the tiles are done, and rendered in a second pass where they were visible after all.",
        "[assumed] two-pass occlusion culling, Haar and Aaltonen 2015"},
+      {"frontend.depth_block_pixels", &Settings::depth_block_pixels, "pixels", 8, 256,
+       "Side of the blocks whose farthest depths tile cores store for it, 2 bytes each: a power of two, halved until "
+       "it "
+       "divides the tile's sides.",
+       "[measured] docs/bounding.md"},
   };
 }
 

@@ -36,6 +36,7 @@ struct Settings {
   bool backface_culling = true;
   int backface_cells = 0;  // that a further sub-patch must save by dropping parts that face away; 0: no parts
   bool previous_depth_culling = false;
+  int depth_block_pixels = 16;  // side of the blocks whose farthest depths it goes by
 };
 Keys<Settings> settings_keys();
 

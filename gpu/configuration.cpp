@@ -111,6 +111,12 @@ void check_cache(std::string_view name, std::int64_t bytes, std::int64_t ways, s
 
 }  // namespace
 
+int GpuConfiguration::depth_block_pixels() const {
+  int side = frontend.depth_block_pixels;
+  while (tile.width % side != 0 || tile.height % side != 0) side /= 2;
+  return side;
+}
+
 frontend::SplitPrices GpuConfiguration::split_prices() const {
   frontend::SplitPrices prices;
   prices.bin_width = tile.width;
@@ -169,6 +175,8 @@ GpuConfiguration parse_gpu(std::string_view text, const std::string& name) {
 void check_gpu(const GpuConfiguration& gpu) {
   if (gpu.tile.width % 8 != 0 || gpu.tile.height % 8 != 0)
     throw UsageError("tile.width and tile.height must be multiples of 8 pixels");
+  if ((gpu.frontend.depth_block_pixels & (gpu.frontend.depth_block_pixels - 1)) != 0)
+    throw UsageError("frontend.depth_block_pixels must be a power of two");
   if (gpu.tilecore.box_bits != 8 && gpu.tilecore.box_bits != 16 && gpu.tilecore.box_bits != 32)
     throw UsageError("tilecore.box_bits must be 8, 16 or 32");
   if ((gpu.memory.burst_bytes & (gpu.memory.burst_bytes - 1)) != 0)

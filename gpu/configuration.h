@@ -39,6 +39,8 @@ struct GpuConfiguration : hardware::Machine {
   tilecore::ShadingCacheSettings shading_cache;
   tilecore::FrameBufferSettings frame_buffer;
 
+  // Of the blocks whose depths are stored: frontend.depth_block_pixels, or less where tiles are not multiples of it.
+  int depth_block_pixels() const;
   frontend::SplitPrices split_prices() const;
   frontend::FrontEndSpec front_end_spec() const {
     return {frontend,

@@ -107,7 +107,7 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   plain.resolve = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
   WorkRecorder recorder(gpu_, record_memory_, nullptr, false);
-  pipeline_.render({gpu_, plain, recorder, full, nullptr}, nullptr);
+  pipeline_.render({gpu_, plain, recorder, full, nullptr}, {});
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
     for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c)
@@ -152,21 +152,22 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, Eye& 
   if (resolve_.desampling != tilecore::Desampling::kOff)
     job.resolve = &begin_resolve(frame, eye, *geometry, left, result);
   const bool guesses = gpu_.frontend.previous_depth_culling && left == nullptr;
-  std::optional<frontend::OcclusionGuess> guess;
+  std::optional<frontend::CoarseDepth> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
-    guess.emplace(*last_depth_, geometry->projection, geometry->views[0]);
+    guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);
   MachineRecord record;
   const bool observed = observer_ != nullptr && left == nullptr;
   WorkRecorder recorder(gpu_, record_memory_, settings_.output.machine_model ? &displacement_memory_ : nullptr,
                         request_.record_accesses,
                         request_.record_items || gpu_.queues.model == hardware::TimingModel::kEvents);
-  pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_}, guess ? &*guess : nullptr);
+  pipeline_.render({gpu_, job, recorder, result, observed ? &record : nullptr, &progress_},
+                   {guesses, guess ? &*guess : nullptr});
   if (settings_.output.machine_model) {
     const StageTimer timer(result, "model");
     result.model = model_machine(gpu_, recorder.finish(job, result.counters.ledger), caches_.of_frame(gpu_, frame));
   }
   if (guesses) {
-    last_depth_ = pipeline_.coarse_depth(job, result);
+    last_depth_ = std::exchange(result.targets.coarse_depth, {});
     last_frame_ = frame;
   }
   if (request_.error && job.resolve != nullptr) measure_error(job, result);

@@ -31,7 +31,7 @@ struct RenderRequest {
 };
 
 // The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
-// counters are independent of each other and of the number of threads, but for frontend.previous_depth_culling
+// counters do not depend on the number of threads; nor on frames before, but for frontend.previous_depth_culling
 // (counters) and resolve.desampling=adaptive (both), which look at the frame rendered before when that was the one
 // before. Devices share nothing that changes: several may render at once, each on a thread of its own.
 class Device {

@@ -15,6 +15,7 @@ struct FrameCounters : tilecore::CoreCounters {
   frontend::FrontendCounters frontend;
   frontend::InstanceCounters instances;
   frontend::PatchGroupCounters groups;
+  frontend::PreviousDepthCounters previous_depth;
   binner::BinnerCounters binner;
   tilecore::TessellationCounters tessellation;
   memory::L2Counters l2;
@@ -33,6 +34,7 @@ void for_each_counter_struct(A& a, B& b, const Visit& visit) {
   visit(a.frontend, b.frontend);
   visit(a.instances, b.instances);
   visit(a.groups, b.groups);
+  visit(a.previous_depth, b.previous_depth);
   visit(a.binner, b.binner);
   visit(a.tessellation, b.tessellation);
   tilecore::for_each_unit(a, b, visit);

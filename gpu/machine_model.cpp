@@ -23,6 +23,10 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, tim
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
     energy.l2_lines = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
+    if (gpu.shader.costs == hardware::ShaderCosts::kCompiled) {
+      energy.shader_invocations = energy.surface_evaluations = 0;
+      energy.shader_clocks = timing::compiled_clocks(work);
+    }
   } else {
     timed.schedule = timing::schedule_frame(gpu, work);
     timed.timing = timing::time_frame(gpu, work, timed.schedule);

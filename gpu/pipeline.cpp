@@ -8,39 +8,64 @@
 
 namespace tessera::gpu {
 
-frontend::CoarseDepth Pipeline::coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const {
+namespace {
+
+// Empty, all blocks seeing nothing.
+frontend::CoarseDepth depths_to_store(const GpuConfiguration& gpu, const tilecore::TileJob& job) {
   frontend::CoarseDepth depth;
-  depth.block_width = gpu_.tile.width;
-  depth.block_height = gpu_.tile.height;
-  const IntRect& region = job.grid->region();
-  depth.blocks = {region.x0 / depth.block_width, region.y0 / depth.block_height,
-                  (region.x1 + depth.block_width - 1) / depth.block_width,
-                  (region.y1 + depth.block_height - 1) / depth.block_height};
-  depth.farthest = result.targets.tile_farthest;
+  depth.block_pixels = gpu.depth_block_pixels();
+  depth.blocks = frontend::CoarseDepth::blocks_of(job.grid->region(), depth.block_pixels);
+  depth.farthest.assign(
+      static_cast<std::size_t>(depth.blocks.width()) * static_cast<std::size_t>(depth.blocks.height()),
+      frontend::kNothingSeen);
   depth.projection = job.frame->projection;
   depth.view = job.frame->views[1];
   return depth;
 }
 
+}  // namespace
+
+std::vector<bool> Pipeline::tiles_again(const binner::TileGrid& grid, const frontend::CoarseDepth& depth,
+                                        const std::vector<frontend::BoundedSubPatch>& visible,
+                                        frontend::PreviousDepthCounters& counters) {
+  std::vector<bool> again(grid.tile_count(), false);
+  for (const frontend::BoundedSubPatch& piece : visible) {
+    const IntRect tiles = grid.covered(piece.bounds);
+    const frontend::BlockFootprint whole = depth.footprint(piece.bounds);
+    for (int row = tiles.y0; row < tiles.y1; ++row)
+      for (int column = tiles.x0; column < tiles.x1; ++column) {
+        const binner::TileIndex tile = grid.index(column, row);
+        if (again[tile]) continue;
+        const IntRect blocks = frontend::CoarseDepth::blocks_of(grid.pixels(tile), depth.block_pixels);
+        again[tile] = !depth.hides({whole.blocks.intersect(blocks), whole.nearest}, counters.blocks_tested);
+      }
+  }
+  counters.tiles_again += static_cast<std::uint64_t>(std::ranges::count(again, true));
+  return again;
+}
+
 void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
                            frontend::FrontEndResult& front_end) {
-  if (front_end.deferred.empty()) return;
-  std::vector<frontend::BoundedSubPatch> visible = frontend::second_pass_visible(
-      *run.job.frame, pyramids_, gpu_.front_end_spec(), coarse_depth(run.job, run.result), front_end);
+  // Tiles that are rendered again do not write theirs again.
+  frontend::CoarseDepth depth = std::exchange(run.result.targets.coarse_depth, {});
+  const auto burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kCoarseDepth,
+                        memory::burst_bytes(0, scheduler.depth_bytes(), burst_bytes));
+  std::vector<frontend::BoundedSubPatch> visible =
+      frontend::second_pass_visible(*run.job.frame, pyramids_, gpu_.front_end_spec(), depth, front_end);
+  const std::vector<bool> again = tiles_again(binner.grid(), depth, visible, front_end.previous_depth);
   run.recorder.front_end(*run.job.frame, front_end);
-  if (visible.empty()) return;
-  std::vector<bool> again(binner.grid().tile_count(), false);
-  for (const frontend::BoundedSubPatch& piece : visible) {
-    const IntRect tiles = binner.grid().covered(piece.bounds);
-    for (int row = tiles.y0; row < tiles.y1; ++row)
-      for (int column = tiles.x0; column < tiles.x1; ++column) again[binner.grid().index(column, row)] = true;
+  if (std::ranges::count(again, true) == 0) {
+    scheduler.no_tiles();
+  } else {
+    // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
+    if (run.result.counters.binner.partial_renders > 0) {
+      scheduler.empty_lists();
+      visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
+    }
+    scheduler.render(visible, again);
   }
-  // The lists still hold what the tiles were rendered from, unless a partial render emptied them.
-  if (run.result.counters.binner.partial_renders > 0) {
-    scheduler.empty_lists();
-    visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
-  }
-  scheduler.render(visible, again);
+  run.result.targets.coarse_depth = std::move(depth);
 }
 
 void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache) {
@@ -60,16 +85,16 @@ void Pipeline::collect(const ViewRun& run, const binner::Binner& binner, const t
   counters.ledger += sums.ledger;
 }
 
-void Pipeline::bound(const ViewRun& run, const frontend::OcclusionGuess* guess, scene::MemoryBudget& budget) {
+void Pipeline::bound(const ViewRun& run, const PreviousDepth& previous, scene::MemoryBudget& budget) {
   const StageTimer timer(run.result, "bound");
-  const std::uint64_t pose = guess == nullptr ? run.job.frame->identity : 0;
+  const std::uint64_t pose = previous.store ? 0 : run.job.frame->identity;
   if (pose != 0 && kept_.pose == pose) return;
   kept_.clear();
-  kept_.front_end = frontend::run_front_end(*run.job.frame, pyramids_, gpu_.front_end_spec(), guess, &budget);
+  kept_.front_end = frontend::run_front_end(*run.job.frame, pyramids_, gpu_.front_end_spec(), previous.guess, &budget);
   kept_.pose = pose;
 }
 
-void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess) {
+void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   const tilecore::TileJob& job = run.job;
   FrameResult& result = run.result;
   // What reading the capture left.
@@ -77,7 +102,7 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   const std::uint64_t left = capture.max_bytes - std::min(capture.charged_bytes, capture.max_bytes);
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
                              capture.max_bytes - left / job.frame->request.memory_parts);
-  bound(run, guess, budget);
+  bound(run, previous, budget);
   frontend::FrontEndResult& front_end = kept_.front_end;
   run.recorder.front_end(*job.frame, front_end);
   if (job.procedures != nullptr) run.recorder.sparse_pass(*job.procedures);
@@ -88,14 +113,14 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
     kept_.binner->buffer().limit(&budget);
   }
   binner::Binner& binner = *kept_.binner;
-  result.targets.tile_farthest.resize(binner.grid().tile_count());
+  if (previous.store) result.targets.coarse_depth = depths_to_store(gpu_, job);
   result.maps = TileMaps(*job.grid);
   const tilecore::TileOrder order(gpu_.tilecore.tile_order, *job.grid, tiles_together(job));
   tilecore::TessellationCache cache(static_cast<std::uint64_t>(gpu_.tessellator.cache_bytes),
                                     gpu_.tessellator.cache_eviction, *job.grid, order);
   TileScheduler scheduler(run, cores_, binner, order, cache);
   scheduler.render(front_end.sub_patches, {}, binned);
-  second_pass(run, scheduler, binner, front_end);
+  if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr) {
     if (job.resolve->settings.reach == tilecore::StencilReach::kNeighbours) scheduler.finish_across_tiles();
     double resolve_seconds = 0;
@@ -111,6 +136,7 @@ void Pipeline::render(const ViewRun& run, const frontend::OcclusionGuess* guess)
   result.counters.frontend = front_end.counters;
   result.counters.instances = front_end.instances;
   result.counters.groups = front_end.groups;
+  result.counters.previous_depth = front_end.previous_depth;
   result.counters.ledger += front_end.ledger;
   binner.buffer().limit(nullptr);
   binner.buffer().record_accesses(nullptr);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "base/parallel.h"
 #include "binner/binner.h"
@@ -24,18 +25,26 @@ class Pipeline {
   // Both must outlive it.
   Pipeline(const GpuConfiguration& gpu, const frontend::PyramidLibrary& pyramids) : gpu_(gpu), pyramids_(pyramids) {}
 
-  // Renders a view into `run.result`, whose counters grow. `guess`: what the previous frame hides, or null.
-  void render(const ViewRun& run, const frontend::OcclusionGuess* guess);
-
-  // The farthest depth that each tile of a finished view sees, for the next frame.
-  frontend::CoarseDepth coarse_depth(const tilecore::TileJob& job, const FrameResult& result) const;
+  // What views leave to each other. `store`: tile cores write the farthest depths of their blocks, into
+  // FrameTargets::coarse_depth. `guess`: what hides things at first, or null.
+  struct PreviousDepth {
+    bool store = false;
+    const frontend::CoarseDepth* guess = nullptr;  // only with `store`
+  };
+  // Renders a view into `run.result`, whose counters grow.
+  void render(const ViewRun& run, const PreviousDepth& previous);
 
  private:
   // Fills kept_.front_end.
-  void bound(const ViewRun& run, const frontend::OcclusionGuess* guess, scene::MemoryBudget& budget);
-  // Renders again the tiles of sub-patches that the previous frame's depth hid and that are visible after all.
+  void bound(const ViewRun& run, const PreviousDepth& previous, scene::MemoryBudget& budget);
+  // Fetches the depths that the tile cores wrote, and renders again the tiles in which they do not hide what the guess
+  // hid.
   void second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
                    frontend::FrontEndResult& front_end);
+  // The tiles in which `depth` does not hide all of some sub-patches; counts the blocks that it takes to say so.
+  static std::vector<bool> tiles_again(const binner::TileGrid& grid, const frontend::CoarseDepth& depth,
+                                       const std::vector<frontend::BoundedSubPatch>& visible,
+                                       frontend::PreviousDepthCounters& counters);
   void collect(const ViewRun& run, const binner::Binner& binner, const tilecore::TessellationCache& cache);
 
   const GpuConfiguration& gpu_;

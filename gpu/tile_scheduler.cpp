@@ -85,13 +85,24 @@ void TileScheduler::render_tile(Round& round, std::size_t t, bool& first_of_grou
   count_work(work.end(job, round.last), counts);
 }
 
+std::uint64_t TileScheduler::tile_depth_bytes() const {
+  const auto blocks = [&](int side) { return static_cast<std::uint64_t>(side / run_.gpu.depth_block_pixels()); };
+  return blocks(run_.gpu.tile.width) * blocks(run_.gpu.tile.height) * sizeof(frontend::DepthCode);
+}
+
 void TileScheduler::share(Round& round) {
   binner::RecordCache records(run_.gpu.binner_spec());
+  const bool stores_depth = round.last && !run_.result.targets.coarse_depth.farthest.empty();
+  std::uint64_t depth_offset = 0;
   for (const binner::TileIndex t : order_.tiles()) {
     const SharedUse& use = round.shared[t];
     const std::uint64_t table_bytes = round.work.share(t, use, {records, cache_});
     run_.result.maps.tiles[t].queue_bytes_read += table_bytes;
     run_.result.counters.binner.table_bytes_read += table_bytes;
+    if (stores_depth) {
+      round.work.store_depth(t, depth_offset, tile_depth_bytes());
+      depth_offset += tile_depth_bytes();
+    }
     if (run_.record != nullptr)
       run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
                                         use.tessellations.end());

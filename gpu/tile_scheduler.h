@@ -48,12 +48,19 @@ class TileScheduler {
   // Of all tiles, and the sub-patch table.
   void empty_lists();
 
+  // A round of what the recorder got, without lists or tiles.
+  void no_tiles() { (void)run_.recorder.begin_round(binner_, order_); }
+
+  // What the depths take that tile cores store for the next frame: 2 bytes a block, tile by tile in the machine's order.
+  std::uint64_t depth_bytes() const { return tile_depth_bytes() * binner_.grid().tile_count(); }
+
   // What resolve stencils that reach into neighbouring tiles left open, when every tile is finished.
   void finish_across_tiles();
 
  private:
   struct Round;
   void render_tile(Round& round, std::size_t tile, bool& first_of_group);
+  std::uint64_t tile_depth_bytes() const;
   // What the tiles share, in emulated order.
   void share(Round& round);
 

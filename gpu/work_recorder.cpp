@@ -50,13 +50,21 @@ void WorkRecorder::front_end(const scene::FrameGeometry& frame, const frontend::
   const auto boxes = [](const frontend::InstanceCounters& c) { return c.groups_tested + c.instances_tested; };
   geometry_.bounds += boxes(result.instances) - boxes(instances_);
   geometry_.bounds += result.groups.groups_tested - groups_.groups_tested;
+  geometry_.depth_blocks += result.previous_depth.blocks_reprojected - previous_depth_.blocks_reprojected;
+  geometry_.depth_tests += result.previous_depth.blocks_tested - previous_depth_.blocks_tested;
   geometry_bytes_ += bytes;
   const std::uint64_t all_tables = result.ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
                       tables = all_tables - std::exchange(front_end_tables_, all_tables);
+  const memory::Traffic depth = result.ledger.traffic(Unit::kFrontend, Purpose::kCoarseDepth),
+                        more{depth.read_bytes - coarse_depth_.read_bytes,
+                             depth.written_bytes - coarse_depth_.written_bytes};
   if (record_accesses_) {
-    log_front_end(*frame.assembly, result, bytes - tables);
+    log_front_end(*frame.assembly, result, bytes - tables - more.read_bytes - more.written_bytes);
+    log_coarse_depth(more);
     geometry_log_.add_next(Unit::kFrontend, Purpose::kTexture, false, tables);
   }
+  coarse_depth_ = depth;
+  previous_depth_ = result.previous_depth;
   front_end_ = result.counters;
   instances_ = result.instances;
   groups_ = result.groups;
@@ -85,6 +93,14 @@ void WorkRecorder::log_front_end(const scene::Assembly& assembly, const frontend
   geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, record_offsets_.back(), bytes - of_patches);
 }
 
+void WorkRecorder::log_coarse_depth(const memory::Traffic& more) {
+  constexpr std::uint64_t kDeferredAt = std::uint64_t{32} << 20;  // depths of the largest frame lie before
+  geometry_log_.add(Unit::kFrontend, Purpose::kCoarseDepth, true, kDeferredAt, more.written_bytes);
+  if (more.read_bytes == 0) return;
+  geometry_log_.add(Unit::kFrontend, Purpose::kCoarseDepth, false, 0, more.read_bytes - coarse_depth_.written_bytes);
+  geometry_log_.add(Unit::kFrontend, Purpose::kCoarseDepth, false, kDeferredAt, coarse_depth_.written_bytes);
+}
+
 void WorkRecorder::sparse_pass(const tilecore::ParameterMaps& maps) {
   const tilecore::SamplingCounters& counters = maps.counters();
   geometry_.patches += counters.cells;
@@ -109,7 +125,8 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
     return c.tile_overlaps + c.tiles_dropped_exact + c.tiles_dropped_time;
   };
   geometry_.tiles_tested = tested(now) - tested(binner_);
-  geometry_.patches = std::max<std::uint64_t>(geometry_.patches, geometry_.entries > 0 ? 1 : 0);
+  const bool works = geometry_.entries + geometry_.depth_tests + geometry_bytes_ > 0;
+  geometry_.patches = std::max<std::uint64_t>(geometry_.patches, works ? 1 : 0);
   const std::uint64_t written = binner_traffic_.written_bytes;
   geometry_.dram_bytes = std::exchange(geometry_bytes_, 0) + since(binner.buffer().ledger(), binner_traffic_);
   geometry_.written_bytes = binner_traffic_.written_bytes - written;
@@ -236,6 +253,15 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   return table_bytes;
 }
 
+void WorkRecorder::store_depth(binner::TileIndex tile, std::uint64_t offset, std::uint64_t bytes) {
+  const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
+  const std::uint64_t first = (offset + burst - 1) / burst, end = (offset + bytes + burst - 1) / burst,
+                      moved = (end - first) * burst;
+  slots_[tile].work.dram_bytes[static_cast<std::size_t>(Phase::kStore)] += moved;
+  stored_.write(Unit::kTilecore, Purpose::kCoarseDepth, moved);
+  if (record_accesses_) slots_[tile].log.add(Unit::kTilecore, Purpose::kCoarseDepth, true, first * burst, moved);
+}
+
 void WorkRecorder::share_tessellation(Slot& slot, const tilecore::TessellationRequest& request) {
   records_.of_tessellation(frame_->segment(request.segment), request, record_lines_);
   for (const RecordMemory::Lines& lines : record_lines_) {
@@ -309,6 +335,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
   const memory::L2::Account l2 = l2_.take_account();
   all.l2 = l2.counters;
   all.ledger += l2.ledger;
+  all.ledger += std::exchange(stored_, {});
   memory::Traffic none;
   since(all.ledger, none);
   return all;

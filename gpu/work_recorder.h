@@ -90,10 +90,13 @@ class WorkRecorder {
     memory::AccessLog log;
   };
   std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches);
+  void store_depth(binner::TileIndex tile, std::uint64_t offset, std::uint64_t bytes);
   // Bytes fetched.
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
   // What the front end read since the last call, `bytes` in all.
   void log_front_end(const scene::Assembly& assembly, const frontend::FrontEndResult& result, std::uint64_t bytes);
+  // And of depths and what they hid.
+  void log_coarse_depth(const memory::Traffic& more);
   // What a tessellation fetches: records, heights.
   void share_tessellation(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const RecordMemory::Lines& lines, timing::Phase phase, memory::Purpose purpose);
@@ -125,9 +128,12 @@ class WorkRecorder {
   frontend::FrontendCounters front_end_;
   frontend::InstanceCounters instances_;
   frontend::PatchGroupCounters groups_;
+  frontend::PreviousDepthCounters previous_depth_;
   binner::BinnerCounters binner_;
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
+  memory::Traffic coarse_depth_;      // of the front end, seen so far
+  memory::Ledger stored_;             // of tiles, by the recorder
   memory::Traffic rounds_;            // of all that went to a round
   std::uint64_t geometry_bytes_ = 0;  // of the front end, for the round to come
   std::uint64_t layer_bytes_ = 0;     // of the tile with most blended layers
@@ -170,6 +176,12 @@ class WorkRecorder::Round {
   // cache, its requests to the tessellation cache, then its lines to the L2. Bytes of the sub-patch table fetched.
   std::uint64_t share(binner::TileIndex tile, const SharedUse& use, SharedCaches caches) {
     return recorder_.share(tile, use, caches);
+  }
+
+  // The farthest depths of a tile's blocks, which lie behind those of the tile before: a burst leaves when a tile begins
+  // it.
+  void store_depth(binner::TileIndex tile, std::uint64_t offset, std::uint64_t bytes) {
+    recorder_.store_depth(tile, offset, bytes);
   }
 
  private:

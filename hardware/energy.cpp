@@ -23,6 +23,8 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
     add(name(stage), static_cast<double>(number), pj);
   };
   count(Stage::kFrontend, events.bounds, gpu.geometry_energy.bound_pj);
+  count(Stage::kFrontend, events.reprojected_blocks, gpu.geometry_energy.reprojected_block_pj);
+  count(Stage::kFrontend, events.depth_tests, gpu.geometry_energy.depth_test_pj);
   count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.binned_entry_pj);
   count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.fetched_entry_pj);
   count(Stage::kFetch, events.sort_steps, gpu.geometry_energy.sort_step_pj);
@@ -38,6 +40,7 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
   count(Stage::kCoarseDepth, events.depth_blocks, gpu.geometry_energy.depth_block_pj);
   count(Stage::kCompaction, events.compacted_samples, gpu.energy.compacted_sample_pj);
   count(Stage::kShader, events.surface_evaluations, gpu.energy.shader_operation_pj * gpu.shader.surface_operations);
+  count(Stage::kShader, events.shader_clocks, gpu.energy.shader_operation_pj);
   count(Stage::kShader, events.shader_invocations, gpu.energy.shader_operation_pj * gpu.shader.operations);
   count(Stage::kTexture, events.texels, gpu.energy.texel_pj);
   add("l2", static_cast<double>(events.l2_lines), gpu.energy.l2_line_pj);

@@ -21,6 +21,8 @@ struct TileCores {
 // What one instance of each unit does in a clock.
 struct Throughputs {
   double bounds_per_clk = 0.25;
+  double reprojected_blocks_per_clk = 1;
+  double depth_tests_per_clk = 4;
   double binned_entries_per_clk = 1;
   double binned_tiles_per_clk = 4;
   double fetched_entries_per_clk = 0.5;
@@ -105,6 +107,8 @@ struct QueueSizes {
 // What one event of each unit costs, up to what samples see.
 struct GeometryPrices {
   double bound_pj = 1000;
+  double reprojected_block_pj = 60;
+  double depth_test_pj = 1;
   double binned_entry_pj = 20;
   double fetched_entry_pj = 20;
   double sort_step_pj = 3;

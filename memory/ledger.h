@@ -18,11 +18,12 @@ enum class Purpose : std::uint8_t {
   kHistory,
   kNeighbours,
   kSamplingMaps,
-  kAttributes
+  kAttributes,
+  kCoarseDepth
 };
 
 inline constexpr std::size_t kUnitCount = 5;
-inline constexpr std::size_t kPurposeCount = 9;
+inline constexpr std::size_t kPurposeCount = 10;
 
 std::string_view name(Unit unit);
 std::string_view name(Purpose purpose);

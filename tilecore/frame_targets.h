@@ -5,6 +5,7 @@
 
 #include "base/image.h"
 #include "base/rect.h"
+#include "frontend/bounds/coarse_depth.h"
 
 namespace tessera::tilecore {
 
@@ -12,12 +13,12 @@ namespace tessera::tilecore {
 struct FrameTargets {
   Image color;  // linear RGB and coverage
   bool auxiliary = false;
-  Image depth;                       // of the nearest sample; 0 where nothing is seen
-  Image normal;                      // world, mean of the pixel's shaded points
-  Image invocations;                 // pixel-shader invocations
-  ImageOf<std::uint32_t> patch;      // base patch + 1 of the first sample; 0 where nothing is seen
-  std::vector<float> tile_farthest;  // per tile: depth of its farthest sample; infinity where one sees
-                                     // nothing opaque; kept where it has room
+  Image depth;                   // of the nearest sample; 0 where nothing is seen
+  Image normal;                  // world, mean of the pixel's shaded points
+  Image invocations;             // pixel-shader invocations
+  ImageOf<std::uint32_t> patch;  // base patch + 1 of the first sample; 0 where nothing is seen
+  // Of blocks of pixels, for the next frame; kept where it has room.
+  frontend::CoarseDepth coarse_depth;
   IntRect region;
 
   // Of the resolve unit; empty without `resolve_auxiliary`.

@@ -399,6 +399,19 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   resolve_seconds_ += thread_seconds() - start;
 }
 
+void TileCore::store_coarse_depth(TileState& state, frontend::CoarseDepth& depth) {
+  const IntRect& tile = samples_.pixels;
+  const IntRect blocks = frontend::CoarseDepth::blocks_of(tile, depth.block_pixels);
+  for (int row = blocks.y0; row < blocks.y1; ++row)
+    for (int column = blocks.x0; column < blocks.x1; ++column) {
+      const int side = depth.block_pixels;
+      const IntRect pixels = IntRect{column * side, row * side, (column + 1) * side, (row + 1) * side}.intersect(tile);
+      depth.farthest[depth.blocks.index(column, row)] = frontend::code_not_nearer(
+          state.farthest({pixels.x0 - tile.x0, pixels.y0 - tile.y0, pixels.x1 - tile.x0, pixels.y1 - tile.y0}));
+    }
+  counters_.depth_blocks_updated += state.take_depth_updates();
+}
+
 void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
                       bool first_of_group) {
   const IntRect pixels = job.grid->pixels(tile);
@@ -413,7 +426,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
                         targets.color, resolve_counters_, ledger_);
   }
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
-  if (tile < targets.tile_farthest.size()) targets.tile_farthest[tile] = state.farthest();
+  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
 }
 
 }  // namespace tessera::tilecore

@@ -145,6 +145,8 @@ class TileCore {
   void leave_segment(const TileJob& job) {
     if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
   }
+  // Writes the farthest depths of the tile's blocks.
+  void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   // What is counted of items, so far.
   timing::SubPatchItem counted() const;

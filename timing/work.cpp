@@ -23,6 +23,8 @@ hardware::EnergyEvents energy_events(const FrameWork& work) {
   hardware::EnergyEvents events;
   for (const WorkRound& round : work.rounds) {
     events.bounds += round.geometry.bounds;
+    events.reprojected_blocks += round.geometry.depth_blocks;
+    events.depth_tests += round.geometry.depth_tests;
     events.sampling_operations += round.geometry.sampling_operations;
     events.binned_entries += round.geometry.entries;
     for (const TileWork& tile : round.tiles) {
@@ -74,8 +76,11 @@ std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger)
 StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work) {
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
-  at(Stage::kFrontend) = share(work.bounds, gpu.rates.bounds_per_clk) +
-                         share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
+  // Nothing is tested before the last block is in its place; bounds and tests are made side by side.
+  at(Stage::kFrontend) =
+      share(work.depth_blocks, gpu.rates.reprojected_blocks_per_clk) +
+      std::max(share(work.bounds, gpu.rates.bounds_per_clk), share(work.depth_tests, gpu.rates.depth_tests_per_clk)) +
+      share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
   // Appending and testing are two parts of the binner that work side by side.
   at(Stage::kBinner) = std::max(share(work.entries, gpu.rates.binned_entries_per_clk),
                                 share(work.tiles_tested, gpu.rates.binned_tiles_per_clk));

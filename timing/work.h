@@ -24,6 +24,8 @@ inline constexpr std::size_t kPhaseCount = 3;
 struct GeometryWork {
   std::uint64_t patches = 0;
   std::uint64_t bounds = 0;
+  std::uint64_t depth_blocks = 0;         // of the previous frame, re-projected
+  std::uint64_t depth_tests = 0;          // of blocks against bounds
   std::uint64_t sampling_operations = 0;  // of the sampling controller's sparse pass
   std::uint64_t entries = 0;
   std::uint64_t tiles_tested = 0;  // pairs of a sub-patch and a tile

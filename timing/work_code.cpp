@@ -11,9 +11,10 @@ namespace {
 // Calls visit(member) for every number of a record in order; `Work` may be const.
 template <class Work, class Visit>
 void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::remove_const_t<Work>, GeometryWork> {
-  auto& [patches, bounds, sampling_operations, entries, tiles_tested, dram_bytes, written_bytes, queue_bytes] = work;
-  visit(patches), visit(bounds), visit(sampling_operations), visit(entries), visit(tiles_tested), visit(dram_bytes);
-  visit(written_bytes), visit(queue_bytes);
+  auto& [patches, bounds, depth_blocks, depth_tests, sampling_operations, entries, tiles_tested, dram_bytes,
+         written_bytes, queue_bytes] = work;
+  visit(patches), visit(bounds), visit(depth_blocks), visit(depth_tests), visit(sampling_operations), visit(entries),
+      visit(tiles_tested), visit(dram_bytes), visit(written_bytes), visit(queue_bytes);
 }
 
 template <class Work, class Visit>

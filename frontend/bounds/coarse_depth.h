@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "base/rect.h"
@@ -8,40 +9,49 @@
 
 namespace tessera::frontend {
 
-// The farthest depth that any sample of each block of pixels saw when a frame was done; infinity where one saw
+// A depth in 16 bits: the upper half of the float without its sign, 8 bits of exponent and 8 of mantissa. Codes are
+// ordered as their depths; what is not positive has code 0.
+using DepthCode = std::uint16_t;
+inline constexpr DepthCode kNothingSeen = 0xFF00;  // infinity
+DepthCode code_not_nearer(float depth);            // NaN: kNothingSeen
+DepthCode code_not_farther(float depth);           // NaN: 0
+float depth_of(DepthCode code);
+
+// Blocks that something may touch, [x0, x1) x [y0, y1) of the frame's grid, and the depth where it begins.
+struct BlockFootprint {
+  IntRect blocks;
+  DepthCode nearest = 0;
+  bool operator==(const BlockFootprint&) const = default;
+};
+
+// The farthest depth that any sample of each block of pixels saw when its tile was done; kNothingSeen where one saw
 // nothing. Row by row over the blocks that touch the region; with the camera that saw it.
+//
+// Invariants (cited by the tests):
+//   CD1  No sample of a block sees anything farther than the depth of its code.
+//   CD2  What hides() says of the depths of a finished frame holds: no sample of it sees any of the footprint.
 struct CoarseDepth {
-  int block_width = 0, block_height = 0;
-  IntRect blocks;  // columns and rows of the whole frame's grid
-  std::vector<float> farthest;
+  int block_pixels = 8;  // a block's side
+  IntRect blocks;        // columns and rows of the whole frame's grid
+  std::vector<DepthCode> farthest;
   scene::Projection projection;
   scene::View view;
 
-  float at(int column, int row) const {
-    return farthest[static_cast<std::size_t>((row - blocks.y0) * blocks.width() + (column - blocks.x0))];
-  }
+  // `region`: pixels that are drawn.
+  static IntRect blocks_of(const IntRect& region, int block_pixels);
+  DepthCode at(int column, int row) const { return farthest[blocks.index(column, row)]; }
+
+  // Where bounds, which are closed, lie among the blocks; none for bounds that touch no block.
+  BlockFootprint footprint(const ScreenBounds& bounds) const;
+  // Whether a footprint lies behind the farthest depth of all its blocks; never for one without blocks. Adds the blocks
+  // that were looked at, row by row until the first that does not hide it.
+  bool hides(const BlockFootprint& footprint, std::uint64_t& blocks_tested) const;
 };
 
-// Guesses from the previous frame what will be hidden: its coarse depth, re-projected into the view at hand. Each block
-// becomes the rectangle around its four corners at its depth; where several land, the farthest counts, where none
-// does, nothing is hidden.
-//
-// A guess only: things move. Whoever drops what it hides must look again when the frame's own depth is known
-// (hidden_by).
-class OcclusionGuess {
- public:
-  OcclusionGuess(const CoarseDepth& previous, const scene::Projection& projection, const scene::View& view);
-
-  bool hides(const ScreenBounds& bounds) const { return hidden_by(depth_, bounds); }
-  const CoarseDepth& depth() const { return depth_; }
-
-  // Whether bounds lie behind the farthest depth of every block that they touch.
-  static bool hidden_by(const CoarseDepth& depth, const ScreenBounds& bounds);
-
- private:
-  void splat(const CoarseDepth& previous, int column, int row);
-
-  CoarseDepth depth_;
-};
+// What the previous frame's depths make of the view at hand, a guess: things move. Each block becomes the rectangle
+// around its four corners at its depth, grown by kSplatPixels; where several land the farthest counts, where none does
+// nothing is hidden. Whoever drops what it hides must look again when the frame's own depths are known.
+inline constexpr double kSplatPixels = 4;
+CoarseDepth reproject(const CoarseDepth& previous, const scene::Projection& projection, const scene::View& view);
 
 }  // namespace tessera::frontend

@@ -35,9 +35,12 @@ SubPatchBody box_body(const scene::FrameGeometry& frame, const scene::PosedDrawa
   return body;
 }
 
-bool outside_view(const SubPatchBody& body, const scene::FrameGeometry& frame) {
-  const std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame.projection, body.margin);
-  return !bounds || outside_frame(*bounds, frame.request.width, frame.request.height);
+std::optional<ScreenBounds> bounds_in_view(const SubPatchBody& body, const scene::FrameGeometry& frame) {
+  std::optional<ScreenBounds> bounds = screen_bounds(body.corners, frame.projection, body.margin);
+  if (bounds && outside_frame(*bounds, frame.request.width, frame.request.height)) bounds.reset();
+  return bounds;
 }
+
+bool outside_view(const SubPatchBody& body, const scene::FrameGeometry& frame) { return !bounds_in_view(body, frame); }
 
 }  // namespace tessera::frontend

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+
+#include "frontend/bounds/screen_bounds.h"
 #include "frontend/bounds/sub_patch_bounder.h"
 
 namespace tessera::frontend {
@@ -15,7 +18,8 @@ double largest_coordinate(const MovingBox& box);
 // The body of what `box` holds of a drawable at both motion keys, displacement included.
 SubPatchBody box_body(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, const MovingBox& box);
 
-// Whether a body is outside the view or its depth range at all times.
+// Nothing for a body that is outside the view or its depth range at all times.
+std::optional<ScreenBounds> bounds_in_view(const SubPatchBody& body, const scene::FrameGeometry& frame);
 bool outside_view(const SubPatchBody& body, const scene::FrameGeometry& frame);
 
 }  // namespace tessera::frontend

@@ -196,9 +196,9 @@ TEST(BackFaceCulling, PartsThatFaceAwayAreDroppedWhereThatSavesEnough) {
       spec.backface_cells = worth;
       PatchSplitter splitter(frame, *scene.pyramids, spec);
       for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-        std::vector<BoundedSubPatch> kept, deferred;
+        std::vector<BoundedSubPatch> kept;
         FrontendCounters counters;
-        splitter.split(patch, kept, deferred, counters);
+        splitter.split(patch, kept, counters);
         if (counters.culled_frustum != 0) continue;  // what is out of view may face anywhere
         const scene::TessellationPattern& pattern = frame.pattern_of(patch);
         std::vector<int> covered(static_cast<std::size_t>(pattern.nu) * pattern.nv);

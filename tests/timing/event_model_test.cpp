@@ -273,7 +273,8 @@ FrameWork random_frame(test::Random& random) {
   const auto upto = [&](int most) { return static_cast<std::uint32_t>(random.integer(0, most)); };
   for (int r = random.integer(1, 2); r > 0; --r) {
     WorkRound& round = work.rounds.emplace_back();
-    round.geometry = {upto(300), upto(900), 0, upto(2000), upto(4000), 64 * upto(400), 0, 0};
+    round.geometry.patches = upto(300), round.geometry.bounds = upto(900), round.geometry.entries = upto(2000);
+    round.geometry.tiles_tested = upto(4000), round.geometry.dram_bytes = 64 * upto(400);
     if (round.geometry.patches == 0) round.geometry = {};
     round.geometry.written_bytes = round.geometry.dram_bytes / 128 * 64;
     for (int t = random.integer(0, 12); t > 0; --t) {

@@ -430,7 +430,14 @@ class EventSimulation {
       counts.texture_misses += core->textures.misses();
       for (std::size_t s = 0; s < kStallCount; ++s) counts.stalls[s] += core->shader.stalls()[s] / cores;
     }
-    out_.busy[static_cast<std::size_t>(Stage::kDram)] = counts.memory.memory_busy;
+    const auto busy = [&](Stage stage) -> double& { return out_.busy[static_cast<std::size_t>(stage)]; };
+    busy(Stage::kDram) = counts.memory.memory_busy;
+    // What the units themselves counted.
+    busy(Stage::kShader) = busy(Stage::kTexture) = 0;
+    for (const auto& core : cores_) {
+      busy(Stage::kShader) += core->shader.busy() / cores;
+      busy(Stage::kTexture) += core->textures.busy() / cores;
+    }
   }
 
   const hardware::Machine& gpu_;
@@ -453,6 +460,14 @@ class EventSimulation {
 bool has_items(const FrameWork& work) {
   return std::all_of(work.rounds.begin(), work.rounds.end(),
                      [](const WorkRound& round) { return round.items.size() == round.tiles.size(); });
+}
+
+std::uint64_t compiled_clocks(const FrameWork& work) {
+  std::uint64_t clocks = 0;
+  for (const WorkRound& round : work.rounds)
+    for (const TileItems& items : round.items)
+      for (const WarpItem& warp : items.warps) clocks += std::uint64_t{warp.lanes} * warp.clocks;
+  return clocks;
 }
 
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast,
