@@ -12,13 +12,15 @@ struct Timed {
   hardware::FrameEnergy energy;
 };
 
-Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, timing::WarmCaches* caches) {
+// `bound`: with what bounds it.
+Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, timing::WarmCaches* caches, bool bound) {
   Timed timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
-    const timing::WarmCaches before = caches != nullptr ? *caches : timing::WarmCaches();
+    const timing::WarmCaches before = bound && caches != nullptr ? *caches : timing::WarmCaches();
     timing::EventSchedule events = timing::simulate_events(gpu, work, std::nullopt, caches);
-    timed.timing = timing::time_events(gpu, work, events, before);
+    timed.timing.cycles = events.schedule.cycles;
+    if (bound) timed.timing = timing::time_events(gpu, work, events, before);
     timed.schedule = std::move(events.schedule);
     // What the caches held in time.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
@@ -29,7 +31,8 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, tim
     }
   } else {
     timed.schedule = timing::schedule_frame(gpu, work);
-    timed.timing = timing::time_frame(gpu, work, timed.schedule);
+    timed.timing.cycles = timed.schedule.cycles;
+    if (bound) timed.timing = timing::time_frame(gpu, work, timed.schedule);
   }
   timed.energy = hardware::frame_energy(gpu, energy, timed.timing.cycles);
   return timed;
@@ -38,7 +41,7 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, tim
 }  // namespace
 
 MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record, timing::WarmCaches* caches) {
-  Timed timed = time_work(gpu, record.work, caches);
+  Timed timed = time_work(gpu, record.work, caches, true);
   return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy)};
 }
 
@@ -46,12 +49,22 @@ FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::Fra
                      timing::WarmCaches* caches) {
   FrameCost cost;
   for (std::size_t view = 0; view < views.size(); ++view) {
-    const Timed timed = time_work(gpu, views[view], caches);
+    const Timed timed = time_work(gpu, views[view], caches, true);
     if (view == 0)
       cost.timing = timed.timing;
     else
       cost.timing.accumulate(timed.timing);
     cost.energy.accumulate(timed.energy);
+  }
+  return cost;
+}
+
+CycleCost cycle_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views) {
+  CycleCost cost;
+  for (const timing::FrameWork& view : views) {
+    const Timed timed = time_work(gpu, view, nullptr, false);
+    cost.cycles += timed.timing.cycles;
+    cost.energy_nj += timed.energy.total_nj();
   }
   return cost;
 }

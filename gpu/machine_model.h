@@ -30,6 +30,12 @@ struct FrameCost {
 FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
                      timing::WarmCaches* caches = nullptr);
 
+// Cycles and energy alone, without what bounds them: many times as fast with machine.timing=events.
+struct CycleCost {
+  double cycles = 0, energy_nj = 0;
+};
+CycleCost cycle_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views);
+
 // Caches from frame to frame, as gpu.queues.caches says: frames that do not follow each other find them empty.
 class CachesOfFrames {
  public:

@@ -86,6 +86,26 @@ TEST_F(Time, RefusesKeysThatChangeTheWork) {
   EXPECT_EQ(time("plain", {"clock.hz=3"}).status, 2);
 }
 
+// What a number at twice its value changes is what a replay on that machine says.
+TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
+  const json stats = replay("eggs", {}, "plain"), faster = replay("eggs", {"shader.lanes=64"}, "faster");
+  const ProcessResult done =
+      run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
+  EXPECT_EQ(done.status, 0) << done.errors;
+  EXPECT_THAT(done.output, HasSubstr("shader.lanes"));
+  const json rows = times()["sensitivity"];
+  EXPECT_GE(rows.size(), 50u);
+  const auto cycles = [](const json& of) { return of["frames"][0]["timing"]["cycles"].get<double>(); };
+  bool found = false;
+  for (const json& row : rows)
+    if (row["key"] == "shader.lanes") {
+      found = true;
+      EXPECT_NEAR(row["cycles"][1].get<double>(), cycles(faster) / cycles(stats), 1e-4);
+      EXPECT_GT(row["cycles"][0].get<double>(), 1.0);
+    }
+  EXPECT_TRUE(found);
+}
+
 TEST_F(Time, RefusesWhatIsNoRecord) {
   EXPECT_EQ(run_tessera({"time", (folder_ / "none").string()}).status, 3);
   const ProcessResult capture = run_tessera({"time", test::shipped_capture("eggs").string()});
