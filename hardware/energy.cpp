@@ -23,8 +23,8 @@ FrameEnergy frame_energy(const Machine& gpu, const EnergyEvents& events, double 
     add(name(stage), static_cast<double>(number), pj);
   };
   count(Stage::kFrontend, events.bounds, gpu.geometry_energy.bound_pj);
-  count(Stage::kFrontend, events.reprojected_blocks, gpu.geometry_energy.reprojected_block_pj);
-  count(Stage::kFrontend, events.depth_tests, gpu.geometry_energy.depth_test_pj);
+  count(Stage::kFrontend, events.reprojected_blocks, gpu.reprojection.reprojected_block_pj);
+  count(Stage::kFrontend, events.depth_tests, gpu.reprojection.depth_test_pj);
   count(Stage::kBinner, events.binned_entries, gpu.geometry_energy.binned_entry_pj);
   count(Stage::kFetch, events.fetched_entries, gpu.geometry_energy.fetched_entry_pj);
   count(Stage::kFetch, events.sort_steps, gpu.geometry_energy.sort_step_pj);

@@ -24,12 +24,6 @@ Keys<Machine> speed_keys() {
           {"frontend.bounds_per_clk", &Throughputs::bounds_per_clk, "bounds/clk", kLeast, kMax,
            "Bounding volumes that the front end computes.",
            "[assumed] 4 clocks for 16 control points at two motion keys"},
-          {"frontend.reprojected_blocks_per_clk", &Throughputs::reprojected_blocks_per_clk, "blocks/clk", kLeast, kMax,
-           "Blocks of the previous frame's depths that the front end puts where the view at hand has them.",
-           "[assumed] four corners of 12 operations, 48 multipliers and adders"},
-          {"frontend.depth_tests_per_clk", &Throughputs::depth_tests_per_clk, "blocks/clk", kLeast, kMax,
-           "Blocks whose farthest depth the front end compares with the nearest one of a bound.",
-           "[assumed] 8 bytes of a row on chip"},
           {"binner.entries_per_clk", &Throughputs::binned_entries_per_clk, "entries/clk", kLeast, kMax,
            "Entries of lists that the binner appends.", "[assumed] one append per clock"},
           {"binner.tiles_per_clk", &Throughputs::binned_tiles_per_clk, "tiles/clk", kLeast, kMax,
@@ -100,6 +94,23 @@ Keys<Machine> speed_keys() {
                 "[assumed] a stencil of 16 taps"},
            });
   return keys;
+}
+
+Keys<ReprojectionUnit> reprojection_keys() {
+  return {
+      {"frontend.reprojected_blocks_per_clk", &ReprojectionUnit::reprojected_blocks_per_clk, "blocks/clk", kLeast, kMax,
+       "Blocks of the previous frame's depths that the front end puts where the view at hand has them.",
+       "[assumed] four corners of 12 operations, 48 multipliers and adders"},
+      {"frontend.depth_tests_per_clk", &ReprojectionUnit::depth_tests_per_clk, "blocks/clk", kLeast, kMax,
+       "Blocks whose farthest depth the front end compares with the nearest one of a bound.",
+       "[assumed] 8 bytes of a row on chip"},
+      {"energy.reprojected_block_pj", &ReprojectionUnit::reprojected_block_pj, "pJ", 0, 1e9,
+       "Block of the previous frame's depths put where the view at hand has it.",
+       "[assumed] 48 operations of 1.15 pJ, 4 blocks on chip read and written"},
+      {"energy.depth_test_pj", &ReprojectionUnit::depth_test_pj, "pJ", 0, 1e9,
+       "Block's farthest depth compared with the nearest one of a bound.",
+       "[assumed] a comparison of a quarter of an operation, 2 bytes on chip"},
+  };
 }
 
 Keys<Machine> memory_keys() {
@@ -197,12 +208,6 @@ Keys<GeometryPrices> geometry_energy_keys() {
   return {
       {"energy.bound_pj", &GeometryPrices::bound_pj, "pJ", 0, 1e9, "Bounding volume of a sub-patch.",
        "[assumed] 900 operations of 1.15 pJ"},
-      {"energy.reprojected_block_pj", &GeometryPrices::reprojected_block_pj, "pJ", 0, 1e9,
-       "Block of the previous frame's depths put where the view at hand has it.",
-       "[assumed] 48 operations of 1.15 pJ, 4 blocks on chip read and written"},
-      {"energy.depth_test_pj", &GeometryPrices::depth_test_pj, "pJ", 0, 1e9,
-       "Block's farthest depth compared with the nearest one of a bound.",
-       "[assumed] a comparison of a quarter of an operation, 2 bytes on chip"},
       {"energy.binned_entry_pj", &GeometryPrices::binned_entry_pj, "pJ", 0, 1e9,
        "Entry appended to a tile list, memory traffic apart.",
        "[assumed] entry, cursor and a share of the record, 32 bytes twice on chip"},
@@ -272,6 +277,7 @@ Keys<Machine> machine_keys() {
       .add(&Machine::queues, queue_keys())
       .add(&Machine::geometry_energy, geometry_energy_keys())
       .add(&Machine::energy, energy_keys())
+      .add(&Machine::reprojection, reprojection_keys())
       // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
       .mark_timing_but({"shader.warp_lanes", "cache.line_bytes", "texture.cache_bytes", "texture.cache_ways",
                         "l2.bytes", "l2.ways"});

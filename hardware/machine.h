@@ -21,8 +21,6 @@ struct TileCores {
 // What one instance of each unit does in a clock.
 struct Throughputs {
   double bounds_per_clk = 0.25;
-  double reprojected_blocks_per_clk = 1;
-  double depth_tests_per_clk = 4;
   double binned_entries_per_clk = 1;
   double binned_tiles_per_clk = 4;
   double fetched_entries_per_clk = 0.5;
@@ -41,6 +39,14 @@ struct Throughputs {
   double blends_per_clk = 4;
   double resolved_pixels_per_clk = 4;
   double resolve_operations_per_clk = 16;
+};
+
+// What the front end does with the previous frame's depths: speeds and energies.
+struct ReprojectionUnit {
+  double reprojected_blocks_per_clk = 1;
+  double depth_tests_per_clk = 4;
+  double reprojected_block_pj = 60;
+  double depth_test_pj = 1;
 };
 
 // Where the operations and registers of a shader come from, for TimingModel::kEvents: the constants below, or the table of
@@ -107,8 +113,6 @@ struct QueueSizes {
 // What one event of each unit costs, up to what samples see.
 struct GeometryPrices {
   double bound_pj = 1000;
-  double reprojected_block_pj = 60;
-  double depth_test_pj = 1;
   double binned_entry_pj = 20;
   double fetched_entry_pj = 20;
   double sort_step_pj = 3;
@@ -140,6 +144,7 @@ struct Machine {
   double clock_mhz = 850;
   TileCores cores;
   Throughputs rates;
+  ReprojectionUnit reprojection;
   PixelShader shader;
   Caches caches;
   MemoryInterface memory;

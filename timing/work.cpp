@@ -77,10 +77,10 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
   StageCycles cycles{};
   const auto at = [&](Stage stage) -> double& { return cycles[static_cast<std::size_t>(stage)]; };
   // Nothing is tested before the last block is in its place; bounds and tests are made side by side.
-  at(Stage::kFrontend) =
-      share(work.depth_blocks, gpu.rates.reprojected_blocks_per_clk) +
-      std::max(share(work.bounds, gpu.rates.bounds_per_clk), share(work.depth_tests, gpu.rates.depth_tests_per_clk)) +
-      share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
+  at(Stage::kFrontend) = share(work.depth_blocks, gpu.reprojection.reprojected_blocks_per_clk) +
+                         std::max(share(work.bounds, gpu.rates.bounds_per_clk),
+                                  share(work.depth_tests, gpu.reprojection.depth_tests_per_clk)) +
+                         share(work.sampling_operations, gpu.rates.sampling_operations_per_clk);
   // Appending and testing are two parts of the binner that work side by side.
   at(Stage::kBinner) = std::max(share(work.entries, gpu.rates.binned_entries_per_clk),
                                 share(work.tiles_tested, gpu.rates.binned_tiles_per_clk));

@@ -124,7 +124,7 @@ class Guesses final : public ViewObserver {
   std::optional<frontend::CoarseDepth> depth_;
 };
 
-// The wall goes; what it hid is seen. SP1, and its failing twin: whoever believes the guess draws a hole.
+// The wall goes; what it hid is seen. SP1 and CD2, and their failing twin: whoever believes the guess draws a hole.
 TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
   const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   Guesses guesses;

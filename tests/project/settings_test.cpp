@@ -61,12 +61,12 @@ static_assert(small_enough<
               gpu::EffectSettings, tilecore::ProcedureSettings, tilecore::ResolveSettings, tilecore::RateSettings,
               tilecore::SpeedThresholds, tilecore::EdgeSettings, tilecore::DitherSettings, tilecore::AdvectionSettings,
               tilecore::DiscrepancySettings, tilecore::FoveationSettings, gpu::StereoSettings, gpu::OutputSettings>());
-static_assert(
-    small_enough<gpu::GpuConfiguration, frontend::Settings, binner::TileSize, binner::ParameterBufferSettings,
-                 binner::Settings, tilecore::TessellatorSettings, gpu::BaselineCaches, tilecore::CoreSettings,
-                 tilecore::VisibilityMethodSettings, tilecore::ShadingCacheSettings, tilecore::FrameBufferSettings,
-                 hardware::Machine, hardware::TileCores, hardware::Throughputs, hardware::PixelShader, hardware::Caches,
-                 hardware::MemoryInterface, hardware::GeometryPrices, hardware::EnergyPrices>());
+static_assert(small_enough<gpu::GpuConfiguration, frontend::Settings, binner::TileSize, binner::ParameterBufferSettings,
+                           binner::Settings, tilecore::TessellatorSettings, gpu::BaselineCaches, tilecore::CoreSettings,
+                           tilecore::VisibilityMethodSettings, tilecore::ShadingCacheSettings,
+                           tilecore::FrameBufferSettings, hardware::Machine, hardware::TileCores, hardware::Throughputs,
+                           hardware::ReprojectionUnit, hardware::PixelShader, hardware::Caches,
+                           hardware::MemoryInterface, hardware::GeometryPrices, hardware::EnergyPrices>());
 
 // ---- Words ------------------------------------------------------------------------------------------------------
 
