@@ -542,19 +542,15 @@ scene::Primitive fine_sheet() {
   return test::triangles(positions, indices, scene::kNone);
 }
 
-// A big ball passes in front of the crowd and of a fine sheet behind it: what it hid in one frame is seen in the next.
+// A wall leaves the crowd and a fine sheet, which hides half of it: what it hid in one frame is seen in the next.
 TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
   for (const bool tiny_buffer : {false, true}) {
     Capture capture = crowd(false, 0.0f);
-    scene::Node wall;
-    wall.mesh = 0;
-    wall.transform.translation = DVec3(-1.5, 0, -2.0);
-    wall.transform.scale = DVec3(0.9);
-    capture.nodes.push_back(wall);
-    const int node = static_cast<int>(capture.nodes.size()) - 1;
-    capture.roots.push_back(node);
-    test::add_motion(capture, node, DVec3(3, 0, 0));
-    test::add_node(capture, fine_sheet(), {0, 0, -12});
+    const int wall = test::add_node(
+        capture, test::triangles({{-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}}, {0, 1, 2, 0, 2, 3}, scene::kNone),
+        {-2.5, 0, -2});
+    test::add_motion(capture, wall, DVec3(-4, 0, 0));
+    test::add_node(capture, fine_sheet(), {0, 8.2, -3.1});
     capture.settings.frame_rate = 8;
     gpu::GpuConfiguration gpu;
     if (tiny_buffer) gpu.parameter_buffer.bytes = 4096;
