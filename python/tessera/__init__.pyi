@@ -27,7 +27,8 @@ class GpuKeys(TypedDict, total=False):
     frontend__split_core_share: float  # 0 to 1. Part of a tile core's work on entries and boxes that the frame waits for, as frontend.split_criterion=cost prices it; the rest hides behind busier units.
     frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
     frontend__backface_cells: int  # 0 to 256 cells. Sub-patches are cut further where parts that face away can be dropped: so many cells of them for each sub-patch more. 0: never.
-    frontend__previous_depth_culling: bool  # Whether sub-patches that the previous frame's coarse depth hides are deferred, looked at again when the tiles are done, and rendered in a second pass where they were visible after all.
+    frontend__previous_depth_culling: bool  # Whether instances and groups of patches that the previous frame's depths hide are deferred, looked at again when the tiles are done, and rendered in a second pass where they were visible after all.
+    frontend__depth_block_pixels: int  # 8 to 256 pixels. Side of the blocks whose farthest depths tile cores store for it, 2 bytes each: a power of two, halved until it divides the tile's sides.
     tile__width: int  # 8 to 256 pixels. Width of the on-chip render area of one tile core.
     tile__height: int  # 8 to 256 pixels. Height of the on-chip render area of one tile core.
     parameter_buffer__bytes: int  # 256 to 4.29497e+09 bytes. Memory that holds the tile lists and the sub-patch table.
@@ -82,6 +83,7 @@ class GpuKeys(TypedDict, total=False):
     tilecore__compaction_per_clk: float  # 0.000976562 to 65536 samples/clk. Visible samples and blended layers that a core packs into warps.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
     shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
+    shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: what a warp takes of the lanes and of the registers, the constants of shader.operations, shader.surface_operations and shader.registers, or what LLVM compiles its material's shader to for gfx1030.
     shader__operations: float  # 1 to 1e+06 operations. Operations of one pixel-shader invocation on one lane.
     shader__surface_operations: float  # 0 to 1e+06 operations. Operations of one pixel-shader invocation that evaluates its patch again, besides.
     texture__texels_per_clk: float  # 0.000976562 to 65536 texels/clk. Bilinear lookups of a core's texture unit; a trilinear one is two.
@@ -94,10 +96,26 @@ class GpuKeys(TypedDict, total=False):
     texture__cache_ways: int  # 1 to 64 ways. Associativity of the texture cache.
     l2__bytes: int  # 0 to 1.07374e+09 bytes. L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is written once passes by.
     l2__ways: int  # 1 to 64 ways. Associativity of the L2.
+    memory__model: Literal["fluid", "banks"]  # With machine.timing=events: the external memory as bytes at memory.bytes_per_clk (fluid), or as channels, banks and rows of memory.type with a controller that sorts requests (banks).
+    memory__type: Literal["lpddr4x-4266", "lpddr5-6400", "lpddr5x-8533"]  # With memory.model=banks: four channels of 16 bits of this kind, with its own clock; memory.gpu_share is then of no account.
     memory__bytes_per_clk: float  # 0.125 to 65536 bytes/clk. Peak rate of the external memory.
     memory__gpu_share: float  # 0.01 to 1. Part of the peak rate that the GPU gets: refresh, turn-around, other users.
     memory__latency_clk: float  # 0 to 10000 clk. Time from a read to its data on an idle memory.
     memory__pj_per_bit: float  # 0 to 1000 pJ/bit. Energy of a bit over the external interface, memory, interface and controller together.
+    machine__timing: Literal["phases", "events"]  # How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and cache line by itself through queues of these sizes.
+    machine__caches: Literal["empty", "warm"]  # With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame before left.
+    tilecore__queue_items: int  # 1 to 1024 sub-patches. Sub-patches that may wait between one unit of a core and the next.
+    tilecore__fetched_lines: int  # 1 to 65536 lines. Lines of records and heights that a core has asked for and not yet got.
+    resolve__store_bytes: int  # 64 to 1.04858e+06 bytes. Written bytes of a core that wait for the memory before its resolve unit does.
+    texture__requests: int  # 1 to 4096 lines. Lines that a core's texture cache has asked the L2 for and not yet got.
+    texture__latency_clk: float  # 0 to 10000 clk. Time of a lookup that hits the texture cache.
+    l2__banks: int  # 1 to 64 banks. Banks of the L2, by the number of the line.
+    l2__lines_per_clk: float  # 0.000976562 to 64 lines/clk. Lines that a bank gives or takes.
+    l2__latency_clk: float  # 0 to 10000 clk. Time of a request that hits the L2.
+    l2__requests: int  # 1 to 65536 lines. Lines that the L2 has asked the memory for and not yet got.
+    shader__max_warps: int  # 1 to 4096 warps. Warps that a core keeps apart.
+    shader__register_bytes: int  # 1024 to 6.71089e+07 bytes. Registers of a core.
+    shader__registers: int  # 1 to 1024 registers. Registers of 4 bytes that an invocation takes; with shader.register_bytes they limit the warps in flight.
     energy__bound_pj: float  # 0 to 1e+09 pJ. Bounding volume of a sub-patch.
     energy__binned_entry_pj: float  # 0 to 1e+09 pJ. Entry appended to a tile list, memory traffic apart.
     energy__fetched_entry_pj: float  # 0 to 1e+09 pJ. Entry read by a core with its record, memory traffic apart.
@@ -120,6 +138,10 @@ class GpuKeys(TypedDict, total=False):
     energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.
     energy__resolve_operation_pj: float  # 0 to 1e+09 pJ. Operation of desampling.
     energy__leakage_mw: float  # 0 to 1e+06 mW. Power of the GPU that does nothing.
+    frontend__reprojected_blocks_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks of the previous frame's depths that the front end puts where the view at hand has them.
+    frontend__depth_tests_per_clk: float  # 0.000976562 to 65536 blocks/clk. Blocks whose farthest depth the front end compares with the nearest one of a bound.
+    energy__reprojected_block_pj: float  # 0 to 1e+09 pJ. Block of the previous frame's depths put where the view at hand has it.
+    energy__depth_test_pj: float  # 0 to 1e+09 pJ. Block's farthest depth compared with the nearest one of a bound.
 
 class SettingsKeys(TypedDict, total=False):
     sampling__samples_per_pixel: int  # 1 to 64 samples. Visibility samples per pixel; the same as --spp.
@@ -206,7 +228,7 @@ class Scene:
     def notices(self) -> list[str]: ...
 
 class Gpu:
-    def __init__(self, machine: str | Mapping[str, Any] | Gpu | None = "middle", **keys: Unpack[GpuKeys]) -> None: ...
+    def __init__(self, machine: str | Mapping[str, Any] | Gpu | None = "mid-mobile", **keys: Unpack[GpuKeys]) -> None: ...
     @staticmethod
     def from_json(text: str) -> Gpu: ...
     @staticmethod

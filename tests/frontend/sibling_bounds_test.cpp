@@ -141,9 +141,9 @@ TEST(Siblings, OfTheSplitterHaveTheBoundsOfTheirCells) {  // SB1
     PatchSplitter splitter(*scene.frame, *scene.pyramids, s);
     SubPatchBounder bounder(*scene.frame, *scene.pyramids, s.bound_method);
     for (std::uint32_t patch = 0; patch < scene.assembly.patch_count(); ++patch) {
-      std::vector<BoundedSubPatch> out, deferred;
+      std::vector<BoundedSubPatch> out;
       FrontendCounters counters;
-      splitter.split(patch, out, deferred, counters);
+      splitter.split(patch, out, counters);
       bounder.begin(patch);
       for (const BoundedSubPatch& piece : out) {
         const SubPatchBody body = bounder.body(piece.range);
