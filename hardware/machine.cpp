@@ -71,7 +71,8 @@ Keys<Machine> speed_keys() {
                {"shader.costs", &PixelShader::costs,
                 "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
                 "constants of shader.operations, shader.surface_operations and shader.registers, or "
-                "what LLVM compiles its material's shader to for gfx1030."},
+                "what LLVM compiles its material's shader to for gfx1030.",
+                "[assumed] constant"},
                {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
                 "Operations of one pixel-shader invocation on one lane.",
                 "[assumed] a physically based shader with a few lights"},
@@ -146,7 +147,8 @@ Keys<Machine> memory_keys() {
       Keys<MemoryInterface>{
           {"memory.model", &MemoryInterface::model,
            "With machine.timing=events: the external memory as bytes at memory.bytes_per_clk (fluid), or as channels, "
-           "banks and rows of memory.type with a controller that sorts requests (banks)."},
+           "banks and rows of memory.type with a controller that sorts requests (banks).",
+           "[assumed] fluid"},
           {"memory.type", &MemoryInterface::type,
            "With memory.model=banks: four channels of 16 bits of this kind, with its own clock; memory.gpu_share is "
            "then "
@@ -171,10 +173,12 @@ Keys<QueueSizes> queue_keys() {
   return {
       {"machine.timing", &QueueSizes::model,
        "How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and "
-       "cache line by itself through queues of these sizes."},
+       "cache line by itself through queues of these sizes.",
+       "[assumed] phases"},
       {"machine.caches", &QueueSizes::caches,
        "With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame "
-       "before left."},
+       "before left.",
+       "[assumed] empty: frames do not hang on each other"},
       {"tilecore.queue_items", &QueueSizes::items, "sub-patches", 1, 1024,
        "Sub-patches that may wait between one unit of a core and the next.", "[assumed]"},
       {"tilecore.fetched_lines", &QueueSizes::fetched_lines, "lines", 1, 65536,

@@ -139,9 +139,12 @@ void check_memory_figures(std::vector<SelfCheck>& checks) {
     const gpu::GpuConfiguration gpu = gpu::load_gpu(preset);
     return gpu.memory.bytes_per_clk * gpu.clock_mhz * 1e-3;
   };
-  checks.push_back(near("peak memory rate of preset entry-mobile", 12.8, rate("entry-mobile"), 0.05, "GB/s", "LPDDR4-3200 x32"));
-  checks.push_back(near("peak memory rate of preset mid-mobile", 34.1, rate("mid-mobile"), 0.05, "GB/s", "LPDDR4X-4266 x64"));
-  checks.push_back(near("peak memory rate of preset high-mobile", 68.3, rate("high-mobile"), 0.05, "GB/s", "LPDDR5X-8533 x64"));
+  checks.push_back(
+      near("peak memory rate of preset entry-mobile", 12.8, rate("entry-mobile"), 0.05, "GB/s", "LPDDR4-3200 x32"));
+  checks.push_back(
+      near("peak memory rate of preset mid-mobile", 34.1, rate("mid-mobile"), 0.05, "GB/s", "LPDDR4X-4266 x64"));
+  checks.push_back(
+      near("peak memory rate of preset high-mobile", 68.3, rate("high-mobile"), 0.05, "GB/s", "LPDDR5X-8533 x64"));
   // 1 GB moved within a second, with nothing else going on.
   timing::FrameWork work;
   work.other_bytes = 1000000000;

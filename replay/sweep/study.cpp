@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "base/whole_file.h"
+#include "gpu/presets.h"
 #include "replay/sweep/axis_values.h"
 #include "replay/sweep/columns.h"
 #include "scene/gltf/json_reader.h"
@@ -50,8 +51,7 @@ fs::path beside(const fs::path& study, const std::string& name) {
 
 // A preset's name stays; anything else is a file, found from the folder of the study.
 std::string find_gpu(const fs::path& study, const std::string& name) {
-  const std::vector<std::string> presets = gpu::preset_names();
-  return std::find(presets.begin(), presets.end(), name) != presets.end() ? name : beside(study, name).string();
+  return gpu::find_preset(name) != nullptr ? name : beside(study, name).string();
 }
 
 // Checks one value by setting it on a machine of its own.

@@ -29,7 +29,7 @@ struct Study {
   std::vector<std::filesystem::path> captures;  // the same, found from the folder of the file
   std::optional<FrameRange> frames;             // else those of each capture
   std::optional<ImageSize> size;                // else that of each capture
-  std::string gpu = "mid-mobile";                   // preset, or a file found from the folder of the study
+  std::string gpu = "mid-mobile";               // preset, or a file found from the folder of the study
   std::vector<std::pair<std::string, nlohmann::json>> settings;
   std::vector<StudyAxis> axes;
   std::vector<std::string> columns;  // in the order wanted, patterns resolved

@@ -45,6 +45,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "frontend.instance_groups_tested",
                                                "frontend.instance_groups_culled",
                                                "frontend.instances_tested",
+                                               "frontend.table_lines",  // by blocks of those patches
                                                "l2.requests",
                                                "l2.attribute_requests",
                                                "l2.misses",

@@ -381,7 +381,7 @@ TEST(Readme, ItsCommandsWork) {
     arguments.erase(arguments.begin());
     for (std::size_t i = 0; i < arguments.size(); ++i) {
       if (arguments[i].starts_with("captures/")) arguments[i] = (kRoot / arguments[i]).string();
-      if (arguments[i] == "--out") arguments[i + 1] = (out / arguments[i + 1]).string();
+      if (arguments[i] == "out" || arguments[i].starts_with("out/")) arguments[i] = (out / arguments[i]).string();
     }
     const test::ProcessResult r = test::run_tessera(arguments);
     EXPECT_EQ(r.status, 0) << command << "\n" << r.errors;

@@ -238,7 +238,7 @@ TEST(ReplayCommand, WrongUsageEndsWithStatus2AndOneClearMessage) {
       {{"--set", "tile.width=1000"}, "from 8 to 256"},
       {{"--set", "shading.rate=often"}, "one of pixel, primitive, sample"},
       {{"--set", "novalue"}, "KEY=VALUE"},
-      {{"--gpu", "enormous"}, "presets: small, middle, large"},
+      {{"--gpu", "enormous"}, "presets: entry-mobile, mid-mobile, high-mobile, v3d"},
       {{"--size", "0x10"}, "--size"},
       {{"--size", "12x"}, "--size"},
       {{"--size", "99999x10"}, "1 to 16384"},
@@ -498,7 +498,14 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
                          (out / "instances").string()})
                 .status,
             0);
+  // The front end looks at the depths of the frame before.
+  ASSERT_EQ(run_tessera({"replay", capture("city"), "--size", "64x36", "--frames", "0:2", "--quiet", "--no-report",
+                         "--set", "frontend.previous_depth_culling=true", "--out", (out / "depths").string()})
+                .status,
+            0);
   std::set<std::string> described, counted;
+  const json depths = stats_of(out / "depths")["frames"][1];
+  for (const auto& [name, value] : depths["counters"].items()) counted.insert(name);
   const json instances = stats_of(out / "instances")["frames"][0];
   for (const auto& [name, value] : instances["counters"].items()) counted.insert(name);
   const json rows = json::parse(run_tessera({"describe", "counters", "--json"}).output),
