@@ -14,7 +14,7 @@ namespace {
 // Numbers of all sizes: TileWork and GeometryWork hold nothing but numbers of 64 bits and a tile's of 32.
 TileItems random_items(test::Random& random) {
   const auto number = [&] {
-    return static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFF)) >> random.integer(0, 31);
+    return static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFE)) >> random.integer(0, 31);
   };
   TileItems items;
   const auto add_lines = [&](std::vector<std::uint32_t>& lines) {
@@ -36,8 +36,8 @@ TileItems random_items(test::Random& random) {
 
 FrameWork random_work(test::Random& random) {
   const auto number = [&] {
-    const std::uint64_t high = static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFF)),
-                        low = static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFF));
+    const std::uint64_t high = static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFE)),
+                        low = static_cast<std::uint32_t>(random.integer(0, 0x7FFFFFFE));
     return (high << 33 | low << 2 | 3) >> random.integer(0, 63);
   };
   FrameWork work;
