@@ -349,7 +349,7 @@ TEST(Deferred, RecordsAreReadAsTheyWereWritten) {
   for (int trial = 0; trial < 3000; ++trial) {
     Deferred d;
     d.kind = random.coin() ? Deferred::kGroup : Deferred::kInstance;
-    d.number = static_cast<std::uint32_t>(random.integer(0, 2147483647)) * 2u;
+    d.number = static_cast<std::uint32_t>(random.integer(0, 2147483646)) * 2u;
     d.segment = static_cast<std::uint8_t>(random.integer(0, 16));
     if (d.kind == Deferred::kGroup) d.level = static_cast<std::uint8_t>(random.integer(0, 7));
     const int x = random.integer(0, 2047), y = random.integer(0, 2047);
