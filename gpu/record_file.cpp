@@ -37,6 +37,24 @@ bool is_of_caches(std::string_view key) {
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
 }
 
+// Why work is none of a machine, whose simulation would not end in any time; null: it may be.
+const char* implausible(const timing::FrameWork& work) {
+  constexpr std::uint64_t kMaxTilePixels = 256 * 256, kMaxTileBytes = 1u << 30, kMaxBytes = std::uint64_t{1} << 40;
+  std::uint64_t bytes = work.other_bytes;
+  if (work.other_written_bytes > work.other_bytes) return "more bytes are written than moved";
+  for (const timing::WorkRound& round : work.rounds) {
+    if (round.geometry.written_bytes > round.geometry.dram_bytes) return "more bytes are written than moved";
+    bytes = std::max(bytes, round.geometry.dram_bytes);
+    for (const timing::TileWork& tile : round.tiles)
+      if (tile.pixels > kMaxTilePixels) return "a tile has more pixels than any machine's";
+    for (const timing::TileItems& items : round.items)
+      for (const std::uint64_t moved :
+           {items.list_bytes, items.record_bytes, items.load_bytes, items.resolve_bytes, items.written_bytes})
+        if (moved > kMaxTileBytes) return "a tile moves more than 1 GiB";
+  }
+  return bytes > kMaxBytes ? "a frame moves more than 1 TiB" : nullptr;
+}
+
 }  // namespace
 
 RecordWriter::RecordWriter(const std::filesystem::path& file, const json& head) : file_(file) {
@@ -126,6 +144,7 @@ std::optional<RecordedFrame> RecordReader::next() {
     const std::uint64_t plain = size("the work of a frame"), packed = size("the packed work of a frame");
     try {
       frame.views.push_back(timing::decode(zstd_expand(bytes(packed), plain)));
+      if (const char* reason = implausible(frame.views.back())) throw timing::BadWork{reason};
     } catch (const BadZstd&) {
       refuse("is damaged: it does not unpack");
     } catch (const timing::BadWork& bad) {

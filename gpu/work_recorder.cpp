@@ -229,8 +229,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
   // A tile's procedures are an item before those of its list.
-  timing::SubPatchItem* item =
-      slot.items.sub_patches.empty() ? nullptr : &slot.items.sub_patches.back() - (requests.size() - 1);
+  std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() : 0);
   for (const tilecore::TessellationRequest& r : requests) {
     const std::size_t lines = slot.items.lines.size();
     const tilecore::TessellationCounters before = cache.counters();
@@ -241,12 +240,12 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedUse& use, 
     slot.work.box_tests += now.group_tests - before.group_tests;
     slot.work.box_lanes += now.group_tests - before.group_tests;
     if (now.sub_patches != before.sub_patches) share_tessellation(slot, r);
-    if (item == nullptr) continue;
-    item->vertices = static_cast<std::uint32_t>(now.domain_evaluations - before.domain_evaluations);
-    item->transforms = static_cast<std::uint32_t>(now.vertex_transforms - before.vertex_transforms);
-    item->box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
-    item->lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
-    ++item;
+    if (!keep_items_) continue;
+    timing::SubPatchItem& item = slot.items.sub_patches[next++];
+    item.vertices = static_cast<std::uint32_t>(now.domain_evaluations - before.domain_evaluations);
+    item.transforms = static_cast<std::uint32_t>(now.vertex_transforms - before.vertex_transforms);
+    item.box_lanes += static_cast<std::uint32_t>(now.group_tests - before.group_tests);
+    item.lines = static_cast<std::uint32_t>(slot.items.lines.size() - lines);
   }
   cache.use(tile, {}, use.hidden);
   share_shading(slot);

@@ -163,7 +163,7 @@ class TimeCommand final : public Command {
   std::string record_, gpu_, json_;
   std::vector<std::string> sets_;
   unsigned threads_ = 0;
-  double max_memory_gib_ = 1;
+  double max_memory_gib_ = 4;
   bool sensitivity_ = false;
 };
 

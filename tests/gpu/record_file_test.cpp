@@ -83,6 +83,30 @@ TEST(Record, PricesOfSplitsAreFunctionalWhereTheyDecide) {
   EXPECT_NE(functional_json(gpu, {}), functional_json(fast, {}));
 }
 
+// Every key of timing that the splitter's prices follow from is one of them, and no other.
+TEST(Record, KnowsEveryKeyThatPricesSplits) {
+  const auto prices = [](const GpuConfiguration& gpu) {
+    const frontend::SplitPrices p = gpu.split_prices();
+    return std::vector<double>{p.bound, p.byte, p.entry, p.box};
+  };
+  GpuConfiguration plain;
+  plain.frontend.split_criterion = frontend::SplitCriterion::kCost;
+  int found = 0;
+  for (const auto& key : gpu_keys().keys()) {
+    const KeyValue value = gpu_keys().value(plain, key);
+    if (!key.timing || std::holds_alternative<std::string>(value)) continue;
+    GpuConfiguration gpu = plain;
+    if (const auto* whole = std::get_if<std::int64_t>(&value))
+      key.set(gpu, std::max<std::int64_t>(*whole / 2, 1));
+    else
+      key.set(gpu, std::get<double>(value) / 2);
+    const bool priced = prices(gpu) != prices(plain);
+    found += priced ? 1 : 0;
+    EXPECT_EQ(functional_json(gpu, {}) != functional_json(plain, {}), priced) << key.name;
+  }
+  EXPECT_EQ(found, 7);
+}
+
 class RecordFile : public testing::Test {
  protected:
   std::filesystem::path write(const std::vector<timing::FrameWork>& frames) {
@@ -146,6 +170,22 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
   test::write_text(file, "tessera.record/1\n");
   EXPECT_THROW(read_all(file), InputError);
   EXPECT_THROW(read_all(folder_ / "none"), InputError);
+}
+
+// Work that would be simulated without end.
+TEST_F(RecordFile, RefusesWhatNoMachineDoes) {  // RF2
+  const timing::FrameWork plain = record(small_scene(), {});
+  const auto refused = [&](const auto& change) {
+    timing::FrameWork work = plain;
+    change(work);
+    const std::filesystem::path file = write({work});
+    EXPECT_THROW(read_all(file), InputError);
+  };
+  refused([](timing::FrameWork& w) { w.rounds[0].tiles[0].pixels = std::uint64_t{1} << 40; });
+  refused([](timing::FrameWork& w) { w.rounds[0].items[0].list_bytes = std::uint64_t{1} << 50; });
+  refused([](timing::FrameWork& w) { w.rounds[0].geometry.written_bytes = w.rounds[0].geometry.dram_bytes + 1; });
+  refused([](timing::FrameWork& w) { w.other_bytes = std::uint64_t{1} << 50; });
+  EXPECT_EQ(read_all(write({plain})), 1u);
 }
 
 TEST_F(RecordFile, RefusesFramesBeyondTheLimit) {  // RF2
