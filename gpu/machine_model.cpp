@@ -18,8 +18,9 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, tim
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
     const timing::WarmCaches before = bound && caches != nullptr ? *caches : timing::WarmCaches();
-    timing::EventSchedule events = timing::simulate_events(gpu, work, std::nullopt, caches);
+    timing::EventSchedule events = timing::simulate_events(gpu, work, caches, bound);
     timed.timing.cycles = events.schedule.cycles;
+    timed.timing.latency = timing::latency(gpu, events.schedule);
     if (bound) timed.timing = timing::time_events(gpu, work, events, before);
     timed.schedule = std::move(events.schedule);
     // What the caches held in time.
@@ -32,6 +33,7 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, tim
   } else {
     timed.schedule = timing::schedule_frame(gpu, work);
     timed.timing.cycles = timed.schedule.cycles;
+    timed.timing.latency = timing::latency(gpu, timed.schedule);
     if (bound) timed.timing = timing::time_frame(gpu, work, timed.schedule);
   }
   timed.energy = hardware::frame_energy(gpu, energy, timed.timing.cycles);

@@ -175,6 +175,12 @@ Keys<QueueSizes> queue_keys() {
        "How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and "
        "cache line by itself through queues of these sizes.",
        "[assumed] phases"},
+      {"machine.overlap", &QueueSizes::overlap,
+       "Whether a frame's patches are bounded and binned while the tiles of the frame before are rendered (frames): "
+       "cycles are then those from one frame to the next, as frames like this one follow each other, and its latency "
+       "is "
+       "twice as long. Needs a second parameter buffer.",
+       "[assumed] none: cycles are a frame's latency"},
       {"machine.caches", &QueueSizes::caches,
        "With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame "
        "before left.",

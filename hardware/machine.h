@@ -92,9 +92,13 @@ enum class TimingModel : std::uint8_t { kPhases, kEvents };
 // What the caches hold when a frame begins, for TimingModel::kEvents: nothing, or what the frame before left.
 enum class FrameCaches : std::uint8_t { kEmpty, kWarm };
 
+// Whether the next frame is binned while a frame's tiles are rendered.
+enum class FrameOverlap : std::uint8_t { kNone, kFrames };
+
 // Queues, latencies and bounds of what is under way, for TimingModel::kEvents.
 struct QueueSizes {
   TimingModel model = TimingModel::kPhases;
+  FrameOverlap overlap = FrameOverlap::kNone;
   FrameCaches caches = FrameCaches::kEmpty;
   std::int64_t items = 4;
   std::int64_t fetched_lines = 32;
@@ -172,6 +176,8 @@ inline constexpr auto kEnumWords<hardware::MemoryType> = std::to_array<std::stri
                                                                                           "lpddr5x-8533"});
 template <>
 inline constexpr auto kEnumWords<hardware::FrameCaches> = std::to_array<std::string_view>({"empty", "warm"});
+template <>
+inline constexpr auto kEnumWords<hardware::FrameOverlap> = std::to_array<std::string_view>({"none", "frames"});
 template <>
 inline constexpr auto kEnumWords<hardware::TimingModel> = std::to_array<std::string_view>({"phases", "events"});
 

@@ -37,6 +37,7 @@ json timing_json(const timing::FrameTiming& timing) {
   json units = json::object();
   for (const auto& [unit, busy] : gpu::busy_cycles(timing)) units[std::string(unit)] = unit_json(busy, timing.cycles);
   json out = {{"cycles", whole(timing.cycles)},
+              {"latency_cycles", whole(timing.latency)},
               {"bound_by", timing.bound_by ? std::string(name(*timing.bound_by)) : ""},
               {"bound_by_cycles", whole(timing.bound_cycles)},
               {"units", units}};
@@ -45,7 +46,11 @@ json timing_json(const timing::FrameTiming& timing) {
   json stalls = json::object();
   for (std::size_t s = 0; s < timing::kStallCount; ++s)
     stalls[std::string(name(static_cast<timing::Stall>(s)))] = whole(events.stalls[s]);
-  out["events"] = {{"texture_requests", events.texture_requests},
+  json path = json::object();
+  for (std::size_t p = 0; p < timing::kPathParts; ++p)
+    path[std::string(name(static_cast<timing::Bound>(p)))] = whole(events.path.clk[p]);
+  out["events"] = {{"critical_path", path},
+                   {"texture_requests", events.texture_requests},
                    {"texture_misses", events.texture_misses},
                    {"l2_requests", events.memory.l2_requests},
                    {"l2_misses", events.memory.l2_misses},
@@ -63,7 +68,7 @@ json energy_json(const hardware::FrameEnergy& energy) {
 }
 
 std::string model_csv_header() {
-  std::string text = ",timing.cycles,timing.bound_by,timing.bound_by_cycles";
+  std::string text = ",timing.cycles,timing.latency_cycles,timing.bound_by,timing.bound_by_cycles";
   for (const std::string& unit : unit_names())
     text += fmt::format(",timing.{0}.busy_cycles,timing.{0}.utilisation", unit);
   text += ",energy.total_nj";
@@ -73,8 +78,9 @@ std::string model_csv_header() {
 
 std::string model_csv(const json& frame) {
   const json &timing = frame["timing"], &energy = frame["energy"];
-  std::string text = fmt::format(",{},{},{}", timing["cycles"].get<std::uint64_t>(),
-                                 timing["bound_by"].get<std::string>(), timing["bound_by_cycles"].get<std::uint64_t>());
+  std::string text =
+      fmt::format(",{},{},{},{}", timing["cycles"].get<std::uint64_t>(), timing["latency_cycles"].get<std::uint64_t>(),
+                  timing["bound_by"].get<std::string>(), timing["bound_by_cycles"].get<std::uint64_t>());
   for (const std::string& unit : unit_names())
     text += fmt::format(",{},{:.6f}", timing["units"][unit]["busy_cycles"].get<std::uint64_t>(),
                         timing["units"][unit]["utilisation"].get<double>());

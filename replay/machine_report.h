@@ -10,11 +10,11 @@
 namespace tessera::replay {
 
 // The member "timing" of stats.json:
-//   {"cycles", "bound_by", "bound_by_cycles", "units": {unit: {"busy_cycles", "utilisation"}}}
+//   {"cycles", "latency_cycles", "bound_by", "bound_by_cycles", "units": {unit: {"busy_cycles", "utilisation"}}}
 // cycles and busy cycles are rounded up to whole ones. Units that exist once in each core give the mean over the cores;
-// "tilecores" is the time in which a core had a tile in work. bound_by is "" where nothing was done; bound_by_cycles is
-// what the frame would be shorter if that unit took no time. With machine.timing=events also
-//   "events": {"texture_requests", "texture_misses", "l2_requests", "l2_misses", "dram_read_bytes", "dram_written_bytes",
+// "tilecores" is the time in which a core had a tile in work. bound_by (timing/bound.h) is "" where nothing was done;
+// bound_by_cycles is what the frame would be shorter with twice as much of it. With machine.timing=events also
+//   "events": {"critical_path": {part: cycles}, "texture_requests", "texture_misses", "l2_requests", "l2_misses", "dram_read_bytes", "dram_written_bytes",
 //              "dram_activates", "dram_row_hits" (of memory.model=banks), "shader_stalls": {reason: cycles}, "simulated"}
 // as they came in time; the counters beside them are those of the emulated order.
 nlohmann::json timing_json(const timing::FrameTiming& timing);

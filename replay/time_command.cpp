@@ -68,7 +68,8 @@ class TimeCommand final : public Command {
     const ThreadLimit threads(static_cast<std::size_t>(threads_));
 
     std::FILE* const words = beside_outputs({json_});
-    fmt::print(words, "{:>6} {:>14} {:>10}  {:<14} {:>12}\n", "frame", "cycles", "ms", "bound by", "energy mJ");
+    fmt::print(words, "{:>6} {:>14} {:>10}  {:<14} {:<20} {:>12}\n", "frame", "cycles", "ms", "bound by",
+               "longest on the path", "energy mJ");
     json frames = json::array();
     gpu::FrameCost total;
     gpu::CachesOfFrames caches;
@@ -155,9 +156,16 @@ class TimeCommand final : public Command {
 
   static void print_row(std::FILE* words, const std::string& frame, const gpu::FrameCost& cost,
                         const gpu::GpuConfiguration& gpu) {
-    fmt::print(words, "{:>6} {:>14.0f} {:>10.3f}  {:<14} {:>12.3f}\n", frame, std::ceil(cost.timing.cycles),
+    fmt::print(words, "{:>6} {:>14.0f} {:>10.3f}  {:<14} {:<20} {:>12.3f}\n", frame, std::ceil(cost.timing.cycles),
                cost.timing.cycles / gpu.clock_mhz * 1e-3, cost.timing.bound_by ? name(*cost.timing.bound_by) : "-",
-               cost.energy.total_nj() * 1e-6);
+               longest_on_path(cost.timing), cost.energy.total_nj() * 1e-6);
+  }
+  static std::string longest_on_path(const timing::FrameTiming& timing) {
+    if (!timing.events || timing.cycles == 0) return "-";
+    const auto& parts = timing.events->path.clk;
+    const auto longest = std::max_element(parts.begin(), parts.end());
+    return fmt::format("{} {:.0f} %", name(static_cast<timing::Bound>(longest - parts.begin())),
+                       100 * *longest / timing.cycles);
   }
 
   std::string record_, gpu_, json_;

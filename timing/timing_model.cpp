@@ -125,21 +125,20 @@ double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, 
 // One frame on its way through the machine.
 class FrameSimulation {
  public:
-  FrameSimulation(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast)
-      : gpu_(gpu),
-        work_(work),
-        fast_(infinitely_fast),
-        time_(memory_rate(gpu)),
-        cores_(static_cast<std::size_t>(gpu.cores.count)) {
+  FrameSimulation(const hardware::Machine& gpu, const FrameWork& work)
+      : gpu_(gpu), work_(work), time_(memory_rate(gpu)), cores_(static_cast<std::size_t>(gpu.cores.count)) {
     in_flight_ = tiles_in_flight(gpu, work);
   }
 
   Schedule run() {
     for (std::uint32_t r = 0; r < work_.rounds.size(); ++r) {
-      schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r].geometry)));
-      run_tiles(r);
+      if (r > 0 || !overlaps(gpu_))
+        schedule_.geometry.push_back(run_alone(geometry_job(work_.rounds[r].geometry)));
+      else
+        schedule_.geometry.push_back({time_.now(), time_.now()});
+      run_tiles(r, overlaps(gpu_) && r + 1 == work_.rounds.size());
     }
-    schedule_.other = run_alone({0, 0, fast(Stage::kDram) ? 0 : static_cast<double>(work_.other_bytes)});
+    schedule_.other = run_alone({0, 0, static_cast<double>(work_.other_bytes)});
     schedule_.cycles = time_.now();
     return std::move(schedule_);
   }
@@ -152,14 +151,12 @@ class FrameSimulation {
     std::array<std::optional<std::size_t>, kPhaseCount> busy;
   };
 
-  bool fast(Stage stage) const { return fast_ == stage; }
   Job geometry_job(const GeometryWork& work) const {
     if (work.patches == 0) return {};
-    const double bytes = fast(Stage::kDram) ? 0 : static_cast<double>(work.dram_bytes);
+    const auto bytes = static_cast<double>(work.dram_bytes);
     const StageCycles cycles = stage_cycles(gpu_, work);
     PhaseCycles stages{{}, work.patches};
-    for (const Stage stage : kGeometryStages)
-      stages.cycles.push_back(fast(stage) ? 0 : cycles[static_cast<std::size_t>(stage)]);
+    for (const Stage stage : kGeometryStages) stages.cycles.push_back(cycles[static_cast<std::size_t>(stage)]);
     return {gpu_.memory.latency_clk, length_of(stages), bytes};
   }
 
@@ -171,8 +168,8 @@ class FrameSimulation {
     if (phase == Phase::kVisibility)
       job.latency = gpu_.memory.latency_clk * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
     if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.memory.latency_clk;
-    job.natural = length_of(phase_cycles(gpu_, work, phase, fast_));
-    job.bytes = fast(Stage::kDram) ? 0 : static_cast<double>(bytes);
+    job.natural = length_of(phase_cycles(gpu_, work, phase));
+    job.bytes = static_cast<double>(bytes);
     return job;
   }
 
@@ -185,7 +182,8 @@ class FrameSimulation {
     return {begin, time_.now()};
   }
 
-  void run_tiles(std::uint32_t round) {
+  // `bin_next`: beside the first geometry of the frame to come, which is taken to be this frame's.
+  void run_tiles(std::uint32_t round, bool bin_next) {
     const std::size_t first = schedule_.tiles.size(), count = work_.rounds[round].tiles.size();
     schedule_.tiles.resize(first + count);
     next_ = first;
@@ -193,11 +191,24 @@ class FrameSimulation {
       schedule_.tiles[first + i].round = round;
       schedule_.tiles[first + i].index = static_cast<std::uint32_t>(i);
     }
+    const auto geometry_slot = static_cast<std::uint32_t>(cores_.size() * kPhaseCount);
+    const double begin = time_.now();
+    if (bin_next) {
+      const Job job = geometry_job(work_.rounds.front().geometry);
+      if (job.latency + job.natural + job.bytes > 0) time_.start(geometry_slot, job);
+    }
     while (true) {
       dispatch();
       if (time_.idle()) break;
-      const auto began = [&](std::uint32_t slot, double now) { span_of(slot).flow = now; };
-      for (const std::uint32_t slot : time_.advance(began)) end_phase(slot / kPhaseCount, slot % kPhaseCount);
+      const auto began = [&](std::uint32_t slot, double now) {
+        if (slot != geometry_slot) span_of(slot).flow = now;
+      };
+      for (const std::uint32_t slot : time_.advance(began)) {
+        if (slot == geometry_slot)
+          schedule_.geometry.front() = {begin, time_.now()};
+        else
+          end_phase(slot / kPhaseCount, slot % kPhaseCount);
+      }
     }
   }
 
@@ -268,7 +279,6 @@ class FrameSimulation {
 
   const hardware::Machine& gpu_;
   const FrameWork& work_;
-  std::optional<Stage> fast_;
   SharedTime time_;
   std::vector<Core> cores_;
   std::uint64_t in_flight_;
@@ -306,26 +316,23 @@ std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t 
   return ends;
 }
 
-PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase,
-                         std::optional<Stage> infinitely_fast) {
+PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase) {
   const StageCycles all = stage_cycles(gpu, work);
   PhaseCycles out;
-  for (const Stage stage : phase_stages(phase))
-    out.cycles.push_back(stage == infinitely_fast ? 0 : all[static_cast<std::size_t>(stage)]);
+  for (const Stage stage : phase_stages(phase)) out.cycles.push_back(all[static_cast<std::size_t>(stage)]);
   if (phase == Phase::kVisibility) {
     out.items = work.sub_patches;
   } else if (phase == Phase::kShading) {
     out.items = work.shader_lanes / static_cast<std::uint64_t>(gpu.shader.lanes);
   } else {
     out.items = work.pixels / kStoredBlock;
-    out.cycles.push_back(
-        infinitely_fast == Stage::kDram ? 0 : static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
+    out.cycles.push_back(static_cast<double>(work.dram_bytes.back()) / memory_rate(gpu));
   }
   return out;
 }
 
-Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast) {
-  return FrameSimulation(gpu, work, infinitely_fast).run();
+Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work) {
+  return FrameSimulation(gpu, work).run();
 }
 
 double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
@@ -339,9 +346,79 @@ double cores_busy(const hardware::Machine& gpu, const Schedule& schedule) {
   return busy / static_cast<double>(gpu.cores.count);
 }
 
+double latency(const hardware::Machine& gpu, const Schedule& schedule) {
+  return overlaps(gpu) ? 2 * schedule.cycles : schedule.cycles;
+}
+
+double tile_time(const Schedule& schedule) {
+  double time = 0;
+  for (std::size_t t = 0; t < schedule.tiles.size();) {
+    const std::uint32_t round = schedule.tiles[t].round;
+    double end = 0;
+    const double begin = schedule.tiles[t].phases.front().begin;
+    for (; t < schedule.tiles.size() && schedule.tiles[t].round == round; ++t)
+      end = std::max(end, schedule.tiles[t].phases.back().end);
+    time += end - begin;
+  }
+  return time;
+}
+
+double imbalance(const hardware::Machine& gpu, const Schedule& schedule) {
+  double idle = 0;
+  for (std::size_t t = 0; t < schedule.tiles.size();) {
+    const std::uint32_t round = schedule.tiles[t].round;
+    std::vector<double> ends(static_cast<std::size_t>(gpu.cores.count), schedule.tiles[t].phases.front().begin);
+    for (; t < schedule.tiles.size() && schedule.tiles[t].round == round; ++t) {
+      double& end = ends[schedule.tiles[t].core];
+      end = std::max(end, schedule.tiles[t].phases.back().end);
+    }
+    const double last = *std::max_element(ends.begin(), ends.end());
+    for (const double end : ends) idle += (last - end) / static_cast<double>(ends.size());
+  }
+  return idle;
+}
+
+double waits_for_tile_memory(const hardware::Machine& gpu, const Schedule& schedule) {
+  struct Core {
+    std::uint32_t round = 0xFFFFFFFFu;
+    double until = 0, waited = 0;
+  };
+  std::vector<Core> cores(static_cast<std::size_t>(gpu.cores.count));
+  double most = 0;
+  for (const TileSchedule& tile : schedule.tiles) {
+    Core& core = cores[tile.core];
+    const TileSchedule::Span& visibility = tile.phases.front();
+    if (core.round == tile.round) core.waited += std::max(0.0, visibility.begin - core.until);
+    core.round = tile.round;
+    core.until = visibility.end;
+    most = std::max(most, core.waited);
+  }
+  return most;
+}
+
+namespace {
+
+// Units that are busy for long enough to matter, and what else may: simulating them all takes little.
+std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const FrameTiming& timing, const Schedule& schedule) {
+  std::vector<BoundGuess> guesses;
+  const auto busy = [&](Stage stage) { return timing.busy[static_cast<std::size_t>(stage)]; };
+  for (std::size_t s = 0; s < kStageCount; ++s)
+    if (busy(static_cast<Stage>(s)) * 10 >= timing.cycles) guesses.push_back({static_cast<Bound>(s), timing.cycles});
+  guesses.push_back({Bound::kLatency, timing.cycles});
+  if (waits_for_tile_memory(gpu, schedule) * 10 >= timing.cycles)
+    guesses.push_back({Bound::kTileMemory, timing.cycles});
+  if ((busy(Stage::kFrontend) + busy(Stage::kBinner)) * 10 >= timing.cycles)
+    guesses.push_back({Bound::kGeometry, timing.cycles});
+  guesses.push_back({Bound::kTileCores, tile_time(schedule)});
+  return guesses;
+}
+
+}  // namespace
+
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule) {
   FrameTiming timing;
   timing.cycles = schedule.cycles;
+  timing.latency = latency(gpu, schedule);
   for (const WorkRound& round : work.rounds) {
     const StageCycles geometry = stage_cycles(gpu, round.geometry);
     for (const Stage stage : kGeometryStages)
@@ -359,38 +436,28 @@ FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, cons
   timing.busy[static_cast<std::size_t>(Stage::kDram)] = static_cast<double>(work.dram_bytes()) / memory_rate(gpu);
   timing.cores_busy = cores_busy(gpu, schedule);
 
-  find_bound(timing, [&](Stage stage) { return schedule_frame(gpu, work, stage).cycles; });
+  timing.bind(find_bound(timing.cycles, guesses_of(gpu, timing, schedule), imbalance(gpu, schedule),
+                         [&](Bound bound) { return schedule_frame(doubled(gpu, bound), work).cycles; }));
   return timing;
 }
 
-void find_bound(FrameTiming& timing, const std::function<double(Stage)>& without) {
-  // The frame again without each unit that is busy for long enough to matter.
-  std::array<double, kStageCount> saved{};
-  parallel_for(kStageCount, [&](std::size_t s) {
-    if (timing.busy[s] * 10 >= timing.cycles && timing.cycles > 0)
-      saved[s] = std::max(0.0, timing.cycles - without(static_cast<Stage>(s)));
-  });
-  for (std::size_t s = 0; s < kStageCount; ++s) {
-    // Where all save the same (nothing, at worst) the busiest.
-    const bool better =
-        !timing.bound_by || saved[s] > timing.bound_cycles ||
-        (saved[s] == timing.bound_cycles && timing.busy[s] > timing.busy[static_cast<std::size_t>(*timing.bound_by)]);
-    if (timing.busy[s] > 0 && better) timing.bound_by = static_cast<Stage>(s), timing.bound_cycles = saved[s];
-  }
-  if (timing.bound_by) timing.bound_total[static_cast<std::size_t>(*timing.bound_by)] = timing.bound_cycles;
+void FrameTiming::bind(const BoundGain& gain) {
+  if (cycles == 0) return;
+  bound_by = gain.bound;
+  bound_cycles = bound_total[index(gain.bound)] = gain.cycles;
 }
 
 void FrameTiming::accumulate(const FrameTiming& frame) {
   cycles += frame.cycles;
+  latency += frame.latency;
   cores_busy += frame.cores_busy;
-  for (std::size_t s = 0; s < kStageCount; ++s) {
-    busy[s] += frame.busy[s];
-    bound_total[s] += frame.bound_total[s];
-    if (bound_total[s] > 0 && (!bound_by || bound_total[s] > bound_total[static_cast<std::size_t>(*bound_by)]))
-      bound_by = static_cast<Stage>(s);
-  }
+  for (std::size_t s = 0; s < kStageCount; ++s) busy[s] += frame.busy[s];
   if (!bound_by) bound_by = frame.bound_by;
-  bound_cycles = bound_by ? bound_total[static_cast<std::size_t>(*bound_by)] : 0;
+  for (std::size_t b = 0; b < kBoundCount; ++b) {
+    bound_total[b] += frame.bound_total[b];
+    if (bound_total[b] > bound_total[index(*bound_by)]) bound_by = static_cast<Bound>(b);
+  }
+  bound_cycles = bound_by ? bound_total[index(*bound_by)] : 0;
   if (!frame.events) return;
   if (!events) events.emplace();
   events->accumulate(*frame.events);

@@ -2,11 +2,11 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "timing/bound.h"
 #include "timing/events/event_counts.h"
 #include "timing/work.h"
 
@@ -29,7 +29,7 @@ struct Schedule {
   struct Span {
     double begin = 0, end = 0;
   };
-  std::vector<Span> geometry;       // per round
+  std::vector<Span> geometry;       // per round; with machine.overlap=frames the first is the next frame's
   std::vector<TileSchedule> tiles;  // round by round, in the order of the tile scheduler
   Span other;                       // what the rounds do not hold
   double cycles = 0;
@@ -38,18 +38,18 @@ struct Schedule {
 // Simulates one frame (docs/timing_model.md has the equations). Rounds follow each other: the front end and the binner
 // run as a pipeline, then the tile scheduler gives tiles, in their order, to the cores: to the one with the fewest
 // tiles in work, the first of equals. A core works on as many tiles at once as its memory holds, each in a phase of its
-// own. Within a phase units are pipelined; phases that move data share the memory, and none gets more of it than it can
+// own. With machine.overlap=frames the front end and the binner work on the next frame, taken to be like this one, while
+// the last round's tiles are rendered. Within a phase units are pipelined; phases that move data share the memory, and none gets more of it than it can
 // use (max-min fairness).
 //
-// `infinitely_fast`: a unit that takes no time. Sequential and in a fixed order: the same bits on every host.
+// Sequential and in a fixed order: the same bits on every host.
 //
 // Invariants (cited by the tests):
 //   TM1  A phase takes at least the cycles of each of its units, and a core has one tile in a phase at a time: no unit
 //        is busy for longer than the frame.
 //   TM2  Together the phases never move more than memory_rate() bytes a clock.
 //   TM3  Every tile passes every phase once, in order, on one core.
-Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work,
-                        std::optional<Stage> infinitely_fast = std::nullopt);
+Schedule schedule_frame(const hardware::Machine& gpu, const FrameWork& work);
 
 // Cycles from the start of a phase's flow to the moment at which each of its units has done its last item, for a memory
 // that never keeps them waiting: n equal items in a pipeline. The last element is the length of the phase.
@@ -68,28 +68,35 @@ struct PhaseCycles {
   std::vector<double> cycles;
   std::uint64_t items = 1;
 };
-PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase,
-                         std::optional<Stage> infinitely_fast = std::nullopt);
+PhaseCycles phase_cycles(const hardware::Machine& gpu, const TileWork& work, Phase phase);
 
 struct FrameTiming {
-  double cycles = 0;
+  double cycles = 0;              // from the frame before to this one
+  double latency = 0;             // from the frame's first patch to its last pixel; a sum over frames
   StageCycles busy{};             // per instance: the mean over the cores for what each core has
   double cores_busy = 0;          // mean over the cores of the cycles in which a tile was in work
-  std::optional<Stage> bound_by;  // the unit without which the frame would be shortest; none where nothing was done
-  double bound_cycles = 0;        // by how much
+  std::optional<Bound> bound_by;  // what the frame hangs on most (timing/bound.h); none where nothing was done
+  double bound_cycles = 0;        // what twice as much of it saves
 
   double utilisation(Stage stage) const { return cycles > 0 ? busy[static_cast<std::size_t>(stage)] / cycles : 0; }
-  // Joins a further frame; bound_by becomes the unit that bounds the frames with most cycles to save.
+  void bind(const BoundGain& gain);
+  // Joins a further frame; bound_by becomes what bounds the frames with most cycles to save.
   void accumulate(const FrameTiming& frame);
 
-  StageCycles bound_total{};          // bound_cycles by unit, over frames
-  std::optional<EventCounts> events;  // of TimingModel::kEvents
+  std::array<double, kBoundCount> bound_total{};  // bound_cycles by what bounds, over frames
+  std::optional<EventCounts> events;              // of TimingModel::kEvents
 };
 FrameTiming time_frame(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule);
 
 // Mean over the cores of the cycles in which a tile was in work.
 double cores_busy(const hardware::Machine& gpu, const Schedule& schedule);
-// Fills bound_by and bound_cycles. `without`: cycles of the frame if a unit took no time, asked of several threads.
-void find_bound(FrameTiming& timing, const std::function<double(Stage)>& without);
+inline bool overlaps(const hardware::Machine& gpu) { return gpu.queues.overlap == hardware::FrameOverlap::kFrames; }
+// With machine.overlap=frames a frame waits for the one before after it is binned.
+double latency(const hardware::Machine& gpu, const Schedule& schedule);
+// Cycles in which tiles are in work; what they would be fewer if all cores ended together; and those in which a core
+// could have tested a tile if its memory had had room for it, of the core with most.
+double tile_time(const Schedule& schedule);
+double imbalance(const hardware::Machine& gpu, const Schedule& schedule);
+double waits_for_tile_memory(const hardware::Machine& gpu, const Schedule& schedule);
 
 }  // namespace tessera::timing

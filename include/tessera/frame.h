@@ -74,8 +74,9 @@ struct TrafficRow {
 struct FrameTiming {
   double cycles = 0;
   std::map<std::string, double> busy_cycles;  // per unit; of a unit that each core has, the mean over the cores
-  std::string bound_by;        // the unit without which the frame would be shortest; "" where nothing was done
-  double bound_by_cycles = 0;  // by how much
+  std::string bound_by;        // what the frame hangs on: a unit, or tilecores, geometry, latency, l2, caches,
+                               // tile_memory, imbalance; "" where nothing was done
+  double bound_by_cycles = 0;  // what twice as much of it saves
 };
 
 // Energy of a frame on the described machine.

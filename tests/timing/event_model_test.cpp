@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <rapidcheck/gtest.h>
 
 #include "memory/dram_spec.h"
@@ -245,8 +247,8 @@ TEST(EventModel, WarmCachesHoldTheFrameBefore) {
   gpu.caches.l2_bytes = 8 << 20;
   gpu.caches.l2_ways = 16;
   WarmCaches caches;
-  const EventCounts first = simulate_events(gpu, one.work, std::nullopt, &caches).counts,
-                    again = simulate_events(gpu, one.work, std::nullopt, &caches).counts;
+  const EventCounts first = simulate_events(gpu, one.work, &caches).counts,
+                    again = simulate_events(gpu, one.work, &caches).counts;
   EXPECT_EQ(first.memory.l2_misses, 64u * 16u);
   EXPECT_GT(again.memory.l2_requests, 0u);
   EXPECT_EQ(again.memory.l2_misses, 0u);
@@ -265,6 +267,112 @@ TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 64 + 16 * 128.0);
   gpu.queues.store_bytes = 64;  // none does
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 16 * (64 + 128.0));
+}
+
+// EM4: parts of the path against the length of the frame.
+::testing::AssertionResult path_adds_up(const PathTime& path, double cycles) {
+  double sum = 0;
+  for (const double clk : path.clk) {
+    if (clk < 0) return ::testing::AssertionFailure() << "a part of " << clk;
+    sum += clk;
+  }
+  if (std::abs(sum - cycles) <= 1e-9 * cycles + 1e-6) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << sum << " of " << cycles << " cycles";
+}
+
+PathTime path_of(const OneTile& one, const Machine& gpu) {
+  const EventSchedule out = simulate_events(gpu, one.work, nullptr, true);
+  EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
+  return out.counts.path;
+}
+
+TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
+  Machine gpu = endless();
+  gpu.memory.latency_clk = 100;
+  gpu.queues.l2_latency_clk = 10;
+  gpu.queues.l2_requests = 1;
+  OneTile one = sub_patches({{.lines = 5}});
+  EXPECT_DOUBLE_EQ(path_of(one, gpu)[Bound::kLatency], 5 * 110.0);
+  // List, records, lines, then what is written: the bytes are the memory's, the waits before them latency.
+  one = sub_patches({{.lines = 4}});
+  one.items().list_bytes = 128;
+  one.items().record_bytes = 64;
+  one.items().written_bytes = 640;
+  gpu = endless();
+  gpu.memory.bytes_per_clk = 2;
+  gpu.memory.latency_clk = 50;
+  PathTime path = path_of(one, gpu);
+  EXPECT_DOUBLE_EQ(path[bound_of(Stage::kDram)], 64 + 32 + 4 * 32 + 320.0);
+  EXPECT_DOUBLE_EQ(path[Bound::kLatency], 3 * 50.0);
+  // The slow unit has the path but for the first and the last item's way.
+  gpu = endless();
+  gpu.rates.vertices_per_clk = gpu.rates.boxes_per_clk = gpu.rates.triangle_tests_per_clk = 1;
+  path = path_of(sub_patches(std::vector<SubPatchItem>(10, {.vertices = 4, .boxes = 6, .triangle_lanes = 2})), gpu);
+  EXPECT_DOUBLE_EQ(path[bound_of(Stage::kBoxes)], 10 * 6.0);
+  EXPECT_DOUBLE_EQ(path[bound_of(Stage::kTessellator)], 4.0);
+  EXPECT_DOUBLE_EQ(path[bound_of(Stage::kTriangleTests)], 2.0);
+  // One bank of the L2 that gives a line in four clocks.
+  gpu = endless();
+  gpu.queues.l2_lines_per_clk = 0.25;
+  gpu.queues.l2_banks = 1;
+  EXPECT_DOUBLE_EQ(path_of(sub_patches({{.lines = 8}}), gpu)[Bound::kL2], 7 * 4.0);
+  // Enough warps leave the lanes the path; one waits for each line.
+  gpu = endless();
+  gpu.shader.operations = 100;
+  gpu.memory.latency_clk = 300;
+  EXPECT_GE(path_of(warps(50, 1, false), gpu)[bound_of(Stage::kShader)], 50 * 100.0 - 300);
+  gpu.queues.max_warps = 1;
+  EXPECT_NEAR(path_of(warps(5, 1, false), gpu)[Bound::kLatency], 5 * 300.0, 5);
+}
+
+// The twin: a part that is counted twice does not go unseen.
+TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
+  Machine gpu = endless();
+  gpu.memory.latency_clk = 100;
+  const EventSchedule out = simulate_events(gpu, sub_patches({{.lines = 5}}).work, nullptr, true);
+  PathTime twice = out.counts.path;
+  twice[Bound::kLatency] += 0.01;
+  EXPECT_FALSE(path_adds_up(twice, out.schedule.cycles));
+}
+
+// What bounds a frame is found among the doublings that its path leaves open.
+TEST(EventModel, NamesWhatBounds) {
+  const auto bound = [](const Machine& gpu, const OneTile& one) {
+    return time_events(gpu, one.work, simulate_events(gpu, one.work, nullptr, true)).bound_by;
+  };
+  Machine gpu = endless();
+  gpu.shader.operations = 100;
+  gpu.memory.latency_clk = 300;
+  gpu.memory.bytes_per_clk = 64;
+  EXPECT_EQ(bound(gpu, warps(200, 1, false)), bound_of(Stage::kShader));
+  gpu.queues.max_warps = 1;
+  EXPECT_EQ(bound(gpu, warps(200, 1, false)), Bound::kLatency);
+  gpu.queues.max_warps = 16;
+  gpu.memory.bytes_per_clk = 0.2;
+  EXPECT_EQ(bound(gpu, warps(200, 1, false)), bound_of(Stage::kDram));
+  // Sixteen lines again and again, of which the cache holds eight.
+  gpu.memory.bytes_per_clk = 1;
+  gpu.caches.texture_bytes = 512;
+  gpu.caches.l2_bytes = 0;
+  EXPECT_EQ(bound(gpu, warps(200, 16, true)), Bound::kCaches);
+}
+
+TEST(EventModel, FramesThatOverlapTakeTheLongerOfGeometryAndTiles) {
+  OneTile one = sub_patches({{.vertices = 400}});
+  GeometryWork& geometry = one.work.rounds[0].geometry;
+  geometry.patches = 320;
+  Machine gpu = endless();
+  gpu.rates.vertices_per_clk = gpu.rates.bounds_per_clk = 1;
+  for (const std::uint64_t bounds : {100, 1000}) {
+    geometry.bounds = bounds;
+    gpu.queues.overlap = hardware::FrameOverlap::kNone;
+    EXPECT_NEAR(one.cycles(gpu), static_cast<double>(bounds) + 400, 1e-9);
+    gpu.queues.overlap = hardware::FrameOverlap::kFrames;
+    EXPECT_NEAR(one.cycles(gpu), std::max(static_cast<double>(bounds), 400.0), 1e-9);
+    const EventSchedule out = simulate_events(gpu, one.work, nullptr, true);
+    EXPECT_NEAR(out.schedule.geometry[0].end, static_cast<double>(bounds), 1e-9);
+    EXPECT_TRUE(path_adds_up(out.counts.path, out.schedule.cycles));
+  }
 }
 
 // A frame of everything, at random.
@@ -333,6 +441,7 @@ Machine random_machine(test::Random& random) {
   gpu.memory.type = static_cast<hardware::MemoryType>(pick({0, 1, 2}));
   gpu.shader.costs = static_cast<hardware::ShaderCosts>(pick({0, 1}));
   gpu.cores.memory_bytes = pick({40000, 160000});
+  gpu.queues.overlap = static_cast<hardware::FrameOverlap>(pick({0, 1}));
   return gpu;
 }
 
@@ -371,10 +480,11 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
     RC_ASSERT(last <= out.schedule.cycles);
     RC_ASSERT(tile.core < static_cast<std::uint32_t>(gpu.cores.count));
   }
-  // The same again, bit by bit.
-  const EventSchedule again = simulate_events(gpu, work);
+  // The same again, bit by bit, whether its path is recorded or not.
+  const EventSchedule again = simulate_events(gpu, work, nullptr, true);
   RC_ASSERT(again.schedule.cycles == out.schedule.cycles);
   RC_ASSERT(again.counts.events == out.counts.events);
+  RC_ASSERT(static_cast<bool>(path_adds_up(again.counts.path, again.schedule.cycles)));
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "timing/events/path_time.h"
+
 namespace tessera::timing {
 
 // Traffic as it happened in time.
@@ -34,6 +36,7 @@ struct EventCounts {
   std::uint64_t texture_requests = 0, texture_misses = 0;
   std::array<double, kStallCount> stalls{};  // of the shader lanes, cycles, mean over the cores
   std::uint64_t events = 0;                  // of the simulation
+  PathTime path;                             // to the end of the frame
 
   void accumulate(const EventCounts& frame);
 };

@@ -64,7 +64,8 @@ class GeometryPipe {
   void read(double now) {
     frontend_free_ = std::max(frontend_free_, now) + frontend_each_;
     binner_free_ = std::max(binner_free_, frontend_free_) + binner_each_;
-    events_.push(binner_free_, EventKind::kGeometry);
+    events_.push(binner_free_, Spent(bound_of(Stage::kBinner), bound_of(Stage::kFrontend), frontend_free_ - now),
+                 EventKind::kGeometry);
   }
   // A block is binned: its entries are written.
   void binned(double now) {
@@ -142,7 +143,7 @@ class StoreUnit {
     const std::uint64_t waiting = (resolved_ - written_) * part(items_->written_bytes, 0, blocks_);
     if (resolved_ > written_ && waiting > store_bytes_) return;
     resolving_ = true;
-    events_.push(now + each_, EventKind::kStore, core_, 0);
+    events_.push(now + each_, Stage::kResolve, EventKind::kStore, core_, 0);
   }
 
   std::uint32_t core_;
@@ -158,9 +159,9 @@ class StoreUnit {
 // A core: its units, and the tiles that are in them.
 struct Core {
   Core(const hardware::Machine& gpu, const ShaderCore::Rates& rates, std::uint32_t number, EventQueue& events,
-       MemoryPath& memory, std::optional<Stage> fast)
+       MemoryPath& memory)
       : textures(gpu, number, events, memory),
-        visibility(gpu, number, events, memory, textures, fast),
+        visibility(gpu, number, events, memory, textures),
         shader(number, rates, events, textures),
         store(number, gpu, events, memory) {}
 
@@ -175,19 +176,16 @@ struct Core {
 
 class EventSimulation {
  public:
-  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> fast)
+  EventSimulation(const hardware::Machine& gpu, const FrameWork& work, bool record_path)
       : gpu_(gpu),
         work_(work),
-        fast_(fast),
         places_(work),
-        memory_(gpu, events_, fast == Stage::kDram),
+        events_(record_path),
+        memory_(gpu, events_),
         geometry_(events_, memory_) {
-    ShaderCore::Rates rates = ShaderCore::rates_of(gpu, static_cast<std::uint64_t>(gpu.shader.warp_lanes));
-    if (fast == Stage::kShader) rates.operations = rates.surface_operations = rates.compiled_clk = 0;
-    if (fast == Stage::kCompaction) rates.compaction_clk = 0;
-    if (fast == Stage::kTexture) rates.texels_per_clk = std::numeric_limits<double>::infinity();
+    const ShaderCore::Rates rates = ShaderCore::rates_of(gpu, static_cast<std::uint64_t>(gpu.shader.warp_lanes));
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(gpu.cores.count); ++c)
-      cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_, fast));
+      cores_.push_back(std::make_unique<Core>(gpu, rates, c, events_, memory_));
     in_flight_ = tiles_in_flight(gpu, work);
   }
 
@@ -205,8 +203,11 @@ class EventSimulation {
 
   EventSchedule run() {
     for (round_ = 0; round_ < work_.rounds.size(); ++round_) {
-      run_geometry();
-      run_tiles();
+      if (round_ > 0 || !overlaps(gpu_))
+        run_geometry();
+      else
+        out_.schedule.geometry.push_back({end_, end_});
+      run_tiles(overlaps(gpu_) && round_ + 1 == work_.rounds.size());
     }
     run_other();
     collect();
@@ -214,9 +215,7 @@ class EventSimulation {
   }
 
  private:
-  double cycles(const StageCycles& all, Stage stage) const {
-    return stage == fast_ ? 0 : all[static_cast<std::size_t>(stage)];
-  }
+  static double cycles(const StageCycles& all, Stage stage) { return all[static_cast<std::size_t>(stage)]; }
 
   // What no round holds, in one stream.
   void run_other() {
@@ -237,30 +236,25 @@ class EventSimulation {
   }
 
   void run_geometry() {
-    const GeometryWork& work = work_.rounds[round_].geometry;
-    const StageCycles all = stage_cycles(gpu_, work);
-    add_busy(all, geometry_stages(), 1);
     const double begin = end_;
-    if (work.patches > 0) {
-      geometry_.begin(work, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
-      bool done = false;
-      while (!done) {
-        const Event event = events_.pop();
-        if (event.kind == EventKind::kGeometryRead)
-          geometry_.read(event.time);
-        else if (event.kind == EventKind::kGeometry)
-          geometry_.binned(event.time);
-        else if (event.kind == EventKind::kGeometryWritten)
-          done = geometry_.written();
-        else
-          handle(event);
-      }
+    if (begin_geometry(work_.rounds[round_].geometry, begin)) {
+      while (!geometry_done_) handle(events_.pop());
       end_ = events_.now();
     }
     out_.schedule.geometry.push_back({begin, end_});
   }
 
-  void run_tiles() {
+  // False: there is none.
+  bool begin_geometry(const GeometryWork& work, double begin) {
+    const StageCycles all = stage_cycles(gpu_, work);
+    add_busy(all, geometry_stages(), 1);
+    geometry_done_ = work.patches == 0;
+    if (!geometry_done_) geometry_.begin(work, cycles(all, Stage::kFrontend), cycles(all, Stage::kBinner), begin);
+    return !geometry_done_;
+  }
+
+  // `bin_next`: beside the first geometry of the frame to come, which is taken to be this frame's.
+  void run_tiles(bool bin_next) {
     const WorkRound& round = work_.rounds[round_];
     first_ = out_.schedule.tiles.size();
     next_ = 0;
@@ -273,10 +267,13 @@ class EventSimulation {
       for (std::size_t p = 0; p < kPhaseCount; ++p)
         add_busy(tile_cycles_.back(), phase_stages(static_cast<Phase>(p)), static_cast<double>(gpu_.cores.count));
     }
-    dispatch(end_);
+    const double begin = end_;
+    const bool binning = bin_next && begin_geometry(work_.rounds.front().geometry, begin);
+    dispatch(begin);
     while (!events_.empty()) {
-      const Event event = events_.pop();
-      handle(event);
+      const bool was_binning = binning && !geometry_done_;
+      handle(events_.pop());
+      if (was_binning) out_.schedule.geometry.front() = {begin, events_.now()};
     }
     end_ = std::max(end_, events_.now());
   }
@@ -335,12 +332,14 @@ class EventSimulation {
       case EventKind::kWritten:
         if (cores_[e.who]->store.written(now)) end_phase(e.who, Phase::kStore, now);
         return;
-      case EventKind::kGeometryWritten:
-      case EventKind::kGeometry:
       case EventKind::kGeometryRead:
-        break;
+        return geometry_.read(now);
+      case EventKind::kGeometry:
+        return geometry_.binned(now);
+      case EventKind::kGeometryWritten:
+        geometry_done_ = geometry_.written();
+        return;
     }
-    TESSERA_CHECK(false, "geometry has no events while tiles are rendered");
   }
 
   // The blend unit composes layers while others are shaded, and is done when it had time for all of them.
@@ -348,7 +347,7 @@ class EventSimulation {
     const std::size_t tile = *cores_[c]->busy[1];
     const double blended = span_of(c, Phase::kShading).flow + cycles(tile_cycles_[tile], Stage::kBlend);
     if (blended > now)
-      events_.push(blended, EventKind::kShaded, c);
+      events_.push(blended, Stage::kBlend, EventKind::kShaded, c);
     else
       end_phase(c, Phase::kShading, now);
   }
@@ -423,6 +422,7 @@ class EventSimulation {
     EventCounts& counts = out_.counts;
     counts.memory = memory_.counts();
     counts.events = events_.count();
+    counts.path = events_.path();
     const auto cores = static_cast<double>(cores_.size());
     for (const auto& core : cores_) {
       core->shader.end(end_);
@@ -442,18 +442,38 @@ class EventSimulation {
 
   const hardware::Machine& gpu_;
   const FrameWork& work_;
-  std::optional<Stage> fast_;
   Places places_;
   EventQueue events_;
   MemoryPath memory_;
   GeometryPipe geometry_;
   std::vector<std::unique_ptr<Core>> cores_;
   std::uint64_t in_flight_ = 1;
+  bool geometry_done_ = true;
   std::size_t round_ = 0, first_ = 0, next_ = 0;
   std::vector<StageCycles> tile_cycles_;
   double end_ = 0;
   EventSchedule out_;
 };
+
+}  // namespace
+
+namespace {
+
+// Twice of a unit halves its part of the path, and no more; with caches, or more requests under way, waits may vanish.
+std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSchedule& schedule) {
+  const PathTime& path = schedule.counts.path;
+  std::vector<BoundGuess> guesses;
+  for (std::size_t s = 0; s < kStageCount; ++s) guesses.push_back({static_cast<Bound>(s), path.clk[s] / 2});
+  const double memory = path[bound_of(Stage::kDram)],
+               geometry = path[bound_of(Stage::kFrontend)] + path[bound_of(Stage::kBinner)];
+  guesses.push_back({Bound::kLatency, path[Bound::kLatency] + path[Bound::kL2]});
+  guesses.push_back({Bound::kL2, path[Bound::kL2] / 2});
+  guesses.push_back({Bound::kCaches, memory + path[Bound::kLatency] + path[Bound::kL2]});
+  guesses.push_back({Bound::kTileMemory, waits_for_tile_memory(gpu, schedule.schedule)});
+  guesses.push_back({Bound::kGeometry, geometry / 2});
+  guesses.push_back({Bound::kTileCores, tile_time(schedule.schedule) / 2});
+  return guesses;
+}
 
 }  // namespace
 
@@ -470,10 +490,10 @@ std::uint64_t compiled_clocks(const FrameWork& work) {
   return clocks;
 }
 
-EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, std::optional<Stage> infinitely_fast,
-                              WarmCaches* caches) {
+EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches,
+                              bool record_path) {
   TESSERA_CHECK(has_items(work), "events are made of items");
-  EventSimulation simulation(gpu, work, infinitely_fast);
+  EventSimulation simulation(gpu, work, record_path);
   if (caches != nullptr) simulation.warm(*caches);
   EventSchedule out = simulation.run();
   if (caches != nullptr) simulation.keep(*caches);
@@ -484,13 +504,14 @@ FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, con
                         const WarmCaches& before) {
   FrameTiming timing;
   timing.cycles = schedule.schedule.cycles;
+  timing.latency = latency(gpu, schedule.schedule);
   timing.busy = schedule.busy;
   timing.cores_busy = cores_busy(gpu, schedule.schedule);
   timing.events = schedule.counts;
-  find_bound(timing, [&](Stage stage) {
+  timing.bind(find_bound(timing.cycles, guesses_of(gpu, schedule), imbalance(gpu, schedule.schedule), [&](Bound bound) {
     WarmCaches caches = before;
-    return simulate_events(gpu, work, stage, &caches).schedule.cycles;
-  });
+    return simulate_events(doubled(gpu, bound), work, &caches).schedule.cycles;
+  }));
   return timing;
 }
 
@@ -506,6 +527,7 @@ void EventCounts::accumulate(const EventCounts& frame) {
   texture_misses += frame.texture_misses;
   for (std::size_t s = 0; s < kStallCount; ++s) stalls[s] += frame.stalls[s];
   events += frame.events;
+  for (std::size_t p = 0; p < kPathParts; ++p) path.clk[p] += frame.path.clk[p];
 }
 
 }  // namespace tessera::timing

@@ -38,10 +38,13 @@ bool has_items(const FrameWork& work);
 //   EM2  Every tile passes every phase once, in order, on one core.
 //   EM3  A unit that is the only one to take time takes exactly its time.
 // `caches`, unless null: what they hold of the frame before, replaced by what this one leaves.
-EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work,
-                              std::optional<Stage> infinitely_fast = std::nullopt, WarmCaches* caches = nullptr);
+//   EM4  The parts of the path add up to the frame.
+// `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
+// EventCounts::path.
+EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
+                              bool record_path = false);
 
-// As time_frame(), from what simulate_events() gave.
+// As time_frame(), from what simulate_events() gave with the path.
 // `before`: the caches with which the frame began.
 FrameTiming time_events(const hardware::Machine& gpu, const FrameWork& work, const EventSchedule& schedule,
                         const WarmCaches& before = {});

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "timing/events/path_time.h"
+
 namespace tessera::timing {
 
 // What happens to a unit. `who` names the core (or nothing), `what` the item.
@@ -35,14 +37,21 @@ struct Event {
   std::uint64_t order = 0;  // of equals the one that was asked for first
   EventKind kind{};
   std::uint32_t who = 0, what = 0;
+  std::uint32_t path = 0;
 };
 
-// Events by time.
+// Events by time; each with the path that led to it, where they are recorded.
 class EventQueue {
  public:
-  void push(double time, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
-    heap_.push_back({std::max(time, now_), next_++, kind, who, what});
-    std::push_heap(heap_.begin(), heap_.end(), later);
+  explicit EventQueue(bool record_paths) : recording_(record_paths) {}
+
+  // `spent`: what the time until then goes to.
+  void push(double time, const Spent& spent, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
+    add({std::max(time, now_), next_++, kind, who, what, recording_ ? keep(path_to(time, spent)) : 0});
+  }
+  // `path`: what led there otherwise than over the event at hand.
+  void push(double time, const PathTime& path, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
+    add({std::max(time, now_), next_++, kind, who, what, recording_ ? keep(path) : 0});
   }
   bool empty() const { return heap_.empty(); }
   Event pop() {
@@ -50,17 +59,47 @@ class EventQueue {
     const Event event = heap_.back();
     heap_.pop_back();
     now_ = event.time;
+    if (recording_) {
+      path_ = paths_[event.path];
+      free_paths_.push_back(event.path);
+    }
     return event;
+  }
+  bool recording() const { return recording_; }
+  // To the event at hand; from there to a later time.
+  const PathTime& path() const { return path_; }
+  PathTime path_to(double time, const Spent& spent) const {
+    PathTime path = path_;
+    spent.add_to(path, time - now_);
+    return path;
   }
   double now() const { return now_; }
   std::uint64_t count() const { return next_; }
 
  private:
+  void add(const Event& event) {
+    heap_.push_back(event);
+    std::push_heap(heap_.begin(), heap_.end(), later);
+  }
+  std::uint32_t keep(const PathTime& path) {
+    if (free_paths_.empty()) {
+      paths_.push_back(path);
+      return static_cast<std::uint32_t>(paths_.size() - 1);
+    }
+    const std::uint32_t slot = free_paths_.back();
+    free_paths_.pop_back();
+    paths_[slot] = path;
+    return slot;
+  }
   static bool later(const Event& a, const Event& b) { return a.time != b.time ? a.time > b.time : a.order > b.order; }
 
   std::vector<Event> heap_;
   double now_ = 0;
   std::uint64_t next_ = 0;
+  bool recording_;
+  PathTime path_;
+  std::vector<PathTime> paths_;
+  std::vector<std::uint32_t> free_paths_;
 };
 
 }  // namespace tessera::timing

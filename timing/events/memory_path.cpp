@@ -7,14 +7,13 @@
 
 namespace tessera::timing {
 
-MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events, bool infinitely_fast)
+MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events)
     : events_(events),
       bytes_per_clk_(memory_rate(gpu)),
       latency_(gpu.memory.latency_clk),
       bank_clk_(1 / gpu.queues.l2_lines_per_clk),
       l2_latency_(gpu.queues.l2_latency_clk),
       line_bytes_(static_cast<std::uint32_t>(gpu.line_bytes())),
-      fast_(infinitely_fast),
       l2_(gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()),
       bank_free_(static_cast<std::size_t>(gpu.queues.l2_banks), 0.0),
       requests_(static_cast<std::size_t>(gpu.queues.l2_requests)),
@@ -27,6 +26,7 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events, bool in
   banks_ = std::make_unique<memory::DramBanks>(spec);
   waiting_.resize(spec.channels);
   dram_clocks_per_clk_ = spec.clock_mhz() / gpu.clock_mhz;
+  idle_clk_ = spec.idle_latency_clocks() / dram_clocks_per_clk_;
 }
 
 std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uint32_t what) {
@@ -38,20 +38,34 @@ std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uin
     group = free_groups_.back();
     free_groups_.pop_back();
   }
-  groups_[group] = {1, false, 0, kind, who, what};  // open: it waits for close_group()
+  Group& g = groups_[group];
+  g.waits = 1;  // open: it waits for close_group()
+  g.closed = false;
+  g.ready = 0;
+  g.kind = kind, g.who = who, g.what = what;
   return group;
 }
 
-void MemoryPath::close_group(std::uint32_t group, double not_before) {
+void MemoryPath::close_group(std::uint32_t group, double not_before, const Spent& spent) {
   groups_[group].closed = true;
-  settle(group, not_before);
+  settle(group, not_before, spent);
 }
 
-void MemoryPath::settle(std::uint32_t group, double time) {
+void MemoryPath::settle(std::uint32_t group, double time, const Spent& spent) {
+  if (events_.recording() && time >= groups_[group].ready) groups_[group].path = events_.path_to(time, spent);
+  arrive(group, time);
+}
+
+void MemoryPath::settle(std::uint32_t group, double time, const PathTime& path) {
+  if (events_.recording() && time >= groups_[group].ready) groups_[group].path = path;
+  arrive(group, time);
+}
+
+void MemoryPath::arrive(std::uint32_t group, double time) {
   Group& g = groups_[group];
   g.ready = std::max(g.ready, time);
   if (--g.waits > 0) return;
-  events_.push(g.ready, g.kind, g.who, g.what);
+  events_.push(g.ready, g.path, g.kind, g.who, g.what);
   free_groups_.push_back(group);
 }
 
@@ -64,11 +78,11 @@ void MemoryPath::read_line(std::uint32_t line, std::uint32_t core, std::uint32_t
   read(line, {kNone, core, texture_request}, now);
 }
 
-void MemoryPath::answer(const Waiter& waiter, double time) {
+void MemoryPath::answer(const Waiter& waiter, double time, const Spent& spent) {
   if (waiter.core == kGroup)
-    settle(waiter.what, time);
+    settle(waiter.what, time, spent);
   else
-    events_.push(time, EventKind::kTextureFill, waiter.core, waiter.what);
+    events_.push(time, spent, EventKind::kTextureFill, waiter.core, waiter.what);
 }
 
 void MemoryPath::add_waiter(std::uint32_t request, const Waiter& waiter) {
@@ -91,7 +105,7 @@ void MemoryPath::read(std::uint32_t line, const Waiter& waiter, double now) {
   bank_free = start + bank_clk_;
   if (const std::uint32_t* request = l2_.use(line)) {
     if (*request == RequestCache::kThere)
-      answer(waiter, start + l2_latency_);
+      answer(waiter, start + l2_latency_, {Bound::kLatency, Bound::kL2, start - now});
     else
       add_waiter(*request, waiter);
     return;
@@ -106,33 +120,37 @@ void MemoryPath::ask_memory(std::uint32_t line, const Waiter& waiter, double now
   ++counts_.l2_misses;
   const std::uint32_t request = free_requests_.back();
   free_requests_.pop_back();
-  requests_[request] = {line, kNone};
+  requests_[request].line = line;
+  requests_[request].waiters = kNone;
   add_waiter(request, waiter);
   l2_.take(line, request);
   counts_.read_bytes += line_bytes_;
-  if (banks_ != nullptr)
+  if (banks_ != nullptr) {
+    note(requests_[request].asked, now);
     ask_banks(request, std::uint64_t{line} * line_bytes_, false, now);
-  else
-    events_.push(move(line_bytes_, now) + latency_ + l2_latency_, EventKind::kMemory, 0, request);
+    return;
+  }
+  const double moved = move(line_bytes_, now), waited = std::max(0.0, now - events_.now());
+  events_.push(moved + latency_ + l2_latency_,
+               {Bound::kLatency, Bound::kL2, waited, bound_of(hardware::Stage::kDram), moved - now}, EventKind::kMemory,
+               0, request);
 }
 
 double MemoryPath::move(std::uint64_t bytes, double now) {
-  if (fast_) return now;
   const double clk = static_cast<double>(bytes) / bytes_per_clk_;
   counts_.memory_busy += clk;
   return memory_free_ = std::max(memory_free_, now) + clk;
 }
 
 void MemoryPath::memory_has_read(std::uint32_t request, double now) {
-  const Request done = requests_[request];
-  l2_.fill(done.line, request);
+  l2_.fill(requests_[request].line, request);
   free_requests_.push_back(request);
-  for (std::uint32_t w = done.waiters; w != kNone;) {
+  for (std::uint32_t w = requests_[request].waiters; w != kNone;) {
     const Waiter waiter = waiters_[w];
     waiters_[w].next = free_waiter_;
     free_waiter_ = w;
     w = waiter.next;
-    answer(waiter, now);
+    answer(waiter, now, Bound::kLatency);
   }
   // Whoever waited for a request may find that its line is there or under way by now.
   while (!stalled_.empty() && !free_requests_.empty()) {
@@ -140,7 +158,7 @@ void MemoryPath::memory_has_read(std::uint32_t request, double now) {
     stalled_.pop_front();
     if (const std::uint32_t* found = l2_.use(next.line)) {
       if (*found == RequestCache::kThere)
-        answer(next.waiter, now + l2_latency_);
+        answer(next.waiter, now + l2_latency_, Bound::kLatency);
       else
         add_waiter(*found, next.waiter);
     } else {
@@ -154,9 +172,11 @@ void MemoryPath::read_bytes(std::uint64_t address, std::uint64_t bytes, std::uin
   counts_.read_bytes += bytes;
   if (banks_ == nullptr) {
     add_wait(group);
-    settle(group, move(bytes, now) + latency_);
+    const double moved = move(bytes, now);
+    settle(group, moved + latency_, Spent(Bound::kLatency, bound_of(hardware::Stage::kDram), moved - events_.now()));
     return;
   }
+  note(groups_[group].asked, now);
   for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
     add_wait(group);
     ask_banks(kOfGroup | group, address + at, false, now);
@@ -168,9 +188,10 @@ void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::ui
   counts_.written_bytes += bytes;
   if (banks_ == nullptr) {
     add_wait(group);
-    settle(group, move(bytes, now));
+    settle(group, move(bytes, now), Spent(hardware::Stage::kDram));
     return;
   }
+  note(groups_[group].asked, now);
   for (std::uint64_t at = 0; at < bytes; at += line_bytes_) {
     add_wait(group);
     ask_banks(kOfGroup | group, address + at, true, now);
@@ -178,21 +199,34 @@ void MemoryPath::write_bytes(std::uint64_t address, std::uint64_t bytes, std::ui
 }
 
 void MemoryPath::ask_banks(std::uint64_t id, std::uint64_t address, bool write, double now) {
-  if (fast_) {
-    answer_transaction(id, now);
-    return;
-  }
   settle_banks(now);
   std::deque<Transaction>& waiting = waiting_[banks_->channel(address)];
   if (!waiting.empty() || !banks_->submit(id, address, write)) waiting.push_back({id, address, write});
   schedule_banks();
 }
 
+void MemoryPath::note(Asked& asked, double now) {
+  if (!events_.recording()) return;
+  asked.time = now;
+  asked.path = events_.path_to(now, Bound::kL2);
+}
+
+PathTime MemoryPath::path_of(const Asked& asked, double time) const {
+  if (!events_.recording()) return {};
+  PathTime path = asked.path;
+  Spent(bound_of(hardware::Stage::kDram), Bound::kLatency, idle_clk_).add_to(path, time - asked.time);
+  return path;
+}
+
 void MemoryPath::answer_transaction(std::uint64_t id, double time) {
-  if ((id & kOfGroup) != 0)
-    settle(static_cast<std::uint32_t>(id), time);
-  else
-    events_.push(time + l2_latency_, EventKind::kMemory, 0, static_cast<std::uint32_t>(id));
+  const auto number = static_cast<std::uint32_t>(id);
+  if ((id & kOfGroup) != 0) {
+    settle(number, time, path_of(groups_[number].asked, time));
+    return;
+  }
+  PathTime path = path_of(requests_[number].asked, time);
+  path[Bound::kLatency] += l2_latency_;
+  events_.push(time + l2_latency_, path, EventKind::kMemory, 0, number);
 }
 
 void MemoryPath::banks_answer(double now) {
@@ -203,7 +237,7 @@ void MemoryPath::banks_answer(double now) {
 void MemoryPath::settle_banks(double now) {
   banks_->advance(std::max(banks_->now(), dram_clock(now)), completions_);
   for (const memory::DramCompletion& done : completions_)
-    answer_transaction(done.id, static_cast<double>(done.clock) / dram_clocks_per_clk_);
+    answer_transaction(done.id, std::max(events_.now(), static_cast<double>(done.clock) / dram_clocks_per_clk_));
   completions_.clear();
   for (std::deque<Transaction>& waiting : waiting_)
     while (!waiting.empty() && banks_->submit(waiting.front().id, waiting.front().address, waiting.front().write))
@@ -217,7 +251,7 @@ void MemoryPath::schedule_banks() {
   // One event ahead is enough, unless something comes before it.
   if (banks_event_ > events_.now() && banks_event_ <= at) return;
   banks_event_ = at;
-  events_.push(at, EventKind::kBanks);
+  events_.push(at, hardware::Stage::kDram, EventKind::kBanks);
 }
 
 MemoryCounts MemoryPath::counts() const {

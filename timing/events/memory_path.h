@@ -26,13 +26,14 @@ namespace tessera::timing {
 // there.
 class MemoryPath {
  public:
-  MemoryPath(const hardware::Machine& gpu, EventQueue& events, bool infinitely_fast);
+  MemoryPath(const hardware::Machine& gpu, EventQueue& events);
 
   std::uint32_t open_group(EventKind kind, std::uint32_t who, std::uint32_t what);
-  void close_group(std::uint32_t group, double not_before);
+  // `spent`: what the time from now on goes to.
+  void close_group(std::uint32_t group, double not_before, const Spent& spent = Bound::kLatency);
   // The line also waits for something that somebody else settles with settle().
   void add_wait(std::uint32_t group) { ++groups_[group].waits; }
-  void settle(std::uint32_t group, double time);
+  void settle(std::uint32_t group, double time, const Spent& spent);
 
   void read_line(std::uint32_t line, std::uint32_t group, double now);
   // The same on behalf of a texture cache, whose event comes when the line is there.
@@ -55,15 +56,23 @@ class MemoryPath {
   };
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   static constexpr std::uint32_t kGroup = 0xFFFFFFFEu;  // in place of a core
+  // When transactions were asked of the banks, and what led there.
+  struct Asked {
+    double time = 0;
+    PathTime path;
+  };
   struct Group {
     std::uint32_t waits = 0;
     bool closed = false;
     double ready = 0;
     EventKind kind{};
     std::uint32_t who = 0, what = 0;
+    Asked asked;    // of its bytes past the L2
+    PathTime path;  // of what was ready last
   };
   struct Request {
     std::uint32_t line = 0, waiters = kNone;
+    Asked asked;
   };
   struct Stalled {
     std::uint32_t line;
@@ -71,9 +80,14 @@ class MemoryPath {
   };
 
   void read(std::uint32_t line, const Waiter& waiter, double now);
-  void answer(const Waiter& waiter, double time);
+  void answer(const Waiter& waiter, double time, const Spent& spent);
+  void settle(std::uint32_t group, double time, const PathTime& path);
+  void arrive(std::uint32_t group, double time);
   void add_waiter(std::uint32_t request, const Waiter& waiter);
   void ask_memory(std::uint32_t line, const Waiter& waiter, double now);
+  void note(Asked& asked, double now);
+  // To the answer of a transaction: what an idle memory takes is latency, the rest waits for its banks and its bus.
+  PathTime path_of(const Asked& asked, double time) const;
   // When so many bytes have passed the interface.
   double move(std::uint64_t bytes, double now);
   // One transaction of the banks; `id`: an L2 request or, with kOfGroup, a group.
@@ -86,9 +100,8 @@ class MemoryPath {
   }
 
   EventQueue& events_;
-  double bytes_per_clk_, latency_, bank_clk_, l2_latency_;
+  double bytes_per_clk_, latency_, bank_clk_, l2_latency_, idle_clk_ = 0;
   std::uint32_t line_bytes_;
-  bool fast_;
   RequestCache l2_;
   std::vector<double> bank_free_;
   double memory_free_ = 0;

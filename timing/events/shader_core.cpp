@@ -5,6 +5,8 @@
 
 namespace tessera::timing {
 
+using hardware::Stage;
+
 ShaderCore::Rates ShaderCore::rates_of(const hardware::Machine& gpu, std::uint64_t warp_lanes) {
   const auto lanes = static_cast<double>(warp_lanes);
   return {gpu.shader.operations,
@@ -38,7 +40,7 @@ void ShaderCore::begin(const TileItems& items, double now) {
   began_ = now;
   reason_ = Stall::kNoWarp;
   if (warps_.empty())
-    events_.push(now, EventKind::kShaded, core_);
+    events_.push(now, Stage::kShader, EventKind::kShaded, core_);
   else
     launch(now);
 }
@@ -61,7 +63,7 @@ void ShaderCore::launch(double now) {
   while (next_ < warps_.size() && in_flight_ < rates_.max_warps) {
     const double packed = began_ + rates_.compaction_clk * (next_ + 1);
     if (packed > now) {
-      if (!packing_) events_.push(packed, EventKind::kWarpReady, core_);
+      if (!packing_) events_.push(packed, Stage::kCompaction, EventKind::kWarpReady, core_);
       packing_ = true;
       break;
     }
@@ -100,7 +102,7 @@ void ShaderCore::issue(double now) {
   busy_ += clk;
   idle_since_ = now + clk;
   issuing_ = true;
-  events_.push(now + clk, EventKind::kIssue, core_);
+  events_.push(now + clk, Stage::kShader, EventKind::kIssue, core_);
 }
 
 void ShaderCore::count_idle(double now) {
@@ -134,7 +136,7 @@ void ShaderCore::finish(std::uint32_t warp, double now) {
   registers_taken_ -= register_bytes(warp);
   if (++done_ == warps_.size()) {
     reason_ = Stall::kNoTile;
-    events_.push(now, EventKind::kShaded, core_);
+    events_.push(now, Stage::kShader, EventKind::kShaded, core_);
     return;
   }
   launch(now);

@@ -58,13 +58,13 @@ void TexturePath::look_up(double now) {
   // A line per clock, whatever the lookups take.
   const double cycles = std::max(job.cycles, static_cast<double>(job.count));
   busy_ += cycles;
-  events_.push(std::max(now, started_ + cycles), EventKind::kTextureFree, core_);
+  events_.push(std::max(now, started_ + cycles), hardware::Stage::kTexture, EventKind::kTextureFree, core_);
 }
 
 void TexturePath::fill(std::uint32_t request, double now) {
   Request& done = requests_[request];
   cache_.fill(done.line, request);
-  for (const std::uint32_t group : done.groups) memory_.settle(group, now);
+  for (const std::uint32_t group : done.groups) memory_.settle(group, now, Bound::kLatency);
   done.groups.clear();
   free_requests_.push_back(request);
   if (blocked_) look_up(now);
@@ -73,7 +73,7 @@ void TexturePath::fill(std::uint32_t request, double now) {
 void TexturePath::free_again(double now) {
   const Job done = queue_.front();
   queue_.pop_front();
-  memory_.close_group(done.group, now + latency_);
+  memory_.close_group(done.group, now + latency_, Bound::kLatency);
   if (!queue_.empty()) start(now);
 }
 

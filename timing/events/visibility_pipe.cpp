@@ -6,8 +6,16 @@ namespace tessera::timing {
 
 using hardware::Stage;
 
+namespace {
+
+// Of VisibilityPipe's units, in their order.
+constexpr std::array kStages = {Stage::kTessellator, Stage::kBoxes,         Stage::kBoxTests,   Stage::kStencil,
+                                Stage::kSampling,    Stage::kTriangleTests, Stage::kAlphaTests, Stage::kCoarseDepth};
+
+}  // namespace
+
 VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, MemoryPath& memory,
-                               TexturePath& textures, std::optional<Stage> infinitely_fast)
+                               TexturePath& textures)
     : gpu_(gpu),
       core_(core),
       events_(events),
@@ -16,19 +24,18 @@ VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core,
       ring_(static_cast<std::uint32_t>(gpu.queues.items)),
       max_lines_(gpu.queues.fetched_lines) {
   const hardware::Throughputs& rates = gpu.rates;
-  const auto clk = [&](Stage stage, double per_clk) { return stage == infinitely_fast ? 0 : 1 / per_clk; };
-  per_event_ = {clk(Stage::kTessellator, rates.vertices_per_clk),
-                clk(Stage::kBoxes, rates.boxes_per_clk),
-                clk(Stage::kBoxTests, rates.box_tests_per_clk),
-                clk(Stage::kStencil, rates.stencil_tests_per_clk),
-                clk(Stage::kSampling, rates.sampling_operations_per_clk),
-                clk(Stage::kTriangleTests, rates.triangle_tests_per_clk),
-                clk(Stage::kAlphaTests, rates.alpha_tests_per_clk),
-                clk(Stage::kCoarseDepth, rates.depth_blocks_per_clk)};
-  transform_clk_ = clk(Stage::kTessellator, rates.transforms_per_clk);
-  fetch_clk_ = clk(Stage::kFetch, rates.fetched_entries_per_clk);
-  sort_clk_ = clk(Stage::kFetch, rates.sort_steps_per_clk);
-  for (std::vector<double>& starts : starts_) starts.resize(ring_);
+  per_event_ = {1 / rates.vertices_per_clk,
+                1 / rates.boxes_per_clk,
+                1 / rates.box_tests_per_clk,
+                1 / rates.stencil_tests_per_clk,
+                1 / rates.sampling_operations_per_clk,
+                1 / rates.triangle_tests_per_clk,
+                1 / rates.alpha_tests_per_clk,
+                1 / rates.depth_blocks_per_clk};
+  transform_clk_ = 1 / rates.transforms_per_clk;
+  fetch_clk_ = 1 / rates.fetched_entries_per_clk;
+  sort_clk_ = 1 / rates.sort_steps_per_clk;
+  for (std::vector<Moment>& starts : starts_) starts.resize(ring_);
 }
 
 double VisibilityPipe::cycles(std::size_t unit, const SubPatchItem& item) const {
@@ -38,6 +45,30 @@ double VisibilityPipe::cycles(std::size_t unit, const SubPatchItem& item) const 
   return events[unit] * per_event_[unit] + (unit == 0 ? item.transforms * transform_clk_ : 0);
 }
 
+VisibilityPipe::Moment VisibilityPipe::moment(double now) {
+  Moment moment{now, 0, {}};
+  if (events_.recording()) {
+    moment.event = static_cast<std::uint32_t>(paths_.size());
+    paths_.push_back(events_.path());
+  }
+  return moment;
+}
+
+PathTime VisibilityPipe::path_of(const Moment& moment) const {
+  if (!events_.recording()) return {};
+  PathTime path = paths_[moment.event];
+  for (std::size_t unit = 0; unit < kUnits; ++unit) path[bound_of(kStages[unit])] += moment.clk[unit];
+  return path;
+}
+
+void VisibilityPipe::push(const Moment& moment, EventKind kind, std::uint32_t what) {
+  // What was computed ahead may be past by now: then the event at hand is what led to it.
+  if (moment.time < events_.now())
+    events_.push(events_.now(), Stage::kFetch, kind, core_, what);
+  else
+    events_.push(moment.time, path_of(moment), kind, core_, what);
+}
+
 void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now) {
   work_ = &work;
   items_ = &items;
@@ -45,8 +76,9 @@ void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::ui
   count_ = static_cast<std::uint32_t>(items.sub_patches.size());
   fetched_ = passed_ = tested_ = 0;
   lines_waiting_ = 0;
-  arrived_.assign(count_, kUnknown);
-  left_.assign(count_, kUnknown);
+  arrived_.assign(count_, {});
+  left_.assign(count_, {});
+  paths_.clear();
   first_line_.resize(count_);
   first_texel_line_.resize(count_);
   std::uint32_t line = 0, texel_line = 0;
@@ -56,7 +88,7 @@ void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::ui
     line += items.sub_patches[i].lines;
     texel_line += items.sub_patches[i].texel_lines;
   }
-  free_.fill(now);
+  free_.fill(moment(now));
   // The list and what was stored of the tile; then the records that it names.
   steps_ = items.record_bytes > 0 ? 2 : 1;
   const std::uint32_t group = memory_.open_group(EventKind::kListRead, core_, 0);
@@ -75,11 +107,11 @@ void VisibilityPipe::list_read(double now) {
   const double entries = static_cast<double>(work_->entries) * fetch_clk_;
   fetch_free_ = now + entries + static_cast<double>(work_->sort_steps) * sort_clk_;
   if (count_ == 0) {
-    events_.push(fetch_free_, EventKind::kTested, core_);
+    events_.push(fetch_free_, Stage::kFetch, EventKind::kTested, core_);
     return;
   }
   fetch_asked_ = true;
-  events_.push(fetch_free_, EventKind::kFetch, core_);
+  events_.push(fetch_free_, Stage::kFetch, EventKind::kFetch, core_);
 }
 
 bool VisibilityPipe::may_fetch() const {
@@ -93,7 +125,7 @@ void VisibilityPipe::fetch(double now) {
     const SubPatchItem& item = items_->sub_patches[fetched_];
     const std::uint32_t i = fetched_++;
     if (item.lines == 0) {
-      arrived_[i] = now;
+      arrived_[i] = moment(now);
       continue;
     }
     lines_waiting_ += item.lines;
@@ -105,21 +137,26 @@ void VisibilityPipe::fetch(double now) {
 }
 
 void VisibilityPipe::item_read(std::uint32_t item, double now) {
-  arrived_[item] = now;
+  arrived_[item] = moment(now);
   lines_waiting_ -= items_->sub_patches[item].lines;
   pass_all();
 }
 
-double VisibilityPipe::pass(std::uint32_t item, std::size_t first, std::size_t last, double arrival) {
+VisibilityPipe::Moment VisibilityPipe::pass(std::uint32_t item, std::size_t first, std::size_t last,
+                                            const Moment& arrival) {
+  Moment at = arrival;
   for (std::size_t unit = first; unit < last; ++unit) {
-    const double start = std::max(arrival, free_[unit]);
-    double leaves = start + cycles(unit, items_->sub_patches[item]);
+    if (free_[unit].time > at.time) at = free_[unit];
+    const Moment start = at;
+    const double clk = cycles(unit, items_->sub_patches[item]);
+    at.time += clk;
+    at.clk[unit] += clk;
     // It stays until the next unit's queue has room: until that took the item ring_ before.
-    if (unit + 1 < kUnits && item >= ring_) leaves = std::max(leaves, start_of(unit + 1, item));
+    if (unit + 1 < kUnits && item >= ring_ && start_of(unit + 1, item).time > at.time) at = start_of(unit + 1, item);
     start_of(unit, item) = start;
-    arrival = free_[unit] = leaves;
+    free_[unit] = at;
   }
-  return arrival;
+  return at;
 }
 
 void VisibilityPipe::pass_all() {
@@ -127,12 +164,11 @@ void VisibilityPipe::pass_all() {
   bool again = true;
   while (again) {
     again = false;
-    if (passed_ < fetched_ && arrived_[passed_] != kUnknown && passed_ < tested_ + ring_) {
+    if (passed_ < fetched_ && arrived_[passed_].time != kUnknown && passed_ < tested_ + ring_) {
       const std::uint32_t i = passed_++;
       left_[i] = pass(i, 0, kAlpha, arrived_[i]);
       again = true;
-      if (items_->sub_patches[i].texel_lines > 0 && i == tested_)
-        events_.push(std::max(left_[i], free_[kAlpha]), EventKind::kAlphaStart, core_, i);
+      if (items_->sub_patches[i].texel_lines > 0 && i == tested_) start_alpha(i);
     }
     while (tested_ < passed_ && items_->sub_patches[tested_].texel_lines == 0) {
       finish_alpha(tested_, pass(tested_, kAlpha, kAlpha + 1, left_[tested_]));
@@ -141,19 +177,22 @@ void VisibilityPipe::pass_all() {
   }
   if (!fetch_asked_ && may_fetch()) {
     fetch_asked_ = true;
-    events_.push(events_.now(), EventKind::kFetch, core_);
+    events_.push(events_.now(), Stage::kFetch, EventKind::kFetch, core_);
   }
 }
 
-void VisibilityPipe::finish_alpha(std::uint32_t item, double left_tests) {
-  const double done = pass(item, kAlpha + 1, kUnits, left_tests);
+void VisibilityPipe::start_alpha(std::uint32_t item) {
+  push(left_[item].time < free_[kAlpha].time ? free_[kAlpha] : left_[item], EventKind::kAlphaStart, item);
+}
+
+void VisibilityPipe::finish_alpha(std::uint32_t item, const Moment& left_tests) {
+  const Moment done = pass(item, kAlpha + 1, kUnits, left_tests);
   ++tested_;
   if (tested_ == count_) {
-    events_.push(done, EventKind::kTested, core_);
+    push(done, EventKind::kTested);
     return;
   }
-  if (tested_ < passed_ && items_->sub_patches[tested_].texel_lines > 0)
-    events_.push(std::max(left_[tested_], free_[kAlpha]), EventKind::kAlphaStart, core_, tested_);
+  if (tested_ < passed_ && items_->sub_patches[tested_].texel_lines > 0) start_alpha(tested_);
 }
 
 void VisibilityPipe::alpha_start(std::uint32_t item, double) {
@@ -164,7 +203,8 @@ void VisibilityPipe::alpha_start(std::uint32_t item, double) {
 
 void VisibilityPipe::alpha_read(std::uint32_t item, double now) {
   // The tests run while texels come, and end with the last of them.
-  const double left = std::max(now, pass(item, kAlpha, kAlpha + 1, left_[item]));
+  Moment left = pass(item, kAlpha, kAlpha + 1, left_[item]);
+  if (left.time < now) left = moment(now);
   free_[kAlpha] = left;
   finish_alpha(item, left);
   pass_all();

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "hardware/machine.h"
@@ -27,7 +26,7 @@ namespace tessera::timing {
 class VisibilityPipe {
  public:
   VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, MemoryPath& memory,
-                 TexturePath& textures, std::optional<hardware::Stage> infinitely_fast);
+                 TexturePath& textures);
 
   // Both must stay until the event kTested. `address`: of the tile's list and what it names.
   void begin(const TileWork& work, const TileItems& items, std::uint64_t address, double now);
@@ -43,14 +42,26 @@ class VisibilityPipe {
   static constexpr std::size_t kUnits = 8, kAlpha = 6;
   static constexpr double kUnknown = -1;
 
+  // A time within the tile, and its path: that of an event, then cycles of units.
+  struct Moment {
+    double time = kUnknown;
+    std::uint32_t event = 0;  // paths_
+    std::array<double, kUnits> clk{};
+  };
+
   double cycles(std::size_t unit, const SubPatchItem& item) const;
-  // Takes items through units [first, last) as far as they have arrived; the time at which the item leaves the last.
-  double pass(std::uint32_t item, std::size_t first, std::size_t last, double arrival);
+  // The event at hand.
+  Moment moment(double now);
+  PathTime path_of(const Moment& moment) const;
+  void push(const Moment& moment, EventKind kind, std::uint32_t what = 0);
+  // Takes an item through units [first, last); when it leaves the last.
+  Moment pass(std::uint32_t item, std::size_t first, std::size_t last, const Moment& arrival);
   void pass_all();
   // No further than the tessellator's queue reaches, nor than lines may be under way.
   bool may_fetch() const;
-  void finish_alpha(std::uint32_t item, double left_tests);
-  double& start_of(std::size_t unit, std::uint32_t item) { return starts_[unit][item % ring_]; }
+  void finish_alpha(std::uint32_t item, const Moment& left_tests);
+  void start_alpha(std::uint32_t item);
+  Moment& start_of(std::size_t unit, std::uint32_t item) { return starts_[unit][item % ring_]; }
 
   const hardware::Machine& gpu_;
   std::uint32_t core_;
@@ -71,10 +82,11 @@ class VisibilityPipe {
   bool fetch_asked_ = false;
   std::int64_t lines_waiting_ = 0;
   std::vector<std::uint32_t> first_line_, first_texel_line_;
-  std::vector<double> arrived_;                     // of items behind fetch; kUnknown
-  std::vector<double> left_;                        // the units before the alpha tests
-  std::array<std::vector<double>, kUnits> starts_;  // of the last ring_ items
-  std::array<double, kUnits> free_{};               // when the unit is empty
+  std::vector<Moment> arrived_;                     // of items behind fetch; kUnknown
+  std::vector<Moment> left_;                        // the units before the alpha tests
+  std::array<std::vector<Moment>, kUnits> starts_;  // of the last ring_ items
+  std::array<Moment, kUnits> free_{};               // when the unit is empty
+  std::vector<PathTime> paths_;                     // of events of this tile, where they are recorded
 };
 
 }  // namespace tessera::timing

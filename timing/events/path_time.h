@@ -1,0 +1,45 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "timing/bound.h"
+
+namespace tessera::timing {
+
+// Where the cycles of a frame went, up to a moment, along the chain of events that led to it: each event is caused by the
+// one in whose handling it was asked for, or by the last of those that it waited for. They add up to the moment.
+inline constexpr std::size_t kPathParts = hardware::kStageCount + 2;  // stages, kLatency, kL2
+struct PathTime {
+  std::array<double, kPathParts> clk{};
+
+  double& operator[](Bound part) { return clk[index(part)]; }
+  double operator[](Bound part) const { return clk[index(part)]; }
+};
+static_assert(index(Bound::kLatency) + 1 == index(Bound::kL2) && index(Bound::kL2) + 1 == kPathParts);
+
+// What the time from one moment to another went to: first so much to `first`, then to `second`, the remainder to `rest`.
+// A wait for a unit that is busy with something else belongs to the unit.
+struct Spent {
+  Bound rest{};
+  Bound first{};
+  double first_clk = 0;
+  Bound second{};
+  double second_clk = 0;
+
+  Spent(Bound all) : rest(all) {}
+  Spent(hardware::Stage all) : rest(bound_of(all)) {}
+  Spent(Bound all, Bound before, double before_clk, Bound then = {}, double then_clk = 0)
+      : rest(all), first(before), first_clk(before_clk), second(then), second_clk(then_clk) {}
+
+  void add_to(PathTime& path, double clk) const {
+    if (clk <= 0) return;
+    const double before = std::clamp(first_clk, 0.0, clk), then = std::clamp(second_clk, 0.0, clk - before);
+    path[first] += before;
+    path[second] += then;
+    path[rest] += clk - before - then;
+  }
+};
+
+}  // namespace tessera::timing
