@@ -6,15 +6,10 @@ namespace tessera::gpu {
 
 namespace {
 
-struct Timed {
-  timing::Schedule schedule;
-  timing::FrameTiming timing;
-  hardware::FrameEnergy energy;
-};
-
 // `bound`: with what bounds it.
-Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, timing::WarmCaches* caches, bool bound) {
-  Timed timed;
+ViewCost time_work(const hardware::Machine& gpu, const timing::FrameWork& work, timing::WarmCaches* caches,
+                   bool bound) {
+  ViewCost timed;
   hardware::EnergyEvents energy = timing::energy_events(work);
   if (gpu.queues.model == hardware::TimingModel::kEvents) {
     const timing::WarmCaches before = bound && caches != nullptr ? *caches : timing::WarmCaches();
@@ -43,15 +38,19 @@ Timed time_work(const hardware::Machine& gpu, const timing::FrameWork& work, tim
 }  // namespace
 
 MachineModel model_machine(const hardware::Machine& gpu, FrameRecord record, timing::WarmCaches* caches) {
-  Timed timed = time_work(gpu, record.work, caches, true);
+  ViewCost timed = time_work(gpu, record.work, caches, true);
   return {std::move(record), std::move(timed.schedule), timed.timing, std::move(timed.energy)};
+}
+
+ViewCost view_cost(const hardware::Machine& gpu, const timing::FrameWork& view, timing::WarmCaches* caches) {
+  return time_work(gpu, view, caches, true);
 }
 
 FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
                      timing::WarmCaches* caches) {
   FrameCost cost;
   for (std::size_t view = 0; view < views.size(); ++view) {
-    const Timed timed = time_work(gpu, views[view], caches, true);
+    const ViewCost timed = view_cost(gpu, views[view], caches);
     if (view == 0)
       cost.timing = timed.timing;
     else
@@ -64,7 +63,7 @@ FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::Fra
 CycleCost cycle_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views) {
   CycleCost cost;
   for (const timing::FrameWork& view : views) {
-    const Timed timed = time_work(gpu, view, nullptr, false);
+    const ViewCost timed = time_work(gpu, view, nullptr, false);
     cost.cycles += timed.timing.cycles;
     cost.energy_nj += timed.energy.total_nj();
   }

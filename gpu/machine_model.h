@@ -27,6 +27,13 @@ struct FrameCost {
   timing::FrameTiming timing;
   hardware::FrameEnergy energy;
 };
+// Of one eye, with the schedule.
+struct ViewCost {
+  timing::Schedule schedule;
+  timing::FrameTiming timing;
+  hardware::FrameEnergy energy;
+};
+ViewCost view_cost(const hardware::Machine& gpu, const timing::FrameWork& view, timing::WarmCaches* caches = nullptr);
 FrameCost frame_cost(const hardware::Machine& gpu, const std::vector<timing::FrameWork>& views,
                      timing::WarmCaches* caches = nullptr);
 

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "tessera.record/1\n";
+constexpr std::string_view kMagic = "tessera.record/2\n";
 constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
 constexpr std::uint64_t kMaxViews = 2;
 // Decoded work takes no more than so many times its bytes.
@@ -154,12 +154,38 @@ std::optional<RecordedFrame> RecordReader::next() {
   return frame;
 }
 
-json record_head(const std::string& capture, const GpuConfiguration& gpu, const RunSettings& settings, int width,
-                 int height) {
-  return {{"schema", "tessera.record/1"},
+namespace {
+
+json drawables_json(const scene::Assembly& assembly) {
+  constexpr std::size_t kMostNamed = 65536;
+  json rows = json::array();
+  if (assembly.drawn.size() > kMostNamed) return rows;
+  const auto named = [](const auto& things, int number) {
+    const auto at = static_cast<std::size_t>(number);
+    if (number < 0 || at >= things.size()) return std::string();
+    return things[at].name.empty() ? fmt::format("#{}", number) : things[at].name;
+  };
+  for (const scene::DrawnPrimitive& drawn : assembly.drawn) {
+    const scene::Drawable& drawable = assembly.drawables[drawn.first_drawable];
+    rows.push_back({{"first", drawn.first_drawable},
+                    {"stride", drawn.stride},
+                    {"count", drawn.count},
+                    {"node", named(assembly.capture->nodes, drawable.node)},
+                    {"material", named(assembly.capture->materials,
+                                       assembly.material_source[static_cast<std::size_t>(drawable.material)])}});
+  }
+  return rows;
+}
+
+}  // namespace
+
+json record_head(const std::string& capture, const scene::Assembly& assembly, const GpuConfiguration& gpu,
+                 const RunSettings& settings, int width, int height) {
+  return {{"schema", "tessera.record/2"},
           {"capture", capture},
           {"width", width},
           {"height", height},
+          {"drawables", drawables_json(assembly)},
           {"gpu", gpu_json(gpu)},
           {"settings", settings_json(settings)},
           {"function", functional_json(gpu, settings)}};

@@ -244,8 +244,9 @@ class ReplayCommand final : public Command {
         make_folder(command.out_);
       if (!command.trace_.empty()) timeline_.emplace(command.trace_, gpu, tiles);
       if (!command.record_.empty())
-        record_.emplace(command.record_, gpu::record_head(fs::path(command.capture_).filename().string(), gpu, settings,
-                                                          request.region.width(), request.region.height()));
+        record_.emplace(command.record_,
+                        gpu::record_head(fs::path(command.capture_).filename().string(), renderer.assembly(), gpu,
+                                         settings, request.region.width(), request.region.height()));
       map_ = address_map(renderer, gpu, settings, request);
       burst_bytes_ = static_cast<std::uint64_t>(gpu.memory.burst_bytes);
       if (!command.dram_trace_.empty())

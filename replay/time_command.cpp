@@ -18,6 +18,7 @@
 #include "replay/commands.h"
 #include "replay/machine_report.h"
 #include "replay/option_numbers.h"
+#include "replay/time_split.h"
 
 namespace tessera::replay {
 namespace {
@@ -39,6 +40,11 @@ class TimeCommand final : public Command {
         "--sensitivity", sensitivity_,
         "Time the first frame again with each number that timing reads at half and at twice its value, and say "
         "what hangs on it");
+    app.add_option(
+           "--split", split_,
+           "Split the first frame's cycles, events and energy by drawables, materials or tiles: a table of those "
+           "with most, all of them with --json")
+        ->type_name("drawables|materials|tiles");
     app.add_option("--json", json_, "Write cycles, units and energy of each frame and of all")->type_name("FILE");
     app.add_option("--threads", threads_, "Host threads (default: all). The result does not depend on it")
         ->type_name("N");
@@ -58,6 +64,8 @@ class TimeCommand final : public Command {
 
   void run() override {
     if (!json_.empty()) check_output_file(json_);
+    std::optional<Split> split;
+    if (!split_.empty()) split = parse_split(split_);
     gpu::RecordReader record(
         record_, static_cast<std::uint64_t>(check_number("--max-memory", max_memory_gib_, 0, 1048576, true) * 0x1p30));
     gpu::RecordedMachine machine = gpu::recorded_machine(record.head(), record_);
@@ -75,7 +83,7 @@ class TimeCommand final : public Command {
     gpu::CachesOfFrames caches;
     std::optional<gpu::RecordedFrame> first;
     while (std::optional<gpu::RecordedFrame> frame = record.next()) {
-      if (sensitivity_ && !first) first = *frame;
+      if ((sensitivity_ || split) && !first) first = *frame;
       const gpu::FrameCost cost =
           gpu::frame_cost(machine.gpu, frame->views, caches.of_frame(machine.gpu, frame->frame));
       frames.push_back(
@@ -87,6 +95,8 @@ class TimeCommand final : public Command {
     if (frames.size() != 1) print_row(words, "all", total, machine.gpu);
     json sensitivity = json::array();
     if (sensitivity_ && first) sensitivity = measure_sensitivity(words, machine.gpu, first->views);
+    json rows = json::array();
+    if (split && first) rows = split_frame(words, *split, record.head(), machine.gpu, *first);
     if (json_.empty()) return;
     OutputFile file(json_);
     file.write(json_text({{"schema", "tessera.time/1"},
@@ -94,6 +104,7 @@ class TimeCommand final : public Command {
                           {"gpu", gpu::gpu_json(machine.gpu)},
                           {"frames", frames},
                           {"sensitivity", sensitivity},
+                          {"split", {{"by", split_}, {"views", rows}}},
                           {"total", {{"timing", timing_json(total.timing)}, {"energy", energy_json(total.energy)}}}},
                          1) +
                "\n");
@@ -101,6 +112,20 @@ class TimeCommand final : public Command {
   }
 
  private:
+  // By eye.
+  static json split_frame(std::FILE* words, Split split, const json& head, const gpu::GpuConfiguration& machine,
+                          const gpu::RecordedFrame& frame) {
+    json views = json::array();
+    gpu::CachesOfFrames caches;
+    for (const timing::FrameWork& view : frame.views) {
+      if (split != Split::kTiles && !timing::has_items(view))
+        throw UsageError("--split: the record has no items; replay again with --record");
+      const gpu::ViewCost cost = gpu::view_cost(machine, view, caches.of_frame(machine, frame.frame));
+      views.push_back(split_rows(split, head, machine, view, cost.timing, cost.schedule));
+      print_split(words, split, views.back(), cost.timing.cycles);
+    }
+    return views;
+  }
   // Cycles and energies of a frame over those with one number of the machine changed.
   struct Influence {
     std::string key;
@@ -168,7 +193,7 @@ class TimeCommand final : public Command {
                        100 * *longest / timing.cycles);
   }
 
-  std::string record_, gpu_, json_;
+  std::string record_, gpu_, split_, json_;
   std::vector<std::string> sets_;
   unsigned threads_ = 0;
   double max_memory_gib_ = 4;

@@ -169,12 +169,13 @@ timing::SubPatchItem TileCore::counted() const {
   return item;
 }
 
-void TileCore::keep_item(const timing::SubPatchItem& before) {
+void TileCore::keep_item(const timing::SubPatchItem& before, std::uint32_t drawable) {
   timing::SubPatchItem item = counted();
   item.boxes -= before.boxes, item.box_lanes -= before.box_lanes, item.stencil_tests -= before.stencil_tests;
   item.sampling_operations -= before.sampling_operations, item.triangle_lanes -= before.triangle_lanes;
   item.alpha_tests -= before.alpha_tests, item.depth_blocks -= before.depth_blocks;
   item.texel_lines -= before.texel_lines;
+  item.drawable = drawable;
   items_.push_back(item);
 }
 
@@ -224,7 +225,7 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     if (job.procedures != nullptr) {
       const timing::SubPatchItem before = counted();
       sampler_.render(*job.frame, *job.procedures, tile, samples_, job.burst_bytes, state);
-      if (keep_items_) keep_item(before);
+      if (keep_items_) keep_item(before, 0);
     }
   }
   counters_.sort_steps += sort_steps(entries.size());
@@ -250,7 +251,8 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     }
     current_work_place().base_patch = entries[e].base_patch;
     render_sub_patch(job, entries[e], state);
-    if (keep_items_) keep_item(std::exchange(before, counted()));
+    if (keep_items_)
+      keep_item(std::exchange(before, counted()), job.frame->assembly->patch_drawable[entries[e].base_patch] + 1);
   }
   current_work_place().base_patch = -1;
   counters_.depth_blocks_updated += state.take_depth_updates();

@@ -150,8 +150,8 @@ class TileCore {
   void finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets, bool first_of_group);
   // What is counted of items, so far.
   timing::SubPatchItem counted() const;
-  // Keeps what was counted since `before` as an item.
-  void keep_item(const timing::SubPatchItem& before);
+  // Keeps what was counted since `before` as an item. `drawable`: SubPatchItem::drawable.
+  void keep_item(const timing::SubPatchItem& before, std::uint32_t drawable);
   // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.
   struct EntryEffects {
     RayEffects ray;

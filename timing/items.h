@@ -18,6 +18,7 @@ struct SubPatchItem {
   std::uint32_t depth_blocks = 0;
   std::uint32_t lines = 0;        // TileItems::lines: records and heights
   std::uint32_t texel_lines = 0;  // TileItems::texel_lines: of alpha tests
+  std::uint32_t drawable = 0;     // its number in scene::Assembly, plus one; 0: of none
 };
 
 // One warp of the pixel shader, in the order in which they are packed.
@@ -28,6 +29,7 @@ struct WarpItem {
   std::uint32_t registers = 0;    // of a lane, likewise
   std::uint32_t texels = 0;       // bilinear lookups of all lanes
   std::uint32_t texel_lines = 0;  // TileItems::texel_lines
+  std::uint32_t drawable = 0;     // as SubPatchItem::drawable
 };
 
 // The work of one tile, item by item. Each takes the next so many of the lists of lines.

@@ -34,15 +34,15 @@ void each_number(Work& work, const Visit& visit) requires std::is_same_v<std::re
 template <class Item, class Visit>
 void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, SubPatchItem> {
   auto& [vertices, transforms, boxes, box_lanes, stencil_tests, sampling_operations, triangle_lanes, alpha_tests,
-         depth_blocks, lines, texel_lines] = item;
+         depth_blocks, lines, texel_lines, drawable] = item;
   visit(vertices), visit(transforms), visit(boxes), visit(box_lanes), visit(stencil_tests), visit(sampling_operations);
-  visit(triangle_lanes), visit(alpha_tests), visit(depth_blocks), visit(lines), visit(texel_lines);
+  visit(triangle_lanes), visit(alpha_tests), visit(depth_blocks), visit(lines), visit(texel_lines), visit(drawable);
 }
 
 template <class Item, class Visit>
 void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::remove_const_t<Item>, WarpItem> {
-  auto& [lanes, evaluates, clocks, registers, texels, texel_lines] = item;
-  visit(lanes), visit(evaluates), visit(clocks), visit(registers), visit(texels), visit(texel_lines);
+  auto& [lanes, evaluates, clocks, registers, texels, texel_lines, drawable] = item;
+  visit(lanes), visit(evaluates), visit(clocks), visit(registers), visit(texels), visit(texel_lines), visit(drawable);
 }
 
 // Of a tile's items, but for its lists.

@@ -111,7 +111,7 @@ class RecordFile : public testing::Test {
  protected:
   std::filesystem::path write(const std::vector<timing::FrameWork>& frames) {
     const std::filesystem::path file = folder_ / "frames.record";
-    RecordWriter writer(file, record_head("small", {}, {}, 96, 80));
+    RecordWriter writer(file, record_head("small", {}, {}, {}, 96, 80));
     for (std::size_t f = 0; f < frames.size(); ++f) writer.add(static_cast<int>(f) + 3, {&frames[f]});
     writer.commit();
     return file;
@@ -167,7 +167,7 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
     } catch (const LimitError&) {
     }
   }
-  test::write_text(file, "tessera.record/1\n");
+  test::write_text(file, "tessera.record/2\n");
   EXPECT_THROW(read_all(file), InputError);
   EXPECT_THROW(read_all(folder_ / "none"), InputError);
 }
@@ -195,7 +195,7 @@ TEST_F(RecordFile, RefusesFramesBeyondTheLimit) {  // RF2
 }
 
 TEST_F(RecordFile, NamesTheKeyThatWouldHaveMadeAnother) {
-  const nlohmann::json head = record_head("small", {}, {}, 96, 80);
+  const nlohmann::json head = record_head("small", {}, {}, {}, 96, 80);
   GpuConfiguration gpu;
   RunSettings settings;
   gpu.clock_mhz = 500;

@@ -47,7 +47,7 @@ TEST(Bound, IsTheMoreSpecificOfThoseThatGainAlike) {
   // A unit that gains much less than all together does not have the frame to itself.
   Frame shared;
   shared.add(Bound::kTileCores, 400, 500);
-  shared.add(bound_of(Stage::kShader), 330, 400);
+  shared.add(bound_of(Stage::kShader), 310, 400);
   EXPECT_EQ(shared.find().bound, Bound::kTileCores);
 }
 

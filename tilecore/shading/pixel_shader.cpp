@@ -73,6 +73,7 @@ timing::WarpItem item_of(const FrameGeometry& frame, const scene::PosedDrawable&
   item.evaluates = has_grid(drawable) ? 1 : 0;
   item.clocks = static_cast<std::uint32_t>(hardware::lane_clocks(cost));
   item.registers = static_cast<std::uint32_t>(cost.registers);
+  item.drawable = static_cast<std::uint32_t>(&drawable - frame.drawables.data()) + 1;
   return item;
 }
 

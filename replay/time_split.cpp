@@ -1,0 +1,147 @@
+#include "replay/time_split.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+
+namespace tessera::replay {
+namespace {
+
+using nlohmann::json;
+
+struct Name {
+  std::string node, material;
+  auto operator<=>(const Name&) const = default;
+};
+
+// Names of a record's drawables. The head may say anything.
+class Names {
+ public:
+  explicit Names(const json& head) {
+    const json rows = head.value("drawables", json::array());
+    if (!rows.is_array()) return;
+    for (const json& row : rows) {
+      if (!row.is_object()) continue;
+      const auto number = [&](const char* key) {
+        const auto found = row.find(key);
+        return found != row.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+      };
+      const auto word = [&](const char* key) {
+        const auto found = row.find(key);
+        return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
+      };
+      rows_.push_back({number("first"),
+                       std::max<std::uint64_t>(number("stride"), 1),
+                       number("count"),
+                       {word("node"), word("material")}});
+    }
+    std::stable_sort(rows_.begin(), rows_.end(), [](const Row& a, const Row& b) { return a.first < b.first; });
+  }
+
+  // `drawable`: SubPatchItem::drawable.
+  Name of(std::uint32_t drawable) const {
+    if (drawable == 0) return {};
+    const std::uint64_t number = drawable - 1;
+    // Primitives of an instanced node take turns: the row is one of the last `stride` that begin before.
+    auto row =
+        std::upper_bound(rows_.begin(), rows_.end(), number, [](std::uint64_t d, const Row& r) { return d < r.first; });
+    for (std::uint64_t back = 0; row != rows_.begin() && back < kMostTurns; ++back) {
+      --row;
+      if ((number - row->first) % row->stride == 0 && (number - row->first) / row->stride < row->count)
+        return row->name;
+    }
+    return {fmt::format("drawable {}", number), ""};
+  }
+
+ private:
+  static constexpr std::uint64_t kMostTurns = 256;
+  struct Row {
+    std::uint64_t first, stride, count;
+    Name name;
+  };
+  std::vector<Row> rows_;
+};
+
+json share_json(const timing::DrawableShare& share) {
+  return {{"invocations", share.invocations},
+          {"tests", share.tests},
+          {"requested_lines", share.requested_lines},
+          {"cycles", share.cycles},
+          {"energy_nj", share.energy_nj}};
+}
+
+}  // namespace
+
+Split parse_split(const std::string& word) {
+  if (word == "drawables") return Split::kDrawables;
+  if (word == "materials") return Split::kMaterials;
+  if (word == "tiles") return Split::kTiles;
+  throw UsageError(fmt::format("--split: '{}' is none of drawables, materials, tiles", word));
+}
+
+json split_rows(Split split, const json& head, const hardware::Machine& gpu, const timing::FrameWork& work,
+                const timing::FrameTiming& timing, const timing::Schedule& schedule) {
+  json rows = json::array();
+  if (split == Split::kTiles) {
+    for (const timing::TileShare& tile : timing::attribute_tiles(gpu, work, schedule))
+      rows.push_back({{"tile", tile.tile},
+                      {"cycles", tile.cycles},
+                      {"dram_bytes", tile.dram_bytes},
+                      {"energy_nj", tile.energy_nj},
+                      {"busiest", std::string(name(tile.busiest))}});
+    return rows;
+  }
+  const Names names(head);
+  std::map<Name, timing::DrawableShare> sums;
+  for (const auto& [drawable, share] : timing::attribute(gpu, work, timing)) {
+    Name name = names.of(drawable);
+    if (split == Split::kMaterials) name.node.clear();
+    timing::DrawableShare& sum = sums[name];
+    sum.invocations += share.invocations, sum.tests += share.tests, sum.requested_lines += share.requested_lines;
+    sum.cycles += share.cycles, sum.energy_nj += share.energy_nj;
+  }
+  std::vector<std::pair<Name, timing::DrawableShare>> sorted(sums.begin(), sums.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.second.cycles > b.second.cycles; });
+  for (const auto& [name, share] : sorted) {
+    json row = share_json(share);
+    if (split == Split::kDrawables) row["node"] = name.node;
+    row["material"] = name.material;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+void print_split(std::FILE* out, Split split, const json& rows, double cycles) {
+  constexpr std::size_t kShown = 20;
+  std::vector<json> shown(rows.begin(), rows.end());
+  std::stable_sort(shown.begin(), shown.end(), [](const json& a, const json& b) { return a["cycles"] > b["cycles"]; });
+  if (shown.size() > kShown) shown.resize(kShown);
+  if (split == Split::kTiles)
+    fmt::print(out, "\n{:>8} {:>14} {:>12} {:>12}  {}\n", "tile", "cycles", "DRAM bytes", "energy mJ", "busiest");
+  else
+    fmt::print(out, "\n{:<24} {:<24} {:>12} {:>12} {:>12} {:>7} {:>10}\n", split == Split::kDrawables ? "node" : "",
+               "material", "invocations", "tests", "lines", "cycles", "energy mJ");
+  for (const json& row : shown) {
+    const double share = cycles > 0 ? 100 * row["cycles"].get<double>() / cycles : 0;
+    const double mj = row["energy_nj"].get<double>() * 1e-6;
+    if (split == Split::kTiles) {
+      fmt::print(out, "{:>8} {:>14.0f} {:>12} {:>12.5f}  {}\n", row["tile"].get<std::uint32_t>(),
+                 row["cycles"].get<double>(), row["dram_bytes"].get<std::uint64_t>(), mj,
+                 row["busiest"].get<std::string>());
+      continue;
+    }
+    const bool none = row["material"] == "" && row.value("node", "") == "";
+    fmt::print(out, "{:<24.24} {:<24.24} {:>12} {:>12} {:>12} {:>5.1f} % {:>10.4f}\n",
+               none ? "(of none)" : row.value("node", ""), row["material"].get<std::string>(),
+               row["invocations"].get<std::uint64_t>(), row["tests"].get<std::uint64_t>(),
+               row["requested_lines"].get<std::uint64_t>(), share, mj);
+  }
+  if (rows.size() > kShown) fmt::print(out, "... {} more (--json)\n", rows.size() - kShown);
+}
+
+}  // namespace tessera::replay

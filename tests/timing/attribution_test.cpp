@@ -1,0 +1,140 @@
+// Cycles and energy of a frame split by drawables and tiles.
+#include "timing/attribution.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include <rapidcheck/gtest.h>
+
+#include "hardware/energy.h"
+#include "tests/support/captures.h"
+#include "timing/events/event_model.h"
+
+namespace tessera::timing {
+namespace {
+
+using hardware::Machine;
+
+FrameTiming timing_of(const Machine& gpu, const FrameWork& work) {
+  if (gpu.queues.model == hardware::TimingModel::kEvents)
+    return time_events(gpu, work, simulate_events(gpu, work, nullptr, true));
+  return time_frame(gpu, work, schedule_frame(gpu, work));
+}
+
+double core_energy(const Machine& gpu, const FrameWork& work) {
+  double sum = 0;
+  for (const auto& [unit, nj] : hardware::frame_energy(gpu, energy_events(work), 0).by_unit_nj)
+    if (unit != "frontend" && unit != "binner" && unit != "dram" && unit != "l2" && unit != "leakage") sum += nj;
+  return sum;
+}
+
+::testing::AssertionResult adds_up(const std::map<std::uint32_t, DrawableShare>& shares, const FrameTiming& timing,
+                                   double energy_nj) {
+  double cycles = 0, energy = 0;
+  for (const auto& [drawable, share] : shares) cycles += share.cycles, energy += share.energy_nj;
+  if (std::abs(cycles - timing.cycles) > 1e-9 * timing.cycles + 1e-6)
+    return ::testing::AssertionFailure() << cycles << " of " << timing.cycles << " cycles";
+  if (std::abs(energy - energy_nj) > 1e-9 * energy_nj + 1e-6)
+    return ::testing::AssertionFailure() << energy << " of " << energy_nj << " nJ";
+  return ::testing::AssertionSuccess();
+}
+
+// One tile: drawable 1 is tested twice as much as 2, and 2 alone is shaded.
+FrameWork two_drawables() {
+  FrameWork work;
+  WorkRound& round = work.rounds.emplace_back();
+  TileWork& tile = round.tiles.emplace_back();
+  TileItems& items = round.items.emplace_back();
+  items.sub_patches = {{.triangle_lanes = 2000, .drawable = 1}, {.triangle_lanes = 1000, .drawable = 2}};
+  items.warps = {{.lanes = 32, .clocks = 100, .registers = 1, .drawable = 2}};
+  tile.triangle_tests = tile.triangle_lanes = 3000;
+  tile.sub_patches = 2;
+  tile.shader_invocations = tile.shader_lanes = 32;
+  tile.compacted_samples = 32;
+  return work;
+}
+
+TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
+  Machine gpu;
+  gpu.cores.count = 1;
+  gpu.queues.model = hardware::TimingModel::kEvents;
+  const FrameWork work = two_drawables();
+  const FrameTiming timing = timing_of(gpu, work);
+  const auto shares = attribute(gpu, work, timing);
+  ASSERT_EQ(shares.size(), 3u);
+  const double tests = timing.events->path[bound_of(Stage::kTriangleTests)];
+  EXPECT_DOUBLE_EQ(tests, 3000 / gpu.rates.triangle_tests_per_clk);
+  EXPECT_NEAR(shares.at(1).cycles, tests * 2 / 3, 1e-9);
+  EXPECT_NEAR(shares.at(2).cycles, timing.cycles - tests * 2 / 3, 1e-9);
+  EXPECT_EQ(shares.at(1).tests, 2000u);
+  EXPECT_EQ(shares.at(2).invocations, 32u);
+  EXPECT_NEAR(shares.at(1).energy_nj, 2000 * gpu.geometry_energy.triangle_test_pj * 1e-3, 1e-9);
+  EXPECT_TRUE(adds_up(shares, timing, core_energy(gpu, work)));
+}
+
+// The twin: an item that is counted for two drawables shows.
+TEST(Attribution, AShareTooManyDoesNotAddUp) {  // AT1
+  const Machine gpu;
+  const FrameWork work = two_drawables();
+  const FrameTiming timing = timing_of(gpu, work);
+  auto shares = attribute(gpu, work, timing);
+  shares[3] = shares.at(1);
+  EXPECT_FALSE(adds_up(shares, timing, core_energy(gpu, work)));
+}
+
+RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
+  test::Random random(seed);
+  const auto upto = [&](int most) { return static_cast<std::uint32_t>(random.integer(0, most)); };
+  FrameWork work;
+  for (std::uint32_t r = 1 + upto(1); r > 0; --r) {
+    WorkRound& round = work.rounds.emplace_back();
+    if (random.coin()) round.geometry.patches = 5, round.geometry.bounds = upto(100), round.geometry.dram_bytes = 640;
+    for (std::uint32_t t = upto(6); t > 0; --t) {
+      TileWork& tile = round.tiles.emplace_back();
+      TileItems& items = round.items.emplace_back();
+      tile.tile = upto(20), tile.entries = upto(9), tile.pixels = upto(300), tile.hits = upto(100);
+      for (std::uint32_t n = upto(5); n > 0; --n) {
+        SubPatchItem& item = items.sub_patches.emplace_back();
+        item.drawable = upto(4), item.vertices = upto(50), item.boxes = upto(50), item.box_lanes = upto(500);
+        item.triangle_lanes = upto(500), item.alpha_tests = upto(9);
+        tile.vertices += item.vertices, tile.boxes += item.boxes, tile.alpha_tests += item.alpha_tests;
+        tile.box_lanes += item.box_lanes, tile.box_tests += item.box_lanes / 2;
+        tile.triangle_lanes += item.triangle_lanes, tile.triangle_tests += item.triangle_lanes / 2;
+      }
+      for (std::uint32_t n = upto(5); n > 0; --n) {
+        items.warps.push_back({.lanes = 1 + upto(31), .clocks = 1 + upto(200), .registers = 8, .drawable = upto(4)});
+        tile.shader_lanes += 32, tile.shader_invocations += items.warps.back().lanes;
+        tile.compacted_samples += items.warps.back().lanes;
+      }
+    }
+  }
+  Machine gpu;
+  gpu.queues.model = static_cast<hardware::TimingModel>(upto(1));
+  const FrameTiming timing = timing_of(gpu, work);
+  RC_ASSERT(static_cast<bool>(adds_up(attribute(gpu, work, timing), timing, core_energy(gpu, work))));
+}
+
+TEST(Attribution, TilesSayWhatKeptThemBusy) {
+  Machine gpu;
+  gpu.cores.count = 2;
+  FrameWork work = two_drawables();
+  work.rounds[0].tiles.push_back(work.rounds[0].tiles[0]);
+  work.rounds[0].items.push_back(work.rounds[0].items[0]);
+  work.rounds[0].tiles[0].tile = 7;
+  work.rounds[0].tiles[1].tile = 3;
+  work.rounds[0].tiles[1].dram_bytes = {64, 0, 1 << 20};
+  const Schedule schedule = schedule_frame(gpu, work);
+  const std::vector<TileShare> tiles = attribute_tiles(gpu, work, schedule);
+  ASSERT_EQ(tiles.size(), 2u);
+  EXPECT_EQ(tiles[0].tile, 3u);
+  EXPECT_EQ(tiles[0].busiest, Stage::kDram);
+  EXPECT_EQ(tiles[0].dram_bytes, 64u + (1 << 20));
+  EXPECT_EQ(tiles[1].busiest, Stage::kTriangleTests);
+  EXPECT_DOUBLE_EQ(tiles[1].cycles, schedule.tiles[0].phases.back().end - schedule.tiles[0].phases.front().begin);
+  EXPECT_GT(tiles[1].energy_nj, 0);
+}
+
+}  // namespace
+}  // namespace tessera::timing

@@ -1,0 +1,176 @@
+#include "timing/attribution.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "hardware/energy.h"
+
+namespace tessera::timing {
+namespace {
+
+constexpr std::size_t kLines = kStageCount, kParts = kStageCount + 1;  // requested lines stand for memory and latency
+using Weights = std::array<double, kParts>;
+
+double& of(Weights& weights, Stage stage) { return weights[static_cast<std::size_t>(stage)]; }
+
+bool compiled(const hardware::Machine& gpu) {
+  return gpu.queues.model == hardware::TimingModel::kEvents && gpu.shader.costs == hardware::ShaderCosts::kCompiled;
+}
+
+// Events of one drawable in a tile.
+struct TilePart {
+  Weights weights{};
+  std::uint64_t invocations = 0, tests = 0, lines = 0;
+};
+using TileParts = std::map<std::uint32_t, TilePart>;
+
+TileParts parts_of(const hardware::Machine& gpu, const TileItems& items) {
+  TileParts parts;
+  for (const SubPatchItem& item : items.sub_patches) {
+    TilePart& part = parts[item.drawable];
+    Weights& w = part.weights;
+    of(w, Stage::kFetch) += 1;
+    of(w, Stage::kTessellator) +=
+        item.vertices / gpu.rates.vertices_per_clk + item.transforms / gpu.rates.transforms_per_clk;
+    of(w, Stage::kBoxes) += item.boxes;
+    of(w, Stage::kBoxTests) += item.box_lanes;
+    of(w, Stage::kStencil) += item.stencil_tests;
+    of(w, Stage::kSampling) += item.sampling_operations;
+    of(w, Stage::kTriangleTests) += item.triangle_lanes;
+    of(w, Stage::kAlphaTests) += item.alpha_tests;
+    of(w, Stage::kCoarseDepth) += item.depth_blocks;
+    w[kLines] += item.lines + item.texel_lines;
+    part.tests += std::uint64_t{item.box_lanes} + item.triangle_lanes;
+    part.lines += std::uint64_t{item.lines} + item.texel_lines;
+  }
+  for (const WarpItem& item : items.warps) {
+    TilePart& part = parts[item.drawable];
+    Weights& w = part.weights;
+    const double lanes = item.lanes;
+    of(w, Stage::kCompaction) += lanes;
+    of(w, Stage::kShader) +=
+        compiled(gpu) ? lanes * item.clocks
+                      : lanes * (gpu.shader.operations + (item.evaluates != 0 ? gpu.shader.surface_operations : 0));
+    of(w, Stage::kTexture) += item.texels;
+    of(w, Stage::kBlend) += lanes;
+    of(w, Stage::kResolve) += lanes;
+    w[kLines] += item.texel_lines;
+    part.invocations += item.lanes;
+    part.lines += item.texel_lines;
+  }
+  return parts;
+}
+
+bool of_core(Stage stage) { return stage != Stage::kFrontend && stage != Stage::kBinner && stage != Stage::kDram; }
+
+hardware::EnergyEvents tile_events(const hardware::Machine& gpu, const TileWork& tile, const TileItems* items) {
+  FrameWork alone;
+  alone.rounds.emplace_back().tiles.push_back(tile);
+  hardware::EnergyEvents events = energy_events(alone);
+  if (items != nullptr && compiled(gpu)) {
+    events.shader_invocations = events.surface_evaluations = events.shader_clocks = 0;
+    for (const WarpItem& warp : items->warps) events.shader_clocks += std::uint64_t{warp.lanes} * warp.clocks;
+  }
+  return events;
+}
+
+StageCycles tile_cycles(const hardware::Machine& gpu, const TileWork& tile, const TileItems* items) {
+  StageCycles cycles = stage_cycles(gpu, tile);
+  if (items != nullptr && compiled(gpu)) {
+    double& shader = cycles[static_cast<std::size_t>(Stage::kShader)] = 0;
+    for (const WarpItem& warp : items->warps)
+      shader += static_cast<double>(gpu.shader.warp_lanes * warp.clocks) / static_cast<double>(gpu.shader.lanes);
+  }
+  return cycles;
+}
+
+// What each part of the frame's cycles went to.
+Weights path_parts(const FrameTiming& timing) {
+  Weights parts{};
+  if (timing.events) {
+    const PathTime& path = timing.events->path;
+    for (std::size_t s = 0; s < kStageCount; ++s) parts[s] = path.clk[s];
+    parts[kLines] = path[Bound::kLatency] + path[Bound::kL2];
+  } else {
+    double busy = 0;
+    for (const double clk : timing.busy) busy += clk;
+    for (std::size_t s = 0; s < kStageCount && busy > 0; ++s) parts[s] = timing.cycles * timing.busy[s] / busy;
+  }
+  parts[kLines] += std::exchange(of(parts, Stage::kDram), 0.0);
+  return parts;
+}
+
+}  // namespace
+
+std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, const FrameWork& work,
+                                                 const FrameTiming& timing) {
+  std::map<std::uint32_t, DrawableShare> shares;
+  std::map<std::uint32_t, Weights> busy;  // cycles of units for it
+  Weights all{};
+  shares[0];
+  for (const WorkRound& round : work.rounds)
+    for (std::size_t t = 0; t < round.tiles.size(); ++t) {
+      const TileParts parts = parts_of(gpu, round.items[t]);
+      Weights sums{};
+      for (const auto& [drawable, part] : parts)
+        for (std::size_t p = 0; p < kParts; ++p) sums[p] += part.weights[p];
+      const StageCycles cycles = tile_cycles(gpu, round.tiles[t], &round.items[t]);
+      const auto nj = hardware::frame_energy(gpu, tile_events(gpu, round.tiles[t], &round.items[t]), 0).by_unit_nj;
+      for (std::size_t p = 0; p < kParts; ++p) {
+        const bool unit = p < kStageCount && of_core(static_cast<Stage>(p));
+        const double clk = unit ? cycles[p] : p == kLines ? sums[p] : 0;
+        const double energy = unit ? nj.at(std::string(name(static_cast<Stage>(p)))) : 0;
+        all[p] += clk;
+        if (sums[p] == 0) {
+          busy[0][p] += clk, shares[0].energy_nj += energy;
+          continue;
+        }
+        for (const auto& [drawable, part] : parts) {
+          busy[drawable][p] += clk * part.weights[p] / sums[p];
+          shares[drawable].energy_nj += energy * part.weights[p] / sums[p];
+        }
+      }
+      for (const auto& [drawable, part] : parts) {
+        DrawableShare& share = shares[drawable];
+        share.invocations += part.invocations, share.tests += part.tests, share.requested_lines += part.lines;
+      }
+    }
+  const Weights path = path_parts(timing);
+  for (std::size_t p = 0; p < kParts; ++p) {
+    if (all[p] == 0) {
+      shares[0].cycles += path[p];
+      continue;
+    }
+    for (const auto& [drawable, clk] : busy) shares[drawable].cycles += path[p] * clk[p] / all[p];
+  }
+  return shares;
+}
+
+std::vector<TileShare> attribute_tiles(const hardware::Machine& gpu, const FrameWork& work, const Schedule& schedule) {
+  std::map<std::uint32_t, TileShare> tiles;
+  std::map<std::uint32_t, StageCycles> busy;
+  for (const TileSchedule& scheduled : schedule.tiles) {
+    const WorkRound& round = work.rounds[scheduled.round];
+    const TileWork& tile = round.tiles[scheduled.index];
+    TileShare& share = tiles[tile.tile];
+    share.tile = tile.tile;
+    share.cycles += scheduled.phases.back().end - scheduled.phases.front().begin;
+    for (const std::uint64_t bytes : tile.dram_bytes) share.dram_bytes += bytes;
+    const TileItems* items = round.items.empty() ? nullptr : &round.items[scheduled.index];
+    share.energy_nj += hardware::frame_energy(gpu, tile_events(gpu, tile, items), 0).total_nj();
+    const StageCycles cycles = tile_cycles(gpu, tile, items);
+    StageCycles& sum = busy[tile.tile];
+    for (std::size_t s = 0; s < kStageCount; ++s) sum[s] += cycles[s];
+  }
+  std::vector<TileShare> out;
+  for (auto& [number, share] : tiles) {
+    const StageCycles& cycles = busy[number];
+    share.busiest = static_cast<Stage>(std::max_element(cycles.begin(), cycles.end()) - cycles.begin());
+    out.push_back(share);
+  }
+  return out;
+}
+
+}  // namespace tessera::timing
