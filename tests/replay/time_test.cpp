@@ -106,6 +106,37 @@ TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
   EXPECT_TRUE(found);
 }
 
+// Each split of a frame adds up to it, and names what the capture has.
+TEST_F(Time, SplitsAFrame) {
+  replay("garden", {"machine.timing=events"}, "plain");
+  const auto split = [&](const std::string& by) {
+    const ProcessResult done =
+        run_tessera({"time", record("plain"), "--split", by, "--json", (folder_ / "time.json").string()});
+    EXPECT_EQ(done.status, 0) << done.errors;
+    return times()["split"]["views"][0];
+  };
+  const json drawables = split("drawables");
+  const double frame = times()["frames"][0]["timing"]["cycles"];
+  const double invocations = json::parse(
+      test::read_text(folder_ / "plain" / "stats.json"))["frames"][0]["counters"]["tilecore.pixel_shader_invocations"];
+  for (const json& rows : {drawables, split("materials")}) {
+    double cycles = 0, shaded = 0, last = 1e30;
+    for (const json& row : rows) {
+      cycles += row["cycles"].get<double>(), shaded += row["invocations"].get<double>();
+      EXPECT_LE(row["cycles"], last);
+      last = row["cycles"];
+    }
+    EXPECT_NEAR(cycles, frame, 1);
+    EXPECT_EQ(shaded, invocations);
+  }
+  EXPECT_GT(drawables.size(), 2u);
+  EXPECT_NE(drawables[0]["node"], "");
+  const json tiles = split("tiles");
+  EXPECT_EQ(tiles.size(), 3u * 2u);  // of 32x32 in 96x64
+  for (const json& tile : tiles) EXPECT_LE(tile["cycles"], frame);
+  EXPECT_EQ(run_tessera({"time", record("plain"), "--split", "pixels"}).status, 2);
+}
+
 TEST_F(Time, RefusesWhatIsNoRecord) {
   EXPECT_EQ(run_tessera({"time", (folder_ / "none").string()}).status, 3);
   const ProcessResult capture = run_tessera({"time", test::shipped_capture("eggs").string()});

@@ -32,7 +32,7 @@ struct Frame {
 
 TEST(Bound, IsTheDoublingThatGainsMost) {
   Frame frame;
-  frame.add(bound_of(Stage::kShader), 200, 300);
+  frame.add(bound_of(Stage::kShader), 190, 300);
   frame.add(bound_of(Stage::kDram), 250, 260);
   frame.add(Bound::kTileCores, 100, 400);
   EXPECT_EQ(frame.find().bound, bound_of(Stage::kDram));
