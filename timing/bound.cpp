@@ -114,7 +114,7 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
   constexpr std::size_t kAtOnce = 2;
   std::vector<BoundGain> gains = {{Bound::kImbalance, imbalance}};
   double best = imbalance;
-  for (std::size_t next = 0; next < guesses.size() && guesses[next].most > best; next += kAtOnce) {
+  for (std::size_t next = 0; next < guesses.size() && guesses[next].most > kNearlyBest * best; next += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, guesses.size() - next), first = gains.size();
     gains.resize(first + count);
     parallel_for(count, [&](std::size_t k) {

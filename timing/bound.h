@@ -50,8 +50,8 @@ struct BoundGain {
 };
 
 // What bounds a frame: of all that gain at least kNearlyBest of the best doubling, the first in the order of Bound, which
-// is the most specific. Doublings are simulated in the order of their guesses, as long as one may gain more than the
-// best so far. `cycles`: of the frame. `imbalance`: what it would save if all cores ended together. `with_twice`: cycles of the
+// is the most specific. Doublings are simulated in the order of their guesses, as long as one may be
+// what is named. `cycles`: of the frame. `imbalance`: what it would save if all cores ended together. `with_twice`: cycles of the
 // frame on doubled(gpu, bound), asked of several threads. Gain 0: nothing gains anything.
 inline constexpr double kNearlyBest = 0.8;
 BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imbalance,

@@ -72,7 +72,7 @@ TEST(Bound, AGuessThatIsTooLowMissesIt) {
 TEST(Bound, ImbalanceNeedsNoSimulation) {
   Frame frame;
   frame.imbalance = 700;
-  frame.add(bound_of(Stage::kShader), 500, 600);
+  frame.add(bound_of(Stage::kShader), 500, 550);
   EXPECT_EQ(frame.find().bound, Bound::kImbalance);
   EXPECT_EQ(frame.simulated, 0);
 }

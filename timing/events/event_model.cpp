@@ -459,17 +459,19 @@ class EventSimulation {
 
 namespace {
 
-// Twice of a unit halves its part of the path, and no more; with caches, or more requests under way, waits may vanish.
+// Twice of a unit halves its part of the path, and no more. With caches, more requests or more tiles under way waits may
+// vanish, but no unit is busy for less long.
 std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSchedule& schedule) {
   const PathTime& path = schedule.counts.path;
   std::vector<BoundGuess> guesses;
   for (std::size_t s = 0; s < kStageCount; ++s) guesses.push_back({static_cast<Bound>(s), path.clk[s] / 2});
   const double memory = path[bound_of(Stage::kDram)],
                geometry = path[bound_of(Stage::kFrontend)] + path[bound_of(Stage::kBinner)];
-  guesses.push_back({Bound::kLatency, path[Bound::kLatency] + path[Bound::kL2]});
+  const double slack = schedule.schedule.cycles - *std::max_element(schedule.busy.begin(), schedule.busy.end());
+  guesses.push_back({Bound::kLatency, std::min(slack, path[Bound::kLatency] + path[Bound::kL2])});
   guesses.push_back({Bound::kL2, path[Bound::kL2] / 2});
   guesses.push_back({Bound::kCaches, memory + path[Bound::kLatency] + path[Bound::kL2]});
-  guesses.push_back({Bound::kTileMemory, waits_for_tile_memory(gpu, schedule.schedule)});
+  guesses.push_back({Bound::kTileMemory, std::min(slack, waits_for_tile_memory(gpu, schedule.schedule))});
   guesses.push_back({Bound::kGeometry, geometry / 2});
   guesses.push_back({Bound::kTileCores, tile_time(schedule.schedule) / 2});
   return guesses;
