@@ -63,9 +63,9 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 // take no more than the rows of them that exist.
 //
 // Invariants (cited by the tests):
-//   TS1  What a tile moves does not depend on other tiles.
-//   TS2  A compressed tile takes no more bursts than its blocks do raw.
-//   TS3  A tile is not written only if its signature is that of what lies there; were its pixels others nevertheless,
+//   PS1  What a tile moves does not depend on other tiles.
+//   PS2  A compressed tile takes no more bursts than its blocks do raw.
+//   PS3  A tile is not written only if its signature is that of what lies there; were its pixels others nevertheless,
 //        the image shows what lies there, and it is counted.
 class TileStore {
  public:

@@ -68,7 +68,7 @@ TEST(TileStore, WithoutCompressionATileTakesWhatItsPixelsTake) {
   }
 }
 
-TEST(TileStore, ATileTakesNoMoreThanItsBlocksRaw) {  // TS1, TS2
+TEST(TileStore, ATileTakesNoMoreThanItsBlocksRaw) {  // PS1, PS2
   for (const FrameFormat format : kFormats)
     for (const IntRect region : {IntRect{0, 0, 64, 32}, IntRect{0, 0, 61, 27}, IntRect{5, 3, 50, 29}})
       for (const Content content : {Content::kBlack, Content::kSmooth, Content::kNoise}) {
@@ -136,7 +136,7 @@ TEST(TileStore, AnImageHoldsWhatWasStored) {
 }
 
 // Transaction elimination over a frame in which one pixel of one tile changes by the least that the format tells apart.
-TEST(TileStore, OnlyTilesThatChangedAreWritten) {  // TS3
+TEST(TileStore, OnlyTilesThatChangedAreWritten) {  // PS3
   const IntRect region{0, 0, 64, 48};
   for (const FrameFormat format : kFormats)
     for (const bool compressed : {false, true}) {
@@ -175,7 +175,7 @@ TEST(TileStore, AColourThatTheFormatDoesNotTellApartIsNoChange) {
 }
 
 // The twin: signatures of 4 bits match where pixels differ, which neither the counter nor the image hides.
-TEST(TileStore, AWrongMatchIsCountedAndShows) {  // TS3
+TEST(TileStore, AWrongMatchIsCountedAndShows) {  // PS3
   const IntRect region{0, 0, 64, 48};
   const auto wrong = [&](int bits) {
     StoredFrame before;
