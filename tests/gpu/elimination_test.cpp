@@ -180,6 +180,22 @@ TEST(RenderingElimination, ListsThatAreNotWholeHaveNoSignature) {  // IS1
   EXPECT_EQ(eliminated(still.capture, small, "partial renders"), 0u);
 }
 
+TEST(RenderingElimination, ShippedCapturesLookTheSame) {  // IS1
+  for (const char* name : {"eggs", "vases", "serpent", "flyby", "stroll", "workshop"}) {
+    const Capture capture = scene::read_capture(test::shipped_capture(name));
+    const int first = capture.settings.first_frame;
+    for (const std::vector<std::string>& keys :
+         {std::vector<std::string>{kRendering}, {kTransactions}, {kRendering, kTransactions, "effects.motion=off"}}) {
+      std::vector<std::string> plain_keys(keys.end() - (keys.size() == 3 ? 1 : 0), keys.end());
+      const auto plain = frames_of(capture, plain_keys, first, 3), got = frames_of(capture, keys, first, 3);
+      for (std::size_t f = 0; f < plain.size(); ++f) {
+        expect_same_images(got[f].targets, plain[f].targets, std::string(name) + " frame " + std::to_string(f));
+        EXPECT_EQ(got[f].counters.elimination.wrong_eliminations + got[f].counters.store.wrong_matches, 0u) << name;
+      }
+    }
+  }
+}
+
 TEST(RenderingElimination, AFrameThatDoesNotFollowIsRendered) {
   const Still still;
   RunSettings settings;
