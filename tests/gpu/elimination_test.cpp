@@ -131,6 +131,59 @@ TEST(RenderingElimination, WhatMovesIsRendered) {  // IS1
   }
 }
 
+TEST(RenderingElimination, WhatDeformsIsRendered) {  // IS1
+  for (const float close : {0.0f, 0.7f}) {
+    Still still;
+    scene::Primitive square = test::triangles({{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0.5f, 0.5f, 0}, {-0.5f, 0.5f, 0}},
+                                              {0, 1, 2, 0, 2, 3}, still.material);
+    scene::MorphTarget target;
+    target.positions.assign(4, Vec3(0.4f, 0.1f, 0));
+    square.vertices.morph_targets.push_back(target);
+    const int node = test::add_node(still.capture, square, {-2.6, 1.6, 0});
+    play(still.capture,
+         {.node = node, .path = AnimatedPath::kWeights, .components = 1, .times = {0, 1}, .values = {0, 1}});
+    still.capture.settings.shutter_close = static_cast<double>(close);
+    const std::uint64_t tiles = eliminated(still.capture, {}, "deforming");
+    EXPECT_GT(tiles, kAll / 2) << close;
+    EXPECT_LT(tiles, kAll) << close;
+  }
+}
+
+// Things that move in some frames and stand in others, before and behind each other.
+TEST(RenderingElimination, ManyStepsOfManyThingsLookTheSame) {  // IS1
+  test::Random random(11);
+  std::uint64_t tiles = 0;
+  for (int trial = 0; trial < 6; ++trial) {
+    Capture capture;
+    const int material = test::add_material(capture);
+    for (int k = 0; k < 12; ++k) {
+      const Vec3 at = random.in_box(2.5f);
+      const int node = test::add_node(capture, test::closed_patches(material), DVec3(at));
+      capture.nodes[static_cast<std::size_t>(node)].transform.scale =
+          DVec3(static_cast<double>(random.uniform(0.1f, 0.5f)));
+      if (!random.coin() || !random.coin()) continue;
+      scene::AnimationChannel channel;
+      channel.node = node;
+      channel.path = AnimatedPath::kTranslation;
+      channel.interpolation = random.coin() ? scene::Interpolation::kStep : scene::Interpolation::kLinear;
+      channel.times = {0.0f, 1 / 16.0f, 2 / 16.0f, 3 / 16.0f};
+      Vec3 place = at;
+      for (int key = 0; key < 4; ++key) {
+        if (random.coin()) place += random.in_box(0.3f);
+        for (int c = 0; c < 3; ++c) channel.values.push_back(place[c]);
+      }
+      play(capture, channel);
+    }
+    test::add_camera(capture, {0, 0, 7});
+    capture.settings.frame_rate = 16;
+    capture.settings.shutter_close = trial % 2 == 0 ? 0 : 0.5;
+    const std::uint64_t of_trial = eliminated(capture, {}, "trial " + std::to_string(trial));
+    EXPECT_LT(of_trial, kAll) << trial;
+    tiles += of_trial;
+  }
+  EXPECT_GT(tiles, kAll);
+}
+
 TEST(RenderingElimination, AnAnimatedMaterialIsRendered) {  // IS1
   const auto animate = [](AnimatedPath path, int components, std::vector<float> values) {
     Still still;
