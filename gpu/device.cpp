@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/error.h"
 #include "gpu/view_inputs.h"
 #include "tilecore/procedural/sampling_controller.h"
 
@@ -44,6 +45,14 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
     eyes_.back().camera.eye_offset = offset;
   }
   if (eyes_.size() > 1) eyes_[0].sequence.serve_other_eye();
+}
+
+void Device::set_observer(ViewObserver* observer) {
+  if (observer != nullptr && eliminates(gpu_))
+    throw UsageError(
+        "baselines render and write every tile; to be compared with them the machine needs "
+        "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
+  observer_ = observer;
 }
 
 scene::FrameRequest Device::frame_request(int frame) const {

@@ -314,10 +314,6 @@ class ReplayCommand final : public Command {
     if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) &&
         settings.resolve.desampling != tilecore::Desampling::kAdaptive)
       throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
-    if (baselines_ && gpu::eliminates(gpu))
-      throw UsageError(
-          "--baselines: the other machines render and write every tile; it needs tile.rendering_elimination=false and "
-          "frame_buffer.transaction_elimination=false");
     if (warmup_ < 0) throw UsageError("--warmup must not be negative");
     if (!save_history_.empty() && settings.stereo.eye_separation > 0)
       throw UsageError("--save-history keeps one eye; stereo.eye_separation asks for two");

@@ -534,7 +534,7 @@ TEST(Program, BaselinesAreNotComparedWithAMachineThatEliminatesTiles) {
     const auto run = run_tessera({"replay", capture("vases"), "--size", "16x16", "--baselines", "--quiet", "--set", key,
                                   "--out", (out / "x").string()});
     EXPECT_EQ(run.status, 2);
-    EXPECT_THAT(run.errors, HasSubstr("needs tile.rendering_elimination=false"));
+    EXPECT_THAT(run.errors, HasSubstr("the machine needs tile.rendering_elimination=false"));
   }
 }
 
