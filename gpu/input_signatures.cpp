@@ -153,10 +153,14 @@ std::uint64_t hashed_bytes(const FrameGeometry& frame, std::span<const std::uint
   constexpr std::uint64_t kEntryBytes = 8 + 2;  // a sub-patch's signature and its interval
   std::uint64_t bytes =
       entries * kEntryBytes + binner.grid().tile_count() * sizeof(std::uint64_t) + binner.buffer().table().size();
+  const scene::Drawable* last = nullptr;
   for (std::uint32_t patch = 0; patch < in_lists.size(); ++patch) {
     if (in_lists[patch] == 0) continue;
     bytes += frontend::bound_record_bytes(frame, patch);
-    if (frame.assembly->drawable_of(patch).instanced) bytes += frontend::kInstanceRecordBytes;
+    // Patches of a drawable are numbered one after the other.
+    const scene::Drawable& drawable = frame.assembly->drawable_of(patch);
+    if (drawable.instanced && &drawable != last) bytes += frontend::kInstanceRecordBytes;
+    last = &drawable;
   }
   return bytes;
 }

@@ -287,6 +287,27 @@ TEST(RenderingElimination, ATileThatIsNotRenderedDoesNoWork) {  // IS2
   EXPECT_EQ(got[0].counters.ledger.total().read_bytes, plain[0].counters.ledger.total().read_bytes);
 }
 
+TEST(RenderingElimination, WhatIsHashedIsWhatIsCounted) {
+  Capture capture;
+  const int node = test::add_node(
+      capture, test::patches(test::flat_patch({-0.1f, -0.1f, 0}, {0.2f, 0, 0}, {0, 0.2f, 0})), {-2.0, 1.0, 0});
+  test::add_camera(capture, {0, 0, 7});
+  const auto hashed = [&] {
+    const FrameResult frame = frames_of(capture, {kRendering}, 0, 1)[0];
+    EXPECT_EQ(frame.counters.frontend.base_patches, 1u);
+    return std::pair(frame.counters.elimination.signature_bytes, frame.counters.binner);
+  };
+  const auto [bytes, binner] = hashed();
+  // A header of 32 bytes and 16 control points; a record of the table; what an entry takes; what a tile does.
+  EXPECT_EQ(bytes, 32 + 16 * 12 + 8 * binner.table_records + 10 * binner.entries + 8 * kTiles);
+  // Moving within the shutter it has control points at one key still: the transform moves.
+  capture.settings.shutter_close = 1;
+  test::add_motion(capture, node, {0.01, 0, 0});
+  const auto [moving, more] = hashed();
+  EXPECT_EQ(moving - 8 * more.table_records - 10 * more.entries,
+            bytes - 8 * binner.table_records - 10 * binner.entries);
+}
+
 // The twin: four bits take other inputs for the same, which neither the counter nor the image hides.
 TEST(RenderingElimination, AWrongMatchIsCountedAndShows) {  // IS3
   Still still;
