@@ -360,6 +360,27 @@ TEST(TransactionElimination, ImagesStayAndTrafficGoes) {
   }
 }
 
+// Their second pass changes pixels of tiles that were stored.
+TEST(TransactionElimination, StencilsAcrossTilesGiveTheSamePixels) {
+  Still still;
+  test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
+  for (const char* format : {"frame_buffer.format=rgba16f", "frame_buffer.format=rgb10a2"}) {
+    std::vector<std::string> keys = {"resolve.desampling=fixed_4", "resolve.stencil_reach=neighbours",
+                                     "resolve.reconstruction=cubic_interpolating", format};
+    const auto plain = frames_of(still.capture, keys);
+    keys.insert(keys.end(), {kTransactions, "frame_buffer.compression=lossless"});
+    const auto got = frames_of(still.capture, keys);
+    std::uint64_t not_written = 0;
+    for (std::size_t f = 0; f < plain.size(); ++f) {
+      EXPECT_GT(plain[f].counters.desampling.blocks_deferred, 0u);
+      expect_same_images(got[f].targets, plain[f].targets, format);
+      EXPECT_EQ(got[f].counters.store.wrong_matches, 0u);
+      not_written += got[f].counters.store.tiles_not_written;
+    }
+    EXPECT_GT(not_written, 0u) << format;
+  }
+}
+
 TEST(TransactionElimination, BothTogetherSkipWhatEitherSkips) {
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
