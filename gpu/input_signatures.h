@@ -86,8 +86,8 @@ inline constexpr auto kCounterFields<gpu::EliminationCounters> = std::to_array<C
      "tile.rendering_elimination.",
      ""},
     {"binner.signature_bytes", &gpu::EliminationCounters::signature_bytes, Combine::kSum, "bytes",
-     "Bytes hashed for signatures of tiles' inputs: records of base patches and of sub-patches once, ten bytes an "
-     "entry, eight a tile.",
+     "Bytes hashed for signatures of tiles' inputs: records of base patches, instances and sub-patches once, ten "
+     "bytes an entry, eight a tile.",
      ""},
     {"tilecore.wrong_eliminations", &gpu::EliminationCounters::wrong_eliminations, Combine::kSum, "tiles",
      "Of tilecore.tiles_eliminated, those whose inputs differ nevertheless: the image is wrong there.", ""},
